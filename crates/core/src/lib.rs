@@ -1,2 +1,52 @@
-//! Domains, grids, exemplars, source maps and seeds: what every method of Selvedge shares.
+//! What every method of Selvedge shares: domains, grids, exemplars, source maps, seeds and runs.
+//!
+//! A method looks at [`Exemplars`] (8-bit features in match space) and answers with a [`SourceMap`]: for each output
+//! sample, *which* exemplar sample stands there. Pictures are rendered from the map afterwards, over planes of any depth.
+//!
+//! ```
+//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, SampleId, Samples, SourceMap};
+//! # fn main() -> Result<(), selvedge_core::Error> {
+//! let grey = Grid::from_vec(Domain::open([1, 3]), 1, vec![10_u8, 20, 30])?;
+//! let plane = Plane::new(Role::Scalar, Samples::U8(grey));
+//! let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;
+//!
+//! let mut map = SourceMap::unassigned(&exemplars, Domain::open([1, 2]))?;
+//! map.ids.plane_mut(0).copy_from_slice(&[SampleId::new(2), SampleId::new(0)]);
+//! let Samples::U8(out) = map.render(&[&plane])?.samples else { unreachable!() };
+//! assert_eq!(out.plane(0), [30, 10]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//! `rayon` (default): work is split over the caller's pool; the result is the same without it.
+//!
+//! # Conventions
+//! Axes are listed slowest first: `[height, width]`, `[frames, height, width]`. Grids are planar: channel by channel,
+//! each channel in row-major order. Colours are compared as sRGB-encoded 8-bit values.
 #![forbid(unsafe_code)]
+
+mod domain;
+mod encoder;
+mod error;
+mod exemplars;
+mod grid;
+pub mod par;
+mod plane;
+mod render;
+mod run;
+mod seed;
+mod source_map;
+mod transform;
+
+pub use domain::Domain;
+pub use encoder::Encoder;
+pub use error::{Error, ErrorKind};
+pub use exemplars::{Exemplars, Source};
+pub use grid::{Grid, try_vec};
+pub use plane::{Depth, Plane, Role, Samples};
+pub use render::Render;
+pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Woven};
+pub use seed::{Rng, Seed};
+pub use source_map::{SampleId, SourceMap, SourceTable};
+pub use transform::{Origin, Transform};

@@ -1,0 +1,124 @@
+//! What can be wrong with grids, planes, exemplars and maps.
+
+/// Who can mend an error; the program's exit code follows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// An option is wrong by itself.
+    Option,
+    /// The input is wrong, or does not fit an option.
+    Input,
+    /// The memory budget does not suffice.
+    Memory,
+    /// A promise of the library was broken.
+    Internal,
+}
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A buffer's length does not follow from the shape and the number of channels.
+    #[error("a grid of {expected} samples was given {found}")]
+    Length {
+        /// Samples that the shape asks for.
+        expected: usize,
+        /// Samples that were given.
+        found: usize,
+    },
+    /// More samples than a map can number.
+    #[error("{samples} samples are more than the {limit} allowed; use smaller or fewer pictures")]
+    TooManySamples {
+        /// Samples asked for.
+        samples: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The system gave no memory.
+    #[error("no memory for {bytes} bytes; use a smaller size")]
+    Allocation {
+        /// Bytes asked for.
+        bytes: u64,
+    },
+    /// No exemplar, or one without planes.
+    #[error("exemplar {exemplar} has no planes; give at least one picture")]
+    NoPlanes {
+        /// Its number, from 0.
+        exemplar: usize,
+    },
+    /// The planes of one exemplar, or a map and its plane, differ in shape.
+    #[error("plane {plane} of exemplar {exemplar} is {found:?}, but {expected:?} is needed; planes must be registered")]
+    Shape {
+        /// The exemplar, from 0.
+        exemplar: usize,
+        /// The plane, from 0.
+        plane: usize,
+        /// The expected shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The shape found.
+        found: Vec<u32>,
+    },
+    /// Exemplars differ in roles, channels or depth.
+    #[error("exemplar {exemplar} has {found}, but the first has {expected}; convert one of them")]
+    Layout {
+        /// The exemplar, from 0.
+        exemplar: usize,
+        /// What the first exemplar has.
+        expected: String,
+        /// What this one has.
+        found: String,
+    },
+    /// A picture holds a value that is no number.
+    #[error(
+        "plane {plane} of exemplar {exemplar} holds {count} values that are not finite, the first at {at:?}; clean them first"
+    )]
+    NotFinite {
+        /// The exemplar, from 0.
+        exemplar: usize,
+        /// The plane, from 0.
+        plane: usize,
+        /// How many.
+        count: usize,
+        /// Where the first one is, slowest axis first.
+        at: Vec<u32>,
+    },
+    /// Every sample of every exemplar is masked or transparent.
+    #[error("no sample of any exemplar is valid; every one is masked or transparent")]
+    NothingValid,
+    /// The weights do not match the channels.
+    #[error("{found} weights for {expected} feature channels")]
+    Weights {
+        /// Feature channels.
+        expected: usize,
+        /// Weights given.
+        found: usize,
+    },
+    /// A map names samples that its sources do not hold.
+    #[error("the map names sample {id}, but its sources hold {samples}")]
+    UnknownSample {
+        /// The sample's number.
+        id: u32,
+        /// Samples in all sources.
+        samples: u64,
+    },
+    /// Rendering needs a plane for each exemplar.
+    #[error("the map was made from {expected} exemplars, but {found} planes were given")]
+    PlaneCount {
+        /// Exemplars of the map.
+        expected: usize,
+        /// Planes given.
+        found: usize,
+    },
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Allocation { .. } => ErrorKind::Memory,
+            Self::Weights { .. } => ErrorKind::Option,
+            Self::Length { .. } => ErrorKind::Internal,
+            _ => ErrorKind::Input,
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Exemplars as methods see them: features and validity, one source an orientation.
+
+use crate::source_map::SourceTable;
+use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform};
+
+/// One exemplar in one orientation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source<const D: usize> {
+    /// 8-bit features, one channel after the other.
+    pub features: Grid<u8, D>,
+    /// Which samples may be used; `None` for all.
+    pub valid: Option<Grid<bool, D>>,
+    /// Where it came from.
+    pub origin: Origin,
+}
+
+impl<const D: usize> Source<D> {
+    /// Shape and topology.
+    pub fn domain(&self) -> Domain<D> {
+        self.features.domain()
+    }
+
+    fn new(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>, origin: Origin) -> Result<Self, Error> {
+        let valid = valid.map(|v| oriented(v, origin.transform, false)).transpose()?;
+        Ok(Self { features: oriented(features, origin.transform, 0)?, valid, origin })
+    }
+}
+
+/// The grid as a transform shows it.
+fn oriented<T: Copy, const D: usize>(grid: &Grid<T, D>, transform: Transform, fill: T) -> Result<Grid<T, D>, Error> {
+    if transform == Transform::IDENTITY {
+        return grid.map(|v| v);
+    }
+    let domain = transform.domain(grid.domain());
+    let mut out = Grid::try_filled(domain, grid.channels(), fill)?;
+    for at in domain.positions() {
+        let (to, from) = (domain.index(at), grid.domain().index(transform.origin(domain, at)));
+        for c in 0..grid.channels() {
+            out.plane_mut(c)[to] = grid.plane(c)[from];
+        }
+    }
+    Ok(out)
+}
+
+/// All sources of a run, their samples numbered through, so that one number names a sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exemplars<const D: usize> {
+    sources: Vec<Source<D>>,
+    table: SourceTable<D>,
+    weights: Vec<u8>,
+}
+
+impl<const D: usize> Exemplars<D> {
+    /// Each exemplar (its registered planes) in each orientation. A sample is valid where no plane's alpha is 0.
+    ///
+    /// # Errors
+    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::NothingValid`].
+    pub fn new(encoder: &Encoder, exemplars: &[&[Plane<D>]], transforms: &[Transform]) -> Result<Self, Error> {
+        Self::masked(encoder, exemplars, &vec![None; exemplars.len()], transforms)
+    }
+
+    /// Like [`new`](Self::new), with a mask for some exemplars: samples where it is false are not used.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new), and [`Error::Shape`] for a mask of another size.
+    pub fn masked(
+        encoder: &Encoder,
+        exemplars: &[&[Plane<D>]],
+        masks: &[Option<Grid<bool, D>>],
+        transforms: &[Transform],
+    ) -> Result<Self, Error> {
+        let mut sources = Vec::new();
+        for (e, planes) in exemplars.iter().enumerate() {
+            let features = encoder.encode(planes)?;
+            let valid = validity(e, planes, masks.get(e).and_then(Option::as_ref))?;
+            for &transform in transforms {
+                let origin = Origin { exemplar: e as u16, transform };
+                sources.push(Source::new(&features, valid.as_ref(), origin)?);
+            }
+        }
+        Self::from_sources(sources, encoder.weights().to_vec())
+    }
+
+    /// The exemplars as they are, through an encoder fitted to them.
+    ///
+    /// # Errors
+    /// Those of [`Encoder::fit`] and [`new`](Self::new).
+    pub fn of(exemplars: &[&[Plane<D>]]) -> Result<Self, Error> {
+        Self::new(&Encoder::fit(exemplars)?, exemplars, &[Transform::IDENTITY])
+    }
+
+    /// Takes ready sources; each feature channel has a weight.
+    ///
+    /// # Errors
+    /// [`Error::NoPlanes`], [`Error::Weights`], [`Error::TooManySamples`], [`Error::NothingValid`].
+    pub fn from_sources(sources: Vec<Source<D>>, weights: Vec<u8>) -> Result<Self, Error> {
+        let first = sources.first().ok_or(Error::NoPlanes { exemplar: 0 })?;
+        let channels = first.features.channels();
+        if channels != weights.len() || sources.iter().any(|s| s.features.channels() != channels) {
+            return Err(Error::Weights { expected: channels, found: weights.len() });
+        }
+        let any_valid =
+            |s: &Source<D>| s.valid.as_ref().map_or(!s.domain().is_empty(), |v| v.samples().contains(&true));
+        if !sources.iter().any(any_valid) {
+            return Err(Error::NothingValid);
+        }
+        let table = SourceTable::new(sources.iter().map(|s| (s.origin, s.domain())).collect())?;
+        Ok(Self { sources, table, weights })
+    }
+
+    /// The sources, in the order of their numbering.
+    pub fn sources(&self) -> &[Source<D>] {
+        &self.sources
+    }
+
+    /// The numbering of samples.
+    pub fn table(&self) -> &SourceTable<D> {
+        &self.table
+    }
+
+    /// Weight of each feature channel.
+    pub fn weights(&self) -> &[u8] {
+        &self.weights
+    }
+
+    /// Feature channels.
+    pub fn channels(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Source and position of a sample; `None` if unassigned or unknown.
+    pub fn locate(&self, id: SampleId) -> Option<(usize, [u32; D])> {
+        self.table.locate(id)
+    }
+
+    /// The sample `by` away in the same source: the patch, continued.
+    pub fn step(&self, id: SampleId, by: [i32; D]) -> Option<SampleId> {
+        self.table.step(id, by)
+    }
+}
+
+fn validity<const D: usize>(
+    exemplar: usize,
+    planes: &[Plane<D>],
+    mask: Option<&Grid<bool, D>>,
+) -> Result<Option<Grid<bool, D>>, Error> {
+    let mut valid: Option<Grid<bool, D>> = None;
+    let alphas = planes.iter().map(Plane::validity).collect::<Result<Vec<_>, _>>()?;
+    for one in alphas.into_iter().flatten().chain(mask.cloned()) {
+        let (expected, found) = (planes[0].domain().shape.to_vec(), one.domain().shape.to_vec());
+        if expected != found {
+            return Err(Error::Shape { exemplar, plane: planes.len(), expected, found });
+        }
+        match &mut valid {
+            None => valid = Some(one),
+            Some(all) => all.samples_mut().iter_mut().zip(one.samples()).for_each(|(a, &b)| *a &= b),
+        }
+    }
+    Ok(valid.filter(|v| v.samples().contains(&false)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Role, Samples};
+
+    fn rgba(alpha: [u8; 2]) -> Plane<2> {
+        let samples = vec![1, 2, 3, 4, 5, 6, alpha[0], alpha[1]];
+        Plane::with_alpha(Role::Color, Samples::U8(Grid::from_vec(Domain::open([1, 2]), 4, samples).unwrap()))
+    }
+
+    #[test]
+    fn transparent_samples_are_not_valid() {
+        let plane = rgba([0, 9]);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        assert_eq!(exemplars.channels(), 3);
+        assert_eq!(exemplars.sources()[0].valid.as_ref().unwrap().samples(), [false, true]);
+    }
+
+    #[test]
+    fn fully_transparent_exemplars_are_refused() {
+        let plane = rgba([0, 0]);
+        assert_eq!(Exemplars::of(&[std::slice::from_ref(&plane)]), Err(Error::NothingValid));
+    }
+
+    #[test]
+    fn each_orientation_is_a_source() {
+        let plane = rgba([1, 1]);
+        let planes = [std::slice::from_ref(&plane)];
+        let turn = Transform::Exact { quarter_turns: 1, mirror: false };
+        let encoder = Encoder::fit(&planes).unwrap();
+        let exemplars = Exemplars::new(&encoder, &planes, &[Transform::IDENTITY, turn]).unwrap();
+        assert_eq!(exemplars.sources()[1].domain().shape, [2, 1]);
+        assert_eq!(exemplars.sources()[1].features.plane(0), [1, 2]);
+        assert_eq!(exemplars.locate(SampleId::new(3)), Some((1, [1, 0])));
+    }
+
+    #[test]
+    fn a_mask_of_another_size_is_refused() {
+        let plane = rgba([1, 1]);
+        let planes = [std::slice::from_ref(&plane)];
+        let mask = Grid::try_filled(Domain::open([2, 2]), 1, true).unwrap();
+        let encoder = Encoder::fit(&planes).unwrap();
+        let masked = Exemplars::masked(&encoder, &planes, &[Some(mask)], &[Transform::IDENTITY]);
+        assert!(matches!(masked, Err(Error::Shape { .. })));
+    }
+}

@@ -1,0 +1,179 @@
+//! Samples over a domain.
+
+use crate::{Domain, Error};
+
+/// Samples over a [`Domain`], planar: channel by channel, each in row-major order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid<T, const D: usize> {
+    domain: Domain<D>,
+    channels: usize,
+    samples: Vec<T>,
+}
+
+/// A vector of `len` equal values; a refusal of the system is an error, not an abort.
+///
+/// # Errors
+/// [`Error::Allocation`].
+pub fn try_vec<T: Clone>(len: usize, value: T) -> Result<Vec<T>, Error> {
+    let mut samples = Vec::new();
+    let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
+    samples.try_reserve_exact(len).map_err(|_| Error::Allocation { bytes })?;
+    samples.resize(len, value);
+    Ok(samples)
+}
+
+impl<T, const D: usize> Grid<T, D> {
+    /// Takes `channels * domain.len()` samples, planar.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if there are more or fewer.
+    pub fn from_vec(domain: Domain<D>, channels: usize, samples: Vec<T>) -> Result<Self, Error> {
+        let expected = domain.checked_len().and_then(|n| n.checked_mul(channels)).unwrap_or(usize::MAX);
+        if samples.len() != expected {
+            return Err(Error::Length { expected, found: samples.len() });
+        }
+        Ok(Self { domain, channels, samples })
+    }
+
+    /// Shape and topology.
+    #[inline]
+    pub fn domain(&self) -> Domain<D> {
+        self.domain
+    }
+
+    /// Number of channels.
+    #[inline]
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The same samples on another topology; the shape stays.
+    #[must_use]
+    pub fn with_periodic(mut self, periodic: [bool; D]) -> Self {
+        self.domain.periodic = periodic;
+        self
+    }
+
+    /// One channel, row-major.
+    #[inline]
+    pub fn plane(&self, channel: usize) -> &[T] {
+        let n = self.domain.len();
+        &self.samples[channel * n..(channel + 1) * n]
+    }
+
+    /// One channel, row-major, to write.
+    #[inline]
+    pub fn plane_mut(&mut self, channel: usize) -> &mut [T] {
+        let n = self.domain.len();
+        &mut self.samples[channel * n..(channel + 1) * n]
+    }
+
+    /// All channels, one after the other.
+    pub fn samples(&self) -> &[T] {
+        &self.samples
+    }
+
+    /// All channels, one after the other, to write.
+    pub fn samples_mut(&mut self) -> &mut [T] {
+        &mut self.samples
+    }
+
+    /// The planar buffer.
+    pub fn into_vec(self) -> Vec<T> {
+        self.samples
+    }
+}
+
+impl<T: Copy, const D: usize> Grid<T, D> {
+    /// A grid of one value.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`] if the system has no memory for it.
+    pub fn try_filled(domain: Domain<D>, channels: usize, value: T) -> Result<Self, Error> {
+        let len = domain.checked_len().and_then(|n| n.checked_mul(channels));
+        let len = len.ok_or(Error::Allocation { bytes: u64::MAX })?;
+        Ok(Self { domain, channels, samples: try_vec(len, value)? })
+    }
+
+    /// One sample.
+    #[inline]
+    pub fn get(&self, channel: usize, at: [u32; D]) -> T {
+        self.plane(channel)[self.domain.index(at)]
+    }
+
+    /// Sets one sample.
+    #[inline]
+    pub fn set(&mut self, channel: usize, at: [u32; D], value: T) {
+        let index = self.domain.index(at);
+        self.plane_mut(channel)[index] = value;
+    }
+
+    /// Takes interleaved samples (`channels` values a position, as most files store them).
+    ///
+    /// # Errors
+    /// [`Error::Length`] or [`Error::Allocation`].
+    pub fn from_interleaved(domain: Domain<D>, channels: usize, samples: &[T]) -> Result<Self, Error> {
+        let n = domain.checked_len().unwrap_or(usize::MAX);
+        let expected = n.saturating_mul(channels);
+        if samples.len() != expected {
+            return Err(Error::Length { expected, found: samples.len() });
+        }
+        let Some(&first) = samples.first() else { return Self::from_vec(domain, channels, Vec::new()) };
+        let mut grid = Self::try_filled(domain, channels, first)?;
+        for c in 0..channels {
+            for (to, from) in grid.plane_mut(c).iter_mut().zip(samples[c..].iter().step_by(channels)) {
+                *to = *from;
+            }
+        }
+        Ok(grid)
+    }
+
+    /// Interleaved samples: `channels` values a position.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn to_interleaved(&self) -> Result<Vec<T>, Error> {
+        let Some(&first) = self.samples.first() else { return Ok(Vec::new()) };
+        let mut out = try_vec(self.samples.len(), first)?;
+        for c in 0..self.channels {
+            for (to, from) in out[c..].iter_mut().step_by(self.channels).zip(self.plane(c)) {
+                *to = *from;
+            }
+        }
+        Ok(out)
+    }
+
+    /// Each sample changed by `f`.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn map<U: Copy>(&self, f: impl Fn(T) -> U) -> Result<Grid<U, D>, Error> {
+        let mut samples = Vec::new();
+        let bytes = (self.samples.len() * size_of::<U>()) as u64;
+        samples.try_reserve_exact(self.samples.len()).map_err(|_| Error::Allocation { bytes })?;
+        samples.extend(self.samples.iter().map(|&v| f(v)));
+        Ok(Grid { domain: self.domain, channels: self.channels, samples })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interleaved_round_trip() -> Result<(), Error> {
+        let pixels: Vec<u8> = (0..24).collect();
+        let grid = Grid::from_interleaved(Domain::open([2, 4]), 3, &pixels)?;
+        assert_eq!(grid.plane(1), [1, 4, 7, 10, 13, 16, 19, 22]);
+        assert_eq!(grid.to_interleaved()?, pixels);
+        Ok(())
+    }
+
+    #[test]
+    fn wrong_lengths_and_huge_grids_are_errors() {
+        let d = Domain::open([2, 2]);
+        assert_eq!(Grid::from_vec(d, 1, vec![0_u8; 3]), Err(Error::Length { expected: 4, found: 3 }));
+        let huge = Domain::open([1 << 31, 1 << 31]);
+        assert!(matches!(Grid::try_filled(huge, 4, 0_u64), Err(Error::Allocation { .. })));
+    }
+}

@@ -1,0 +1,157 @@
+//! Payload: registered planes in the depth of their file. Methods never see one.
+
+use half::f16;
+
+use crate::{Domain, Error, Grid};
+
+/// What a plane's channels mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Role {
+    /// Grey or RGB: integers are sRGB-encoded, floats linear light.
+    Color,
+    /// A tangent-space normal: x right, y up. Integers span -1..1, floats are signed or span 0..1.
+    Normal,
+    /// A height, in any unit.
+    Height,
+    /// Roughness, metalness, occlusion, labels: anything else.
+    Scalar,
+}
+
+/// How samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Depth {
+    /// 8-bit integers.
+    U8,
+    /// 16-bit integers.
+    U16,
+    /// 16-bit floats.
+    F16,
+    /// 32-bit floats.
+    F32,
+}
+
+impl Depth {
+    /// Its name on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::U8 => "u8",
+            Self::U16 => "u16",
+            Self::F16 => "half",
+            Self::F32 => "float",
+        }
+    }
+}
+
+/// Samples in one of the four depths.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples<const D: usize> {
+    /// 8-bit integers.
+    U8(Grid<u8, D>),
+    /// 16-bit integers.
+    U16(Grid<u16, D>),
+    /// 16-bit floats, as their bits, so that copies stay exact.
+    F16(Grid<u16, D>),
+    /// 32-bit floats.
+    F32(Grid<f32, D>),
+}
+
+/// Runs the same code on the grid of whichever depth.
+macro_rules! each_depth {
+    ($samples:expr, $grid:ident => $body:expr) => {
+        match $samples {
+            $crate::Samples::U8($grid) => $body,
+            $crate::Samples::U16($grid) | $crate::Samples::F16($grid) => $body,
+            $crate::Samples::F32($grid) => $body,
+        }
+    };
+}
+pub(crate) use each_depth;
+
+impl<const D: usize> Samples<D> {
+    /// Shape and topology.
+    pub fn domain(&self) -> Domain<D> {
+        each_depth!(self, g => g.domain())
+    }
+
+    /// Number of channels, alpha included.
+    pub fn channels(&self) -> usize {
+        each_depth!(self, g => g.channels())
+    }
+
+    /// How samples are stored.
+    pub fn depth(&self) -> Depth {
+        match self {
+            Self::U8(_) => Depth::U8,
+            Self::U16(_) => Depth::U16,
+            Self::F16(_) => Depth::F16,
+            Self::F32(_) => Depth::F32,
+        }
+    }
+
+    /// One sample as a number: 0..=255, 0..=65,535, or the float.
+    #[inline]
+    pub fn value(&self, channel: usize, index: usize) -> f64 {
+        match self {
+            Self::U8(g) => f64::from(g.plane(channel)[index]),
+            Self::U16(g) => f64::from(g.plane(channel)[index]),
+            Self::F16(g) => f16::from_bits(g.plane(channel)[index]).to_f64(),
+            Self::F32(g) => f64::from(g.plane(channel)[index]),
+        }
+    }
+}
+
+/// A picture or clip, or one map of a material, in the depth of its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane<const D: usize> {
+    /// What the channels mean.
+    pub role: Role,
+    /// The samples, alpha last.
+    pub samples: Samples<D>,
+    /// Whether the last channel is alpha. Where it is 0, the sample is not valid.
+    pub alpha: bool,
+}
+
+impl<const D: usize> Plane<D> {
+    /// A plane without alpha.
+    pub fn new(role: Role, samples: Samples<D>) -> Self {
+        Self { role, samples, alpha: false }
+    }
+
+    /// A plane whose last channel is alpha.
+    pub fn with_alpha(role: Role, samples: Samples<D>) -> Self {
+        Self { role, samples, alpha: true }
+    }
+
+    /// Shape and topology.
+    pub fn domain(&self) -> Domain<D> {
+        self.samples.domain()
+    }
+
+    /// Channels without alpha.
+    pub fn color_channels(&self) -> usize {
+        self.samples.channels() - usize::from(self.alpha)
+    }
+
+    /// Where alpha is not 0; `None` for a plane without alpha.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn validity(&self) -> Result<Option<Grid<bool, D>>, Error> {
+        if !self.alpha {
+            return Ok(None);
+        }
+        let mut valid = Grid::try_filled(self.domain(), 1, true)?;
+        let alpha = self.color_channels();
+        for (i, v) in valid.plane_mut(0).iter_mut().enumerate() {
+            *v = self.samples.value(alpha, i) != 0.0;
+        }
+        Ok(Some(valid))
+    }
+
+    /// What has to agree between the exemplars of one run, in words.
+    pub(crate) fn layout(&self) -> String {
+        let alpha = if self.alpha { " and alpha" } else { "" };
+        format!("{} {} channel(s){alpha}", self.color_channels(), self.samples.depth().name())
+    }
+}

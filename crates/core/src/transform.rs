@@ -1,0 +1,108 @@
+//! Orientations of an exemplar, and the way back to its own samples.
+
+use crate::Domain;
+
+/// How a source was made from its exemplar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Transform {
+    /// Mirrored left to right or not, then turned clockwise, over the last two axes: no sample changes.
+    Exact {
+        /// Clockwise quarter turns, 0..4.
+        quarter_turns: u8,
+        /// Mirrored left to right before turning.
+        mirror: bool,
+    },
+}
+
+impl Transform {
+    /// The exemplar as it is.
+    pub const IDENTITY: Self = Self::Exact { quarter_turns: 0, mirror: false };
+
+    /// The shape of a source made from an exemplar of this domain.
+    pub fn domain<const D: usize>(self, mut exemplar: Domain<D>) -> Domain<D> {
+        let Self::Exact { quarter_turns, .. } = self;
+        if quarter_turns % 2 == 1 {
+            exemplar.shape.swap(D - 2, D - 1);
+            exemplar.periodic.swap(D - 2, D - 1);
+        }
+        exemplar
+    }
+
+    /// The exemplar's position whose sample stands at `at` in the source; `source` is the source's domain.
+    pub fn origin<const D: usize>(self, source: Domain<D>, at: [u32; D]) -> [u32; D] {
+        let Self::Exact { quarter_turns, mirror } = self;
+        let (mut h, mut w) = (source.shape[D - 2], source.shape[D - 1]);
+        let (mut y, mut x) = (at[D - 2], at[D - 1]);
+        for _ in 0..quarter_turns % 4 {
+            // A clockwise turn moves the exemplar's (y, x) to (x, height - 1 - y).
+            (y, x) = (w - 1 - x, y);
+            (h, w) = (w, h);
+        }
+        if mirror {
+            x = w - 1 - x;
+        }
+        debug_assert!(y < h && x < w);
+        let mut from = at;
+        (from[D - 2], from[D - 1]) = (y, x);
+        from
+    }
+
+    /// Where a vector of the exemplar (x right, y up) points in the source: for each of x and y, which
+    /// component it takes (0 = x, 1 = y) and whether it is negated.
+    pub(crate) fn vector(self) -> [(usize, bool); 2] {
+        let Self::Exact { quarter_turns, mirror } = self;
+        let mut v = [(0, mirror), (1, false)];
+        for _ in 0..quarter_turns % 4 {
+            v = [v[1], (v[0].0, !v[0].1)];
+        }
+        v
+    }
+}
+
+/// Which exemplar a source was made from, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// The exemplar's number, from 0, in the order given.
+    pub exemplar: u16,
+    /// How it was turned.
+    pub transform: Transform,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clockwise_turn_moves_the_top_row_to_the_right() {
+        let turn = Transform::Exact { quarter_turns: 1, mirror: false };
+        let source = turn.domain(Domain::open([2, 3]));
+        assert_eq!(source.shape, [3, 2]);
+        assert_eq!(turn.origin(source, [0, 1]), [0, 0], "the top left sample stands at the top right");
+        assert_eq!(turn.origin(source, [0, 0]), [1, 0]);
+        assert_eq!(turn.origin(source, [2, 1]), [0, 2]);
+    }
+
+    #[test]
+    fn every_orientation_is_a_permutation() {
+        for quarter_turns in 0..4 {
+            for mirror in [false, true] {
+                let t = Transform::Exact { quarter_turns, mirror };
+                let exemplar = Domain::open([2, 3, 5]);
+                let source = t.domain(exemplar);
+                let mut seen: Vec<_> = source.positions().map(|p| exemplar.index(t.origin(source, p))).collect();
+                seen.sort_unstable();
+                assert_eq!(seen, (0..30).collect::<Vec<_>>());
+            }
+        }
+    }
+
+    #[test]
+    fn vectors_turn_with_the_picture() {
+        let turn = |quarter_turns| Transform::Exact { quarter_turns, mirror: false }.vector();
+        // What pointed up (0, 1) points right (1, 0) after a clockwise turn: x takes y, y takes -x.
+        assert_eq!(turn(1), [(1, false), (0, true)]);
+        assert_eq!(turn(2), [(0, true), (1, true)]);
+        assert_eq!(Transform::Exact { quarter_turns: 0, mirror: true }.vector(), [(0, true), (1, false)]);
+    }
+}
