@@ -13,5 +13,5 @@ mod relief;
 pub mod simple;
 
 pub use noise::Noise;
-pub use picture::{Depth, Picture};
+pub use picture::{bytes, describe, from_png, plane8, plane16, same_samples, to_png};
 pub use relief::{Light, Relief, Texel};

@@ -2,9 +2,11 @@
 //!
 //! Lengths are in output pixels, x to the right, y down, z towards the eye. Colours are linear light.
 
+use selvedge_core::{Plane, Role};
+
 use crate::color::{Rgb, encode};
 use crate::field::Field;
-use crate::picture::Picture;
+use crate::picture::{plane8, plane16};
 
 /// What the surface is at one point.
 #[derive(Clone, Copy, Debug, Default)]
@@ -63,7 +65,7 @@ impl Relief {
     }
 
     /// The surface under `light`, sRGB, 8 bits.
-    pub fn lit(&self, light: &Light) -> Picture {
+    pub fn lit(&self, light: &Light) -> Plane<2> {
         let normals = self.normals();
         let open = self.openness();
         let sunlit = self.sunlit(unit(light.towards));
@@ -83,14 +85,14 @@ impl Relief {
     }
 
     /// The colour of the material without light but with the dirt that gathers in its hollows, sRGB, 8 bits.
-    pub fn albedo(&self) -> Picture {
+    pub fn albedo(&self) -> Plane<2> {
         let open = self.openness();
         let channels = [0, 1, 2].map(|c| self.z.map_index(|i| self.albedo[c].at(i) * (0.35 + 0.65 * open.at(i))));
         self.srgb(&channels.each_ref())
     }
 
     /// Unit normals as 8-bit RGB: x right, y up, z out; 128 stands for zero.
-    pub fn normal(&self) -> Picture {
+    pub fn normal(&self) -> Plane<2> {
         let [x, y, z] = self.normals();
         let (x, y, z) = (self.pixels(&x), self.pixels(&y), self.pixels(&z));
         let mut samples = vec![Vec::with_capacity(x.len()), Vec::with_capacity(x.len()), Vec::with_capacity(x.len())];
@@ -100,19 +102,20 @@ impl Relief {
                 plane.push((127.5 + 127.5 * v).round() as u8);
             }
         }
-        Picture::rgb8(self.width, self.height, samples.concat())
+        plane8(Role::Normal, self.width, self.height, samples.concat())
     }
 
     /// Height over `lowest..=highest` pixels as 16-bit grey.
-    pub fn height16(&self, lowest: f64, highest: f64) -> Picture {
+    pub fn height16(&self, lowest: f64, highest: f64) -> Plane<2> {
         let level = |z: f64| ((z - lowest) / (highest - lowest)).clamp(0.0, 1.0) * 65535.0;
-        Picture::grey16(self.width, self.height, self.pixels(&self.z).into_iter().map(|z| level(z).round() as u16).collect())
+        let levels = self.pixels(&self.z).into_iter().map(|z| level(z).round() as u16);
+        plane16(Role::Height, self.width, self.height, levels.collect())
     }
 
     /// Roughness as 8-bit grey.
-    pub fn roughness(&self) -> Picture {
+    pub fn roughness(&self) -> Plane<2> {
         let grey = self.pixels(&self.roughness).into_iter().map(|r| (r.clamp(0.0, 1.0) * 255.0).round() as u8);
-        Picture::grey8(self.width, self.height, grey.collect())
+        plane8(Role::Scalar, self.width, self.height, grey.collect())
     }
 
     fn normals(&self) -> [Field; 3] {
@@ -157,9 +160,9 @@ impl Relief {
         })
     }
 
-    fn srgb(&self, linear: &[&Field; 3]) -> Picture {
+    fn srgb(&self, linear: &[&Field; 3]) -> Plane<2> {
         let planes: Vec<u8> = linear.iter().flat_map(|f| self.pixels(f)).map(encode).collect();
-        Picture::rgb8(self.width, self.height, planes)
+        plane8(Role::Color, self.width, self.height, planes)
     }
 
     /// Means over the sub-samples of each pixel, without the margin.

@@ -1,10 +1,12 @@
 //! Pictures of one idea each, for tests: what the right answer is can be seen from the code. All 8-bit.
 
+use selvedge_core::{Plane, Role};
+
 use crate::noise::Noise;
-use crate::picture::Picture;
+use crate::picture::plane8;
 
 /// Every pixel `value`: all patches tie.
-pub fn constant(width: u32, height: u32, value: u8) -> Picture {
+pub fn constant(width: u32, height: u32, value: u8) -> Plane<2> {
     grey(width, height, |_, _| value)
 }
 
@@ -12,7 +14,7 @@ pub fn constant(width: u32, height: u32, value: u8) -> Picture {
 ///
 /// # Panics
 /// If `cell` is 0.
-pub fn checker(width: u32, height: u32, cell: u32) -> Picture {
+pub fn checker(width: u32, height: u32, cell: u32) -> Plane<2> {
     grey(width, height, |x, y| if (x / cell + y / cell).is_multiple_of(2) { 0 } else { 255 })
 }
 
@@ -20,40 +22,40 @@ pub fn checker(width: u32, height: u32, cell: u32) -> Picture {
 ///
 /// # Panics
 /// If `period` is 0.
-pub fn stripes(width: u32, height: u32, period: u32) -> Picture {
+pub fn stripes(width: u32, height: u32, period: u32) -> Plane<2> {
     grey(width, height, |x, _| if x % period * 2 < period { 0 } else { 255 })
 }
 
 /// From black on the left to white on the right; one column is black.
-pub fn gradient(width: u32, height: u32) -> Picture {
+pub fn gradient(width: u32, height: u32) -> Plane<2> {
     let last = width.saturating_sub(1).max(1);
     grey(width, height, |x, _| (x * 255 / last) as u8)
 }
 
 /// Independent random pixels, grey.
-pub fn noise(width: u32, height: u32, seed: u32) -> Picture {
+pub fn noise(width: u32, height: u32, seed: u32) -> Plane<2> {
     let noise = Noise::new(seed);
     grey(width, height, |x, y| (noise.bits(x as i32, y as i32) >> 24) as u8)
 }
 
 /// Independent random pixels, RGB.
-pub fn noise_rgb(width: u32, height: u32, seed: u32) -> Picture {
+pub fn noise_rgb(width: u32, height: u32, seed: u32) -> Plane<2> {
     let planes = [0, 1, 2].map(|c| Noise::new(seed).other(c));
     let samples = planes.iter().flat_map(|n| samples(width, height, |x, y| (n.bits(x as i32, y as i32) >> 24) as u8));
-    Picture::rgb8(width, height, samples.collect())
+    plane8(Role::Color, width, height, samples.collect())
 }
 
 /// Smooth random spots about `size` pixels wide, RGB: a texture whose patches fit together many ways.
-pub fn spots(width: u32, height: u32, size: u32, seed: u32) -> Picture {
+pub fn spots(width: u32, height: u32, size: u32, seed: u32) -> Plane<2> {
     let scale = 1.0 / f64::from(size.max(1));
     let level = |n: Noise, x: u32, y: u32| 127.5 + 127.5 * n.smooth(f64::from(x) * scale, f64::from(y) * scale);
     let planes = [0, 1, 2].map(|c| Noise::new(seed).other(c));
     let samples = planes.iter().flat_map(|n| samples(width, height, |x, y| level(*n, x, y).round() as u8));
-    Picture::rgb8(width, height, samples.collect())
+    plane8(Role::Color, width, height, samples.collect())
 }
 
-fn grey(width: u32, height: u32, at: impl Fn(u32, u32) -> u8) -> Picture {
-    Picture::grey8(width, height, samples(width, height, at).collect())
+fn grey(width: u32, height: u32, at: impl Fn(u32, u32) -> u8) -> Plane<2> {
+    plane8(Role::Color, width, height, samples(width, height, at).collect())
 }
 
 fn samples(width: u32, height: u32, at: impl Fn(u32, u32) -> u8) -> impl Iterator<Item = u8> {
@@ -63,11 +65,11 @@ fn samples(width: u32, height: u32, at: impl Fn(u32, u32) -> u8) -> impl Iterato
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::Depth;
+    use crate::picture::bytes;
 
     #[track_caller]
-    fn check(picture: &Picture, expected: &[u8]) {
-        assert_eq!(picture.samples, Depth::U8(expected.to_vec()));
+    fn check(picture: &Plane<2>, expected: &[u8]) {
+        assert_eq!(bytes(picture), expected);
     }
 
     #[test]
@@ -81,7 +83,8 @@ mod tests {
 
     #[test]
     fn noise_fills_the_range_and_hangs_on_its_seed() {
-        let Depth::U8(samples) = noise(64, 64, 1).samples else { panic!("8 bits") };
+        let picture = noise(64, 64, 1);
+        let samples = bytes(&picture);
         let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / 4096.0;
         assert!((mean - 127.5).abs() < 5.0, "mean {mean}");
         assert!(samples.contains(&0) && samples.contains(&255));

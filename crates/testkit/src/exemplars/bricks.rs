@@ -1,8 +1,9 @@
 //! Bricks: a weathered running bond as a material of four registered planes.
 
+use selvedge_core::Plane;
+
 use crate::color::{Rgb, along, blend, hex, scaled};
 use crate::noise::{Noise, lerp, ramp};
-use crate::picture::Picture;
 use crate::relief::{Relief, Texel};
 
 const NOISE: Noise = Noise::new(0xb41c);
@@ -14,13 +15,13 @@ const COURSE: f64 = 17.5;
 #[derive(Debug)]
 pub struct Bricks {
     /// Colour without light, sRGB, 8 bits.
-    pub albedo: Picture,
+    pub albedo: Plane<2>,
     /// Tangent-space normals, x right, y up, z out, 8 bits.
-    pub normal: Picture,
+    pub normal: Plane<2>,
     /// Height, 16-bit grey.
-    pub height: Picture,
+    pub height: Plane<2>,
     /// Roughness, 8-bit grey.
-    pub roughness: Picture,
+    pub roughness: Plane<2>,
 }
 
 /// Bricks, 192 x 192.
@@ -69,7 +70,8 @@ fn brick_texel(x: f64, y: f64, at: (f64, f64)) -> Texel {
     let grain = NOISE.other(6).layers(at.0 / 1.8, at.1 / 1.8, 2);
     let swell = NOISE.other(7).layers(at.0 / 15.0 + 9.0 * own(4), at.1 / 15.0, 3);
     let tilt = 0.03 * (own(5) - 0.5) * u + 0.08 * (own(6) - 0.5) * v;
-    let height = 3.2 * (1.0 - (1.0 - t) * (1.0 - t)).sqrt() + 0.7 * swell + 0.22 * grain - 1.1 * pits + tilt
+    let height = 3.2 * (1.0 - (1.0 - t) * (1.0 - t)).sqrt() + 0.7 * swell + 0.22 * grain - 1.1 * pits
+        + tilt
         + 1.1 * (own(7) - 0.5);
     let albedo = brick_color((own(8), own(9), own(10)), u / half.0, at, (swell, grain, pits), t);
     Texel { height, albedo, roughness: 0.74 + 0.10 * grain + 0.12 * pits - 0.22 * ramp(0.9, 1.0, own(8)) }
@@ -102,5 +104,9 @@ fn mortar_texel(x: f64, y: f64) -> Texel {
     let lumps = NOISE.other(21).layers(x / 7.0, y / 7.0, 3);
     let wet = ramp(0.0, 0.8, NOISE.other(22).layers(x / 40.0, y / 40.0, 3));
     let shade = along(&[hex(0x8d8371), hex(0xb3a893), hex(0xcbc1ad)], 0.5 + 0.5 * lumps - 0.35 * wet);
-    Texel { height: lerp(-0.6, 0.5, 0.5 + 0.8 * lumps) + 0.3 * grain, albedo: scaled(shade, 1.0 + 0.22 * grain), roughness: 0.93 }
+    Texel {
+        height: lerp(-0.6, 0.5, 0.5 + 0.8 * lumps) + 0.3 * grain,
+        albedo: scaled(shade, 1.0 + 0.22 * grain),
+        roughness: 0.93,
+    }
 }

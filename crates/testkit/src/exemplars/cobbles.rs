@@ -1,8 +1,9 @@
 //! Cobbles: rounded stones of many colours, sand and moss in the joints, low sun from the upper left.
 
+use selvedge_core::Plane;
+
 use crate::color::{Rgb, along, blend, hex, scaled};
 use crate::noise::{Noise, lerp, ramp};
-use crate::picture::Picture;
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0xc0bb);
@@ -10,7 +11,7 @@ const NOISE: Noise = Noise::new(0xc0bb);
 const PITCH: f64 = 25.0;
 
 /// Cobbles, 192 x 192, sRGB.
-pub fn cobbles() -> Picture {
+pub fn cobbles() -> Plane<2> {
     let light = Light {
         towards: [-0.62, -0.55, 0.62],
         sun: scaled(hex(0xfff0d8), 1.75),
@@ -80,11 +81,7 @@ fn joint_texel(x: f64, y: f64) -> Texel {
     let moss = ramp(-0.05, 0.35, NOISE.other(6).layers(x / 40.0, y / 40.0, 3) + 0.3 * lumps);
     let sand = scaled(along(&[hex(0x4a3f31), hex(0x7a6a52)], 0.5 + 0.6 * lumps), 1.0 + 0.35 * grain);
     let green = scaled(along(&[hex(0x2f3a12), hex(0x66762a)], 0.5 + 0.9 * grain), 1.0 + 0.3 * lumps);
-    Texel {
-        height: 0.2 + 0.35 * grain + 0.7 * lumps + 1.5 * moss,
-        albedo: blend(sand, green, moss),
-        roughness: 0.97,
-    }
+    Texel { height: 0.2 + 0.35 * grain + 0.7 * lumps + 1.5 * moss, albedo: blend(sand, green, moss), roughness: 0.97 }
 }
 
 /// Cells of a jittered grid whose joints run half way between neighbouring centres, corners rounded.

@@ -1,8 +1,9 @@
 //! Scales: overlapping rows with a keel each, green to copper, glossy, no two alike.
 
+use selvedge_core::Plane;
+
 use crate::color::{Rgb, along, blend, hex, scaled};
 use crate::noise::{Noise, lerp, ramp};
-use crate::picture::Picture;
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0x5ca1e);
@@ -11,7 +12,7 @@ const ACROSS: f64 = 22.0;
 const DOWN: f64 = 11.5;
 
 /// Scales, 192 x 192, sRGB.
-pub fn scales() -> Picture {
+pub fn scales() -> Plane<2> {
     let light = Light {
         towards: [-0.45, -0.7, 0.62],
         sun: scaled(hex(0xfff3dd), 1.6),
@@ -55,8 +56,8 @@ fn scale_texel(row: i32, column: i32, shift: f64, x: f64, y: f64) -> Option<Texe
     let rays = libm::sin(u / (0.35 + v) * 16.0 + 6.0 * own(5));
     let grain = NOISE.other(3).layers(x / 2.2, y / 2.2, 2);
     let dome = 1.0 - u * u;
-    let height = 5.2 * v + 2.4 * dome + 0.9 * keel - 0.9 * rim * rim + 0.14 * rays * v + 0.2 * grain
-        + 0.8 * (own(6) - 0.5);
+    let height =
+        5.2 * v + 2.4 * dome + 0.9 * keel - 0.9 * rim * rim + 0.14 * rays * v + 0.2 * grain + 0.8 * (own(6) - 0.5);
     let mut albedo = color(u, v, (own(7), own(8)), (x, y));
     albedo = scaled(albedo, (1.0 + 0.10 * rays + 0.16 * grain) * lerp(0.75, 1.2, own(9)));
     albedo = blend(albedo, hex(0x1d1a10), 0.55 * rim);

@@ -1,8 +1,9 @@
 //! Weave: a 2/2 twill of indigo warp and undyed weft, every yarn its own width, twist and shade.
 
+use selvedge_core::Plane;
+
 use crate::color::{Rgb, along, blend, hex, scaled};
 use crate::noise::{Noise, lerp, ramp};
-use crate::picture::Picture;
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0x77ea);
@@ -10,7 +11,7 @@ const NOISE: Noise = Noise::new(0x77ea);
 const PITCH: f64 = 9.6;
 
 /// Weave, 192 x 192, sRGB.
-pub fn weave() -> Picture {
+pub fn weave() -> Plane<2> {
     let light = Light {
         towards: [-0.5, -0.62, 0.75],
         sun: scaled(hex(0xfff4e2), 1.2),
@@ -46,7 +47,10 @@ fn yarn(across: f64, along_it: f64, weft: bool) -> Texel {
     let (fiber, strand) = twist(noise, which, side, along_it, own(2));
     let height = 1.5 * lift + 3.4 * round + (0.22 * strand + 0.25 * fiber) * round * ramp(-0.6, 0.6, lift);
     let mut color = color_of(weft, own(3), slub);
-    color = scaled(color, (1.0 + 0.11 * strand + 0.30 * fiber) * lerp(0.55, 1.0, round) * lerp(0.6, 1.0, (lift + 1.0) / 2.0));
+    color = scaled(
+        color,
+        (1.0 + 0.11 * strand + 0.30 * fiber) * lerp(0.55, 1.0, round) * lerp(0.6, 1.0, (lift + 1.0) / 2.0),
+    );
     let worn = ramp(0.6, 1.4, lift * round + 0.5 * fiber);
     Texel { height, albedo: blend(color, hex(0xd9d3c4), 0.14 * worn), roughness: 0.8 }
 }
