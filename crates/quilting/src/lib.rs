@@ -9,7 +9,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // A checkerboard with squares of two samples.
 //! let board = |y: u32, x: u32| if (y / 2 + x / 2) % 2 == 0 { b'#' } else { b'.' };
-//! let domain = Domain::open([8, 8]);
+//! let domain = Domain::open([16, 16]);
 //! let samples = domain.positions().map(|[y, x]| board(y, x)).collect();
 //! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
 //!
