@@ -21,7 +21,6 @@ impl Default for Limits {
 }
 
 /// What a method tells while it works.
-#[non_exhaustive]
 pub struct Event<'a, const D: usize> {
     /// The stage, such as `"quilting/block"`.
     pub stage: &'static str,

@@ -95,7 +95,7 @@ impl Relief {
     pub fn normal(&self) -> Plane<2> {
         let [x, y, z] = self.normals();
         let (x, y, z) = (self.pixels(&x), self.pixels(&y), self.pixels(&z));
-        let mut samples = vec![Vec::with_capacity(x.len()), Vec::with_capacity(x.len()), Vec::with_capacity(x.len())];
+        let mut samples = [const { Vec::new() }; 3];
         for ((&x, &y), &z) in x.iter().zip(&y).zip(&z) {
             let n = unit([x, -y, z]);
             for (plane, v) in samples.iter_mut().zip(n) {

@@ -1,0 +1,130 @@
+//! Where blocks lie in the output, and how far each overlaps what is there already.
+
+use selvedge_core::Domain;
+
+/// A block's extent along one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Span {
+    /// First sample.
+    pub(crate) start: u32,
+    /// Samples; blocks at an open border are cropped. On a periodic axis it may reach over the end.
+    pub(crate) len: u32,
+    /// Samples shared with the block before.
+    pub(crate) before: u32,
+    /// Samples shared with the first block, where the ring closes.
+    pub(crate) after: u32,
+}
+
+/// The blocks along one axis, at least `overlap` samples of each on the next. `[Efros01 2.2]`
+///
+/// An open axis steps by `block - overlap` and crops the last block. A periodic axis spreads what does not fit by
+/// widening the overlaps; where they would exceed half a block, the blocks are shortened.
+pub(crate) fn spans(len: u32, periodic: bool, block: u32, overlap: u32) -> Vec<Span> {
+    let step = (block - overlap).max(1);
+    if !periodic {
+        let n = len.saturating_sub(overlap).div_ceil(step).max(1);
+        return (0..n)
+            .map(|i| Span {
+                start: i * step,
+                len: block.min(len - i * step),
+                before: if i == 0 { 0 } else { overlap.min(len - i * step) },
+                after: 0,
+            })
+            .collect();
+    }
+    let n = len.div_ceil(step);
+    if n == 1 {
+        return vec![Span { start: 0, len, before: 0, after: 0 }];
+    }
+    let start = |i: u32| (u64::from(i) * u64::from(len) / u64::from(n)) as u32;
+    // Overlaps stay within half a block, so that the cuts at both ends never touch.
+    let block = block.min(2 * (len / n));
+    let mut spans: Vec<Span> = (0..n)
+        .map(|i| Span {
+            start: start(i),
+            len: block,
+            before: if i == 0 { 0 } else { start(i - 1) + block - start(i) },
+            after: 0,
+        })
+        .collect();
+    spans[n as usize - 1].after = start(n - 1) + block - len;
+    spans
+}
+
+/// One block: its window in the output and the strips on which it meets what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Block {
+    /// Vertical extent.
+    pub(crate) rows: Span,
+    /// Horizontal extent.
+    pub(crate) columns: Span,
+}
+
+impl Block {
+    /// Height and width.
+    pub(crate) fn shape(&self) -> [u32; 2] {
+        [self.rows.len, self.columns.len]
+    }
+
+    /// The output position of a position in the block.
+    #[inline]
+    pub(crate) fn position(&self, output: Domain<2>, [y, x]: [u32; 2]) -> [u32; 2] {
+        let (y, x) = (self.rows.start + y, self.columns.start + x);
+        // Only periodic axes have blocks that reach over the end, and by less than one turn.
+        [
+            if y < output.shape[0] { y } else { y - output.shape[0] },
+            if x < output.shape[1] { x } else { x - output.shape[1] },
+        ]
+    }
+}
+
+/// All blocks in raster order. `[Efros01 2.2]`
+pub(crate) fn blocks(output: Domain<2>, block: u32, overlap: u32) -> Vec<Block> {
+    let rows = spans(output.shape[0], output.periodic[0], block, overlap);
+    let columns = spans(output.shape[1], output.periodic[1], block, overlap);
+    rows.iter().flat_map(|&rows| columns.iter().map(move |&columns| Block { rows, columns })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn open_axes_crop_the_last_block() {
+        let s = spans(20, false, 8, 2);
+        assert_eq!(
+            s.iter().map(|s| (s.start, s.len, s.before)).collect::<Vec<_>>(),
+            [(0, 8, 0), (6, 8, 2), (12, 8, 2)]
+        );
+        let s = spans(21, false, 8, 2);
+        assert_eq!(s[3], Span { start: 18, len: 3, before: 2, after: 0 });
+        assert_eq!(spans(3, false, 8, 2), [Span { start: 0, len: 3, before: 0, after: 0 }]);
+    }
+
+    #[test]
+    fn every_axis_is_covered_once() {
+        for periodic in [false, true] {
+            for (len, block) in (1..60).flat_map(|l| (1..20).map(move |b| (l, b))) {
+                for overlap in 0..=block / 2 {
+                    check(len, periodic, block, overlap);
+                }
+            }
+        }
+    }
+
+    fn check(len: u32, periodic: bool, block: u32, overlap: u32) {
+        let mut filled = vec![0_u32; len as usize];
+        for span in spans(len, periodic, block, overlap) {
+            let at = |i: u32| ((span.start + i) % len) as usize;
+            let shared = (0..span.len).filter(|&i| filled[at(i)] != 0).count() as u32;
+            assert_eq!(shared, span.before + span.after, "{len} {periodic} {block} {overlap} {span:?}");
+            assert!((0..span.before).all(|i| filled[at(i)] != 0));
+            assert!((0..span.after).all(|i| filled[at(span.len - 1 - i)] != 0));
+            assert!(periodic || shared < span.len, "each block adds something");
+            assert!(periodic || span.start + span.len <= len);
+            assert!(!periodic || (span.before * 2 <= span.len && span.after * 2 <= span.len));
+            (0..span.len).for_each(|i| filled[at(i)] += 1);
+        }
+        assert!(filled.iter().all(|&n| n != 0));
+    }
+}

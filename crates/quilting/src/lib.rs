@@ -1,0 +1,48 @@
+//! Image quilting: synthesis from overlapping square blocks of an exemplar (Efros and Freeman 2001).
+//!
+//! # Usage
+//! Encode one or more exemplars, choose the output's domain, call [`quilt`], and render the map that it answers with.
+//!
+//! ```
+//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_quilting::{Options, quilt};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // A checkerboard with squares of two samples.
+//! let board = |y: u32, x: u32| if (y / 2 + x / 2) % 2 == 0 { b'#' } else { b'.' };
+//! let domain = Domain::open([16, 16]);
+//! let samples = domain.positions().map(|[y, x]| board(y, x)).collect();
+//! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//!
+//! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
+//! let options = Options { block: Some(5), overlap: Some(2), ..Options::default() };
+//! let woven = quilt(&exemplars, Domain::open([4, 12]), &options, &Run::seeded(0))?;
+//! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
+//! let rows: Vec<_> = out.plane(0).chunks(12).map(String::from_utf8_lossy).collect();
+//! // The board goes on across every block's edge.
+//! assert!(rows.iter().all(|r| r.contains("##..##..##") || r.contains("..##..##..")), "{rows:#?}");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//! `rayon` (default): candidates are searched on the caller's pool; the output is the same either way.
+//!
+//! # Current state
+//! Synthesis (section 2 of the paper) in full, with periodic outputs, masks and several exemplars. The search is the
+//! plain one over every block of every source: `O(candidates * overlap samples * channels)` a block.
+//!
+//! # Papers
+//! `[Efros01]`: A. A. Efros, W. T. Freeman, *Image Quilting for Texture Synthesis and Transfer*, SIGGRAPH 2001.
+#![forbid(unsafe_code)]
+
+mod auto_block;
+mod block_grid;
+mod boundary_cut;
+mod options;
+mod quilt;
+mod search;
+mod strip;
+
+pub use auto_block::suggest_block;
+pub use options::{Continuation, Error, Options, Stage};
+pub use quilt::{Stats, quilt};

@@ -1,0 +1,189 @@
+//! What the caller chooses, and what can be wrong with it.
+
+use selvedge_core::ErrorKind;
+
+/// How far the algorithm of figure 2 goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// Random blocks, tiled without overlap (figure 2a).
+    Random,
+    /// Overlapping blocks that agree with their neighbours, laid over them whole (figure 2b).
+    Overlap,
+    /// The same with a minimum error boundary cut (figure 2c): the method.
+    #[default]
+    Cut,
+}
+
+/// Whether a block may be the exemplar's own continuation of its neighbour.
+///
+/// On real exemplars a quarter to two fifths of all blocks fit best where their neighbour came from, one step
+/// further: the output then repeats the exemplar verbatim.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Continuation {
+    /// No block within two samples of a neighbour's continuation, as long as there is any other.
+    #[default]
+    Avoid,
+    /// Whatever fits best, as the paper has it.
+    Allow,
+}
+
+/// Options of [`quilt`](crate::quilt()).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Side of the square blocks in samples. It should hold the largest structure of the texture; larger blocks copy
+    /// more, smaller ones mix more. From 1 to the exemplar's shorter side. Default: chosen by
+    /// [`suggest_block`](crate::suggest_block) from the exemplar.
+    pub block: Option<u32>,
+    /// Width of the overlap of neighbouring blocks in samples, at most half a block. Default: a sixth of the block,
+    /// as in the paper, at least 1.
+    pub overlap: Option<u32>,
+    /// A block is drawn from those whose overlap error (L2 norm) is at most `1 + tolerance` times the least. From 0
+    /// (always the best) to 100. Default: 0.1, as in the paper.
+    pub tolerance: f64,
+    /// How far the algorithm of the paper's figure 2 goes. Default: [`Stage::Cut`].
+    pub stage: Stage,
+    /// Whether blocks may continue their neighbours verbatim. Default: [`Continuation::Avoid`].
+    pub continuation: Continuation,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { block: None, overlap: None, tolerance: 0.1, stage: Stage::Cut, continuation: Continuation::Avoid }
+    }
+}
+
+impl Options {
+    /// The paper, to the letter; the block is left to the user there, and to [`suggest_block`](crate::suggest_block) here.
+    pub fn paper() -> Self {
+        Self { continuation: Continuation::Allow, ..Self::default() }
+    }
+
+    /// Checks what can be checked without an exemplar.
+    ///
+    /// # Errors
+    /// [`Error::Block`], [`Error::Overlap`], [`Error::Tolerance`].
+    pub fn validate(&self) -> Result<(), Error> {
+        if self.block == Some(0) {
+            return Err(Error::Block);
+        }
+        if let (Some(block), Some(overlap)) = (self.block, self.overlap)
+            && block / 2 < overlap
+        {
+            return Err(Error::Overlap { overlap, block, limit: block / 2 });
+        }
+        if !(0.0..=100.0).contains(&self.tolerance) {
+            return Err(Error::Tolerance { tolerance: self.tolerance });
+        }
+        Ok(())
+    }
+
+    /// The overlap for a block: the given one, or a sixth. `[Efros01 2.2]`
+    pub(crate) fn overlap_of(&self, block: u32) -> Result<u32, Error> {
+        match self.overlap {
+            Some(overlap) if block / 2 < overlap => Err(Error::Overlap { overlap, block, limit: block / 2 }),
+            Some(overlap) => Ok(overlap),
+            None => Ok((block / 6).max(1).min(block / 2)),
+        }
+    }
+
+    /// The tolerance on squared errors, in thousandths: `error * 1000 <= least * (1000 + tolerance)`.
+    ///
+    /// The paper's 0.1 is on the L2 norm, so squared errors may be 1.21 times the least.
+    pub(crate) fn per_mille(&self) -> u64 {
+        let factor = 1.0 + self.tolerance;
+        ((factor * factor - 1.0) * 1000.0).round() as u64
+    }
+}
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A block of no samples.
+    #[error("a block of 0 px holds nothing; use a block of at least 1")]
+    Block,
+    /// The overlap exceeds half a block.
+    #[error("an overlap of {overlap} px is more than half of the {block} px block; use at most {limit}")]
+    Overlap {
+        /// The overlap asked for.
+        overlap: u32,
+        /// The block.
+        block: u32,
+        /// The largest overlap allowed.
+        limit: u32,
+    },
+    /// The tolerance is negative, too large, or no number.
+    #[error("a tolerance of {tolerance} is out of range; use 0 to 100")]
+    Tolerance {
+        /// The tolerance asked for.
+        tolerance: f64,
+    },
+    /// No exemplar holds a block.
+    #[error(
+        "{width}x{height} px is smaller than the {block} px block; use a block of at most {limit} or a larger exemplar"
+    )]
+    BlockExceedsExemplar {
+        /// The block.
+        block: u32,
+        /// The largest exemplar's width.
+        width: u32,
+        /// The largest exemplar's height.
+        height: u32,
+        /// The largest block that fits.
+        limit: u32,
+    },
+    /// Masks leave no place for a block.
+    #[error("no {height}x{width} px block of the exemplar is free of masked samples; use a smaller block or mask less")]
+    Masked {
+        /// Height of the block.
+        height: u32,
+        /// Width of the block.
+        width: u32,
+    },
+    /// The output has no samples.
+    #[error("an output of {width}x{height} px holds nothing; use at least 1x1")]
+    EmptyOutput {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+    },
+    /// An error of the core.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Block | Self::Overlap { .. } | Self::Tolerance { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::BlockExceedsExemplar { .. } | Self::Masked { .. } => ErrorKind::Input,
+            Self::Core(error) => error.kind(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_follow_the_paper() {
+        let options = Options::default();
+        assert_eq!(options.per_mille(), 210);
+        assert_eq!([1, 2, 5, 6, 36, 48].map(|b| options.overlap_of(b).unwrap()), [0, 1, 1, 1, 6, 8]);
+    }
+
+    #[test]
+    fn wrong_options_are_named_with_their_numbers() {
+        let with = |options: Options| options.validate().unwrap_err().to_string();
+        let block = Options { block: Some(0), ..Options::default() };
+        assert!(with(block).contains("0 px"));
+        let overlap = Options { block: Some(10), overlap: Some(6), ..Options::default() };
+        assert_eq!(with(overlap), "an overlap of 6 px is more than half of the 10 px block; use at most 5");
+        for tolerance in [-0.1, f64::NAN, f64::INFINITY] {
+            assert!(Options { tolerance, ..Options::default() }.validate().is_err());
+        }
+    }
+}
