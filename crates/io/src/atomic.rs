@@ -1,0 +1,279 @@
+//! Files that appear whole or not at all.
+//!
+//! The bytes go to a part beside the final name, are flushed to the disk, and take the name in one step. A part is
+//! locked while its writer lives; parts without a living writer are swept when the same name is written again.
+
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::error::{Error, Problem};
+
+/// Writes a file whole or not at all: on failure the old file, or none, is left.
+///
+/// A link is followed, permissions of a replaced file are kept. Devices and pipes are written as they are.
+///
+/// # Errors
+/// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
+pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
+    replace(&Disk, path, bytes, no_clobber).map_err(|e| match e.kind() {
+        io::ErrorKind::NotFound => Error::new(path, folder_problem(path, e)),
+        _ => Error::new(path, Problem::file_system(e, bytes.len() as u64)),
+    })
+}
+
+/// A file that is to be made cannot be missing: its folder is.
+fn folder_problem(path: &Path, error: io::Error) -> Problem {
+    let missing = path.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+    if missing { Problem::NoFolder } else { Problem::FileSystem(error) }
+}
+
+/// The steps that may fail, so that tests can make each of them fail.
+trait Steps {
+    fn create(&self, part: &Path) -> io::Result<File> {
+        OpenOptions::new().write(true).create_new(true).open(part)
+    }
+    fn write(&self, file: &mut File, bytes: &[u8]) -> io::Result<()> {
+        file.write_all(bytes)
+    }
+    fn sync(&self, file: &File) -> io::Result<()> {
+        file.sync_all()
+    }
+    fn take_name(&self, part: &Path, path: &Path, no_clobber: bool) -> io::Result<()> {
+        if no_clobber { link_then_remove(part, path) } else { fs::rename(part, path) }
+    }
+}
+
+struct Disk;
+impl Steps for Disk {}
+
+fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io::Result<()> {
+    let existing = match fs::metadata(path) {
+        Ok(existing) => Some(existing),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => None,
+        Err(e) => return Err(e),
+    };
+    if no_clobber && fs::symlink_metadata(path).is_ok() {
+        return Err(io::ErrorKind::AlreadyExists.into());
+    }
+    let path = match &existing {
+        Some(m) if m.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Some(m) if !m.is_file() => return OpenOptions::new().write(true).open(path)?.write_all(bytes),
+        Some(_) => fs::canonicalize(path)?,
+        None => path.to_path_buf(),
+    };
+    sweep(&path);
+    let (part, mut file) = create_part(steps, &path)?;
+    let written =
+        write_part(steps, &mut file, bytes, existing.as_ref()).and_then(|()| steps.take_name(&part, &path, no_clobber));
+    if written.is_err() {
+        // The first failure is the one to tell; a part that stays is swept by the next writer.
+        let _ = fs::remove_file(&part);
+        return written;
+    }
+    sync_folder(&path);
+    Ok(())
+}
+
+fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs::Metadata>) -> io::Result<()> {
+    steps.write(file, bytes)?;
+    if let Some(old) = old {
+        file.set_permissions(old.permissions())?;
+    }
+    steps.sync(file)
+}
+
+/// A new part, locked by us.
+fn create_part(steps: &impl Steps, path: &Path) -> io::Result<(PathBuf, File)> {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let mut name = part_prefix(path)?;
+        name.push(format!("{}-{number}.part", std::process::id()));
+        let part = path.with_file_name(name);
+        match steps.create(&part) {
+            Ok(file) => {
+                // A file system without locks only loses the sweeping.
+                let _ = file.try_lock();
+                return Ok((part, file));
+            }
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(e),
+        }
+    }
+}
+
+/// `.NAME.`, cut so that the part's name is not longer than file systems allow.
+fn part_prefix(path: &Path) -> io::Result<OsString> {
+    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+    let mut prefix = OsString::from(".");
+    match name.to_str() {
+        Some(text) if 200 < text.len() => prefix.push(&text[..text.floor_char_boundary(200)]),
+        None if 200 < name.len() => prefix.push("long-name"),
+        _ => prefix.push(name),
+    }
+    prefix.push(".");
+    Ok(prefix)
+}
+
+/// Takes a name only if it is free. Where the file system has no hard links, a name taken in the last moment is lost.
+fn link_then_remove(part: &Path, path: &Path) -> io::Result<()> {
+    match fs::hard_link(part, path) {
+        Ok(()) => fs::remove_file(part),
+        Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(e),
+        Err(_) if path.exists() => Err(io::ErrorKind::AlreadyExists.into()),
+        Err(_) => fs::rename(part, path),
+    }
+}
+
+/// Removes parts of this name whose writer is gone: nobody holds their lock.
+fn sweep(path: &Path) {
+    let Ok(prefix) = part_prefix(path) else { return };
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let bytes = name.as_encoded_bytes();
+        let Some(middle) = bytes.strip_prefix(prefix.as_encoded_bytes()).and_then(|r| r.strip_suffix(b".part")) else {
+            continue;
+        };
+        if middle.iter().all(|b| b.is_ascii_digit() || *b == b'-')
+            && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Makes the new name itself durable. Not every system can; the file is whole in any case.
+fn sync_folder(path: &Path) {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fails at one of the four steps.
+    struct Fails(usize);
+    impl Fails {
+        fn at(&self, step: usize) -> io::Result<()> {
+            if self.0 == step { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+        }
+    }
+    impl Steps for Fails {
+        fn create(&self, part: &Path) -> io::Result<File> {
+            self.at(0)?;
+            Disk.create(part)
+        }
+        fn write(&self, file: &mut File, bytes: &[u8]) -> io::Result<()> {
+            Disk.write(file, &bytes[..bytes.len() / 2])?;
+            self.at(1)?;
+            Disk.write(file, &bytes[bytes.len() / 2..])
+        }
+        fn sync(&self, file: &File) -> io::Result<()> {
+            self.at(2)?;
+            Disk.sync(file)
+        }
+        fn take_name(&self, part: &Path, path: &Path, no_clobber: bool) -> io::Result<()> {
+            self.at(3)?;
+            Disk.take_name(part, path, no_clobber)
+        }
+    }
+
+    /// A folder of its own, removed at the end.
+    struct Folder(PathBuf);
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("selvedge-io-{}-{name}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+        fn files(&self) -> Vec<(String, Vec<u8>)> {
+            let names = fs::read_dir(&self.0).unwrap().map(|e| e.unwrap());
+            let mut files: Vec<_> =
+                names.map(|e| (e.file_name().to_string_lossy().into_owned(), fs::read(e.path()).unwrap())).collect();
+            files.sort();
+            files
+        }
+    }
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_failure_at_any_step_leaves_the_old_file_and_nothing_else() {
+        let folder = Folder::new("steps");
+        let path = folder.0.join("a.png");
+        for old in [None, Some(b"old".to_vec())] {
+            if let Some(old) = &old {
+                write_bytes(&path, old, false).unwrap();
+            }
+            let before = folder.files();
+            for step in 0..4 {
+                assert!(replace(&Fails(step), &path, b"new bytes", false).is_err());
+                assert_eq!(folder.files(), before, "step {step}");
+            }
+            assert!(replace(&Fails(4), &path, b"new bytes", false).is_ok());
+            assert_eq!(folder.files(), [("a.png".to_owned(), b"new bytes".to_vec())]);
+            fs::remove_file(&path).unwrap();
+        }
+    }
+
+    #[test]
+    fn parts_of_dead_writers_are_swept_and_others_stay() {
+        let folder = Folder::new("sweep");
+        let path = folder.0.join("a.png");
+        for name in [".a.png.99-1.part", ".a.png.mine.part", ".b.png.99-1.part"] {
+            fs::write(folder.0.join(name), b"part").unwrap();
+        }
+        let living = File::create(folder.0.join(".a.png.98-1.part")).unwrap();
+        living.try_lock().unwrap();
+        write_bytes(&path, b"new", false).unwrap();
+        let names: Vec<String> = folder.files().into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, [".a.png.98-1.part", ".a.png.mine.part", ".b.png.99-1.part", "a.png"]);
+    }
+
+    #[test]
+    fn no_clobber_keeps_what_is_there() {
+        let folder = Folder::new("clobber");
+        let path = folder.0.join("a.png");
+        write_bytes(&path, b"old", true).unwrap();
+        assert!(matches!(write_bytes(&path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
+        assert!(link_then_remove(&path, &path).is_err(), "a name taken in the last moment is not replaced");
+        assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())]);
+    }
+
+    #[test]
+    fn links_are_followed_and_long_names_fit() {
+        let folder = Folder::new("links");
+        let (path, link) = (folder.0.join("x".repeat(251) + ".png"), folder.0.join("link.png"));
+        write_bytes(&path, b"old", false).unwrap();
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&path, &link).unwrap();
+            write_bytes(&link, b"new", false).unwrap();
+            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+            assert_eq!(fs::read(&path).unwrap(), b"new");
+        }
+    }
+
+    #[test]
+    fn missing_folders_folders_and_full_devices_are_told_apart() {
+        let folder = Folder::new("kinds");
+        let problem = |path: &Path| write_bytes(path, b"new", false).unwrap_err().problem;
+        assert!(matches!(problem(&folder.0.join("none/a.png")), Problem::NoFolder));
+        assert!(matches!(problem(&folder.0), Problem::Folder));
+        if Path::new("/dev/full").exists() {
+            assert!(matches!(problem(Path::new("/dev/full")), Problem::NoSpace { bytes: 3 }));
+        }
+        assert_eq!(folder.files(), []);
+    }
+}

@@ -1,0 +1,325 @@
+//! What can go wrong with files: one enum of problems, and an error that says which file has one.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::name::{escaped, quoted};
+use crate::{Depth, Format};
+
+/// Who can mend an error; the program's exit code follows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// An option is wrong by itself.
+    Option,
+    /// The file is wrong, or does not fit an option.
+    Input,
+    /// Missing, denied, read-only, in the way.
+    FileSystem,
+    /// The disk or the quota is full.
+    NoSpace,
+    /// The memory budget does not suffice.
+    Memory,
+    /// A promise of the library was broken.
+    Internal,
+}
+
+/// A file and what is wrong with it. Shown as one line: `'dir/a.png': 0x7 px has no samples; give a larger picture`.
+#[derive(Debug)]
+pub struct Error {
+    /// The file as the caller named it.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+impl Error {
+    pub(crate) fn new(path: &Path, problem: impl Into<Problem>) -> Self {
+        Self { path: path.to_path_buf(), problem: problem.into() }
+    }
+
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        self.problem.kind()
+    }
+
+    /// What is wrong, without file and remedy, in one line.
+    pub fn message(&self) -> String {
+        escaped(self.problem.to_string().as_bytes())
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self) -> String {
+        self.problem.remedy()
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}; {}", quoted(&self.path), self.message(), self.remedy())
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        std::error::Error::source(&self.problem)
+    }
+}
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// A name whose extension is no format that can be written.
+    #[error("'{extension}' is no format that can be written")]
+    UnknownFormat {
+        /// The extension, without its dot.
+        extension: String,
+    },
+    /// The format has no such depth.
+    #[error("{format} cannot hold {} samples", depth.name())]
+    DepthNotHeld {
+        /// The format.
+        format: Format,
+        /// The depth asked for.
+        depth: Depth,
+    },
+    /// The format has no such number of channels.
+    #[error("{format} cannot hold {channels} channel(s){}", if *alpha { " and alpha" } else { "" })]
+    ChannelsNotHeld {
+        /// The format.
+        format: Format,
+        /// Channels without alpha.
+        channels: usize,
+        /// Whether there is alpha besides.
+        alpha: bool,
+    },
+    /// The format ends at a smaller size.
+    #[error("{width}x{height} px is more than the {limit} px a side of {format}")]
+    SideNotHeld {
+        /// The format.
+        format: Format,
+        /// Samples along x.
+        width: u32,
+        /// Samples along y.
+        height: u32,
+        /// The format's limit.
+        limit: u32,
+    },
+    /// Nothing in it.
+    #[error("empty file")]
+    Empty,
+    /// The first bytes belong to no format that can be read.
+    #[error("no picture format that can be read")]
+    UnknownContent,
+    /// The data contradict themselves or end early.
+    #[error("damaged {format} file ({cause})")]
+    Damaged {
+        /// The format.
+        format: Format,
+        /// The decoder's words.
+        cause: String,
+    },
+    /// Sound, but beyond what is read.
+    #[error("{what} is not supported in {format}")]
+    Unsupported {
+        /// The format.
+        format: Format,
+        /// What was found.
+        what: String,
+    },
+    /// A side is 0.
+    #[error("{width}x{height} px has no samples")]
+    NoSamples {
+        /// Samples along x.
+        width: u64,
+        /// Samples along y.
+        height: u64,
+    },
+    /// A side is over the cap.
+    #[error("{width}x{height} px is over the cap of {limit} px a side")]
+    Side {
+        /// Samples along x.
+        width: u64,
+        /// Samples along y.
+        height: u64,
+        /// The cap.
+        limit: u32,
+    },
+    /// All samples together are over the cap.
+    #[error("{width}x{height} px = {samples} px is over the cap of {limit} px")]
+    Samples {
+        /// Samples along x.
+        width: u64,
+        /// Samples along y.
+        height: u64,
+        /// Both multiplied.
+        samples: u64,
+        /// The cap.
+        limit: u64,
+    },
+    /// Values that are no numbers.
+    #[error("{count} value(s) are not finite, the first at x={x} y={y} in channel {channel}")]
+    NotFinite {
+        /// How many.
+        count: u64,
+        /// Channel of the first one, from 0.
+        channel: usize,
+        /// Column of the first one, from 0.
+        x: u32,
+        /// Row of the first one, from 0.
+        y: u32,
+    },
+    /// A layer or channel that the file does not have.
+    #[error("no {wanted} in it; it holds {found}")]
+    NoChannel {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        found: String,
+    },
+    /// There is no such file or folder.
+    #[error("not found")]
+    Missing,
+    /// The folder of an output is missing.
+    #[error("its folder does not exist")]
+    NoFolder,
+    /// The system refuses access.
+    #[error("permission denied")]
+    Denied,
+    /// A folder where a file is needed.
+    #[error("is a folder")]
+    Folder,
+    /// A device, pipe or socket where a file is needed.
+    #[error("is no regular file")]
+    Special,
+    /// It exists, and must not be replaced.
+    #[error("exists already")]
+    Exists,
+    /// The output is one of the inputs.
+    #[error("is the same file as the input {}", quoted(input))]
+    IsInput {
+        /// The input.
+        input: PathBuf,
+    },
+    /// Any other refusal of the file system.
+    #[error("{0}")]
+    FileSystem(io::Error),
+    /// The disk, the quota or the file-size limit is full.
+    #[error("no space for {bytes} bytes")]
+    NoSpace {
+        /// The file's size.
+        bytes: u64,
+    },
+    /// More memory than allowed.
+    #[error("needs {needed} bytes of memory, and {budget} are allowed")]
+    Memory {
+        /// An upper bound of what is needed.
+        needed: u64,
+        /// The budget.
+        budget: u64,
+    },
+    /// An error of the samples themselves.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+    /// An encoder failed on valid samples.
+    #[error("the {format} encoder failed ({cause})")]
+    Encoder {
+        /// The format.
+        format: Format,
+        /// The encoder's words.
+        cause: String,
+    },
+}
+
+impl Problem {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        use selvedge_core::ErrorKind as Core;
+        match self {
+            Self::UnknownFormat { .. }
+            | Self::DepthNotHeld { .. }
+            | Self::ChannelsNotHeld { .. }
+            | Self::SideNotHeld { .. } => ErrorKind::Option,
+            Self::Missing
+            | Self::NoFolder
+            | Self::Denied
+            | Self::Folder
+            | Self::Special
+            | Self::Exists
+            | Self::IsInput { .. }
+            | Self::FileSystem(_) => ErrorKind::FileSystem,
+            Self::NoSpace { .. } => ErrorKind::NoSpace,
+            Self::Memory { .. } => ErrorKind::Memory,
+            Self::Encoder { .. } => ErrorKind::Internal,
+            Self::Core(e) => match e.kind() {
+                Core::Option => ErrorKind::Option,
+                Core::Memory => ErrorKind::Memory,
+                Core::Internal => ErrorKind::Internal,
+                _ => ErrorKind::Input,
+            },
+            _ => ErrorKind::Input,
+        }
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self) -> String {
+        let fixed = match self {
+            Self::UnknownFormat { .. } => return format!("write one of {}", Format::written()),
+            Self::DepthNotHeld { format, depth } => {
+                return format!(
+                    "use --depth {}, or write {}",
+                    format.depths().iter().map(|d| d.name()).collect::<Vec<_>>().join("|"),
+                    Format::holding(*depth)
+                );
+            }
+            Self::UnknownContent => return format!("give one of {}", Format::read()),
+            Self::ChannelsNotHeld { .. } => "write exr",
+            Self::SideNotHeld { .. } => "write png, tiff or exr",
+            Self::Empty | Self::Damaged { .. } => "write or copy the file again",
+            Self::Unsupported { .. } => "convert it to png, tiff or exr first",
+            Self::NoSamples { .. } => "give a picture with samples",
+            Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
+            Self::NotFinite { .. } => "use --nonfinite zero or --nonfinite clamp",
+            Self::NoChannel { .. } => "choose with 'file.exr[layer]' or 'file.exr[R,G,B]'",
+            Self::Missing => "check the name",
+            Self::NoFolder => "make it first",
+            Self::Denied => "check the permissions",
+            Self::Folder => "name a file in it",
+            Self::Special => "give a regular file, or '-' for a stream",
+            Self::Exists => "choose another name, or leave out --no-clobber",
+            Self::IsInput { .. } => "choose another name",
+            Self::FileSystem(_) => "check the path and the disk",
+            Self::NoSpace { .. } => "free some, or write elsewhere",
+            Self::Memory { .. } => "give a smaller picture, or raise --max-memory",
+            Self::Core(_) => "see the numbers",
+            Self::Encoder { .. } => "please report it",
+        };
+        fixed.to_owned()
+    }
+
+    /// A decoder's complaint.
+    pub(crate) fn damaged(format: Format, cause: impl fmt::Display) -> Self {
+        Self::Damaged { format, cause: cause.to_string() }
+    }
+
+    /// Something that a format has and we do not read.
+    pub(crate) fn unsupported(format: Format, what: impl Into<String>) -> Self {
+        Self::Unsupported { format, what: what.into() }
+    }
+
+    /// A file system's refusal, while `bytes` were to be written.
+    pub(crate) fn file_system(error: io::Error, bytes: u64) -> Self {
+        use io::ErrorKind as Io;
+        match error.kind() {
+            Io::NotFound => Self::Missing,
+            Io::PermissionDenied | Io::ReadOnlyFilesystem => Self::Denied,
+            Io::AlreadyExists => Self::Exists,
+            Io::IsADirectory => Self::Folder,
+            Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge => Self::NoSpace { bytes },
+            Io::OutOfMemory => Self::Core(selvedge_core::Error::Allocation { bytes }),
+            _ => Self::FileSystem(error),
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! File names in messages: quoted, in one line, whatever bytes they hold.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// A path in single quotes, with control characters, quotes and bytes that are no text escaped.
+///
+/// ```
+/// assert_eq!(selvedge_io::quoted("dir/a\nb.png".as_ref()), r"'dir/a\nb.png'");
+/// ```
+pub fn quoted(path: &Path) -> String {
+    format!("'{}'", escaped(path.as_os_str().as_encoded_bytes()).replace('\'', r"\'"))
+}
+
+/// A file's name without its folder, escaped as in [`quoted`]: how provenance names an input.
+pub fn display_name(path: &Path) -> String {
+    escaped(path.file_name().unwrap_or(path.as_os_str()).as_encoded_bytes())
+}
+
+/// One line of text from any bytes.
+pub(crate) fn escaped(bytes: &[u8]) -> String {
+    let mut out = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        for c in chunk.valid().chars() {
+            if breaks_lines(c) { out.extend(c.escape_default()) } else { out.push(c) }
+        }
+        for byte in chunk.invalid() {
+            write!(out, r"\x{byte:02x}").expect("a string takes any text");
+        }
+    }
+    out
+}
+
+/// Control characters, and those that end a line or turn its direction on a terminal.
+fn breaks_lines(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_becomes_one_line() {
+        assert_eq!(quoted(Path::new("a b.png")), "'a b.png'");
+        assert_eq!(quoted(Path::new("it's\r.png")), r"'it\'s\r.png'");
+        assert_eq!(escaped(b"a\xff\xfeb\x1b[31m"), r"a\xff\xfeb\u{1b}[31m");
+        assert_eq!(escaped("\u{202e}gnp".as_bytes()), r"\u{202e}gnp");
+        assert_eq!(display_name(Path::new("some/where/é.png")), "é.png");
+    }
+}
