@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use selvedge_core::{Plane, Role};
-use selvedge_testkit::{describe, exemplars, from_png, same_samples, to_png};
+use selvedge_testkit::{describe, exemplars, from_png, same_samples, to_exr, to_png};
 
 use crate::Outcome;
 use crate::tree::{Tree, root};
@@ -77,6 +77,7 @@ fn made() -> Vec<(&'static str, Plane<2>)> {
         ("cobbles", exemplars::cobbles()),
         ("weave", exemplars::weave()),
         ("scales", exemplars::scales()),
+        ("scales-hdr", exemplars::scales_hdr()),
         ("bricks/albedo", bricks.albedo),
         ("bricks/normal", bricks.normal),
         ("bricks/height", bricks.height),
@@ -103,6 +104,9 @@ fn difference(entry: &Entry, plane: &Plane<2>) -> Option<String> {
         Ok(bytes) => bytes,
         Err(e) => return Some(e.to_string()),
     };
+    if entry.path.ends_with(".exr") {
+        return (file != to_exr(plane)).then(|| "the file is not what the code makes, byte for byte".to_owned());
+    }
     match from_png(Role::Color, &file) {
         Err(e) => Some(e.to_string()),
         Ok(found) if same_samples(&found, plane) => None,
@@ -115,7 +119,8 @@ fn write(entries: &mut [Entry]) -> Outcome {
     for (name, plane) in made() {
         let entry = entries.iter().find(|e| e.code == name).ok_or(format!("{MANIFEST} has no file for `{name}`"))?;
         if difference(entry, &plane).is_some() {
-            fs::write(file(entry), to_png(&plane)).map_err(|e| format!("{}: {e}", entry.path))?;
+            let bytes = if entry.path.ends_with(".exr") { to_exr(&plane) } else { to_png(&plane) };
+            fs::write(file(entry), bytes).map_err(|e| format!("{}: {e}", entry.path))?;
             eprintln!("written: fixtures/{}", entry.path);
         }
     }

@@ -5,13 +5,18 @@
 #![forbid(unsafe_code)]
 
 mod color;
+mod compare;
 pub mod exemplars;
+mod exr;
 mod field;
 mod noise;
+pub mod page;
 mod picture;
 mod relief;
 pub mod simple;
 
+pub use compare::{Difference, compare, triptych};
+pub use exr::to_exr;
 pub use noise::Noise;
 pub use picture::{bytes, describe, from_png, plane8, plane16, same_samples, to_png};
 pub use relief::{Light, Relief, Texel};

@@ -2,7 +2,8 @@
 //!
 //! Lengths are in output pixels, x to the right, y down, z towards the eye. Colours are linear light.
 
-use selvedge_core::{Plane, Role};
+use half::f16;
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
 use crate::color::{Rgb, encode};
 use crate::field::Field;
@@ -66,12 +67,24 @@ impl Relief {
 
     /// The surface under `light`, sRGB, 8 bits.
     pub fn lit(&self, light: &Light) -> Plane<2> {
+        self.srgb(&self.radiance(light).each_ref())
+    }
+
+    /// The surface under `light`, linear, half floats: highlights stay as bright as they are.
+    pub fn lit_linear(&self, light: &Light) -> Plane<2> {
+        let linear = self.radiance(light);
+        let halves = linear.iter().flat_map(|f| self.pixels(f)).map(|v| f16::from_f64(v).to_bits()).collect();
+        let grid = Grid::from_vec(Domain::open([self.height, self.width]), 3, halves).expect("three planes");
+        Plane::new(Role::Color, Samples::F16(grid))
+    }
+
+    fn radiance(&self, light: &Light) -> [Field; 3] {
         let normals = self.normals();
         let open = self.openness();
         let sunlit = self.sunlit(unit(light.towards));
         let towards = unit(light.towards);
         let half = unit([towards[0], towards[1], towards[2] + 1.0]);
-        let channels = [0, 1, 2].map(|c| {
+        [0, 1, 2].map(|c| {
             self.z.map_index(|i| {
                 let n = [normals[0].at(i), normals[1].at(i), normals[2].at(i)];
                 let sun = light.sun[c] * dot(n, towards).max(0.0) * sunlit.at(i);
@@ -80,8 +93,7 @@ impl Relief {
                 let shine = libm::pow(dot(n, half).max(0.0), 8.0 + 90.0 * polish * polish) * polish * sunlit.at(i);
                 self.albedo[c].at(i) * (sun + sky) + light.gloss * light.sun[c] * shine
             })
-        });
-        self.srgb(&channels.each_ref())
+        })
     }
 
     /// The colour of the material without light but with the dirt that gathers in its hollows, sRGB, 8 bits.

@@ -7,5 +7,5 @@ mod weave;
 
 pub use bricks::{Bricks, bricks};
 pub use cobbles::cobbles;
-pub use scales::scales;
+pub use scales::{scales, scales_hdr};
 pub use weave::weave;

@@ -13,13 +13,23 @@ const DOWN: f64 = 11.5;
 
 /// Scales, 192 x 192, sRGB.
 pub fn scales() -> Plane<2> {
-    let light = Light {
+    Relief::of(192, 192, surface).lit(&daylight())
+}
+
+/// A piece of the same scales under a hard sun, 96 x 96, linear half floats; highlights are many times white.
+pub fn scales_hdr() -> Plane<2> {
+    let sun = daylight();
+    let light = Light { sun: scaled(sun.sun, 2.5), gloss: 6.0, ..sun };
+    Relief::of(96, 96, |x, y| surface(x + 48.0, y + 40.0)).lit_linear(&light)
+}
+
+fn daylight() -> Light {
+    Light {
         towards: [-0.45, -0.7, 0.62],
         sun: scaled(hex(0xfff3dd), 1.6),
         sky: scaled(hex(0xc2d6e6), 0.65),
         gloss: 0.55,
-    };
-    Relief::of(192, 192, surface).lit(&light)
+    }
 }
 
 fn surface(x: f64, y: f64) -> Texel {
