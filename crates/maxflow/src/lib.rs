@@ -1,2 +1,17 @@
 //! s-t minimum cuts on 2-D and 3-D grids and general sparse graphs, in integers.
 #![forbid(unsafe_code)]
+
+mod cut;
+mod energy;
+mod engine;
+mod error;
+mod grid;
+mod lattice;
+mod network;
+mod quantize;
+
+pub use cut::{MinCut, Side};
+pub use energy::{BinaryEnergy, Minimum, PairwiseTerm};
+pub use error::{ErrorKind, MaxflowError, Result};
+pub use grid::{Diagonal, GridGraph};
+pub use quantize::capacity;

@@ -1,0 +1,29 @@
+//! Inside, everything has three axes: a picture is a clip of one frame. So the engines are compiled once.
+
+/// Samples along t, y, x.
+pub(crate) type Shape = [usize; 3];
+
+/// Puts the axes of a picture or clip last, and `fill` before them.
+pub(crate) fn lift<T: Copy, const D: usize>(axes: [T; D], fill: T) -> [T; 3] {
+    const { assert!(1 <= D && D <= 3, "searches are written for one to three axes") };
+    let mut lifted = [fill; 3];
+    lifted[3 - D..].copy_from_slice(&axes);
+    lifted
+}
+
+/// The last `D` of three axes: the inverse of [`lift`].
+pub(crate) fn lower<T: Copy, const D: usize>(axes: [T; 3]) -> [T; D] {
+    std::array::from_fn(|axis| axes[3 - D + axis])
+}
+
+/// Place of a position in a row-major buffer.
+#[inline]
+pub(crate) fn index(shape: Shape, at: Shape) -> usize {
+    (at[0] * shape[1] + at[1]) * shape[2] + at[2]
+}
+
+/// Position of a place in a row-major buffer.
+#[inline]
+pub(crate) fn position(shape: Shape, index: usize) -> Shape {
+    [index / (shape[1] * shape[2]), index / shape[2] % shape[1], index % shape[2]]
+}

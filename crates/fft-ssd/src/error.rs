@@ -1,0 +1,86 @@
+//! What can be wrong with a search.
+
+use selvedge_core::ErrorKind;
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The template's buffer does not follow from its shape and the searcher's channels.
+    #[error("a template of shape {shape:?} and {channels} channels has {expected} features, not {found}")]
+    TemplateLength {
+        /// The template's shape, slowest axis first.
+        shape: Vec<u32>,
+        /// Channels of the exemplars.
+        channels: usize,
+        /// Features that these ask for.
+        expected: u64,
+        /// Features given.
+        found: u64,
+    },
+    /// The mask and the template differ in size.
+    #[error("a template of {expected} samples was given a mask of {found}")]
+    MaskLength {
+        /// Samples of the template.
+        expected: u64,
+        /// Samples of the mask.
+        found: u64,
+    },
+    /// One side of the template is 0.
+    #[error("the template is {shape:?}; every side must be at least 1")]
+    EmptyTemplate {
+        /// The template's shape, slowest axis first.
+        shape: Vec<u32>,
+    },
+    /// Guides do not match the exemplars they lie under.
+    #[error("guide {source_index} is {found:?}, but its source is {expected:?}; guides must be registered")]
+    GuideShape {
+        /// The source, from 0.
+        source_index: usize,
+        /// The source's shape.
+        expected: Vec<u32>,
+        /// The guide's shape.
+        found: Vec<u32>,
+    },
+    /// Guides and sources, or weights and channels, differ in number.
+    #[error("{found} {what} for {expected}")]
+    Count {
+        /// What was counted, such as `guides`.
+        what: &'static str,
+        /// How many are needed.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// Costs can only be summed over the same positions and, in partial cover, the same samples.
+    #[error("costs of different positions cannot be summed; search both with templates of one shape and one placement")]
+    Mismatch,
+    /// A weighted sum could pass 64 bits.
+    #[error("a weighted sum of costs may reach {bound:e}, beyond 64 bits; use smaller weights")]
+    Overflow {
+        /// The largest possible sum, about.
+        bound: f64,
+    },
+    /// The template or the map of costs is larger than the machine can address.
+    #[error("a search over {positions} positions cannot be addressed; use a smaller exemplar or template")]
+    TooLarge {
+        /// Positions asked for.
+        positions: u64,
+    },
+    /// What the core says, such as that memory is short.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Overflow { .. } => ErrorKind::Option,
+            Self::Mismatch | Self::TemplateLength { .. } | Self::MaskLength { .. } => ErrorKind::Internal,
+            Self::TooLarge { .. } => ErrorKind::Memory,
+            Self::Core(e) => e.kind(),
+            _ => ErrorKind::Input,
+        }
+    }
+}

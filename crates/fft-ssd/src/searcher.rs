@@ -1,0 +1,129 @@
+//! The search: every position of every source.
+
+use crate::naive;
+use crate::placement::Range;
+use crate::source::SourceView;
+use crate::{Costs, Cover, Error, Placement, Scratch, Template};
+use selvedge_core::{Exemplars, Grid, SimdLevel};
+
+/// How a searcher works. None of it changes a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// The instructions that kernels may use. Default: whatever the machine has.
+    pub simd: SimdLevel,
+    /// Which engine answers. Default: the one that is expected to be faster.
+    pub engine: Engine,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { simd: SimdLevel::Auto, engine: Engine::Auto }
+    }
+}
+
+/// How errors are computed. All engines give the same integers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Engine {
+    /// The one that is expected to be faster.
+    #[default]
+    Auto,
+    /// Sums of products, sample by sample: for small and thin templates.
+    Direct,
+    /// By Fourier transforms: for large templates.
+    Fft,
+}
+
+/// Answers where templates fit into a set of sources. Made once, asked many times.
+#[derive(Debug)]
+pub struct SsdSearcher<'e, const D: usize> {
+    sources: Vec<SourceView<'e>>,
+    weights: Vec<u8>,
+}
+
+impl<'e, const D: usize> SsdSearcher<'e, D> {
+    /// A searcher over the features of exemplars, with their weights.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn new(exemplars: &'e Exemplars<D>) -> Result<Self, Error> {
+        Self::with_options(exemplars, Options::default())
+    }
+
+    /// Like [`new`](Self::new), with a chosen engine.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn with_options(exemplars: &'e Exemplars<D>, options: Options) -> Result<Self, Error> {
+        let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_ref())).collect();
+        Self::build(sources, exemplars.weights().to_vec(), options)
+    }
+
+    /// A searcher over guides: other features of the same sources, with weights of their own. Its costs have the same
+    /// positions as those of a searcher over `exemplars`, so both can be summed by [`Costs::blend`].
+    ///
+    /// # Errors
+    /// [`Error::Count`] and [`Error::GuideShape`] if guides and sources, or weights and channels, differ.
+    pub fn of_guides(
+        exemplars: &'e Exemplars<D>,
+        guides: &'e [Grid<u8, D>],
+        weights: &[u8],
+        options: Options,
+    ) -> Result<Self, Error> {
+        let count = |what, expected, found| {
+            if expected == found { Ok(()) } else { Err(Error::Count { what, expected, found }) }
+        };
+        count("guides", exemplars.sources().len(), guides.len())?;
+        let mut sources = Vec::new();
+        for (source_index, (source, guide)) in exemplars.sources().iter().zip(guides).enumerate() {
+            count("guide weights", guide.channels(), weights.len())?;
+            let (expected, found) = (source.domain().shape.to_vec(), guide.domain().shape.to_vec());
+            if expected != found {
+                return Err(Error::GuideShape { source_index, expected, found });
+            }
+            let mut view = SourceView::new(guide, source.valid.as_ref());
+            view.periodic = crate::axes::lift(source.domain().periodic, false);
+            sources.push(view);
+        }
+        Self::build(sources, weights.to_vec(), options)
+    }
+
+    fn build(sources: Vec<SourceView<'e>>, weights: Vec<u8>, _options: Options) -> Result<Self, Error> {
+        Ok(Self { sources, weights })
+    }
+
+    /// Channels that a template must have.
+    pub fn channels(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// The error of the template at every position, into `costs`.
+    ///
+    /// # Errors
+    /// Those of a template that does not fit the searcher ([`Error::TemplateLength`], [`Error::MaskLength`],
+    /// [`Error::EmptyTemplate`]), [`Error::TooLarge`], and [`Error::Core`] if memory is short.
+    pub fn search(
+        &self,
+        template: &Template<'_, D>,
+        placement: Placement,
+        scratch: &mut Scratch,
+        costs: &mut Costs<D>,
+    ) -> Result<(), Error> {
+        let template = template.check(self.channels())?;
+        let range = |s: &SourceView<'_>| Range::new(placement.positions, s.shape, s.periodic, template.shape);
+        scratch.ranges.clear();
+        scratch.ranges.extend(self.sources.iter().map(range));
+        let counted = matches!(placement.cover, Cover::AtLeast(_));
+        costs.reset(&scratch.ranges, template.samples, self.bound(template.samples), counted)?;
+        for (number, source) in self.sources.iter().enumerate() {
+            naive::search(source, &self.weights, &template, scratch.ranges[number], placement.cover, costs, number);
+        }
+        Ok(())
+    }
+
+    /// No error of so many samples is larger.
+    fn bound(&self, samples: u64) -> u128 {
+        let weight: u128 = self.weights.iter().map(|&w| u128::from(w)).sum();
+        u128::from(samples) * weight * 255 * 255
+    }
+}

@@ -1,0 +1,136 @@
+//! Choosing among candidates, against sorting all of them.
+
+mod support;
+
+use selvedge_core::Seed;
+use selvedge_fft_ssd::{Candidate, Costs, Error, Placement, Scratch, SsdSearcher, Template, Tolerance};
+use support::Case;
+
+fn searched(i: u64, scratch: &mut Scratch) -> (Case<2>, Costs<2>) {
+    let case = Case::<2>::random(&mut Seed(2).derive("choice", i).rng(), 12);
+    let searcher = SsdSearcher::new(&case.exemplars).unwrap();
+    let template = Template::new(case.shape, &case.features);
+    let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
+    let mut costs = Costs::new();
+    searcher.search(&template, case.placement, scratch, &mut costs).unwrap();
+    (case, costs)
+}
+
+/// All candidates, by mean error, then source, then position.
+fn sorted(costs: &Costs<2>) -> Vec<Candidate<2>> {
+    let mut all: Vec<_> = costs.iter().collect();
+    all.sort_by(|a, b| mean(a, b).then((a.source, a.position).cmp(&(b.source, b.position))));
+    all
+}
+
+fn mean(a: &Candidate<2>, b: &Candidate<2>) -> std::cmp::Ordering {
+    if a.samples == 0 && b.samples == 0 {
+        return std::cmp::Ordering::Equal;
+    }
+    (u128::from(a.error) * u128::from(b.samples)).cmp(&(u128::from(b.error) * u128::from(a.samples)))
+}
+
+#[test]
+fn the_best_and_those_within_a_tolerance_are_the_first_when_sorted() {
+    let mut scratch = Scratch::new();
+    for i in 0..300 {
+        let (_, mut costs) = searched(i, &mut scratch);
+        let mut all = sorted(&costs);
+        assert_eq!(costs.best(), all.first().copied());
+        // Excluding the winner makes the second the best.
+        let winner = all.first().map(|c| (c.source, c.position));
+        assert_eq!(costs.best_where(|s, p| Some((s, p)) != winner), all.get(1).copied());
+        let Some(&best) = all.first() else {
+            assert!(costs.within(100).is_empty());
+            continue;
+        };
+        let near = |c: &Candidate<2>| {
+            u128::from(c.error) * u128::from(best.samples) * 1000
+                <= u128::from(best.error) * u128::from(c.samples) * 1210
+        };
+        all.retain(near);
+        let mut found = costs.within(210);
+        assert_eq!(found.len() as usize, all.len());
+        // Asked for in any order.
+        for k in (0..found.len()).rev().chain(0..found.len()) {
+            assert_eq!(found.nth(k), all[k as usize]);
+        }
+    }
+}
+
+#[test]
+fn a_floor_widens_and_exclusion_narrows() {
+    let mut scratch = Scratch::new();
+    let mut narrowed = 0;
+    for i in 0..50 {
+        let (_, mut costs) = searched(i, &mut scratch);
+        let all = costs.iter().count() as u32;
+        narrowed += u32::from(costs.within(0).len() < all);
+        assert_eq!(costs.within(Tolerance { per_mille: 0, floor: u64::MAX }).len(), all);
+        assert_eq!(costs.within_where(0, |_, _| false).len(), 0);
+    }
+    assert!(10 < narrowed, "a floor was never needed");
+}
+
+#[test]
+fn picks_keep_their_distance() {
+    let mut scratch = Scratch::new();
+    for i in 0..100 {
+        let (_, costs) = searched(i, &mut scratch);
+        let apart = |a: &Candidate<2>, b: &Candidate<2>| {
+            a.source != b.source || 16 <= (0..2).map(|x| (a.position[x] - b.position[x]).pow(2)).sum::<i32>()
+        };
+        // Greedy, from the sorted list.
+        let mut expected: Vec<Candidate<2>> = Vec::new();
+        for c in sorted(&costs) {
+            if expected.len() < 5 && expected.iter().all(|e| apart(e, &c)) {
+                expected.push(c);
+            }
+        }
+        assert_eq!(costs.best_k(5, 4), expected);
+        assert_eq!(costs.best_k(3, 0), sorted(&costs)[..costs.iter().count().min(3)]);
+    }
+}
+
+#[test]
+fn sums_weigh_each_search() {
+    let mut scratch = Scratch::new();
+    for i in 0..50 {
+        let (case, a) = searched(i, &mut scratch);
+        let searcher = SsdSearcher::new(&case.exemplars).unwrap();
+        let inverted: Vec<u8> = case.features.iter().map(|f| 255 - f).collect();
+        let template = Template::new(case.shape, &inverted);
+        let mut b = Costs::new();
+        let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
+        searcher.search(&template, case.placement, &mut scratch, &mut b).unwrap();
+        let mut sum = a.clone();
+        sum.blend(3, &b, 5).unwrap();
+        for c in a.iter() {
+            let other = b.get(c.source, c.position).unwrap();
+            assert_eq!(sum.get(c.source, c.position).unwrap().error, 3 * c.error + 5 * other.error);
+        }
+        assert_eq!(sum.iter().count(), a.iter().count());
+        if a.iter().any(|c| 0 < c.samples) {
+            assert!(matches!(sum.blend(u64::MAX, &b, 1), Err(Error::Overflow { .. })));
+        }
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_its_numbers() {
+    let case = Case::<2>::random(&mut Seed(2).derive("errors", 0).rng(), 12);
+    let searcher = SsdSearcher::new(&case.exemplars).unwrap();
+    let ask = |template: Template<'_, 2>| {
+        searcher.search(&template, Placement::INSIDE, &mut Scratch::new(), &mut Costs::new()).unwrap_err()
+    };
+    assert_eq!(ask(Template::new([0, 3], &[])), Error::EmptyTemplate { shape: vec![0, 3] });
+    let channels = case.exemplars.channels();
+    let expected = 2 * channels as u64;
+    assert_eq!(
+        ask(Template::new([1, 2], &[])),
+        Error::TemplateLength { shape: vec![1, 2], channels, expected, found: 0 }
+    );
+    let features = vec![0; 2 * channels];
+    let short = Template::new([1, 2], &features).masked(&[true]);
+    assert_eq!(ask(short), Error::MaskLength { expected: 2, found: 1 });
+}

@@ -1,0 +1,34 @@
+//! Reading off the smallest source side.
+
+use crate::network::{Capacity, Network, Role};
+
+/// Marks what positive excess and source pins reach in the residual network: the smallest source side of all minimum
+/// cuts, if the flow is maximum.
+///
+/// `in_source` is indexed by node, from 0. `stack` is scratch. Time `O(arcs of the source side)`.
+pub(crate) fn source_side<N: Network>(net: &N, in_source: &mut [bool], stack: &mut Vec<u32>) {
+    let first = net.nodes().start;
+    stack.clear();
+    for v in net.nodes() {
+        let starts = match net.role(v) {
+            Role::Free => net.excess(v) > N::Cap::ZERO,
+            Role::PinnedSource => true,
+            Role::PinnedSink | Role::Masked => false,
+        };
+        if !starts || std::mem::replace(&mut in_source[v - first], true) {
+            continue;
+        }
+        stack.push(v as u32);
+        while let Some(v) = stack.pop() {
+            let v = v as usize;
+            for a in net.arcs(v) {
+                if net.residual(v, a) > N::Cap::ZERO {
+                    let w = net.head(v, a);
+                    if net.role(w) != Role::Masked && !std::mem::replace(&mut in_source[w - first], true) {
+                        stack.push(w as u32);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! What can go wrong, with the numbers.
+
+/// Everything this crate can refuse, carrying the numbers that broke the rule.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MaxflowError {
+    /// A grid with a zero side, more than three axes, or more nodes than 32-bit indices can number.
+    #[error("a grid of shape {shape:?} is not supported: 1 to 3 axes, each side at least 1, at most {max} nodes")]
+    Shape {
+        /// The shape asked for, slowest axis first.
+        shape: Vec<usize>,
+        /// The largest number of nodes.
+        max: usize,
+    },
+    /// A node index beyond the graph.
+    #[error("node {node} is out of range: the graph has {len} nodes")]
+    NodeOutOfRange {
+        /// The index given.
+        node: usize,
+        /// Number of nodes.
+        len: usize,
+    },
+    /// A link that would leave the grid, or along an axis or diagonal that it does not have.
+    #[error("node {node} has no neighbour along {along}")]
+    NoNeighbour {
+        /// The node the link starts from.
+        node: usize,
+        /// The axis or diagonal asked for.
+        along: String,
+    },
+    /// A negative capacity, or a change that takes back more than was given.
+    #[error("capacity {value} at node {node} is negative")]
+    NegativeCapacity {
+        /// The node (for an arc: its tail).
+        node: usize,
+        /// The value that is too small.
+        value: i64,
+    },
+    /// A capacity, or a sum of capacities at one place, beyond the documented headroom.
+    #[error("capacity {value} at node {node} exceeds the limit of {max}")]
+    CapacityTooLarge {
+        /// The node (for an arc: its tail).
+        node: usize,
+        /// The value, or the sum, that is too large.
+        value: i64,
+        /// The limit.
+        max: i64,
+    },
+    /// A floating-point cost that is NaN, negative, infinite, or too large after scaling.
+    #[error("cost {cost} at scale {scale} is not a capacity between 0 and {max}")]
+    Cost {
+        /// The cost given.
+        cost: f64,
+        /// The scale it is multiplied by.
+        scale: f64,
+        /// The largest capacity.
+        max: i64,
+    },
+    /// A node was masked after capacities or pins were set; masks belong to the shape of the graph and come first.
+    #[error("node {node} cannot be masked any more: masks come before links, terminals, pins and solves")]
+    MaskTooLate {
+        /// The node.
+        node: usize,
+    },
+    /// A cut or a labelling of another size than the graph.
+    #[error("a labelling of {given} nodes does not fit a graph of {len}")]
+    LabellingSize {
+        /// Number of labels given.
+        given: usize,
+        /// Number of nodes.
+        len: usize,
+    },
+    /// Memory for the graph could not be had.
+    #[error("no memory for a graph of {nodes} nodes and {links} links")]
+    OutOfMemory {
+        /// Number of nodes.
+        nodes: usize,
+        /// Number of links (for a grid: of places for them).
+        links: usize,
+    },
+    /// The caller's `cancelled` said so. The graph keeps the flow found so far: the next solve goes on from there.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// Who can mend an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// An argument is wrong by itself.
+    Option,
+    /// The data are wrong.
+    Input,
+    /// Not enough memory.
+    Memory,
+    /// The caller asked to stop.
+    Cancelled,
+    /// A defect of this crate.
+    Internal,
+}
+
+impl MaxflowError {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::OutOfMemory { .. } => ErrorKind::Memory,
+            Self::Cancelled => ErrorKind::Cancelled,
+            Self::Shape { .. } | Self::MaskTooLate { .. } => ErrorKind::Option,
+            _ => ErrorKind::Input,
+        }
+    }
+}
+
+/// Shorthand for this crate's results.
+pub type Result<T, E = MaxflowError> = std::result::Result<T, E>;
+
+/// An empty vector with room for `len` values, or [`MaxflowError::OutOfMemory`] in the name of the graph.
+pub(crate) fn filled<T: Clone>(value: T, len: usize, nodes: usize, links: usize) -> Result<Vec<T>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len).map_err(|_| MaxflowError::OutOfMemory { nodes, links })?;
+    values.resize(len, value);
+    Ok(values)
+}

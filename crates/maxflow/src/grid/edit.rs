@@ -1,0 +1,174 @@
+//! Giving a grid its capacities, before a solve and after.
+
+use super::{Diagonal, GridGraph};
+use crate::error::{MaxflowError, Result};
+
+impl<const D: usize> GridGraph<D> {
+    /// Gives a node capacity from the source and to the sink, on top of what it has.
+    ///
+    /// A cut that puts the node on the sink's side pays `from_source`, on the source's side `to_sink`.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::NegativeCapacity`], [`MaxflowError::CapacityTooLarge`].
+    #[inline]
+    pub fn terminal(&mut self, node: usize, from_source: i32, to_sink: i32) -> Result<()> {
+        if (from_source | to_sink) < 0 {
+            return Err(negative(node, from_source.min(to_sink)));
+        }
+        self.change_terminal(node, from_source, to_sink)
+    }
+
+    /// Changes a node's terminal capacities by the given amounts, which may be negative; also after a solve, whose
+    /// flow is kept.
+    ///
+    /// Only the difference of the two capacities is stored: taking back more than was given goes unnoticed and counts
+    /// as a capacity to the other terminal (with the value of the cut shifted by the same amount).
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`].
+    #[inline]
+    pub fn change_terminal(&mut self, node: usize, from_source: i32, to_sink: i32) -> Result<()> {
+        let slot = self.slot(node)?;
+        self.touched = true;
+        if self.is_masked(slot) {
+            return Ok(());
+        }
+        let excess = i64::from(self.excess[slot]) + i64::from(from_source) - i64::from(to_sink);
+        if excess.abs() > i64::from(Self::MAX_TERMINAL) {
+            return Err(MaxflowError::CapacityTooLarge { node, value: excess, max: Self::MAX_TERMINAL.into() });
+        }
+        self.excess[slot] = excess as i32;
+        self.source_total += i64::from(from_source);
+        Ok(())
+    }
+
+    /// Gives the link between a node and the next along `axis` capacity: `forward` from `node` to the next, `backward`
+    /// from the next to `node`, on top of what it has.
+    ///
+    /// Links of masked nodes are dropped, as are those of a node with itself (a periodic axis of length 1).
+    /// A periodic axis of length 2 has two links between its nodes, one from each.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::NoNeighbour`] at the end of an open axis,
+    /// [`MaxflowError::NegativeCapacity`], [`MaxflowError::CapacityTooLarge`].
+    #[inline]
+    pub fn link(&mut self, node: usize, axis: usize, forward: i32, backward: i32) -> Result<()> {
+        let ends = self.ends(node, axis)?;
+        self.add(node, 2 * axis, ends, forward, backward)
+    }
+
+    /// Changes the capacities of a link by the given amounts, which may be negative; also after a solve.
+    ///
+    /// The solve's flow is kept as far as it still fits; what no longer fits becomes excess at one end and lack at the
+    /// other, and the next solve mends that alone [Kohli and Torr, PAMI 2007, section 3].
+    ///
+    /// # Errors
+    ///
+    /// As [`link`](Self::link); [`MaxflowError::NegativeCapacity`] if more is taken back than the link has (noticed
+    /// as far as the flow on it allows; the link is then unchanged).
+    pub fn change_link(&mut self, node: usize, axis: usize, forward: i32, backward: i32) -> Result<()> {
+        let ends = self.ends(node, axis)?;
+        self.change(node, 2 * axis, ends, forward, backward)
+    }
+
+    #[inline]
+    fn add(&mut self, node: usize, d: usize, (v, w): (usize, usize), forward: i32, backward: i32) -> Result<()> {
+        if (forward | backward) < 0 {
+            return Err(negative(node, forward.min(backward)));
+        }
+        self.touched = true;
+        if v == w || self.is_masked(v) || self.is_masked(w) {
+            return Ok(());
+        }
+        let (out, back) = self.arc_pair(d, v, w);
+        let sum = i64::from(self.caps[out]) + i64::from(self.caps[back]) + i64::from(forward) + i64::from(backward);
+        if sum > i64::from(Self::MAX_LINK) {
+            return Err(MaxflowError::CapacityTooLarge { node, value: sum, max: Self::MAX_LINK.into() });
+        }
+        self.caps[out] += forward;
+        self.caps[back] += backward;
+        Ok(())
+    }
+
+    /// Where the residual capacities of a link stand.
+    #[inline]
+    fn arc_pair(&self, d: usize, v: usize, w: usize) -> (usize, usize) {
+        let k = self.lattice.directions;
+        (v * k + d, w * k + (d ^ 1))
+    }
+
+    fn change(&mut self, node: usize, d: usize, (v, w): (usize, usize), forward: i32, backward: i32) -> Result<()> {
+        self.touched = true;
+        if v == w || self.is_masked(v) || self.is_masked(w) {
+            return Ok(());
+        }
+        let (out, back) = self.arc_pair(d, v, w);
+        let mut residual =
+            [i64::from(self.caps[out]) + i64::from(forward), i64::from(self.caps[back]) + i64::from(backward)];
+        let sum = residual[0] + residual[1];
+        if sum < 0 {
+            return Err(MaxflowError::NegativeCapacity { node, value: sum });
+        }
+        if sum > i64::from(Self::MAX_LINK) {
+            return Err(MaxflowError::CapacityTooLarge { node, value: sum, max: Self::MAX_LINK.into() });
+        }
+        // Flow beyond the new capacity goes back to where it came from.
+        let returned = (-residual[0]).max(0) - (-residual[1]).max(0);
+        residual = [residual[0] + returned, residual[1] - returned];
+        let limit = i64::from(i32::MAX);
+        let excess = [i64::from(self.excess[v]) + returned, i64::from(self.excess[w]) - returned];
+        if let Some(&value) = excess.iter().find(|e| e.abs() > limit) {
+            return Err(MaxflowError::CapacityTooLarge { node, value, max: limit });
+        }
+        (self.caps[out], self.caps[back]) = (residual[0] as i32, residual[1] as i32);
+        (self.excess[v], self.excess[w]) = (excess[0] as i32, excess[1] as i32);
+        Ok(())
+    }
+}
+
+impl GridGraph<2> {
+    /// [`link`](Self::link) along a diagonal of a grid made [`with_diagonals`](Self::with_diagonals).
+    ///
+    /// # Errors
+    ///
+    /// As [`link`](Self::link).
+    #[inline]
+    pub fn link_diagonal(&mut self, node: usize, diagonal: Diagonal, forward: i32, backward: i32) -> Result<()> {
+        let (direction, ends) = self.diagonal(node, diagonal)?;
+        self.add(node, direction, ends, forward, backward)
+    }
+
+    /// [`change_link`](Self::change_link) along a diagonal.
+    ///
+    /// # Errors
+    ///
+    /// As [`change_link`](Self::change_link).
+    pub fn change_diagonal(&mut self, node: usize, diagonal: Diagonal, forward: i32, backward: i32) -> Result<()> {
+        let (direction, ends) = self.diagonal(node, diagonal)?;
+        self.change(node, direction, ends, forward, backward)
+    }
+
+    #[inline]
+    pub(crate) fn diagonal_neighbour(&self, node: usize, diagonal: Diagonal) -> Result<usize> {
+        self.diagonal(node, diagonal).map(|(_, (_, head))| head - self.lattice.margin)
+    }
+
+    #[inline]
+    fn diagonal(&self, node: usize, diagonal: Diagonal) -> Result<(usize, (usize, usize))> {
+        let direction = match diagonal {
+            Diagonal::Main => 4,
+            Diagonal::Anti => 6,
+        };
+        if direction >= self.lattice.directions {
+            return Err(MaxflowError::NoNeighbour { node, along: format!("diagonal {diagonal:?}") });
+        }
+        Ok((direction, self.ends_of_direction(node, direction)?))
+    }
+}
+
+fn negative(node: usize, value: i32) -> MaxflowError {
+    MaxflowError::NegativeCapacity { node, value: value.into() }
+}

@@ -1,0 +1,93 @@
+//! A grid as the engines see it: an array of residual capacities, and steps.
+
+use std::ops::Range;
+
+use crate::network::{Network, Role};
+
+/// Where a node's role stands in its flags; below are its edge bits.
+pub(super) const ROLE_SHIFT: u32 = 6;
+/// Edge bits of a node's flags.
+pub(super) const EDGE_MASK: u8 = (1 << ROLE_SHIFT) - 1;
+
+/// Role of a node, from its flags.
+#[inline]
+pub(super) fn role(flags: u8) -> Role {
+    match flags >> ROLE_SHIFT {
+        0 => Role::Free,
+        1 => Role::PinnedSource,
+        2 => Role::PinnedSink,
+        _ => Role::Masked,
+    }
+}
+
+/// A grid of `K` directions. `WRAP`: some axis is periodic, so a step depends on the node's edge bits.
+pub(super) struct GridNet<'a, const K: usize, const WRAP: bool> {
+    /// Slots that hold nodes.
+    pub(super) nodes: Range<usize>,
+    /// Residual capacities by slot and direction.
+    pub(super) caps: &'a mut [[i32; K]],
+    /// Excess by slot.
+    pub(super) excess: &'a mut [i32],
+    /// Edge bits and role by slot.
+    pub(super) flags: &'a [u8],
+    /// Steps by edge pattern and direction.
+    pub(super) offsets: &'a [[i32; K]],
+}
+
+impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
+    type Cap = i32;
+    type Arc = u8;
+    type Arcs = Range<u8>;
+    const ROOT: u8 = 254;
+    const ORPHAN: u8 = 255;
+
+    fn slots(&self) -> usize {
+        self.caps.len()
+    }
+
+    fn nodes(&self) -> Range<usize> {
+        self.nodes.clone()
+    }
+
+    #[inline]
+    fn arcs(&self, _: usize) -> Range<u8> {
+        0..K as u8
+    }
+
+    #[inline]
+    fn head(&self, v: usize, a: u8) -> usize {
+        let pattern = if WRAP { self.flags[v] & EDGE_MASK } else { 0 };
+        v.wrapping_add_signed(self.offsets[pattern as usize][a as usize] as isize)
+    }
+
+    #[inline]
+    fn twin(&self, a: u8) -> u8 {
+        a ^ 1
+    }
+
+    #[inline]
+    fn residual(&self, v: usize, a: u8) -> i32 {
+        self.caps[v][a as usize]
+    }
+
+    #[inline]
+    fn push(&mut self, v: usize, a: u8, w: usize, x: i32) {
+        self.caps[v][a as usize] -= x;
+        self.caps[w][a as usize ^ 1] += x;
+    }
+
+    #[inline]
+    fn excess(&self, v: usize) -> i32 {
+        self.excess[v]
+    }
+
+    #[inline]
+    fn excess_mut(&mut self, v: usize) -> &mut i32 {
+        &mut self.excess[v]
+    }
+
+    #[inline]
+    fn role(&self, v: usize) -> Role {
+        role(self.flags[v])
+    }
+}

@@ -1,0 +1,120 @@
+//! Solving a grid, and reading the answer.
+
+use super::GridGraph;
+use super::residual::GridNet;
+use crate::cut::MinCut;
+use crate::engine::{Outcome, closure, tree};
+use crate::error::{MaxflowError, Result};
+use crate::network::{delivered, saturate_pins};
+
+impl<const D: usize> GridGraph<D> {
+    /// The minimum cut with the smallest source side.
+    ///
+    /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. `cancelled` is
+    /// polled now and then.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::Cancelled`]; the flow found so far is kept.
+    pub fn solve(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
+        let mut cut = MinCut::default();
+        self.solve_into(&mut cut, cancelled)?;
+        Ok(cut)
+    }
+
+    /// [`solve`](Self::solve) into a cut whose memory is used again.
+    ///
+    /// # Errors
+    ///
+    /// As [`solve`](Self::solve); `cut` is then unspecified.
+    pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
+        self.touched = true;
+        let wrap = self.lattice.periodic.contains(&true);
+        match (self.lattice.directions, wrap) {
+            (2, false) => self.solve_as::<2, false>(cut, cancelled),
+            (2, true) => self.solve_as::<2, true>(cut, cancelled),
+            (4, false) => self.solve_as::<4, false>(cut, cancelled),
+            (4, true) => self.solve_as::<4, true>(cut, cancelled),
+            (6, false) => self.solve_as::<6, false>(cut, cancelled),
+            (6, true) => self.solve_as::<6, true>(cut, cancelled),
+            (_, false) => self.solve_as::<8, false>(cut, cancelled),
+            (_, true) => self.solve_as::<8, true>(cut, cancelled),
+        }
+    }
+
+    fn solve_as<const K: usize, const WRAP: bool>(
+        &mut self,
+        cut: &mut MinCut,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<()> {
+        let first = self.lattice.margin;
+        let mut net = GridNet::<K, WRAP> {
+            nodes: first..first + self.lattice.len,
+            caps: self.caps.as_chunks_mut().0,
+            excess: &mut self.excess,
+            flags: &self.flags,
+            offsets: self.offsets.as_chunks().0,
+        };
+        saturate_pins(&mut net);
+        if tree::solve(&mut net, &mut self.tree, u64::MAX, cancelled) == Outcome::Cancelled {
+            return Err(MaxflowError::Cancelled);
+        }
+        cut.flow = delivered(&net, self.source_total);
+        cut.in_source.clear();
+        cut.in_source.resize(self.lattice.len, false);
+        closure::source_side(&net, &mut cut.in_source, &mut self.stack);
+        Ok(())
+    }
+
+    /// Capacity of the cut between the nodes marked `true` and the others: what [`solve`](Self::solve) makes least.
+    /// Pins are constraints, not capacities, and do not count.
+    ///
+    /// Exact before and after a solve: flow does not change the capacity of any cut. Time `O(nodes)`.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::LabellingSize`].
+    pub fn capacity_of(&self, in_source: &[bool]) -> Result<i64> {
+        if in_source.len() != self.len() {
+            return Err(MaxflowError::LabellingSize { given: in_source.len(), len: self.len() });
+        }
+        let (k, first) = (self.lattice.directions, self.lattice.margin);
+        let mut capacity = self.source_total;
+        for (node, _) in in_source.iter().enumerate().filter(|&(_, &s)| s) {
+            let slot = node + first;
+            capacity -= i64::from(self.excess[slot]);
+            for d in 0..k {
+                let residual = self.caps[slot * k + d];
+                if residual > 0 && !in_source[self.head(slot, d) - first] {
+                    capacity += i64::from(residual);
+                }
+            }
+        }
+        Ok(capacity)
+    }
+
+    /// [`capacity_of`](Self::capacity_of) with every node on the source's side.
+    pub(crate) fn capacity_of_all_source(&self) -> i64 {
+        self.source_total - self.excess.iter().map(|&e| i64::from(e)).sum::<i64>()
+    }
+
+    /// The arcs that a cut severs, as pairs (on the source's side, on the sink's side) of linked nodes, in node order.
+    /// Links that were given no capacity are not listed.
+    pub fn cut_arcs<'a>(&'a self, cut: &'a MinCut) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let (k, first) = (self.lattice.directions, self.lattice.margin);
+        let inside = cut.in_source.iter().enumerate().take(self.len()).filter(|&(_, &s)| s);
+        inside.flat_map(move |(node, _)| {
+            let slot = node + first;
+            (0..k).filter_map(move |d| {
+                let head = self.head(slot, d);
+                let given = self.caps[slot * k + d] > 0 || self.caps[head * k + (d ^ 1)] > 0;
+                (given && !cut.in_source[head - first]).then(|| (node, head - first))
+            })
+        })
+    }
+
+    fn head(&self, slot: usize, direction: usize) -> usize {
+        let edges = (self.flags[slot] & super::EDGE_MASK) as usize;
+        slot.wrapping_add_signed(self.offsets[edges * self.lattice.directions + direction] as isize)
+    }
+}

@@ -1,0 +1,195 @@
+//! Random problems in a form of their own, the slow definition of a cut, and an independent solver.
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use selvedge_maxflow::{Diagonal, GridGraph, MinCut, Side};
+
+/// SplitMix64: small, and enough for drawing test cases.
+pub(crate) struct Draw(pub(crate) u64);
+
+impl Draw {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// Uniform in `0..n`.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    pub(crate) fn chance(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+}
+
+/// A problem on a grid, kept apart from the solver under test.
+#[derive(Clone, Debug)]
+pub(crate) struct GridCase<const D: usize> {
+    pub(crate) shape: [usize; D],
+    pub(crate) periodic: [bool; D],
+    pub(crate) diagonals: bool,
+    pub(crate) masked: Vec<bool>,
+    pub(crate) pins: Vec<Option<Side>>,
+    /// From the source, to the sink.
+    pub(crate) terminals: Vec<[i32; 2]>,
+    /// Node, axis (`D`, `D + 1`: main and anti diagonal), forward, backward.
+    pub(crate) links: Vec<(usize, usize, i32, i32)>,
+}
+
+impl<const D: usize> GridCase<D> {
+    /// A random case of about `nodes` nodes at most, with capacities up to about `max`.
+    pub(crate) fn random(draw: &mut Draw, nodes: usize, max: usize) -> Self {
+        let mut shape = [1; D];
+        for _ in 0..64 {
+            let axis = draw.below(D);
+            if shape.iter().product::<usize>() / shape[axis] * (shape[axis] + 1) <= nodes {
+                shape[axis] += 1;
+            }
+        }
+        let periodic = std::array::from_fn(|_| draw.chance(25));
+        let diagonals = D == 2 && draw.chance(30);
+        let n = shape.iter().product();
+        let (masks, pins, terms) = (draw.below(3) * 10, draw.below(3) * 10, draw.below(4) * 33);
+        let (dense, equal) = (40 + draw.below(61), draw.chance(15));
+        let cap = |draw: &mut Draw| if equal { 3 } else { draw.below(max + 1) as i32 };
+        let masked = (0..n).map(|_| draw.chance(masks)).collect();
+        let side = |draw: &mut Draw| if draw.chance(50) { Side::Source } else { Side::Sink };
+        let pins = (0..n).map(|_| draw.chance(pins).then(|| side(draw))).collect();
+        let terminal = |draw: &mut Draw| if draw.chance(terms) { 2 * cap(draw) } else { 0 };
+        let terminals = (0..n).map(|_| [terminal(draw), terminal(draw)]).collect();
+        let mut case = Self { shape, periodic, diagonals, masked, pins, terminals, links: Vec::new() };
+        for v in 0..n {
+            for along in 0..if diagonals { D + 2 } else { D } {
+                if case.neighbour(v, along).is_some() && draw.chance(dense) {
+                    case.links.push((v, along, cap(draw), if draw.chance(30) { 0 } else { cap(draw) }));
+                }
+            }
+        }
+        case
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.terminals.len()
+    }
+
+    /// The other end of a link, worked out from positions.
+    pub(crate) fn neighbour(&self, v: usize, along: usize) -> Option<usize> {
+        let mut step = [0_i64; D];
+        match along {
+            a if a < D => step[a] = 1,
+            a => (step[0], step[D - 1]) = (1, if a == D { 1 } else { -1 }),
+        }
+        let mut rest = v;
+        let mut at = [0; D];
+        for a in (0..D).rev() {
+            (at[a], rest) = (rest % self.shape[a], rest / self.shape[a]);
+        }
+        let mut w = 0;
+        for a in 0..D {
+            let (to, side) = (at[a] as i64 + step[a], self.shape[a] as i64);
+            if !(0..side).contains(&to) && !self.periodic[a] {
+                return None;
+            }
+            w = w * self.shape[a] + to.rem_euclid(side) as usize;
+        }
+        Some(w)
+    }
+
+    /// Gives the case to a graph, which must be fresh or cleared.
+    pub(crate) fn fill(
+        &self,
+        graph: &mut GridGraph<D>,
+        link_diagonal: fn(&mut GridGraph<D>, usize, Diagonal, i32, i32),
+    ) {
+        for v in (0..self.len()).filter(|&v| self.masked[v]) {
+            graph.mask(v).unwrap();
+        }
+        for v in 0..self.len() {
+            graph.terminal(v, self.terminals[v][0], self.terminals[v][1]).unwrap();
+            if let Some(side) = self.pins[v] {
+                graph.pin(v, side).unwrap();
+            }
+        }
+        for &(v, along, forward, backward) in &self.links {
+            match along {
+                a if a < D => graph.link(v, a, forward, backward).unwrap(),
+                a if a == D => link_diagonal(graph, v, Diagonal::Main, forward, backward),
+                _ => link_diagonal(graph, v, Diagonal::Anti, forward, backward),
+            }
+        }
+    }
+
+    /// The problem as plain lists, masked nodes out.
+    pub(crate) fn problem(&self) -> Problem {
+        let present = |v: usize| !self.masked[v];
+        let terminals = (0..self.len()).map(|v| if present(v) { self.terminals[v].map(i64::from) } else { [0; 2] });
+        let pins = (0..self.len()).map(|v| self.pins[v].filter(|_| present(v))).collect();
+        let mut arcs = Vec::new();
+        for &(v, along, forward, backward) in &self.links {
+            let w = self.neighbour(v, along).unwrap();
+            if present(v) && present(w) && v != w {
+                arcs.extend([(v, w, i64::from(forward)), (w, v, i64::from(backward))]);
+            }
+        }
+        Problem { terminals: terminals.collect(), pins, arcs }
+    }
+}
+
+/// Links along a diagonal.
+pub(crate) fn diagonal(graph: &mut GridGraph<2>, v: usize, diagonal: Diagonal, forward: i32, backward: i32) {
+    graph.link_diagonal(v, diagonal, forward, backward).unwrap();
+}
+
+/// For cases without diagonals.
+pub(crate) fn no_diagonal<const D: usize>(_: &mut GridGraph<D>, _: usize, _: Diagonal, _: i32, _: i32) {
+    unreachable!("the case has no diagonals");
+}
+
+/// A min-cut problem as plain lists.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Problem {
+    /// From the source, to the sink.
+    pub(crate) terminals: Vec<[i64; 2]>,
+    pub(crate) pins: Vec<Option<Side>>,
+    /// Tail, head, capacity.
+    pub(crate) arcs: Vec<(usize, usize, i64)>,
+}
+
+impl Problem {
+    /// Capacity of a cut by definition, pins not counted.
+    pub(crate) fn capacity(&self, in_source: &[bool]) -> i64 {
+        let terminals: i64 = self.terminals.iter().zip(in_source).map(|(t, &s)| t[usize::from(s)]).sum();
+        let cut = self.arcs.iter().filter(|&&(v, w, _)| in_source[v] && !in_source[w]);
+        terminals + cut.map(|&(_, _, c)| c).sum::<i64>()
+    }
+
+    /// Least capacity over all 2^n cuts that respect the pins, and the least of these sets: the intersection.
+    pub(crate) fn by_enumeration(&self) -> (i64, Vec<bool>) {
+        let n = self.terminals.len();
+        let mut best = (i64::MAX, vec![true; n]);
+        for set in 0..1_u32 << n {
+            let side: Vec<bool> = (0..n).map(|v| set >> v & 1 == 1).collect();
+            let allowed = (0..n).all(|v| self.pins[v].is_none_or(|pin| (pin == Side::Source) == side[v]));
+            let capacity = self.capacity(&side);
+            if !allowed || capacity > best.0 {
+                continue;
+            }
+            if capacity < best.0 {
+                best = (capacity, side);
+            } else {
+                best.1.iter_mut().zip(side).for_each(|(b, s)| *b &= s);
+            }
+        }
+        best
+    }
+
+    /// Asserts that a cut of this problem is least and has the smallest source side.
+    #[track_caller]
+    pub(crate) fn check(&self, cut: &MinCut, expected: &(i64, Vec<bool>)) {
+        assert_eq!(cut.flow, self.capacity(cut.source_side()), "flow and capacity of the returned side: {self:?}");
+        assert_eq!(cut.flow, expected.0, "flow: {self:?}");
+        assert_eq!(cut.source_side(), expected.1, "side: {self:?}");
+    }
+}
