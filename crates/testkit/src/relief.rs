@@ -25,7 +25,7 @@ const SUB: u32 = 2;
 /// Pixels evaluated around the picture, so that shadows from outside fall into it.
 const MARGIN: u32 = 20;
 
-/// A sampled surface, [`SUB`] samples along each side of a pixel and a margin around.
+/// A sampled surface, `SUB` samples along each side of a pixel and a margin around.
 #[derive(Debug)]
 pub struct Relief {
     width: u32,
