@@ -39,10 +39,10 @@ mod auto_block;
 mod block_grid;
 mod boundary_cut;
 mod options;
-mod quilt;
+mod quilter;
 mod search;
 mod strip;
 
 pub use auto_block::suggest_block;
 pub use options::{Continuation, Error, Options, Stage};
-pub use quilt::{Stats, quilt};
+pub use quilter::{Stats, quilt};

@@ -27,7 +27,7 @@ pub enum Continuation {
     Allow,
 }
 
-/// Options of [`quilt`](crate::quilt()).
+/// Options of [`quilt`](crate::quilt).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Side of the square blocks in samples. It should hold the largest structure of the texture; larger blocks copy

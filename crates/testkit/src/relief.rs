@@ -25,7 +25,7 @@ const SUB: u32 = 2;
 /// Pixels evaluated around the picture, so that shadows from outside fall into it.
 const MARGIN: u32 = 20;
 
-/// A sampled surface, [`SUB`] samples along each side of a pixel and a margin around.
+/// A sampled surface, `SUB` samples along each side of a pixel and a margin around.
 #[derive(Debug)]
 pub struct Relief {
     width: u32,
@@ -73,7 +73,7 @@ impl Relief {
     /// The surface under `light`, linear, half floats: highlights stay as bright as they are.
     pub fn lit_linear(&self, light: &Light) -> Plane<2> {
         let linear = self.radiance(light);
-        let halves = linear.iter().flat_map(|f| self.pixels(f)).map(|v| f16::from_f64(v).to_bits()).collect();
+        let halves = linear.iter().flat_map(|f| self.pixels(f)).map(|v| f16::from_f32(v as f32).to_bits()).collect();
         let grid = Grid::from_vec(Domain::open([self.height, self.width]), 3, halves).expect("three planes");
         Plane::new(Role::Color, Samples::F16(grid))
     }
