@@ -78,6 +78,15 @@ pub fn triptych(expected: &Plane<2>, actual: &Plane<2>) -> Plane<2> {
     plane8(Role::Color, total[1], total[0], planes.concat())
 }
 
+/// The picture as 8-bit RGB or grey, for the eye: high bytes of wide integers, floats over `0..=1`, no alpha.
+pub fn preview(plane: &Plane<2>) -> Plane<2> {
+    let [height, width] = plane.domain().shape;
+    let pixels: Vec<[u8; 3]> = plane.domain().positions().filter_map(|at| pixel(plane, at)).collect();
+    let channels = if plane.color_channels() == 3 { 3 } else { 1 };
+    let samples = (0..channels).flat_map(|c| pixels.iter().map(move |rgb| rgb[c])).collect();
+    plane8(plane.role, width, height, samples)
+}
+
 /// The greatest difference of a pixel's channels; the depth's whole range where only one of the pictures has it.
 fn apart(a: &Plane<2>, b: &Plane<2>, at: [u32; 2]) -> f64 {
     let (Some(ia), Some(ib)) = (place(a, at), place(b, at)) else { return f64::MAX };

@@ -15,7 +15,7 @@ mod picture;
 mod relief;
 pub mod simple;
 
-pub use compare::{Difference, compare, triptych};
+pub use compare::{Difference, compare, preview, triptych};
 pub use exr::to_exr;
 pub use noise::Noise;
 pub use picture::{bytes, describe, from_png, plane8, plane16, same_samples, to_png};
