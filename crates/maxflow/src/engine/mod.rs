@@ -5,6 +5,7 @@
 
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
+pub(crate) mod strip;
 pub(crate) mod tree;
 
 use crate::network::{Network, Reversed, Role};
@@ -22,6 +23,8 @@ pub enum Engine {
     Trees,
     /// Highest-label pseudoflow (Hochbaum).
     Pseudoflow,
+    /// Shortest path through the faces, where the graph is a plain strip; elsewhere as [`Engine::Auto`].
+    ShortestPath,
 }
 
 /// Whether an engine finished.
@@ -56,7 +59,10 @@ pub(crate) fn run<N: Network>(
     cancelled: &dyn Fn() -> bool,
 ) -> bool {
     let supply = Supply::of(net);
-    let engine = if engine == Engine::Auto { supply.choose(net.nodes().len()) } else { engine };
+    let engine = match engine {
+        Engine::Auto | Engine::ShortestPath => supply.choose(net.nodes().len()),
+        chosen => chosen,
+    };
     if engine == Engine::Trees {
         return tree::solve(net, &mut scratch.tree, u64::MAX, cancelled) == Outcome::Done;
     }
