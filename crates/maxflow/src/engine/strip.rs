@@ -12,7 +12,7 @@
 //! are skipped: real strips need a handful. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
 
 use crate::grid::GridNet;
-use crate::network::{Network, Role};
+use crate::network::{Network, Role, saturate_pins};
 
 /// After so many sweeps a strip is left to the general engines. Textures took at most 9.
 const MAX_SWEEPS: usize = 64;
@@ -36,11 +36,12 @@ struct Strip {
 
 /// Makes the flow maximum if the grid is a plain strip without flow. Returns whether it did; if not, nothing changed.
 ///
-/// Pins must not be saturated yet. `distance` is scratch. Time `O(nodes)` a sweep.
+/// Pins are saturated along with it. `distance` is scratch. Time `O(nodes)` a sweep.
 pub(crate) fn solve(net: &mut GridNet<'_, 4, false>, shape: [usize; 2], distance: &mut Vec<i64>) -> bool {
     let Some(strip) = Strip::of(net, shape) else { return false };
     let Some(length) = strip.distances(net, distance) else { return false };
     strip.push_flow(net, distance, length);
+    saturate_pins(net);
     true
 }
 

@@ -5,7 +5,6 @@ use super::residual::GridNet;
 use crate::cut::MinCut;
 use crate::engine::{self, Engine, closure, strip};
 use crate::error::{MaxflowError, Result};
-use crate::network::{delivered, saturate_pins};
 
 impl<const D: usize> GridGraph<D> {
     /// The minimum cut with the smallest source side.
@@ -33,7 +32,10 @@ impl<const D: usize> GridGraph<D> {
         match (self.lattice.directions, wrap) {
             (2, false) => self.solve_as::<2, false>(cut, cancelled),
             (2, true) => self.solve_as::<2, true>(cut, cancelled),
-            (4, false) if self.solve_strip() => self.read_off::<4, false>(cut),
+            (4, false) if self.solve_strip() => {
+                self.read_off::<4, false>(cut);
+                Ok(())
+            }
             (4, false) => self.solve_as::<4, false>(cut, cancelled),
             (4, true) => self.solve_as::<4, true>(cut, cancelled),
             (6, false) => self.solve_as::<6, false>(cut, cancelled),
@@ -73,24 +75,18 @@ impl<const D: usize> GridGraph<D> {
         cancelled: &dyn Fn() -> bool,
     ) -> Result<()> {
         let (engine, mut scratch) = (self.engine, std::mem::take(&mut self.scratch));
-        let mut net = self.net::<K, WRAP>();
-        saturate_pins(&mut net);
-        let done = engine::run(&mut net, engine, &mut scratch, cancelled);
+        let done = engine::maximize(&mut self.net::<K, WRAP>(), engine, &mut scratch, cancelled);
         self.scratch = scratch;
-        if done { self.read_off::<K, WRAP>(cut) } else { Err(MaxflowError::Cancelled) }
+        done?;
+        self.read_off::<K, WRAP>(cut);
+        Ok(())
     }
 
     /// The cut of a maximum flow.
-    fn read_off<const K: usize, const WRAP: bool>(&mut self, cut: &mut MinCut) -> Result<()> {
+    fn read_off<const K: usize, const WRAP: bool>(&mut self, cut: &mut MinCut) {
         let (source_total, mut stack) = (self.source_total, std::mem::take(&mut self.stack));
-        cut.in_source.clear();
-        cut.in_source.resize(self.len(), false);
-        let mut net = self.net::<K, WRAP>();
-        saturate_pins(&mut net);
-        cut.flow = delivered(&net, source_total);
-        closure::source_side(&net, &mut cut.in_source, &mut stack);
+        closure::read_off(&self.net::<K, WRAP>(), source_total, cut, &mut stack);
         self.stack = stack;
-        Ok(())
     }
 
     /// Capacity of the cut between the nodes marked `true` and the others: what [`solve`](Self::solve) makes least.
