@@ -12,6 +12,7 @@ mod quantize;
 
 pub use cut::{MinCut, Side};
 pub use energy::{BinaryEnergy, Minimum, PairwiseTerm};
+pub use engine::Engine;
 pub use error::{ErrorKind, MaxflowError, Result};
 pub use grid::{Diagonal, GridGraph};
 pub use quantize::capacity;

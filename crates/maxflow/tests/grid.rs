@@ -3,7 +3,9 @@
 mod common;
 
 use common::{Draw, GridCase, diagonal, no_diagonal};
-use selvedge_maxflow::{Diagonal, GridGraph};
+use selvedge_maxflow::{Diagonal, Engine, GridGraph};
+
+const ENGINES: [Engine; 3] = [Engine::Auto, Engine::Trees, Engine::Pseudoflow];
 
 fn solve_and_check<const D: usize>(
     case: &GridCase<D>,
@@ -13,14 +15,16 @@ fn solve_and_check<const D: usize>(
     case.fill(&mut graph, link);
     let problem = case.problem();
     let expected = problem.by_enumeration();
-    let cut = graph.solve(&|| false).unwrap();
-    problem.check(&cut, &expected);
-    assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
-    // Solving again finds nothing to do, and a cleared graph is as good as new.
-    assert_eq!(graph.solve(&|| false).unwrap(), cut);
-    graph.clear();
-    case.fill(&mut graph, link);
-    assert_eq!(graph.solve(&|| false).unwrap(), cut);
+    for engine in ENGINES {
+        graph.set_engine(engine);
+        let cut = graph.solve(&|| false).unwrap();
+        problem.check(&cut, &expected);
+        assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
+        // Solving again finds nothing to do, and a cleared graph is as good as new.
+        assert_eq!(graph.solve(&|| false).unwrap(), cut);
+        graph.clear();
+        case.fill(&mut graph, link);
+    }
 }
 
 fn random_grids<const D: usize>(seed: u64, cases: usize) {

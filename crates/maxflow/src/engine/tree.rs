@@ -208,13 +208,8 @@ impl<N: Network> Trees<'_, N> {
         loop {
             let a = self.scratch.nodes[v].parent;
             if a == N::ROOT {
-                let excess = self.net.excess_mut(v);
-                if SINK {
-                    *excess += x
-                } else {
-                    *excess -= x
-                }
-                if *excess == N::Cap::ZERO {
+                self.net.add_excess(v, if SINK { x } else { -x });
+                if self.net.excess(v) == N::Cap::ZERO {
                     self.orphan(v);
                 }
                 return;

@@ -5,7 +5,7 @@ mod residual;
 mod solve;
 
 use crate::cut::Side;
-use crate::engine::tree::TreeScratch;
+use crate::engine::{Engine, Scratch};
 use crate::error::{MaxflowError, Result, filled};
 use crate::lattice::{EDGE_PATTERNS, Lattice};
 use crate::network::Role;
@@ -66,7 +66,8 @@ pub struct GridGraph<const D: usize> {
     source_total: i64,
     /// Anything but masks was set since the graph was new or cleared.
     touched: bool,
-    tree: TreeScratch<u8>,
+    engine: Engine,
+    scratch: Scratch<u8>,
     stack: Vec<u32>,
 }
 
@@ -101,7 +102,8 @@ impl<const D: usize> GridGraph<D> {
             offsets,
             source_total: 0,
             touched: false,
-            tree: TreeScratch::default(),
+            engine: Engine::Auto,
+            scratch: Scratch::default(),
             stack: Vec::new(),
             lattice,
         })
@@ -114,6 +116,11 @@ impl<const D: usize> GridGraph<D> {
         self.flags.iter_mut().for_each(|f| *f &= EDGE_MASK);
         self.source_total = 0;
         self.touched = false;
+    }
+
+    /// Chooses how later solves work. The answer does not depend on it.
+    pub fn set_engine(&mut self, engine: Engine) {
+        self.engine = engine;
     }
 
     /// Lengths of the axes, slowest first.

@@ -3,7 +3,7 @@
 use super::GridGraph;
 use super::residual::GridNet;
 use crate::cut::MinCut;
-use crate::engine::{Outcome, closure, tree};
+use crate::engine::{self, closure};
 use crate::error::{MaxflowError, Result};
 use crate::network::{delivered, saturate_pins};
 
@@ -56,7 +56,7 @@ impl<const D: usize> GridGraph<D> {
             offsets: self.offsets.as_chunks().0,
         };
         saturate_pins(&mut net);
-        if tree::solve(&mut net, &mut self.tree, u64::MAX, cancelled) == Outcome::Cancelled {
+        if !engine::run(&mut net, self.engine, &mut self.scratch, cancelled) {
             return Err(MaxflowError::Cancelled);
         }
         cut.flow = delivered(&net, self.source_total);
