@@ -29,6 +29,8 @@ fn main() {
     let cases = cases.lock().expect("no trial panics while it holds the cases");
     if cases.iter().any(|c| c.verdict != Verdict::Same) || std::env::var_os("SELVEDGE_PAGE").is_some() {
         write_page(&cases);
+    } else {
+        let _ = std::fs::remove_file(out_dir().join("index.html"));
     }
     conclusion.exit();
 }

@@ -111,7 +111,8 @@ fn picture_matches(recipe: &Recipe, actual: &Plane<2>, case: &mut Case) -> Resul
     case.pictures.push(("expected | difference | actual".into(), three));
     let how = match compare(&expected, actual) {
         Ok(d) => {
-            format!("{} of {} pixels, by {:?} at most, the first at {:?} [y, x]", d.pixels, d.of, d.greatest, d.first)
+            let [y, x] = d.first.unwrap_or_default();
+            format!("{} of {} pixels, by {:?} at most, the first at x {x}, y {y}", d.pixels, d.of, d.greatest)
         }
         Err(what) => what,
     };
