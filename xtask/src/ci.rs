@@ -25,10 +25,15 @@ pub(crate) fn run(_: &[String]) -> Outcome {
 
 /// Runs cargo in the project's root; warnings of rustdoc count as errors.
 pub(crate) fn cargo(args: &[&str]) -> Outcome {
+    cargo_with(args, &[("RUSTDOCFLAGS", "-D warnings")])
+}
+
+/// Runs cargo in the project's root with these variables.
+pub(crate) fn cargo_with(args: &[&str], variables: &[(&str, &str)]) -> Outcome {
     eprintln!("xtask: cargo {}", args.join(" "));
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let status =
-        Command::new(cargo).args(args).env("RUSTDOCFLAGS", "-D warnings").current_dir(crate::tree::root()).status();
+    let mut command = Command::new(cargo);
+    let status = command.args(args).envs(variables.iter().copied()).current_dir(crate::tree::root()).status();
     match status {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(format!("`cargo {}` ended with {status}", args.join(" "))),

@@ -3,6 +3,7 @@
 
 mod ci;
 mod fixtures;
+mod regress;
 mod tidy;
 mod tree;
 
@@ -14,13 +15,16 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
 /// Nothing to say, or a line that says what went wrong (details have been printed).
 type Outcome = Result<(), String>;
 
-const CHORES: [Chore; 3] = [
+const CHORES: [Chore; 6] = [
     ("ci", "everything that has to pass: format, lints, documentation, tests, each crate bare, tidiness", ci::run),
     (
         "fixtures [--write]",
         "check fixtures/ against its manifest and the code that made it, or make it again",
         fixtures::run,
     ),
+    ("regress [PATTERN]", "the end-to-end suite in release, and a page of its pictures", regress::run),
+    ("bless NAME...", "write the references of recipes in tests/suite", regress::bless),
+    ("review [PATTERN]", "regress, then ask for each recipe that differs whether to bless it", regress::review),
     ("tidy", "rules that no compiler knows: edges between crates, citations, sizes, licences", tidy::run),
 ];
 

@@ -19,6 +19,8 @@ use selvedge_testkit::page::{Case, Verdict, page};
 use crate::recipe::Recipe;
 
 fn main() {
+    // What a panic says becomes the outcome of its test; the trace would only hide it.
+    std::panic::set_hook(Box::new(|_| {}));
     let arguments = Arguments::from_args();
     let cases = Arc::new(Mutex::new(Vec::new()));
     let mut trials = recipe::all().into_iter().map(|recipe| recipe_trial(recipe, &cases)).collect::<Vec<_>>();
@@ -26,12 +28,21 @@ fn main() {
     let conclusion = libtest_mimic::run(&arguments, trials);
     let cases = cases.lock().expect("no trial panics while it holds the cases");
     if cases.iter().any(|c| c.verdict != Verdict::Same) || std::env::var_os("SELVEDGE_PAGE").is_some() {
-        let path = out_dir().join("index.html");
-        std::fs::create_dir_all(out_dir()).expect("tests/out can be made");
-        std::fs::write(&path, page("Selvedge, end to end", &cases)).expect("tests/out can be written");
-        eprintln!("page: {}", path.display());
+        write_page(&cases);
+    } else {
+        let _ = std::fs::remove_file(out_dir().join("index.html"));
     }
     conclusion.exit();
+}
+
+/// The page, and the list of recipes that someone has to look at.
+fn write_page(cases: &[Case]) {
+    let review: String = cases.iter().filter(|c| c.verdict != Verdict::Same).map(|c| format!("{}\n", c.name)).collect();
+    let path = out_dir().join("index.html");
+    std::fs::create_dir_all(out_dir()).expect("tests/out can be made");
+    std::fs::write(out_dir().join("review.txt"), review).expect("tests/out can be written");
+    std::fs::write(&path, page("Selvedge, end to end", cases)).expect("tests/out can be written");
+    eprintln!("page: {}", path.display());
 }
 
 fn recipe_trial(recipe: Result<Recipe, String>, cases: &Arc<Mutex<Vec<Case>>>) -> Trial {

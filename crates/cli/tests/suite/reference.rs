@@ -42,7 +42,7 @@ fn run_and_compare(recipe: &Recipe, case: &mut Case) -> Result<(), String> {
         return Err(format!("1 and 3 threads differ\n{}", changes(&found.text, &again.text)));
     }
     let picture = recipe.picture.as_deref().map(|name| picture(&found, name)).transpose()?;
-    if std::env::var("SELVEDGE_BLESS").is_ok_and(|name| name == recipe.name) {
+    if std::env::var("SELVEDGE_BLESS").is_ok_and(|names| names.split(',').any(|name| name == recipe.name)) {
         case.verdict = Verdict::New;
         case.pictures.extend(picture.iter().map(|p| ("new reference".to_owned(), to_png(p))));
         return bless(recipe, &found, picture.as_ref());
@@ -111,7 +111,8 @@ fn picture_matches(recipe: &Recipe, actual: &Plane<2>, case: &mut Case) -> Resul
     case.pictures.push(("expected | difference | actual".into(), three));
     let how = match compare(&expected, actual) {
         Ok(d) => {
-            format!("{} of {} pixels, by {:?} at most, the first at {:?} [y, x]", d.pixels, d.of, d.greatest, d.first)
+            let [y, x] = d.first.unwrap_or_default();
+            format!("{} of {} pixels, by {:?} at most, the first at x {x}, y {y}", d.pixels, d.of, d.greatest)
         }
         Err(what) => what,
     };
