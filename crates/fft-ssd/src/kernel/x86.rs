@@ -4,7 +4,10 @@
 use super::{Block, CHUNK, Level, Row, scalar};
 use crate::taps::{Phase, ROWS, Tap};
 use crate::word::Word;
+use rustfft::num_complex::Complex;
 use std::arch::x86_64::*;
+
+type C64 = Complex<f64>;
 
 pub(super) fn correlate(level: Level, image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
     // SAFETY: a level is only made where its features were detected, and the caller has checked that each tap leaves
@@ -38,6 +41,48 @@ fn finish_avx2<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, produc
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
 fn finish_avx512<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
     scalar::finish(out, constant, corners, products);
+}
+
+pub(super) fn multiply(level: Level, to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::multiply(to, a, b, first),
+            Level::Avx2 | Level::AvxVnni => multiply_avx2(to, a, b, first),
+            Level::Avx512 => multiply_avx512(to, a, b, first),
+        }
+    }
+}
+
+pub(super) fn round<W: Word>(level: Level, z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::round(z, scale, to),
+            Level::Avx2 | Level::AvxVnni => round_avx2(z, scale, to),
+            Level::Avx512 => round_avx512(z, scale, to),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn multiply_avx2(to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
+    scalar::multiply(to, a, b, first);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn multiply_avx512(to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
+    scalar::multiply(to, a, b, first);
+}
+
+#[target_feature(enable = "avx2")]
+fn round_avx2<W: Word>(z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+    scalar::round(z, scale, to)
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn round_avx512<W: Word>(z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+    scalar::round(z, scale, to)
 }
 
 /// One level: `$vectors` accumulators a row are what its registers hold.
