@@ -111,7 +111,7 @@ pub enum Problem {
     #[error("empty file")]
     Empty,
     /// The first bytes belong to no format that can be read.
-    #[error("no picture format that can be read")]
+    #[error("is no picture in a format that can be read")]
     UnknownContent,
     /// The data contradict themselves or end early.
     #[error("damaged {format} file ({cause})")]

@@ -23,7 +23,8 @@ pub struct ReadOptions {
     pub role: Role,
     /// What becomes of float samples that are no numbers. Default: an error.
     pub nonfinite: NonFinite,
-    /// A layer, or channels separated by commas, of an EXR file. Default: its colour, else its only layer.
+    /// A layer, or channels separated by commas, of an EXR file. Default: its colour outside of
+    /// layers, else that of its only layer, else its only channel.
     pub channels: Option<String>,
 }
 
