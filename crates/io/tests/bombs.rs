@@ -78,7 +78,7 @@ fn claims() -> Vec<(&'static str, Vec<u8>)> {
     bmp.extend(b"\x01\0\x18\0");
     bmp.resize(58, 0);
     let mut webp = b"RIFF\x12\0\0\0WEBPVP8L\x05\0\0\0\x2f".to_vec();
-    webp.extend((16_383_u32 - 1 | (16_383 - 1) << 14).to_le_bytes());
+    webp.extend(((16_383_u32 - 1) | ((16_383 - 1) << 14)).to_le_bytes());
     webp.push(0);
     vec![
         ("png of 60,000 squared", png(60_000, 60_000, 8, 2, &[chunk(b"IDAT", &[0; 8])])),
