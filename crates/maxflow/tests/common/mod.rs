@@ -205,17 +205,30 @@ impl Problem {
         let n = self.terminals.len();
         let pinned = |side| (0..n).filter(|&v| self.pins[v] == Some(side)).fold(0_u32, |bits, v| bits | 1 << v);
         let (inside, outside) = (pinned(Side::Source), pinned(Side::Sink));
-        let capacity = |set: u32| {
-            let terminals = self.terminals.iter().enumerate().map(|(v, t)| t[(set >> v & 1) as usize]);
-            let cut = self.arcs.iter().filter(|&&(v, w, _)| set >> v & !(set >> w) & 1 == 1);
-            terminals.sum::<i64>() + cut.map(|a| a.2).sum::<i64>()
-        };
+        // The other ends of a node's arcs, with the capacity out to them and in from them.
+        let mut around = vec![Vec::new(); n];
+        for &(v, w, c) in self.arcs.iter().filter(|a| a.0 != a.1) {
+            around[v].push((w, c, 0));
+            around[w].push((v, 0, c));
+        }
         let mut best = (i64::MAX, 0);
-        for set in (0..1_u32 << n).filter(|set| set & inside == inside && set & outside == 0) {
-            match capacity(set) {
-                c if c < best.0 => best = (c, set),
-                c if c == best.0 => best.1 &= set,
-                _ => {}
+        let (mut set, mut capacity) = (0_u32, self.terminals.iter().map(|t| t[0]).sum::<i64>());
+        // In the order of a Gray code: one node changes sides at a time.
+        for step in 1..=1_u32 << n {
+            if set & inside == inside && set & outside == 0 {
+                if capacity < best.0 {
+                    best = (capacity, set);
+                } else if capacity == best.0 {
+                    best.1 &= set;
+                }
+            }
+            let v = step.trailing_zeros() as usize;
+            if v < n {
+                let terminals = self.terminals[v][1] - self.terminals[v][0];
+                let arcs = around[v].iter().map(|&(w, out, into)| if set >> w & 1 == 1 { -into } else { out });
+                let entering = terminals + arcs.sum::<i64>();
+                capacity += if set >> v & 1 == 1 { -entering } else { entering };
+                set ^= 1 << v;
             }
         }
         (best.0, (0..n).map(|v| best.1 >> v & 1 == 1).collect())
