@@ -61,7 +61,7 @@ impl Prepared {
         if let Some(spectra) = all.iter().find(|s| s.tiling == tiling) {
             return Arc::clone(spectra);
         }
-        all.push(Arc::new(Spectra::new(tiling, job.weights.len(), job.kernel.is_scalar())));
+        all.push(Arc::new(Spectra::new(tiling, job.kernel.is_scalar())));
         Arc::clone(&all[all.len() - 1])
     }
 

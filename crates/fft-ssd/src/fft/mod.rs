@@ -43,17 +43,18 @@ const BLOCK: usize = 1 << 20;
 pub(crate) struct FftScratch {
     workers: Vec<Worker>,
     rows: Vec<C64>,
-    template: Vec<C64>,
+    /// Spectra of the template, and of tiles that are not kept, term by term.
+    templates: Vec<Vec<C64>>,
+    transient: Vec<Vec<C64>>,
     columns: Vec<C64>,
-    transient: Vec<C64>,
     corners: Corners,
 }
 
-/// One signal of the template with the signal of the source that it is correlated with.
+/// A signal of the template, with the signal of the source that it is correlated with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Term {
-    /// `-2 W_c t'` with a channel.
-    Cross(usize),
+    /// `-2 W_c t'` with the channels.
+    Cross,
     /// The mask with the squares.
     Squares,
     /// The template's own part with validity.
@@ -65,23 +66,32 @@ enum Term {
 impl Term {
     fn signal(self) -> Signal {
         match self {
-            Self::Cross(c) => Signal::Feature(c),
+            Self::Cross => Signal::Features,
             Self::Squares => Signal::Squares,
             Self::Own | Self::Count => Signal::Valid,
         }
     }
 
+    fn planes(self, job: &Job<'_>) -> usize {
+        self.signal().planes(job.weights.len())
+    }
+
     /// The template's value at a sample that counts.
-    fn value(self, job: &Job<'_>, index: usize) -> f64 {
+    fn value(self, job: &Job<'_>, plane: usize, index: usize) -> f64 {
         match self {
-            Self::Cross(c) => {
-                let value = i64::from(job.template.features[c * job.template.len() + index]) - 128;
-                (-2 * i64::from(job.weights[c]) * value) as f64
+            Self::Cross => {
+                let value = i32::from(job.template.features[plane * job.template.len() + index]) - 128;
+                f64::from(-2 * i32::from(job.weights[plane]) * value)
             }
             Self::Squares | Self::Count => 1.0,
             Self::Own => job.own(index, BIAS) as f64,
         }
     }
+}
+
+/// Planes of all terms.
+fn planes(terms: &[Term], job: &Job<'_>) -> usize {
+    terms.iter().map(|t| t.planes(job)).sum()
 }
 
 /// Costs of every position. Where validity has any shape and the number of compared samples varies, also the template's
@@ -93,7 +103,7 @@ pub(crate) fn search<W: Word + Squares>(
     map: &mut [W],
     counts: &mut [u32],
 ) -> Result<bool, Error> {
-    let mut terms: Vec<Term> = (0..job.weights.len()).filter(|&c| job.weights[c] != 0).map(Term::Cross).collect();
+    let mut terms = vec![Term::Cross];
     let mut corners = std::mem::take(&mut scratch.corners);
     corners.of_mask(job.template, Table::<W>::shape(job.prepared.extension.shape));
     let mut table: &[W] = &[];
@@ -192,17 +202,19 @@ fn rounding(
     let mut norms = Vec::new();
     let n: usize = spectra.tiling.size.iter().product();
     for &term in terms {
-        let (mut sum, mut squares) = (0.0, 0.0);
-        block.each(job.template, |index| {
-            let value = term.value(job, index);
-            sum += value.abs();
-            squares += value * value;
-        });
-        let source = match spectra.fits(job.cache, terms.len()) {
+        let source = match spectra.fits(job.cache, planes(terms, job)) {
             true => spectra.get(term.signal(), &signals(job), &mut scratch.workers)?.norm,
             false => largest(job, term.signal()) * (n as f64).sqrt(),
         };
-        norms.push(Norms { sum, template: squares.sqrt(), source });
+        for plane in 0..term.planes(job) {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            block.each(job.template, |index| {
+                let value = term.value(job, plane, index);
+                sum += value.abs();
+                squares += value * value;
+            });
+            norms.push(Norms { sum, template: squares.sqrt(), source });
+        }
     }
     Ok(bound::bound(n, norms.into_iter()))
 }
@@ -210,7 +222,7 @@ fn rounding(
 /// No sample of a signal is larger.
 fn largest(job: &Job<'_>, signal: Signal) -> f64 {
     match signal {
-        Signal::Feature(_) => 128.0,
+        Signal::Features => 128.0,
         Signal::Squares => 16_384.0 * job.weights.iter().map(|&w| f64::from(w)).sum::<f64>(),
         Signal::Valid => 1.0,
     }

@@ -19,6 +19,9 @@ use crate::word::Word;
 /// set of the first-level cache.
 const GAP: usize = 4;
 
+/// Values of the columns that a worker has at once: a share of the second-level cache.
+const BATCH: usize = 1 << 16;
+
 /// A part of a template, and the positions it is asked about.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
@@ -42,8 +45,8 @@ impl Block {
         }
     }
 
-    /// Row `y` of frame `t` of a term's signal of the template.
-    fn load(&self, job: &Job<'_>, term: Term, t: usize, y: usize, to: &mut [f64]) {
+    /// Row `y` of frame `t` of a plane of a term's signal.
+    fn load(&self, job: &Job<'_>, term: Term, plane: usize, t: usize, y: usize, to: &mut [f64]) {
         let (t, y) = (self.start[0] + t, self.start[1] + y);
         if t < self.fresh[0] || y < self.fresh[1] {
             return;
@@ -51,7 +54,7 @@ impl Block {
         let row = (t * job.template.shape[1] + y) * job.template.shape[2];
         for x in self.fresh[2]..self.start[2] + self.shape[2] {
             if job.template.counts(row + x) {
-                to[x - self.start[2]] = term.value(job, row + x);
+                to[x - self.start[2]] = term.value(job, plane, row + x);
             }
         }
     }
@@ -99,61 +102,72 @@ pub(super) fn correlate<W: Word>(
     map: &mut [W],
 ) -> Result<bool, Error> {
     let (tiling, transforms) = (&spectra.tiling, &spectra.transforms);
-    let kept = spectra.fits(job.cache, terms.len());
+    let kept = spectra.fits(job.cache, super::planes(terms, job));
     let signals = signals(job);
     if kept {
         for term in terms {
             spectra.get(term.signal(), &signals, &mut scratch.workers)?;
         }
     }
-    let FftScratch { workers, rows, template, columns, transient, .. } = scratch;
+    let FftScratch { workers, rows, templates, columns, transient, .. } = scratch;
     workers::prepare(workers, transforms);
     workers.iter_mut().for_each(|w| w.residual = 0.0);
     let len = transforms.len();
-    crate::costs::fit(template, terms.len() * len)?;
-    let load = |term: usize, t: usize, y: usize, row: &mut [f64]| block.load(job, terms[term], t, y, row);
-    transforms.forward(terms.len(), [block.shape[0], block.shape[1]], load, rows, template, workers);
+    templates.resize_with(terms.len().max(templates.len()), Vec::new);
+    transient.resize_with(terms.len().max(transient.len()), Vec::new);
+    for (term, template) in terms.iter().zip(templates.iter_mut()) {
+        crate::costs::fit(template, term.planes(job) * len)?;
+        let load = |plane: usize, t: usize, y: usize, row: &mut [f64]| block.load(job, *term, plane, t, y, row);
+        transforms.forward(term.planes(job), [block.shape[0], block.shape[1]], load, rows, template, workers);
+    }
 
     let mut tasks = tasks(job, block, spectra, map);
-    let (batch, column) = (workers.len(), transforms.column());
-    let stride = column + GAP;
     let mut tasks = tasks.as_mut_slice();
+    let column = transforms.column();
+    let stride = column + GAP;
+    let batch = workers.len() * (BATCH / (transforms.half() * stride)).max(1);
     for tile in (0..tiling.n_tiles()).step_by(batch) {
         let tiles = batch.min(tiling.n_tiles() - tile);
         if !kept {
-            crate::costs::fit(transient, tiles * terms.len() * len)?;
-            for (i, spectrum) in transient.chunks_mut(len).enumerate() {
-                spectra.tile(
-                    tile + i / terms.len(),
-                    terms[i % terms.len()].signal(),
-                    &signals,
-                    rows,
-                    spectrum,
-                    workers,
-                );
+            for (term, transient) in terms.iter().zip(transient.iter_mut()) {
+                let len = term.planes(job) * len;
+                crate::costs::fit(transient, tiles * len)?;
+                for (i, spectra_of_tile) in transient.chunks_mut(len).enumerate() {
+                    spectra.tile(tile + i, term.signal(), &signals, rows, spectra_of_tile, workers);
+                }
             }
         }
-        let spectrum = |term: usize, t: usize, kx: usize| -> &[C64] {
-            let (all, at) = match spectra.kept(terms[term].signal(), job.weights.len()).filter(|_| kept) {
-                Some(all) => (all, (tile + t) * len),
-                None => (transient.as_slice(), (t * terms.len() + term) * len),
+        // The planes of one column of a tile.
+        let of_source = |term: usize, t: usize, kx: usize| -> &[C64] {
+            let planes = terms[term].planes(job);
+            let (all, t) = match spectra.kept(terms[term].signal()).filter(|_| kept) {
+                Some(all) => (all, tile + t),
+                None => (transient[term].as_slice(), t),
             };
-            &all[at + kx * column..][..column]
+            &all[(t * transforms.half() + kx) * planes * column..][..planes * column]
         };
         crate::costs::fit(columns, tiles * transforms.half() * stride)?;
+        // Tiles of one frequency follow each other, so that they find the template's column near.
         deal(columns, stride, workers, |number, to, worker| {
-            let (t, kx) = (number / transforms.half(), number % transforms.half());
+            let (t, kx) = (number % tiles, number / tiles);
             let to = &mut to[..column];
-            for term in 0..terms.len() {
-                let own = &template[(term * transforms.half() + kx) * column..][..column];
-                job.kernel.multiply(to, own, spectrum(term, t, kx), term == 0);
+            for (term, template) in templates[..terms.len()].iter().enumerate() {
+                let of_source = of_source(term, t, kx);
+                let of_template = &template[kx * of_source.len()..][..of_source.len()];
+                if term == 0 {
+                    job.kernel.multiply(to, of_template, of_source);
+                } else {
+                    let more = &mut worker.line[..column];
+                    job.kernel.multiply(more, of_template, of_source);
+                    to.iter_mut().zip(more).for_each(|(to, more)| *to += *more);
+                }
             }
             let answered = tiling.hop[0].min(block.window.count[0] - tiling.origin(tile + t)[0]);
             transforms.inverse_column(to, answered, worker);
         });
         let (these, others) = tasks.split_at_mut(tasks.iter().take_while(|r| r.tile < tile + tiles).count());
         tasks = others;
-        let pass = Pass { job, spectra, finish, first, columns, stride, tile };
+        let pass = Pass { job, spectra, finish, first, columns, stride, tile, tiles };
         deal(these, 1, workers, |_, rows, worker| pass.rows(&mut rows[0], worker));
     }
     Ok(workers.iter().all(|w| w.residual < LIMIT))
@@ -205,8 +219,9 @@ struct Pass<'a, W> {
     first: bool,
     columns: &'a [C64],
     stride: usize,
-    /// The batch's first tile.
+    /// The batch's first tile, and how many it has.
     tile: usize,
+    tiles: usize,
 }
 
 impl<W: Word> Pass<'_, W> {
@@ -216,12 +231,14 @@ impl<W: Word> Pass<'_, W> {
         let [_, height, width] = transforms.size;
         let Worker { line, second, scratch, residual, .. } = worker;
         let (line, second) = (&mut line[..width], &mut second[..width]);
-        let from = (task.tile - self.tile) * transforms.half() * self.stride + task.t * height + task.y;
+        let from = (task.tile - self.tile) * self.stride + task.t * height + task.y;
+        let step = self.tiles * self.stride;
         // Below the last row lie values of no meaning, which must not enter a row's partner.
         let there = ROWS.min(height - task.y);
         for k in 0..transforms.half() {
-            let mut column = [C64::default(); ROWS];
-            column[..there].copy_from_slice(&self.columns[from + k * self.stride..][..there]);
+            // The gap after each column makes four values safe to read.
+            let mut column = *self.columns[from + k * step..].first_chunk::<ROWS>().expect("columns have a gap");
+            column[there..].fill(C64::default());
             join(line, k, column[0], column[1]);
             join(second, k, column[2], column[3]);
         }

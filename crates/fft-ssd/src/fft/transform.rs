@@ -1,7 +1,8 @@
 //! Real transforms over three axes by complex ones: two rows go through one row transform.
 //!
 //! A spectrum is kept by columns: for each of the `width / 2 + 1` frequencies along x, `height * frames` values in the
-//! order `[ky][kt]`, so that the last transform forward and the first one back are contiguous.
+//! order `[ky][kt]`, so that the last transform forward and the first one back are contiguous. Several planes lie column
+//! by column beside each other: `[kx][plane][ky][kt]`.
 
 use super::workers::{Worker, deal};
 use crate::axes::Shape;
@@ -67,7 +68,7 @@ impl Transforms {
         (self.size[2].max(self.column()), scratch)
     }
 
-    /// Spectra of `planes` real planes, one after the other. `load(plane, t, y, row)` adds the row's values to zeros;
+    /// Spectra of `planes` real planes. `load(plane, t, y, row)` adds the row's values to zeros;
     /// rows from `extent` on are zero and not asked for.
     pub(crate) fn forward(
         &self,
@@ -99,7 +100,7 @@ impl Transforms {
         });
         let rows = &*rows;
         deal(spectra, self.column(), workers, |number, column, worker| {
-            let (plane, kx) = (number / half, number % half);
+            let (plane, kx) = (number % planes, number / planes);
             let line = &mut worker.line[..frames * self.size[1]];
             line.fill(ZERO);
             for t in 0..frames {

@@ -64,12 +64,16 @@ impl Kernel {
         self.0 == Level::Scalar
     }
 
-    /// `to = conj(a) * b`, or that added to it.
-    pub(crate) fn multiply(self, to: &mut [Complex<f64>], a: &[Complex<f64>], b: &[Complex<f64>], first: bool) {
+    /// `to = sum of conj(a) * b` over as many signals of `to.len()` values as `a` and `b` hold.
+    ///
+    /// # Panics
+    /// If `a` and `b` differ in length.
+    pub(crate) fn multiply(self, to: &mut [Complex<f64>], a: &[Complex<f64>], b: &[Complex<f64>]) {
+        assert_eq!(a.len(), b.len(), "signals of the template and of the source");
         match self.0 {
-            Level::Scalar => scalar::multiply(to, a, b, first),
+            Level::Scalar => scalar::multiply(to, a, b),
             #[cfg(target_arch = "x86_64")]
-            level => x86::multiply(level, to, a, b, first),
+            level => x86::multiply(level, to, a, b),
         }
     }
 

@@ -43,12 +43,13 @@ pub(super) fn finish<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, 
     }
 }
 
-/// See [`super::Kernel::multiply`]. Compiled once for each level.
-#[inline(always)]
-pub(super) fn multiply(to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
-    for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
-        let product = C64::new(a.re * b.re + a.im * b.im, a.re * b.im - a.im * b.re);
-        *to = if first { product } else { *to + product };
+/// See [`super::Kernel::multiply`].
+pub(super) fn multiply(to: &mut [C64], a: &[C64], b: &[C64]) {
+    to.fill(C64::default());
+    for (a, b) in a.chunks_exact(to.len()).zip(b.chunks_exact(to.len())) {
+        for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+            *to += C64::new(a.re * b.re + a.im * b.im, a.re * b.im - a.im * b.re);
+        }
     }
 }
 
@@ -57,16 +58,15 @@ pub(super) fn multiply(to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
 pub(super) fn round<W: Word>(z: &[C64], scale: f64, to: &mut [[W; super::CHUNK]; 2]) -> f64 {
     // Adding 1.5 * 2^52 leaves no bits for a fraction: the sum is rounded, and its last bits are the integer.
     const SHIFT: f64 = 6_755_399_441_055_744.0;
-    let mut worst = [0.0_f64; 2];
-    let [re, im] = to;
-    for ((z, re), im) in z.iter().zip(re).zip(im) {
-        for ((value, to), worst) in [z.re, z.im].into_iter().zip([re, im]).zip(&mut worst) {
-            let value = value * scale;
+    // Distances are compared by their bits, which vectors can do in any order; what is no number is the largest.
+    let mut worst = 0_u64;
+    for (part, to) in to.iter_mut().enumerate() {
+        for (z, to) in z.iter().zip(to) {
+            let value = if part == 0 { z.re } else { z.im } * scale;
             let shifted = value + SHIFT;
-            let off = (value - (shifted - SHIFT)).abs();
-            *worst = if *worst < off { off } else { *worst };
+            worst = worst.max((value - (shifted - SHIFT)).abs().to_bits());
             *to = W::wrapping(shifted.to_bits().wrapping_sub(SHIFT.to_bits()) as i64);
         }
     }
-    worst[0].max(worst[1])
+    f64::from_bits(worst)
 }

@@ -43,13 +43,13 @@ fn finish_avx512<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, prod
     scalar::finish(out, constant, corners, products);
 }
 
-pub(super) fn multiply(level: Level, to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
+pub(super) fn multiply(level: Level, to: &mut [C64], a: &[C64], b: &[C64]) {
     // SAFETY: a level is only made where its features were detected.
     unsafe {
         match level {
-            Level::Scalar => scalar::multiply(to, a, b, first),
-            Level::Avx2 | Level::AvxVnni => multiply_avx2(to, a, b, first),
-            Level::Avx512 => multiply_avx512(to, a, b, first),
+            Level::Scalar => scalar::multiply(to, a, b),
+            Level::Avx2 | Level::AvxVnni => multiply_avx2(to, a, b),
+            Level::Avx512 => multiply_avx512(to, a, b),
         }
     }
 }
@@ -65,15 +65,63 @@ pub(super) fn round<W: Word>(level: Level, z: &[C64], scale: f64, to: &mut [[W; 
     }
 }
 
-#[target_feature(enable = "avx2")]
-fn multiply_avx2(to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
-    scalar::multiply(to, a, b, first);
+/// `sum of conj(a) * b`: with `a = ar + i ai`, real and imaginary parts of all signals are summed as `ar * (br, bi)` and
+/// `ai * (bi, br)`, and joined at the end.
+macro_rules! multiply {
+    ($name:ident, $features:literal, $lanes:literal, $load:ident, $store:ident, $zero:ident, $fma:ident, $real:expr, $imaginary:expr, $swap:expr, $join:expr) => {
+        #[target_feature(enable = $features)]
+        fn $name(to: &mut [C64], a: &[C64], b: &[C64]) {
+            let n = to.len();
+            let (signals, whole) = (a.len() / n, n - n % $lanes);
+            for i in (0..whole).step_by($lanes) {
+                let (mut first, mut second) = ($zero(), $zero());
+                for s in 0..signals {
+                    // SAFETY: `i + lanes <= n` and `s < a.len() / n`, and `b` is as long as `a`. Prefetching beyond the end
+                    // is allowed.
+                    let (x, y) = unsafe {
+                        let at = b.as_ptr().add(s * n + i);
+                        _mm_prefetch::<_MM_HINT_T0>(at.wrapping_add(signals * n).cast());
+                        ($load(a.as_ptr().add(s * n + i).cast()), $load(at.cast()))
+                    };
+                    first = $fma(($real)(x), y, first);
+                    second = $fma(($imaginary)(x), ($swap)(y), second);
+                }
+                // SAFETY: `i + lanes <= n`, the length of `to`.
+                unsafe { $store(to.as_mut_ptr().add(i).cast(), ($join)(first, second)) };
+            }
+            for i in whole..n {
+                to[i] = (0..signals).map(|s| a[s * n + i].conj() * b[s * n + i]).sum();
+            }
+        }
+    };
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
-fn multiply_avx512(to: &mut [C64], a: &[C64], b: &[C64], first: bool) {
-    scalar::multiply(to, a, b, first);
-}
+multiply!(
+    multiply_avx2,
+    "avx2,fma",
+    2,
+    _mm256_loadu_pd,
+    _mm256_storeu_pd,
+    _mm256_setzero_pd,
+    _mm256_fmadd_pd,
+    |x| _mm256_movedup_pd(x),
+    |x| _mm256_permute_pd::<0b1111>(x),
+    |y| _mm256_permute_pd::<0b0101>(y),
+    |first, second| _mm256_fmsubadd_pd(first, _mm256_set1_pd(1.0), second)
+);
+multiply!(
+    multiply_avx512,
+    "avx512f,fma",
+    4,
+    _mm512_loadu_pd,
+    _mm512_storeu_pd,
+    _mm512_setzero_pd,
+    _mm512_fmadd_pd,
+    |x| _mm512_movedup_pd(x),
+    |x| _mm512_permute_pd::<0b1111_1111>(x),
+    |y| _mm512_permute_pd::<0b0101_0101>(y),
+    |first, second| _mm512_fmsubadd_pd(first, _mm512_set1_pd(1.0), second)
+);
 
 #[target_feature(enable = "avx2")]
 fn round_avx2<W: Word>(z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
