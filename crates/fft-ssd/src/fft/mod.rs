@@ -159,6 +159,14 @@ fn correlate<W: Word>(
     }
 }
 
+/// About how many nanoseconds a search takes, once the spectra of the source are there.
+pub(crate) fn cost(job: &Job<'_>) -> f64 {
+    let window = Window { first: [0; 3], count: job.range.count };
+    let tiling = Tiling::new(&job.prepared.extension, [0; 3], job.template.shape, &window);
+    // Fitted to three channels: each more is one more product and one more transform of the template.
+    tiling.cost * (0.4 + 0.2 * job.weights.len() as f64)
+}
+
 fn halve(shape: &mut [usize; 3]) {
     let longest = (0..3).max_by_key(|&a| shape[a]).unwrap_or(2);
     shape[longest] = shape[longest].div_ceil(2);
