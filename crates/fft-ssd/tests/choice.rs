@@ -103,15 +103,18 @@ fn sums_weigh_each_search() {
         let mut b = Costs::new();
         let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
         searcher.search(&template, case.placement, &mut scratch, &mut b).unwrap();
-        let mut sum = a.clone();
-        sum.blend(3, &b, 5).unwrap();
+        let mut sum = Costs::new();
+        // Wide and narrow ones, by weights of more and less than 32 bits.
+        sum.sum_of(&[(3, &a), (1 << 33, &b)]).unwrap();
+        let again = sum.clone();
+        sum.sum_of(&[(2, &again), (7, &a), (0, &b)]).unwrap();
         for c in a.iter() {
             let other = b.get(c.source, c.position).unwrap();
-            assert_eq!(sum.get(c.source, c.position).unwrap().error, 3 * c.error + 5 * other.error);
+            assert_eq!(sum.get(c.source, c.position).unwrap().error, 13 * c.error + (other.error << 34));
         }
         assert_eq!(sum.iter().count(), a.iter().count());
         if a.iter().any(|c| 0 < c.samples) {
-            assert!(matches!(sum.blend(u64::MAX, &b, 1), Err(Error::Overflow { .. })));
+            assert!(matches!(sum.sum_of(&[(u64::MAX, &a), (1, &b)]), Err(Error::Overflow { .. })));
         }
     }
 }

@@ -72,10 +72,10 @@ pub(crate) struct FastSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
     scratch: Scratch,
-    /// The sum of the terms so far.
+    /// Each term.
+    parts: Vec<Costs<2>>,
+    /// Their sum.
     total: Costs<2>,
-    /// One term.
-    part: Costs<2>,
 }
 
 impl<'e> FastSearch<'e> {
@@ -88,26 +88,34 @@ impl<'e> FastSearch<'e> {
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
         let guide = guide.map(of_guide).transpose()?;
-        Ok(Self { texture, guide, scratch: Scratch::new(), total: Costs::new(), part: Costs::new() })
+        Ok(Self { texture, guide, scratch: Scratch::new(), parts: Vec::new(), total: Costs::new() })
     }
 
     /// The weighted sum of all terms, into `total`.
     fn sum(&mut self, terms: &[Term<'_>]) -> Result<(), Error> {
-        for (number, term) in terms.iter().enumerate() {
-            let searcher = match term.space {
-                Space::Texture => &self.texture,
-                Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
-            };
-            let template = term.template;
-            let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
-            let costs = if number == 0 { &mut self.total } else { &mut self.part };
-            searcher.search(&query, Placement::INSIDE, &mut self.scratch, costs)?;
-            if 0 < number {
-                let before = if number == 1 { terms[0].weight } else { 1 };
-                self.total.blend(before, &self.part, term.weight)?;
-            }
+        if let [only @ Term { weight: 1, .. }] = terms {
+            return self.search(only, None);
         }
-        Ok(())
+        while self.parts.len() < terms.len() {
+            self.parts.push(Costs::new());
+        }
+        for (number, term) in terms.iter().enumerate() {
+            self.search(term, Some(number))?;
+        }
+        let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(&self.parts).collect();
+        Ok(self.total.sum_of(&weighted)?)
+    }
+
+    /// One term, into that part or into `total`.
+    fn search(&mut self, term: &Term<'_>, part: Option<usize>) -> Result<(), Error> {
+        let searcher = match term.space {
+            Space::Texture => &self.texture,
+            Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
+        };
+        let template = term.template;
+        let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
+        let costs = part.map_or(&mut self.total, |number| &mut self.parts[number]);
+        Ok(searcher.search(&query, Placement::INSIDE, &mut self.scratch, costs)?)
     }
 }
 
