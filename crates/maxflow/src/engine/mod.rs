@@ -5,9 +5,11 @@
 
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
+pub(crate) mod strip;
 pub(crate) mod tree;
 
-use crate::network::{Network, Reversed, Role};
+use crate::error::{MaxflowError, Result};
+use crate::network::{Network, Reversed, Role, saturate_pins};
 use pseudoflow::PseudoScratch;
 use tree::TreeScratch;
 
@@ -22,6 +24,8 @@ pub enum Engine {
     Trees,
     /// Highest-label pseudoflow (Hochbaum).
     Pseudoflow,
+    /// Shortest path through the faces, where the graph is a plain strip; elsewhere as [`Engine::Auto`].
+    ShortestPath,
 }
 
 /// Whether an engine finished.
@@ -29,8 +33,6 @@ pub enum Engine {
 pub(crate) enum Outcome {
     /// The flow is maximum.
     Done,
-    /// The work budget is spent; the pseudoflow is valid and another engine can go on.
-    OverBudget,
     /// The caller wants to stop; the pseudoflow is valid.
     Cancelled,
 }
@@ -48,19 +50,35 @@ impl<A> Default for Scratch<A> {
     }
 }
 
-/// Makes the flow maximum. Returns whether it is: if not, `cancelled` said so.
-pub(crate) fn run<N: Network>(
+/// Saturates the pins and makes the flow maximum, or says [`MaxflowError::Cancelled`].
+pub(crate) fn maximize<N: Network>(
     net: &mut N,
     engine: Engine,
     scratch: &mut Scratch<N::Arc>,
     cancelled: &dyn Fn() -> bool,
-) -> bool {
-    let supply = Supply::of(net);
-    let engine = if engine == Engine::Auto { supply.choose(net.nodes().len()) } else { engine };
-    if engine == Engine::Trees {
-        return tree::solve(net, &mut scratch.tree, u64::MAX, cancelled) == Outcome::Done;
+) -> Result<()> {
+    saturate_pins(net);
+    match run(net, engine, scratch, cancelled) {
+        Outcome::Done => Ok(()),
+        Outcome::Cancelled => Err(MaxflowError::Cancelled),
     }
-    run_pseudoflow(net, &supply, scratch, cancelled) == Outcome::Done
+}
+
+fn run<N: Network>(
+    net: &mut N,
+    engine: Engine,
+    scratch: &mut Scratch<N::Arc>,
+    cancelled: &dyn Fn() -> bool,
+) -> Outcome {
+    let supply = Supply::of(net);
+    let engine = match engine {
+        Engine::Auto | Engine::ShortestPath => supply.choose(net.nodes().len()),
+        chosen => chosen,
+    };
+    if engine == Engine::Trees {
+        return tree::solve(net, &mut scratch.tree, cancelled);
+    }
+    run_pseudoflow(net, &supply, scratch, cancelled)
 }
 
 /// Runs engine P from the side that has less to give: there more gets through, and less has to be given up step by step.

@@ -9,6 +9,7 @@ use crate::engine::{Engine, Scratch};
 use crate::error::{MaxflowError, Result, filled};
 use crate::lattice::{EDGE_PATTERNS, Lattice};
 use crate::network::Role;
+pub(crate) use residual::GridNet;
 use residual::{EDGE_MASK, ROLE_SHIFT, role};
 
 /// A diagonal of a two-dimensional grid, seen from the node it starts at.
@@ -69,6 +70,7 @@ pub struct GridGraph<const D: usize> {
     engine: Engine,
     scratch: Scratch<u8>,
     stack: Vec<u32>,
+    distance: Vec<i64>,
 }
 
 impl<const D: usize> GridGraph<D> {
@@ -105,6 +107,7 @@ impl<const D: usize> GridGraph<D> {
             engine: Engine::Auto,
             scratch: Scratch::default(),
             stack: Vec::new(),
+            distance: Vec::new(),
             lattice,
         })
     }

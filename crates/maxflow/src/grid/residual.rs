@@ -21,7 +21,7 @@ pub(super) fn role(flags: u8) -> Role {
 }
 
 /// A grid of `K` directions. `WRAP`: some axis is periodic, so a step depends on the node's edge bits.
-pub(super) struct GridNet<'a, const K: usize, const WRAP: bool> {
+pub(crate) struct GridNet<'a, const K: usize, const WRAP: bool> {
     /// Slots that hold nodes.
     pub(super) nodes: Range<usize>,
     /// Residual capacities by slot and direction.
