@@ -60,7 +60,7 @@ fn quilt_by(
     if output.is_empty() {
         return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
     }
-    let block = options.block.unwrap_or_else(|| suggest_block(exemplars));
+    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
     check_fit(exemplars, block)?;
     let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
     let map = SourceMap::unassigned(exemplars, output)?;
