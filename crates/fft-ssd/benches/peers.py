@@ -5,8 +5,8 @@
     python3 crates/fft-ssd/benches/peers.py [--rounds N] [CASE...]
 
 Needs opencv-python-headless, pyfftw, scipy and numpy; says so and ends well where they are missing. Each round runs the
-peer, ours, and the peer again; times are the least of a round's warm calls and the median over rounds, in milliseconds of
-the clock on one thread.
+peer, ours, and the peer again; times are the mean of a round's warm calls and the median over rounds, in milliseconds of
+one processor: other load on the machine does not count, what it does to the caches does.
 """
 import argparse
 import glob
@@ -29,23 +29,23 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def ours(case, *options):
-    """Least milliseconds of a case."""
+    """Mean milliseconds of the processor for a case."""
     found = glob.glob(os.path.join(HERE, "../../../target/release/deps/search-*"))
     binary = max((f for f in found if "." not in os.path.basename(f)), key=os.path.getmtime, default=None)
     if binary is None:
         sys.exit("build first: cargo bench -p selvedge-fft-ssd --no-run")
     line = subprocess.run([binary, case, *options], capture_output=True, text=True, check=True).stdout
-    return float(line.split()[2])
+    return float(line.split()[1])
 
 
-def least(call, repeat):
+def busy(call, seconds=0.6):
+    """Mean milliseconds of the processor."""
     call()
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
+    start, calls = time.process_time(), 0
+    while time.process_time() - start < seconds:
         call()
-        times.append((time.perf_counter() - start) * 1e3)
-    return min(times)
+        calls += 1
+    return (time.process_time() - start) / calls * 1e3
 
 
 def mask_of(name):
@@ -123,6 +123,7 @@ def scipy_clip(_):
     return lambda: scipy.fft.irfftn((np.conj(scipy.fft.rfftn(part, axes=(1, 2, 3))) * kept).sum(0), s=volume.shape[1:])
 
 
+REPEAT = {"1024/64": "60", "1024/disc64": "60", "192/L36-6": "3000", "clip": "60"}
 ROWS = [
     ("1024/64", opencv, "OpenCV"),
     ("1024/disc64", opencv, "OpenCV + mask"),
@@ -145,11 +146,11 @@ def main():
         call, theirs, mine = peer(case), [], []
         levels = {"avx2": [], "scalar": []} if case == "192/L36-6" else {}
         for _ in range(args.rounds):
-            before = least(call, 5)
-            mine.append(ours(case, "--repeat", "15"))
+            before = busy(call)
+            mine.append(ours(case, "--repeat", REPEAT[case]))
             for level, times in levels.items():
-                times.append(ours(case, "--repeat", "15", "--simd", level))
-            theirs.append((before + least(call, 5)) / 2)
+                times.append(ours(case, "--repeat", "200", "--simd", level))
+            theirs.append((before + busy(call)) / 2)
         peer_ms, our_ms = float(np.median(theirs)), float(np.median(mine))
         others = "  ".join(f"{k} {peer_ms / np.median(v):.1f}x" for k, v in levels.items())
         print(f"{case:14}{name:16}{peer_ms:10.3f}{our_ms:10.3f}{peer_ms / our_ms:7.1f}x  {others}", flush=True)

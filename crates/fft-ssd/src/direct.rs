@@ -48,6 +48,15 @@ pub(crate) fn search<W: Word + Squares>(
     Ok(())
 }
 
+/// About how many nanoseconds a search takes.
+pub(crate) fn cost(job: &Job<'_>) -> f64 {
+    let positions: f64 = job.range.count.iter().map(|&n| n as f64).product();
+    let products = job.template.samples as f64 * job.kernel.products(job.weights);
+    // Validity of any shape takes plain loops where the template's own part varies.
+    let loops = if job.varies() && !job.prepared.is_box { job.template.samples as f64 } else { 0.0 };
+    positions * (1.0 + products + loops)
+}
+
 struct Direct<'a, W> {
     job: &'a Job<'a>,
     image: &'a Packed,

@@ -67,7 +67,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     /// [`Error::Core`] if memory is short.
     pub fn with_options(exemplars: &'e Exemplars<D>, options: Options) -> Result<Self, Error> {
         let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_ref())).collect();
-        Self::build(sources, exemplars.weights().to_vec(), options)
+        Ok(Self::build(sources, exemplars.weights().to_vec(), options))
     }
 
     /// A searcher over guides: other features of the same sources, with weights of their own. Its costs have the same
@@ -96,11 +96,21 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
             view.periodic = crate::axes::lift(source.domain().periodic, false);
             sources.push(view);
         }
-        Self::build(sources, weights.to_vec(), options)
+        Ok(Self::build(sources, weights.to_vec(), options))
     }
 
-    fn build(sources: Vec<SourceView<'e>>, weights: Vec<u8>, options: Options) -> Result<Self, Error> {
-        Ok(Self { sources, weights, options, kernel: Kernel::new(options.simd), cache: Cache::default() })
+    /// A searcher over one grid.
+    pub(crate) fn of_grid(
+        features: &'e Grid<u8, D>,
+        valid: Option<&'e Grid<bool, D>>,
+        weights: &[u8],
+        options: Options,
+    ) -> Self {
+        Self::build(vec![SourceView::new(features, valid)], weights.to_vec(), options)
+    }
+
+    fn build(sources: Vec<SourceView<'e>>, weights: Vec<u8>, options: Options) -> Self {
+        Self { sources, weights, options, kernel: Kernel::new(options.simd), cache: Cache::default() }
     }
 
     /// Channels that a template must have.
@@ -124,15 +134,26 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let range = |s: &SourceView<'_>| Range::new(placement.positions, s.shape, s.periodic, template.shape);
         scratch.ranges.clear();
         scratch.ranges.extend(self.sources.iter().map(range));
-        let counted = matches!(placement.cover, Cover::AtLeast(_));
+        self.search_ranges(&template, placement.cover, scratch, costs)
+    }
+
+    /// Searches the ranges that lie in `scratch`.
+    pub(crate) fn search_ranges(
+        &self,
+        template: &Checked<'_>,
+        cover: Cover,
+        scratch: &mut Scratch,
+        costs: &mut Costs<D>,
+    ) -> Result<(), Error> {
+        let counted = matches!(cover, Cover::AtLeast(_));
         costs.reset(&scratch.ranges, template.samples, self.bound(template.samples), counted)?;
         for number in 0..self.sources.len() {
             let map = costs.sources[number].start..costs.sources[number].start + costs.sources[number].len();
             let counts = if counted { &mut costs.counts[map.clone()] } else { &mut [] };
             if costs.is_wide {
-                self.search_source(number, &template, placement.cover, scratch, &mut costs.wide[map], counts)?;
+                self.search_source(number, template, cover, scratch, &mut costs.wide[map], counts)?;
             } else {
-                self.search_source(number, &template, placement.cover, scratch, &mut costs.narrow[map], counts)?;
+                self.search_source(number, template, cover, scratch, &mut costs.narrow[map], counts)?;
             }
         }
         Ok(())
@@ -156,7 +177,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let (weights, kernel) = (self.weights.as_slice(), self.kernel);
         let cache = self.options.cache;
         let job = Job { source, weights, prepared: &prepared, template, range, cover, kernel, cache };
-        if self.options.engine == Engine::Fft {
+        if self.prefers_fft(&job) {
             if fft::search(&job, &mut scratch.fft, map, counts)? {
                 return cover::apply(&job, fft::BIAS, true, &mut scratch.cover, map, counts);
             }
@@ -164,6 +185,20 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         }
         direct::search(&job, &mut scratch.direct, map)?;
         cover::apply(&job, direct::BIAS, false, &mut scratch.cover, map, counts)
+    }
+
+    /// Which engine answers. Both give the same, so the choice may depend on the machine.
+    fn prefers_fft(&self, job: &Job<'_>) -> bool {
+        match self.options.engine {
+            Engine::Direct => false,
+            Engine::Fft => true,
+            // No search by transforms takes less than a few nanoseconds a position: planning one would not pay.
+            Engine::Auto => {
+                let positions: f64 = job.range.count.iter().map(|&n| n as f64).product();
+                let direct = direct::cost(job);
+                5.0 * positions < direct && fft::cost(job) < direct
+            }
+        }
     }
 
     /// No error of so many samples is larger.

@@ -17,8 +17,8 @@ fn by_petgraph(problem: &Problem) -> (i64, Vec<bool>) {
     let mut graph = petgraph::Graph::<(), u64>::new();
     let nodes: Vec<NodeIndex> = (0..n + 2).map(|_| graph.add_node(())).collect();
     let (source, sink) = (nodes[n], nodes[n + 1]);
-    for v in 0..n {
-        let [mut s, mut t] = problem.terminals[v];
+    for (v, terminals) in problem.terminals.iter().enumerate() {
+        let [mut s, mut t] = *terminals;
         match problem.pins[v] {
             Some(Side::Source) => s += endless,
             Some(Side::Sink) => t += endless,

@@ -159,6 +159,14 @@ fn correlate<W: Word>(
     }
 }
 
+/// About how many nanoseconds a search takes, once the spectra of the source are there.
+pub(crate) fn cost(job: &Job<'_>) -> f64 {
+    let window = Window { first: [0; 3], count: job.range.count };
+    let tiling = Tiling::new(&job.prepared.extension, [0; 3], job.template.shape, &window);
+    // Fitted to three channels: each more is one more product and one more transform of the template.
+    tiling.cost * (0.4 + 0.2 * job.weights.len() as f64)
+}
+
 fn halve(shape: &mut [usize; 3]) {
     let longest = (0..3).max_by_key(|&a| shape[a]).unwrap_or(2);
     shape[longest] = shape[longest].div_ceil(2);
@@ -172,23 +180,31 @@ fn blocks(job: &Job<'_>, shape: [usize; 3]) -> Vec<Block> {
         let starts = (0..whole[a]).step_by(shape[a]);
         starts.map(|s| (s.min(whole[a] - shape[a]), s)).collect()
     };
-    let one_block = shape == whole;
     let mut list = Vec::new();
     for &(t, fresh_t) in &along(0) {
         for &(y, fresh_y) in &along(1) {
             for &(x, fresh_x) in &along(2) {
-                let start = [t, y, x];
-                let sticks = |a: usize| range.first[a] < 0 && !one_block && !list.is_empty();
-                // The block meets the source from position `m - start - block` on, for `N + block - 1` positions.
-                let first = [0, 1, 2].map(|a: usize| if sticks(a) { whole[a] - start[a] - shape[a] } else { 0 });
-                let met = |a: usize| job.source.shape[a] + shape[a] - 1;
-                let count = [0, 1, 2].map(|a: usize| if sticks(a) { met(a) } else { range.count[a] });
-                let fresh = [fresh_t, fresh_y, fresh_x];
-                list.push(Block { start, fresh, shape, window: Window { first, count } });
+                let (start, fresh) = ([t, y, x], [fresh_t, fresh_y, fresh_x]);
+                let all = Window { first: [0; 3], count: range.count };
+                let window = if list.is_empty() { Some(all) } else { met(job, start, shape) };
+                list.extend(window.map(|window| Block { start, fresh, shape, window }));
             }
         }
     }
     list
+}
+
+/// The positions at which a block of a template may meet the source; `None` if there are none.
+fn met(job: &Job<'_>, start: [usize; 3], shape: [usize; 3]) -> Option<Window> {
+    let mut window = Window { first: [0; 3], count: job.range.count };
+    for a in (0..3).filter(|&a| !job.range.wraps[a]) {
+        // Position `i` puts the block on source samples `first + i + start ..`, of which some must be in `0..N`.
+        let begin = job.range.first[a] + start[a] as isize;
+        let end = usize::try_from(job.source.shape[a] as isize - begin).unwrap_or(0).min(job.range.count[a]);
+        window.first[a] = usize::try_from(1 - begin - shape[a] as isize).unwrap_or(0);
+        window.count[a] = end.checked_sub(window.first[a]).filter(|&n| n != 0)?;
+    }
+    Some(window)
 }
 
 /// The rounding bound of a block.
