@@ -1,10 +1,10 @@
-//! Times of single searches. `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E] [--threads N]
+//! Times of single searches. `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E | loop | choose] [--threads N]
 //! [--repeat N] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor
 //! (mean over all repeats, where the system tells it; of the clock with more threads), and of the clock (median, least).
 //! Some answers are checked first.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, SimdLevel, Source, Transform};
-use selvedge_fft_ssd::{Costs, Engine, Options, Placement, Scratch, SsdSearcher, Template};
+use selvedge_fft_ssd::{Costs, Engine, Errors, Options, Placement, Scratch, SsdSearcher, Template};
 use std::time::Instant;
 
 /// A case by name: `IMAGE/TEMPLATE`, as in `192/L36-6`, `1024/64`, `1024/disc64`, `512/noise64`, `192/36x6`; `clip` is a
@@ -29,7 +29,19 @@ const CASES: &[&str] = &[
     "clip",
 ];
 
+/// What is timed.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    /// A search.
+    Search,
+    /// The plain loop over positions, samples and channels.
+    Loop,
+    /// Listing the candidates within 10 % of the best norm.
+    Choose,
+}
+
 struct Args {
+    way: Way,
     cases: Vec<String>,
     options: Options,
     threads: usize,
@@ -46,7 +58,7 @@ fn main() {
 }
 
 fn parse() -> Args {
-    let mut args = Args { cases: Vec::new(), options: Options::default(), threads: 1, repeat: 15 };
+    let mut args = Args { way: Way::Search, cases: Vec::new(), options: Options::default(), threads: 1, repeat: 15 };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().unwrap_or_default();
@@ -56,7 +68,15 @@ fn parse() -> Args {
             "--threads" => args.threads = value().parse().expect("a number"),
             "--repeat" => args.repeat = value().parse().expect("a number"),
             "--simd" => args.options.simd = simd(&value()),
-            "--engine" => args.options.engine = engine(&value()),
+            "--engine" => {
+                let value = value();
+                args.options.engine = engine(&value);
+                args.way = match value.as_str() {
+                    "loop" => Way::Loop,
+                    "choose" => Way::Choose,
+                    _ => Way::Search,
+                };
+            }
             case => args.cases.push(case.to_owned()),
         }
     }
@@ -138,7 +158,13 @@ fn time<const D: usize>(shape: [u32; D], template: [u32; D], mask: Option<Vec<bo
     let mut times: Vec<f64> = (0..args.repeat)
         .map(|_| {
             let start = Instant::now();
-            searcher.search(&query, Placement::INSIDE, &mut scratch, &mut costs).expect("a good search");
+            match args.way {
+                Way::Search => {
+                    searcher.search(&query, Placement::INSIDE, &mut scratch, &mut costs).expect("a good search")
+                }
+                Way::Choose => assert!(!costs.within(210).is_empty()),
+                Way::Loop => plain(&exemplars, template, &features, mask.as_deref(), &costs),
+            }
             start.elapsed().as_secs_f64() * 1e3
         })
         .collect();
@@ -167,6 +193,36 @@ fn check<const D: usize>(
             }
         }
         assert_eq!(candidate.error, error, "a wrong answer is not timed");
+    }
+}
+
+/// The plain loop, in pictures, against the costs that a search found.
+fn plain<const D: usize>(
+    exemplars: &Exemplars<D>,
+    shape: [u32; D],
+    features: &[u8],
+    mask: Option<&[bool]>,
+    costs: &Costs<D>,
+) {
+    let Errors::Narrow(found) = costs.errors(0) else { return };
+    let source = &exemplars.sources()[0].features;
+    let (width, columns) = (source.domain().shape[D - 1] as usize, costs.sources()[0].shape[D - 1] as usize);
+    let (h, w) = (shape[D - 2] as usize, shape[D - 1] as usize);
+    for (i, &found) in found.iter().enumerate() {
+        let (y, x) = (i / columns, i % columns);
+        let mut error = 0_i32;
+        for dy in 0..h {
+            for dx in 0..w {
+                if mask.is_none_or(|m| m[dy * w + dx]) {
+                    for c in 0..3 {
+                        let t = i32::from(features[(c * h + dy) * w + dx]);
+                        let difference = t - i32::from(source.plane(c)[(y + dy) * width + x + dx]);
+                        error += difference * difference;
+                    }
+                }
+            }
+        }
+        assert_eq!(found, error as u32);
     }
 }
 

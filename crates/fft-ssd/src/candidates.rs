@@ -155,15 +155,16 @@ impl<const D: usize> Costs<D> {
 
     fn best_pick(&self, mut allow: impl FnMut(usize, [i32; D]) -> bool) -> Option<Pick> {
         let mut best: Option<Pick> = None;
-        for (number, source) in self.sources.iter().enumerate() {
-            for flat in source.start..source.start + source.len() {
-                let Some(pick) = self.pick(flat) else { continue };
+        self.promising(
+            |best: &Option<Pick>, least| best.is_none_or(|b| least < b.error),
+            &mut best,
+            |best, number, source, pick| {
                 let better = best.is_none_or(|b| pick.by_mean(&b).is_lt());
-                if better && allow(number, source.position(flat - source.start)) {
-                    best = Some(pick);
+                if better && allow(number, source.position(pick.flat as usize - source.start)) {
+                    *best = Some(pick);
                 }
-            }
-        }
+            },
+        );
         best
     }
 
@@ -177,16 +178,46 @@ impl<const D: usize> Costs<D> {
         let limit = u128::from(best.error) * (1000 + u128::from(per_mille));
         let near =
             |pick: &Pick| u128::from(pick.error) * u128::from(best.count) * 1000 <= limit * u128::from(pick.count);
-        for (number, source) in self.sources.iter().enumerate() {
-            let range = source.start..source.start + source.len();
-            for pick in range.filter_map(|flat| self.pick(flat)).filter(|pick| near(pick)) {
-                if allow(number, source.position(pick.flat as usize - source.start)) {
+        self.promising(
+            |_, least| u128::from(least) * 1000 <= limit,
+            picks,
+            |picks, number, source, pick| {
+                if near(&pick) && allow(number, source.position(pick.flat as usize - source.start)) {
                     picks.push(pick);
+                }
+            },
+        );
+    }
+
+    /// Calls `each(state, number of the source, source, pick)` for the candidates of all runs of positions whose least error
+    /// may be of interest; of all runs where the number of compared samples differs.
+    fn promising<S>(
+        &self,
+        may: impl Fn(&S, u64) -> bool,
+        state: &mut S,
+        mut each: impl FnMut(&mut S, usize, &Positioned<D>, Pick),
+    ) {
+        for (number, source) in self.sources.iter().enumerate() {
+            let end = source.start + source.len();
+            for start in (source.start..end).step_by(RUN) {
+                let run = start..end.min(start + RUN);
+                let least = if self.is_wide {
+                    self.wide[run.clone()].iter().fold(u64::MAX, |a, &b| a.min(b))
+                } else {
+                    u64::from(self.narrow[run.clone()].iter().fold(u32::MAX, |a, &b| a.min(b)))
+                };
+                if !self.counts.is_empty() || may(state, least) {
+                    for pick in run.filter_map(|flat| self.pick(flat)) {
+                        each(state, number, source, pick);
+                    }
                 }
             }
         }
     }
 }
+
+/// Positions that are looked at together: their least error mostly tells that none of them matters.
+const RUN: usize = 128;
 
 /// True if two positions are at least `distance` samples apart, as the crow flies.
 fn apart<const D: usize>(a: [i32; D], b: [i32; D], distance: u32) -> bool {

@@ -28,7 +28,7 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    fn new(source: &SourceView<'_>, range: &Range, template: Shape) -> Self {
+    pub(crate) fn new(source: &SourceView<'_>, range: &Range, template: Shape) -> Self {
         let extension = Extension::new(source.shape, range, template);
         let is_box = source.valid.is_none();
         Self {

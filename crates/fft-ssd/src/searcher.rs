@@ -177,7 +177,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let (weights, kernel) = (self.weights.as_slice(), self.kernel);
         let cache = self.options.cache;
         let job = Job { source, weights, prepared: &prepared, template, range, cover, kernel, cache };
-        if self.prefers_fft(&job) {
+        if prefers_fft(&job, self.options.engine) {
             if fft::search(&job, &mut scratch.fft, map, counts)? {
                 return cover::apply(&job, fft::BIAS, true, &mut scratch.cover, map, counts);
             }
@@ -187,23 +187,23 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         cover::apply(&job, direct::BIAS, false, &mut scratch.cover, map, counts)
     }
 
-    /// Which engine answers. Both give the same, so the choice may depend on the machine.
-    fn prefers_fft(&self, job: &Job<'_>) -> bool {
-        match self.options.engine {
-            Engine::Direct => false,
-            Engine::Fft => true,
-            // No search by transforms takes less than a few nanoseconds a position: planning one would not pay.
-            Engine::Auto => {
-                let positions: f64 = job.range.count.iter().map(|&n| n as f64).product();
-                let direct = direct::cost(job);
-                5.0 * positions < direct && fft::cost(job) < direct
-            }
-        }
-    }
-
     /// No error of so many samples is larger.
     fn bound(&self, samples: u64) -> u128 {
         let weight: u128 = self.weights.iter().map(|&w| u128::from(w)).sum();
         u128::from(samples) * weight * 255 * 255
+    }
+}
+
+/// Which engine answers. Both give the same, so the choice may depend on the machine.
+pub(crate) fn prefers_fft(job: &Job<'_>, engine: Engine) -> bool {
+    match engine {
+        Engine::Direct => false,
+        Engine::Fft => true,
+        // No search by transforms takes less than a few nanoseconds a position: planning one would not pay.
+        Engine::Auto => {
+            let positions: f64 = job.range.count.iter().map(|&n| n as f64).product();
+            let direct = direct::cost(job);
+            5.0 * positions < direct && fft::cost(job) < direct
+        }
     }
 }

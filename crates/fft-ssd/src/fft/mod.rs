@@ -39,8 +39,14 @@ const CORNERS: usize = 40;
 const BLOCK: usize = 1 << 20;
 
 /// Working memory of this engine.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct FftScratch {
+    /// Largest block of a template; smaller in tests.
+    block: usize,
+    /// Largest rounding bound; smaller in tests.
+    limit: f64,
+    /// Rounding bound of the block at hand.
+    bound: f64,
     workers: Vec<Worker>,
     rows: Vec<C64>,
     /// Spectra of the template, and of tiles that are not kept, term by term.
@@ -48,6 +54,22 @@ pub(crate) struct FftScratch {
     transient: Vec<Vec<C64>>,
     columns: Vec<C64>,
     corners: Corners,
+}
+
+impl Default for FftScratch {
+    fn default() -> Self {
+        Self {
+            block: BLOCK,
+            limit: bound::LIMIT,
+            bound: 0.0,
+            workers: Vec::new(),
+            rows: Vec::new(),
+            templates: Vec::new(),
+            transient: Vec::new(),
+            columns: Vec::new(),
+            corners: Corners::default(),
+        }
+    }
 }
 
 /// A signal of the template, with the signal of the source that it is correlated with.
@@ -136,7 +158,7 @@ fn correlate<W: Word>(
     map: &mut [W],
 ) -> Result<bool, Error> {
     let mut shape = job.template.shape;
-    while BLOCK < shape.iter().product() {
+    while scratch.block < shape.iter().product() {
         halve(&mut shape);
     }
     // The bound is known once the spectra are; blocks are halved until it holds.
@@ -145,7 +167,8 @@ fn correlate<W: Word>(
         for block in blocks(job, shape) {
             let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
             let spectra = job.prepared.spectra(tiling, job);
-            if bound::LIMIT <= rounding(job, terms, &block, &spectra, scratch)? && shape != [1; 3] {
+            scratch.bound = rounding(job, terms, &block, &spectra, scratch)?;
+            if scratch.limit <= scratch.bound && shape != [1; 3] {
                 halve(&mut shape);
                 continue 'smaller;
             }
@@ -165,6 +188,28 @@ pub(crate) fn cost(job: &Job<'_>) -> f64 {
     let tiling = Tiling::new(&job.prepared.extension, [0; 3], job.template.shape, &window);
     // Fitted to three channels: each more is one more product and one more transform of the template.
     tiling.cost * (0.4 + 0.2 * job.weights.len() as f64)
+}
+
+/// Bytes that a search keeps for its source, and bytes that it works in, besides tables.
+pub(crate) fn bytes(job: &Job<'_>, noisy: bool, threads: usize) -> (u64, u64) {
+    let window = Window { first: [0; 3], count: job.range.count };
+    let mut block = job.template.shape;
+    while BLOCK < block.iter().product() {
+        halve(&mut block);
+    }
+    let tiling = Tiling::new(&job.prepared.extension, [0; 3], block, &window);
+    let half = tiling.size[2] / 2 + 1;
+    let column = tiling.size[0] * tiling.size[1];
+    let varies = usize::from(job.varies() && !job.prepared.is_box);
+    let planes = job.weights.len() + usize::from(noisy) + varies;
+    let batch = (tile::batch(half, column, threads)).min(tiling.n_tiles());
+    let spectra = half * column * planes;
+    let fits = (spectra * tiling.n_tiles() * size_of::<C64>()) as u64 <= job.cache;
+    let (kept, transient) = if fits { (spectra * tiling.n_tiles(), 0) } else { (0, spectra * batch) };
+    // Rows on their way to a spectrum are as many as the spectrum's values; the template's are fewer.
+    let working = spectra + spectra + transient + batch * half * (column + tile::GAP);
+    let rows = tiling.n_tiles() * tiling.hop[0] * tiling.hop[1].div_ceil(4) * 128;
+    ((kept * size_of::<C64>()) as u64, (working * size_of::<C64>() + rows) as u64)
 }
 
 fn halve(shape: &mut [usize; 3]) {
@@ -246,4 +291,81 @@ fn largest(job: &Job<'_>, signal: Signal) -> f64 {
 
 fn signals<'a>(job: &Job<'a>) -> Signals<'a> {
     Signals { source: job.source, weights: job.weights, extension: &job.prepared.extension }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Costs, Cover, Engine, Options, Placement, Positions, Scratch, SsdSearcher, Template};
+    use selvedge_core::{Domain, Grid, Rng, Seed};
+
+    fn bytes(rng: &mut Rng, n: usize) -> Vec<u8> {
+        (0..n).map(|_| rng.below(256) as u8).collect()
+    }
+
+    /// A random search by the direct engine, and by transforms with blocks of at most `block` samples.
+    fn both(index: u64, block: usize, limit: f64, shape: [u32; 2], template: [u32; 2]) -> [Costs<2>; 2] {
+        let mut rng = Seed(8).derive("blocks", index).rng();
+        let domain = Domain { shape, periodic: [rng.below(4) == 0, false] };
+        let features = Grid::from_vec(domain, 2, bytes(&mut rng, 2 * domain.len())).unwrap();
+        let holes = bytes(&mut rng, domain.len()).iter().map(|&b| 9 < b).collect();
+        let valid = Grid::from_vec(domain, 1, holes).unwrap();
+        let query = bytes(&mut rng, 2 * Domain::open(template).len());
+        let mask: Vec<bool> = query.iter().take(query.len() / 2).map(|&q| q % 4 != 0).collect();
+        let positions = [Positions::Inside, Positions::Circular, Positions::Overlapping][index as usize % 3];
+        let cover = [Cover::AtLeast(1), Cover::Mask][index as usize / 3 % 2];
+        [Engine::Direct, Engine::Fft].map(|engine| {
+            let valid = Some(&valid).filter(|_| index.is_multiple_of(5));
+            let searcher = SsdSearcher::of_grid(&features, valid, &[3, 200], Options { engine, ..Options::default() });
+            let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+            (scratch.fft.block, scratch.fft.limit) = (block, limit);
+            let template = Template::new(template, &query).masked(&mask);
+            searcher.search(&template, Placement { positions, cover }, &mut scratch, &mut costs).unwrap();
+            assert_eq!(scratch.repeated(), 0);
+            costs
+        })
+    }
+
+    fn assert_same([a, b]: [Costs<2>; 2]) {
+        assert!(!a.is_empty() && a.iter().eq(b.iter()));
+    }
+
+    #[test]
+    fn templates_in_blocks_have_the_same_costs() {
+        for index in 0..30 {
+            assert_same(both(index, 60, super::bound::LIMIT, [40, 33], [23, 31]));
+            assert_same(both(index, 300, super::bound::LIMIT, [36, 90], [30, 33]));
+        }
+    }
+
+    #[test]
+    fn blocks_shrink_until_rounding_is_safe() {
+        for index in 0..12 {
+            assert_same(both(index, usize::MAX, 1.0e-6, [60, 50], [24, 31]));
+        }
+    }
+
+    /// One frequency holds all of a flat picture: nothing is farther from noise, of which rounding errors average out.
+    #[test]
+    fn flat_extremes_stay_within_the_bound() {
+        for (side, part) in [(200, 100), (700, 512)] {
+            let features = Grid::try_filled(Domain::open([side, side]), 3, 0_u8).unwrap();
+            let query = vec![255; 3 * (part * part) as usize];
+            let options = Options { engine: Engine::Fft, ..Options::default() };
+            let searcher = SsdSearcher::of_grid(&features, None, &[255; 3], options);
+            let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+            searcher.search(&Template::new([part, part], &query), Placement::INSIDE, &mut scratch, &mut costs).unwrap();
+            assert_eq!(scratch.repeated(), 0);
+            let error = u64::from(part * part) * 3 * 255 * 255 * 255;
+            assert!(costs.iter().all(|c| c.error == error) && !costs.is_empty());
+            let worst = scratch.fft.workers.iter().fold(0.0_f64, |m, w| m.max(w.residual));
+            assert!(worst <= scratch.fft.bound && scratch.fft.bound < super::bound::LIMIT);
+        }
+    }
+
+    #[test]
+    fn many_tiles_have_the_same_costs() {
+        for index in 0..12 {
+            assert_same(both(index, usize::MAX, super::bound::LIMIT, [333, 419], [9, 14]));
+        }
+    }
 }

@@ -1,6 +1,5 @@
 //! A block of a template over all tiles: products, inverse transforms, rounding, and what is added to each position.
 
-use super::bound::LIMIT;
 use super::size::Window;
 use super::spectra::Spectra;
 use super::transform::C64;
@@ -17,10 +16,15 @@ use crate::word::Word;
 
 /// Columns lie this many values more apart than they are long: at a power of two, all their rows would fall into one
 /// set of the first-level cache.
-const GAP: usize = 4;
+pub(super) const GAP: usize = 4;
 
 /// Values of the columns that a worker has at once: a share of the second-level cache.
 const BATCH: usize = 1 << 16;
+
+/// Tiles that are transformed back together.
+pub(super) fn batch(half: usize, column: usize, threads: usize) -> usize {
+    threads * (BATCH / (half * (column + GAP))).max(1)
+}
 
 /// A part of a template, and the positions it is asked about.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +113,7 @@ pub(super) fn correlate<W: Word>(
             spectra.get(term.signal(), &signals, &mut scratch.workers)?;
         }
     }
-    let FftScratch { workers, rows, templates, columns, transient, .. } = scratch;
+    let FftScratch { workers, rows, templates, columns, transient, bound, .. } = scratch;
     workers::prepare(workers, transforms);
     workers.iter_mut().for_each(|w| w.residual = 0.0);
     let len = transforms.len();
@@ -125,7 +129,7 @@ pub(super) fn correlate<W: Word>(
     let mut tasks = tasks.as_mut_slice();
     let column = transforms.column();
     let stride = column + GAP;
-    let batch = workers.len() * (BATCH / (transforms.half() * stride)).max(1);
+    let batch = batch(transforms.half(), column, workers.len());
     for tile in (0..tiling.n_tiles()).step_by(batch) {
         let tiles = batch.min(tiling.n_tiles() - tile);
         if !kept {
@@ -170,7 +174,7 @@ pub(super) fn correlate<W: Word>(
         let pass = Pass { job, spectra, finish, first, columns, stride, tile, tiles };
         deal(these, 1, workers, |_, rows, worker| pass.rows(&mut rows[0], worker));
     }
-    Ok(workers.iter().all(|w| w.residual < LIMIT))
+    Ok(workers.iter().all(|w| w.residual <= *bound))
 }
 
 /// The map's rows, four by four, tile by tile.
