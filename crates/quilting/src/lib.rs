@@ -38,11 +38,13 @@
 mod auto_block;
 mod block_grid;
 mod boundary_cut;
+mod estimate;
 mod options;
 mod quilter;
 mod search;
 mod strip;
 
 pub use auto_block::suggest_block;
+pub use estimate::estimate;
 pub use options::{Continuation, Error, Options, Stage};
 pub use quilter::{Stats, quilt};
