@@ -93,6 +93,40 @@ pub enum Error {
         /// Weights given.
         found: usize,
     },
+    /// Guides and what they lie under differ in number.
+    #[error("{found} guide maps were given for {expected}; every exemplar needs one")]
+    GuideCount {
+        /// How many are needed.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// A guide map and its exemplar differ in shape.
+    #[error(
+        "the guide map of exemplar {exemplar} is {found:?}, but the exemplar is {expected:?}; maps must be registered"
+    )]
+    GuideShape {
+        /// The exemplar, from 0.
+        exemplar: usize,
+        /// The exemplar's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The map's shape.
+        found: Vec<u32>,
+    },
+    /// The targets of guides that are joined differ in shape.
+    #[error("a guide's target is {found:?}, but the first one's is {expected:?}; targets must be registered")]
+    GuideTarget {
+        /// The first target's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The shape found.
+        found: Vec<u32>,
+    },
+    /// A guide's weight is negative or no number, or no guide has any weight.
+    #[error("a guide's weight of {weight} cannot be used; use numbers from 0 up, not all of them 0")]
+    GuideWeight {
+        /// The weight.
+        weight: f64,
+    },
     /// A map names samples that its sources do not hold.
     #[error("the map names sample {id}, but its sources hold {samples}")]
     UnknownSample {
@@ -116,7 +150,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Allocation { .. } => ErrorKind::Memory,
-            Self::Weights { .. } => ErrorKind::Option,
+            Self::Weights { .. } | Self::GuideWeight { .. } => ErrorKind::Option,
             Self::Length { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }

@@ -27,7 +27,11 @@ impl<const D: usize> Source<D> {
 }
 
 /// The grid as a transform shows it.
-fn oriented<T: Copy, const D: usize>(grid: &Grid<T, D>, transform: Transform, fill: T) -> Result<Grid<T, D>, Error> {
+pub(crate) fn oriented<T: Copy, const D: usize>(
+    grid: &Grid<T, D>,
+    transform: Transform,
+    fill: T,
+) -> Result<Grid<T, D>, Error> {
     if transform == Transform::IDENTITY {
         return grid.map(|v| v);
     }
