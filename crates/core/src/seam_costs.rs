@@ -246,8 +246,7 @@ mod tests {
     #[test]
     fn gradients_divide_the_price() {
         let e = exemplars(Domain::open([5, 7]), &[1], None);
-        let [plain, weighed] =
-            [SeamMeasure::Difference, SeamMeasure::Gradient].map(|m| SeamCosts::new(&e, m).unwrap());
+        let [plain, weighed] = [SeamMeasure::Difference, SeamMeasure::Gradient].map(|m| SeamCosts::new(&e, m).unwrap());
         // Central differences along axis 0 at 15 and 17, and at 22 and 24.
         let half = |a: u32, b: u32| u64::from(plain.norm(id(a), id(b)) / 2);
         let gradients = half(8, 22) + half(10, 24) + half(15, 29) + half(17, 31);
