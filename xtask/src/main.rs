@@ -1,33 +1,48 @@
-//! The project's own chores. `cargo xtask ci` runs every check and test.
+//! The project's own chores. `cargo xtask` lists them.
 #![forbid(unsafe_code)]
 
-use std::process::{Command, ExitCode};
+mod ci;
+mod fixtures;
+mod regress;
+mod tidy;
+mod tree;
+
+use std::process::ExitCode;
+
+/// A chore: its name and arguments, what it does, and the function.
+type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
+
+/// Nothing to say, or a line that says what went wrong (details have been printed).
+type Outcome = Result<(), String>;
+
+const CHORES: [Chore; 6] = [
+    ("ci", "everything that has to pass: format, lints, documentation, tests, each crate bare, tidiness", ci::run),
+    (
+        "fixtures [--write]",
+        "check fixtures/ against its manifest and the code that made it, or make it again",
+        fixtures::run,
+    ),
+    ("regress [PATTERN]", "the end-to-end suite in release, and a page of its pictures", regress::run),
+    ("bless NAME...", "write the references of recipes in tests/suite", regress::bless),
+    ("review [PATTERN]", "regress, then ask for each recipe that differs whether to bless it", regress::review),
+    ("tidy", "rules that no compiler knows: edges between crates, citations, sizes, licences", tidy::run),
+];
 
 fn main() -> ExitCode {
-    match std::env::args().nth(1).as_deref() {
-        Some("ci") => ci(),
-        _ => {
-            eprintln!("usage: cargo xtask ci");
-            ExitCode::from(2)
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let wanted = args.first().map_or("", String::as_str);
+    let Some((_, _, run)) = CHORES.iter().find(|(usage, ..)| usage.split(' ').next() == Some(wanted)) else {
+        eprintln!("usage: cargo xtask CHORE");
+        for (usage, does, _) in CHORES {
+            eprintln!("  {usage:<20} {does}");
+        }
+        return ExitCode::from(2);
+    };
+    match run(&args[1..]) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("xtask {wanted}: {why}");
+            ExitCode::FAILURE
         }
     }
-}
-
-/// Formatting, lints, documentation, tests, in the order in which they are cheap.
-fn ci() -> ExitCode {
-    let steps: [(&[&str], &[(&str, &str)]); 4] = [
-        (&["fmt", "--all", "--check"], &[]),
-        (&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[]),
-        (&["doc", "--workspace", "--no-deps", "--document-private-items"], &[("RUSTDOCFLAGS", "-D warnings")]),
-        (&["test", "--workspace"], &[]),
-    ];
-    for (args, env) in steps {
-        eprintln!("xtask: cargo {}", args.join(" "));
-        let status = Command::new("cargo").args(args).envs(env.iter().copied()).status();
-        if !status.is_ok_and(|s| s.success()) {
-            eprintln!("xtask: failed: cargo {}", args.join(" "));
-            return ExitCode::FAILURE;
-        }
-    }
-    ExitCode::SUCCESS
 }

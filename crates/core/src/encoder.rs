@@ -207,12 +207,12 @@ fn symmetric_log(v: f64, knee: f64) -> f64 {
 }
 
 /// IEC 61966-2-1, linear light to encoded value.
-fn srgb_encode(v: f64) -> f64 {
+pub fn srgb_encode(v: f64) -> f64 {
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055 }
 }
 
 /// IEC 61966-2-1, encoded value to linear light.
-fn srgb_decode(v: f64) -> f64 {
+pub fn srgb_decode(v: f64) -> f64 {
     if v <= 0.040_45 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
 }
 

@@ -41,7 +41,7 @@ mod source_map;
 mod transform;
 
 pub use domain::Domain;
-pub use encoder::Encoder;
+pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};
 pub use exemplars::{Exemplars, Source};
 pub use grid::{Grid, try_vec};

@@ -64,6 +64,10 @@ pub enum SimdLevel {
     Scalar,
     /// At most AVX2.
     Avx2,
+    /// At most AVX2 with VNNI.
+    AvxVnni,
+    /// At most AVX-512 with VNNI.
+    Avx512,
     /// Whatever the machine has.
     #[default]
     Auto,

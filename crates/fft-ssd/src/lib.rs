@@ -42,13 +42,22 @@
 mod axes;
 mod candidates;
 mod costs;
+mod cover;
+mod direct;
 mod error;
-mod naive;
+mod extension;
+mod job;
+mod kernel;
+mod pack;
 mod placement;
+mod prepared;
 mod scratch;
 mod searcher;
 mod source;
+mod sums;
+mod taps;
 mod template;
+mod word;
 
 pub use candidates::{Candidate, Candidates, Tolerance};
 pub use costs::{Costs, Errors, Positioned};

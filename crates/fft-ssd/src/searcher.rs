@@ -1,9 +1,14 @@
 //! The search: every position of every source.
 
-use crate::naive;
+use crate::job::Job;
+use crate::kernel::Kernel;
 use crate::placement::Range;
+use crate::prepared::{Cache, Squares};
 use crate::source::SourceView;
+use crate::template::Checked;
+use crate::word::Word;
 use crate::{Costs, Cover, Error, Placement, Scratch, Template};
+use crate::{cover, direct};
 use selvedge_core::{Exemplars, Grid, SimdLevel};
 
 /// How a searcher works. None of it changes a result.
@@ -13,11 +18,14 @@ pub struct Options {
     pub simd: SimdLevel,
     /// Which engine answers. Default: the one that is expected to be faster.
     pub engine: Engine,
+    /// Bytes that tables and spectra of the sources may take; what was not used for longest is dropped and made again
+    /// when needed. Default: 1 GiB.
+    pub cache: u64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { simd: SimdLevel::Auto, engine: Engine::Auto }
+        Self { simd: SimdLevel::Auto, engine: Engine::Auto, cache: 1 << 30 }
     }
 }
 
@@ -39,6 +47,9 @@ pub enum Engine {
 pub struct SsdSearcher<'e, const D: usize> {
     sources: Vec<SourceView<'e>>,
     weights: Vec<u8>,
+    options: Options,
+    kernel: Kernel,
+    cache: Cache,
 }
 
 impl<'e, const D: usize> SsdSearcher<'e, D> {
@@ -88,8 +99,8 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         Self::build(sources, weights.to_vec(), options)
     }
 
-    fn build(sources: Vec<SourceView<'e>>, weights: Vec<u8>, _options: Options) -> Result<Self, Error> {
-        Ok(Self { sources, weights })
+    fn build(sources: Vec<SourceView<'e>>, weights: Vec<u8>, options: Options) -> Result<Self, Error> {
+        Ok(Self { sources, weights, options, kernel: Kernel::new(options.simd), cache: Cache::default() })
     }
 
     /// Channels that a template must have.
@@ -115,10 +126,37 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         scratch.ranges.extend(self.sources.iter().map(range));
         let counted = matches!(placement.cover, Cover::AtLeast(_));
         costs.reset(&scratch.ranges, template.samples, self.bound(template.samples), counted)?;
-        for (number, source) in self.sources.iter().enumerate() {
-            naive::search(source, &self.weights, &template, scratch.ranges[number], placement.cover, costs, number);
+        for number in 0..self.sources.len() {
+            let map = costs.sources[number].start..costs.sources[number].start + costs.sources[number].len();
+            let counts = if counted { &mut costs.counts[map.clone()] } else { &mut [] };
+            if costs.is_wide {
+                self.search_source(number, &template, placement.cover, scratch, &mut costs.wide[map], counts)?;
+            } else {
+                self.search_source(number, &template, placement.cover, scratch, &mut costs.narrow[map], counts)?;
+            }
         }
         Ok(())
+    }
+
+    /// One source's part of a map.
+    fn search_source<W: Word + Squares>(
+        &self,
+        number: usize,
+        template: &Checked<'_>,
+        cover: Cover,
+        scratch: &mut Scratch,
+        map: &mut [W],
+        counts: &mut [u32],
+    ) -> Result<(), Error> {
+        if map.is_empty() {
+            return Ok(());
+        }
+        let (source, range) = (&self.sources[number], scratch.ranges[number]);
+        let prepared = self.cache.get(number, source, &range, template.shape, self.options.cache);
+        let (weights, kernel) = (self.weights.as_slice(), self.kernel);
+        let job = Job { source, weights, prepared: &prepared, template, range, cover, kernel };
+        direct::search(&job, &mut scratch.direct, map)?;
+        cover::apply(&job, direct::BIAS, &mut scratch.cover, map, counts)
     }
 
     /// No error of so many samples is larger.

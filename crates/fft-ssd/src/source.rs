@@ -29,6 +29,12 @@ impl<'e> SourceView<'e> {
         self.shape.iter().product()
     }
 
+    #[inline]
+    pub(crate) fn is_valid(&self, index: usize) -> bool {
+        self.valid.is_none_or(|v| v[index])
+    }
+
+    #[inline]
     pub(crate) fn plane(&self, channel: usize) -> &'e [u8] {
         &self.features[channel * self.len()..(channel + 1) * self.len()]
     }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use selvedge_core::Seed;
+use selvedge_core::{Seed, SimdLevel};
 use selvedge_fft_ssd::{Costs, Options, Scratch, SsdSearcher, Template};
 use support::Case;
 
@@ -11,7 +11,8 @@ use support::Case;
 fn check<const D: usize>(case: &Case<D>, scratch: &mut Scratch, costs: &mut Costs<D>) {
     let template = Template::new(case.shape, &case.features);
     let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
-    for options in [Options::default()] {
+    let levels = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Avx512];
+    for options in levels.map(|simd| Options { simd, ..Options::default() }) {
         let searcher = SsdSearcher::with_options(&case.exemplars, options).expect("memory suffices");
         searcher.search(&template, case.placement, scratch, costs).expect("the case is well formed");
         for (number, positions) in costs.sources().iter().enumerate() {

@@ -275,7 +275,7 @@ impl Problem {
                 );
             }
             Self::UnknownContent => return format!("give one of {}", Format::read()),
-            Self::ChannelsNotHeld { .. } => "write exr",
+            Self::ChannelsNotHeld { .. } => "write one or three channels, with or without alpha",
             Self::SideNotHeld { .. } => "write png, tiff or exr",
             Self::Empty | Self::Damaged { .. } => "write or copy the file again",
             Self::Unsupported { .. } => "convert it to png, tiff or exr first",
@@ -302,6 +302,16 @@ impl Problem {
     /// A decoder's complaint.
     pub(crate) fn damaged(format: Format, cause: impl fmt::Display) -> Self {
         Self::Damaged { format, cause: cause.to_string() }
+    }
+
+    /// The most frequent damage.
+    pub(crate) fn ends_early(format: Format) -> Self {
+        Self::damaged(format, "it ends early")
+    }
+
+    /// An encoder's complaint about samples that were checked.
+    pub(crate) fn encoder(format: Format, cause: impl fmt::Display) -> Self {
+        Self::Encoder { format, cause: cause.to_string() }
     }
 
     /// Something that a format has and we do not read.

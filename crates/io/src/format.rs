@@ -11,39 +11,91 @@ use crate::Depth;
 pub enum Format {
     /// Portable Network Graphics.
     Png,
+    /// JPEG.
+    Jpeg,
+    /// Tagged Image File Format.
+    Tiff,
+    /// OpenEXR.
+    Exr,
+    /// Radiance RGBE. Shares one exponent between three 8-bit channels.
+    Hdr,
+    /// WebP; written lossless.
+    Webp,
+    /// Graphics Interchange Format; only read.
+    Gif,
+    /// Windows bitmap; only read.
+    Bmp,
 }
 
-const ALL: [Format; 1] = [Format::Png];
-
 impl Format {
+    /// All formats.
+    pub const ALL: [Self; 8] =
+        [Self::Png, Self::Jpeg, Self::Tiff, Self::Exr, Self::Hdr, Self::Webp, Self::Gif, Self::Bmp];
+
     /// Its name in messages and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Png => "png",
+            Self::Jpeg => "jpeg",
+            Self::Tiff => "tiff",
+            Self::Exr => "exr",
+            Self::Hdr => "hdr",
+            Self::Webp => "webp",
+            Self::Gif => "gif",
+            Self::Bmp => "bmp",
         }
+    }
+
+    /// The format of a name or an extension without its dot, in any case.
+    pub fn of_extension(extension: &str) -> Option<Self> {
+        Some(match extension.to_ascii_lowercase().as_str() {
+            "png" | "apng" => Self::Png,
+            "jpg" | "jpeg" | "jpe" | "jfif" => Self::Jpeg,
+            "tif" | "tiff" => Self::Tiff,
+            "exr" => Self::Exr,
+            "hdr" | "pic" | "rgbe" => Self::Hdr,
+            "webp" => Self::Webp,
+            "gif" => Self::Gif,
+            "bmp" | "dib" => Self::Bmp,
+            _ => return None,
+        })
     }
 
     /// The format that a name's extension stands for.
     pub fn of_name(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "png" | "apng" => Some(Self::Png),
-            _ => None,
-        }
+        Self::of_extension(path.extension()?.to_str()?)
     }
 
     /// The format whose files begin like this; 16 bytes suffice.
     pub fn of_content(start: &[u8]) -> Option<Self> {
-        if start.starts_with(b"\x89PNG\r\n\x1a\n") {
-            return Some(Self::Png);
-        }
-        None
+        let signatures: [(&[u8], Self); 11] = [
+            (b"\x89PNG\r\n\x1a\n", Self::Png),
+            (b"\xff\xd8\xff", Self::Jpeg),
+            (b"II\x2a\0", Self::Tiff),
+            (b"MM\0\x2a", Self::Tiff),
+            (b"II\x2b\0", Self::Tiff),
+            (b"MM\0\x2b", Self::Tiff),
+            (b"\x76\x2f\x31\x01", Self::Exr),
+            (b"#?", Self::Hdr),
+            (b"GIF87a", Self::Gif),
+            (b"GIF89a", Self::Gif),
+            (b"BM", Self::Bmp),
+        ];
+        let known = signatures.iter().find(|(signature, _)| start.starts_with(signature)).map(|(_, format)| *format);
+        let webp = start.starts_with(b"RIFF") && start.get(8..12) == Some(b"WEBP");
+        known.or(webp.then_some(Self::Webp))
     }
 
-    /// The depths that can be written.
+    /// The depths that can be written, the deepest last; none where files are only read.
+    ///
+    /// Half and float in Radiance HDR are rounded to its 8-bit mantissas; negative values become 0.
     pub const fn depths(self) -> &'static [Depth] {
         match self {
             Self::Png => &[Depth::U8, Depth::U16],
+            Self::Jpeg | Self::Webp => &[Depth::U8],
+            Self::Tiff => &[Depth::U8, Depth::U16, Depth::F16, Depth::F32],
+            Self::Exr | Self::Hdr => &[Depth::F16, Depth::F32],
+            Self::Gif | Self::Bmp => &[],
         }
     }
 
@@ -64,11 +116,25 @@ impl Format {
 }
 
 fn names(which: impl Fn(Format) -> bool) -> String {
-    ALL.iter().filter(|f| which(**f)).map(|f| f.name()).collect::<Vec<_>>().join(", ")
+    Format::ALL.iter().filter(|f| which(**f)).map(|f| f.name()).collect::<Vec<_>>().join(", ")
 }
 
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_extensions_agree() {
+        for format in Format::ALL {
+            assert_eq!(Format::of_extension(format.name()), Some(format));
+        }
+        assert_eq!(Format::of_name(Path::new("a.b/C.JPG")), Some(Format::Jpeg));
+        assert_eq!(Format::of_name(Path::new("png")), None);
     }
 }

@@ -1,6 +1,6 @@
 //! What a file's header claims, checked before anything is decoded.
 
-use selvedge_core::Limits;
+use selvedge_core::{Domain, Limits};
 
 use crate::Depth;
 use crate::error::Problem;
@@ -37,6 +37,11 @@ impl Header {
             return Err(Problem::Memory { needed, budget: limits.memory });
         }
         Ok(())
+    }
+
+    /// The domain of a picture whose size was checked.
+    pub(crate) fn domain(&self) -> Domain<2> {
+        Domain::open([self.height as u32, self.width as u32])
     }
 
     /// Bytes of the samples.

@@ -1,8 +1,8 @@
 //! Picture files to planes and back: every depth kept, outputs whole or not at all, errors in one line.
 //!
-//! [`read()`] sniffs the format, checks what the header claims against [`Limits`](selvedge_core::Limits), and decodes into
-//! a [`Plane`](selvedge_core::Plane) of the file's own depth. [`write()`] follows the name's extension and replaces the
-//! file in one step. [`decode`] and [`encode`] do the same with bytes, for streams.
+//! [`read()`] sniffs the format, checks what the header claims against [`Limits`](selvedge_core::Limits), and decodes
+//! into a [`Plane`](selvedge_core::Plane) of the file's own depth. [`write()`] follows the name's extension and replaces
+//! the file in one step. [`decode`] and [`encode`] do the same with bytes, for streams; [`probe()`] reads headers only.
 //!
 //! ```
 //! use selvedge_core::{Domain, Grid, Plane, Role, Samples};
@@ -17,26 +17,54 @@
 //! assert_eq!(cut.to_string(), "'cut.png': damaged png file (it ends early); write or copy the file again");
 //! # Ok::<(), selvedge_io::Error>(())
 //! ```
+//!
+//! # Formats
+//! | | reads | writes | carries |
+//! |---|---|---|---|
+//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, sRGB, gamma, chromaticities, density, provenance |
+//! | JPEG | 8 bits; CMYK turned into RGB | u8 | profile, density, provenance |
+//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density, provenance |
+//! | EXR | half, float; any layer or channels | half, float | chromaticities, density, provenance |
+//! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | provenance |
+//! | WebP | 8 bits | u8, lossless | profile, provenance |
+//! | GIF, BMP | first frame | – | – |
+//!
+//! # Damaged files
+//! Any file gives a picture or an [`Error`]; third-party decoders that panic are caught, but the panic hook still
+//! prints, so a program sets its own. Samples are allocated fallibly after the budget was checked; small buffers inside
+//! of decoders are not.
 #![forbid(unsafe_code)]
 
 mod atomic;
+mod codec;
+mod convert;
 mod error;
+mod exif;
+mod exr;
+mod finite;
 mod format;
 mod header;
+mod image;
 mod metadata;
 mod name;
 mod png;
+mod probe;
+mod provenance;
 mod read;
 mod samples;
+mod tiff;
 mod warning;
 mod write;
 
 pub use atomic::write_bytes;
+pub use convert::{Converted, convert};
 pub use error::{Error, ErrorKind, Problem};
 pub use format::Format;
 pub use metadata::{Density, DensityUnit, Metadata};
 pub use name::{display_name, quoted};
-pub use read::{Picture, ReadOptions, decode, read};
+pub use probe::{Info, probe, probe_bytes};
+pub use provenance::Provenance;
+pub use read::{NonFinite, Picture, ReadOptions, decode, read};
 pub use selvedge_core::Depth;
 pub use warning::Warning;
 pub use write::{WriteOptions, encode, write};

@@ -1,5 +1,8 @@
 //! What a picture file says about its samples.
 
+use crate::Depth;
+use crate::provenance::Provenance;
+
 /// What a file says besides its samples. Carried from input to output where the formats have a place for it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
@@ -13,6 +16,8 @@ pub struct Metadata {
     pub chromaticities: Option<[f64; 8]>,
     /// How densely samples lie.
     pub density: Option<Density>,
+    /// How the picture was made.
+    pub provenance: Option<Provenance>,
 }
 
 /// How densely samples lie, or the shape of one.
@@ -53,6 +58,18 @@ impl Density {
 }
 
 impl Metadata {
+    /// What still holds when samples change their depth: integers are encoded and floats are linear light, so a
+    /// profile, sRGB or a gamma for the one says nothing of the other.
+    #[must_use]
+    pub fn converted(&self, from: Depth, to: Depth) -> Self {
+        let float = |depth| matches!(depth, Depth::F16 | Depth::F32);
+        let mut metadata = self.clone();
+        if float(from) != float(to) {
+            (metadata.icc, metadata.srgb, metadata.gamma) = (None, None, None);
+        }
+        metadata
+    }
+
     /// The profile if it is one for this number of channels: readers reject a grey profile over colour.
     pub(crate) fn icc_for(&self, color_channels: usize) -> Option<&[u8]> {
         let icc = self.icc.as_deref()?;

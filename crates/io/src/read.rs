@@ -1,20 +1,17 @@
-//! Reading: from a name or bytes to a picture, with every check before the decoding.
+//! Reading: from a name or bytes to a picture.
 
-use std::any::Any;
 use std::fs::File;
-use std::io::{BufRead, Cursor, Read as _, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::io::{Cursor, Read as _};
+use std::path::{Path, PathBuf};
 
-use selvedge_core::{Limits, Plane, Role, Samples};
+use selvedge_core::{Limits, Plane, Role};
 
+use crate::codec::{self, Context};
 use crate::error::{Error, Problem};
-use crate::header::Header;
+use crate::finite;
 use crate::metadata::Metadata;
-use crate::{Format, Warning, png};
-
-/// Metadata of one file may not take more bytes than this, packed or unpacked.
-pub(crate) const METADATA_BYTES: usize = 16 << 20;
+use crate::samples::orient;
+use crate::{Format, Warning};
 
 /// How to read a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,19 +21,35 @@ pub struct ReadOptions {
     pub limits: Limits,
     /// What the plane's channels mean; no file says it. Default: colour.
     pub role: Role,
+    /// What becomes of float samples that are no numbers. Default: an error.
+    pub nonfinite: NonFinite,
+    /// A layer, or channels separated by commas, of an EXR file. Default: its colour, else its only layer.
+    pub channels: Option<String>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limits: Limits::default(), role: Role::Color }
+        Self { limits: Limits::default(), role: Role::Color, nonfinite: NonFinite::Error, channels: None }
     }
+}
+
+/// What becomes of float samples that are infinite or no numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NonFinite {
+    /// The picture is refused, with their count and the first position.
+    #[default]
+    Error,
+    /// Each becomes 0.
+    Zero,
+    /// Infinities become the greatest and the least finite value, what is no number 0.
+    Clamp,
 }
 
 /// A picture as read.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Picture {
-    /// The samples, in the depth of the file.
+    /// The samples, in the depth of the file, the right way up.
     pub plane: Plane<2>,
     /// What the file says besides.
     pub metadata: Metadata,
@@ -48,42 +61,18 @@ pub struct Picture {
     pub warnings: Vec<Warning>,
 }
 
-/// What every decoder is handed: limits in, warnings out.
-pub(crate) struct Context<'a> {
-    pub(crate) options: &'a ReadOptions,
-    pub(crate) file_bytes: u64,
-    pub(crate) warnings: Vec<Warning>,
-}
-
-impl Context<'_> {
-    pub(crate) fn check(&self, header: &Header) -> Result<(), Problem> {
-        header.check(&self.options.limits, self.file_bytes)
-    }
-
-    pub(crate) fn warn(&mut self, warning: Warning) {
-        self.warnings.push(warning);
-    }
-}
-
-/// What every decoder answers.
-pub(crate) struct Decoded {
-    pub(crate) samples: Samples<2>,
-    pub(crate) alpha: bool,
-    pub(crate) metadata: Metadata,
-}
-
-/// What decoders read from.
-pub(crate) trait Input: BufRead + Seek {}
-impl<T: BufRead + Seek> Input for T {}
-
 /// Reads a picture file. The format follows its content; sizes are checked before anything is decoded.
+///
+/// `file.exr[diffuse]` and `file.exr[R,G,B]` choose a layer or channels of an EXR file, unless a file of just this name
+/// exists; see [`ReadOptions::channels`].
 ///
 /// # Errors
 /// [`Error`] with the file, the numbers and a remedy.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Picture, Error> {
-    let path = path.as_ref();
-    let bytes = read_bytes(path, &options.limits).map_err(|p| Error::new(path, p))?;
-    decode(&bytes, path, options)
+    let named = path.as_ref();
+    let (path, options) = split_selector(named, options);
+    let bytes = read_bytes(&path, &options.limits).map_err(|p| Error::new(named, p))?;
+    decode(&bytes, &path, &options)
 }
 
 /// Reads a picture from the bytes of its file. `name` stands in errors, and its extension is compared with the content.
@@ -96,24 +85,27 @@ pub fn decode(bytes: &[u8], name: impl AsRef<Path>, options: &ReadOptions) -> Re
 }
 
 fn decode_content(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Picture, Problem> {
-    let mut context = Context { options, file_bytes: bytes.len() as u64, warnings: Vec::new() };
+    let mut context = Context::new(options, bytes.len() as u64);
     let format = format_of(bytes, name, &mut context)?;
-    let mut input = Cursor::new(bytes);
-    let decoded = guarded(format, || match format {
-        Format::Png => png::decode(&mut input, &mut context),
-    })?;
-    let Decoded { samples, alpha, metadata } = decoded;
-    let plane = Plane { role: options.role, samples, alpha };
+    let (description, mut samples) = codec::decode(format, &mut Cursor::new(bytes), &mut context)?;
+    if let Some(count) = finite::enforce(&mut samples, options.nonfinite)? {
+        context.warn(Warning::NotFinite { count });
+    }
+    let samples = orient(samples, description.orientation)?;
+    let plane = Plane { role: options.role, samples, alpha: description.header.alpha };
     let blake3 = blake3::hash(bytes).to_hex().to_string();
-    Ok(Picture { plane, metadata, format, blake3, warnings: context.warnings })
+    Ok(Picture { plane, metadata: description.metadata, format, blake3, warnings: context.warnings })
 }
 
 /// The format by content, with a warning where the name says another one.
-fn format_of(start: &[u8], name: &Path, context: &mut Context<'_>) -> Result<Format, Problem> {
+pub(crate) fn format_of(start: &[u8], name: &Path, context: &mut Context<'_>) -> Result<Format, Problem> {
     if start.is_empty() {
         return Err(Problem::Empty);
     }
     let content = Format::of_content(start).ok_or(Problem::UnknownContent)?;
+    if context.options.channels.is_some() && content != Format::Exr {
+        return Err(Problem::unsupported(content, "choosing layers or channels"));
+    }
     match Format::of_name(name) {
         Some(named) if named != content => context.warn(Warning::Misnamed { content, named }),
         _ => {}
@@ -121,14 +113,16 @@ fn format_of(start: &[u8], name: &Path, context: &mut Context<'_>) -> Result<For
     Ok(content)
 }
 
-/// Decoders come from others: should one panic on a damaged file, that is a damaged file and not our end.
-fn guarded<T>(format: Format, decode: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {
-    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|panic| Err(Problem::damaged(format, words(&*panic))))
-}
-
-fn words(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    format!("the decoder gave up: {}", text.unwrap_or("no reason"))
+/// Parts `file.exr[R,G,B]` into the file and the choice.
+pub(crate) fn split_selector(path: &Path, options: &ReadOptions) -> (PathBuf, ReadOptions) {
+    let whole = || (path.to_path_buf(), options.clone());
+    let Some((file, choice)) = path.to_str().and_then(|p| p.strip_suffix(']')).and_then(|p| p.rsplit_once('[')) else {
+        return whole();
+    };
+    if file.is_empty() || path.exists() {
+        return whole();
+    }
+    (file.into(), ReadOptions { channels: Some(choice.to_owned()), ..options.clone() })
 }
 
 /// A regular file's bytes, within the memory budget.
@@ -156,4 +150,30 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), Problem> {
         return Err(Problem::Special);
     }
     Ok((File::open(path).map_err(wrong)?, metadata.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brackets_choose_channels() {
+        let split = |path: &str| {
+            let (file, options) = split_selector(Path::new(path), &ReadOptions::default());
+            (file.to_str().unwrap().to_owned(), options.channels)
+        };
+        assert_eq!(split("a.exr[R,G,B]"), ("a.exr".into(), Some("R,G,B".into())));
+        assert_eq!(split("a[1].exr[diffuse]"), ("a[1].exr".into(), Some("diffuse".into())));
+        assert_eq!(split("a[1].exr"), ("a[1].exr".into(), None));
+        assert_eq!(split("[x]"), ("[x]".into(), None));
+    }
+
+    #[test]
+    fn only_regular_files_are_opened() {
+        assert!(matches!(open(Path::new("no such file")), Err(Problem::Missing)));
+        assert!(matches!(open(Path::new(".")), Err(Problem::Folder)));
+        if Path::new("/dev/zero").exists() {
+            assert!(matches!(open(Path::new("/dev/zero")), Err(Problem::Special)));
+        }
+    }
 }

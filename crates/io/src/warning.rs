@@ -17,4 +17,28 @@ pub enum Warning {
     /// An animation, of which one frame was read.
     #[error("only the first frame of the animation is used")]
     FirstFrameOnly,
+    /// A file with several pages, of which one was read.
+    #[error("only the first page is used")]
+    FirstPageOnly,
+    /// Samples that were infinite or no numbers.
+    #[error("{count} value(s) that are not finite were replaced")]
+    NotFinite {
+        /// How many.
+        count: u64,
+    },
+    /// Palette indices beyond the palette.
+    #[error("{count} sample(s) have no colour in the palette and are black")]
+    BeyondPalette {
+        /// How many.
+        count: u64,
+    },
+    /// CMYK that was turned into RGB without a profile.
+    #[error("cmyk was turned into rgb without its colour profile")]
+    CmykConverted,
+    /// 64-bit samples that were rounded to 32 bits.
+    #[error("64-bit floats were rounded to 32 bits")]
+    Rounded,
+    /// Half and float channels that were read as float.
+    #[error("half and float channels were both read as float")]
+    Widened,
 }

@@ -1,34 +1,53 @@
 //! Writing: from a plane to bytes or a file.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use selvedge_core::Plane;
 
 use crate::atomic::write_bytes;
+use crate::convert::convert;
 use crate::error::{Error, Problem};
 use crate::metadata::Metadata;
-use crate::{Format, png};
+use crate::{Depth, Format, codec};
 
 /// How to write a picture.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WriteOptions {
     /// The format, or `None` to follow the name's extension. Default: `None`.
     pub format: Option<Format>,
+    /// The depth to [`convert`] to, or `None` to keep the plane's, which the format may not hold. Default: `None`.
+    pub depth: Option<Depth>,
+    /// JPEG quality, 1..=100. Default: 95.
+    pub quality: u8,
     /// Refuses to replace a file. Default: off.
     pub no_clobber: bool,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self { format: None, depth: None, quality: 95, no_clobber: false }
+    }
 }
 
 impl WriteOptions {
     /// The format in which a file of this name would be written.
     ///
     /// # Errors
-    /// [`Problem::UnknownFormat`].
+    /// [`Problem::UnknownFormat`], and [`Problem::DepthNotHeld`] for a chosen depth: what is wrong before any work.
     pub fn format_of(&self, path: impl AsRef<Path>) -> Result<Format, Error> {
         let path = path.as_ref();
-        self.format.or_else(|| Format::of_name(path)).ok_or_else(|| {
+        let known = self.format.or_else(|| Format::of_name(path)).filter(|f| !f.depths().is_empty());
+        let Some(format) = known else {
             let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
-            Error::new(path, Problem::UnknownFormat { extension })
-        })
+            return Err(Error::new(path, Problem::UnknownFormat { extension }));
+        };
+        match self.depth {
+            Some(depth) if !format.depths().contains(&depth) => {
+                Err(Error::new(path, Problem::DepthNotHeld { format, depth }))
+            }
+            _ => Ok(format),
+        }
     }
 }
 
@@ -60,8 +79,35 @@ pub fn encode(
 ) -> Result<Vec<u8>, Error> {
     let name = name.as_ref();
     let format = options.format_of(name)?;
-    let encoded = match format {
-        Format::Png => png::encode(plane, metadata),
+    encode_as(format, plane, metadata, options).map_err(|p| Error::new(name, p))
+}
+
+fn encode_as(
+    format: Format,
+    plane: &Plane<2>,
+    metadata: &Metadata,
+    options: &WriteOptions,
+) -> Result<Vec<u8>, Problem> {
+    let from = plane.samples.depth();
+    let (plane, metadata) = match options.depth {
+        Some(to) if to != from => (Cow::Owned(convert(plane, to)?.plane), metadata.converted(from, to)),
+        _ => (Cow::Borrowed(plane), metadata.clone()),
     };
-    encoded.map_err(|p| Error::new(name, p))
+    let [height, width] = plane.domain().shape;
+    if plane.domain().is_empty() {
+        return Err(Problem::NoSamples { width: width.into(), height: height.into() });
+    }
+    let limit = match format {
+        Format::Webp => 16_383,
+        Format::Jpeg => 65_535,
+        _ => u32::MAX,
+    };
+    if limit < width.max(height) {
+        return Err(Problem::SideNotHeld { format, width, height, limit });
+    }
+    let depth = plane.samples.depth();
+    if !format.depths().contains(&depth) {
+        return Err(Problem::DepthNotHeld { format, depth });
+    }
+    codec::encode(format, &plane, &metadata, options)
 }

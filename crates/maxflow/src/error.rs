@@ -70,6 +70,14 @@ pub enum MaxflowError {
         /// Number of nodes.
         len: usize,
     },
+    /// A DIMACS file that cannot be read.
+    #[error("line {line}: {reason}")]
+    Dimacs {
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// Memory for the graph could not be had.
     #[error("no memory for a graph of {nodes} nodes and {links} links")]
     OutOfMemory {

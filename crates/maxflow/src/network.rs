@@ -65,7 +65,13 @@ pub(crate) trait Network {
     fn slots(&self) -> usize;
     /// The slots that hold nodes.
     fn nodes(&self) -> Range<usize>;
-    /// The arcs that leave a node.
+    /// The first arc that leaves a node.
+    fn first_arc(&self, v: usize) -> Self::Arc;
+    /// One past the last arc that leaves a node.
+    fn end_arc(&self, v: usize) -> Self::Arc;
+    /// The arc after another.
+    fn next_arc(a: Self::Arc) -> Self::Arc;
+    /// All arcs that leave a node, in order.
     fn arcs(&self, v: usize) -> Self::Arcs;
     /// The node that arc `a` of `v` leads to.
     fn head(&self, v: usize, a: Self::Arc) -> usize;
@@ -77,10 +83,107 @@ pub(crate) trait Network {
     fn push(&mut self, v: usize, a: Self::Arc, w: usize, x: Self::Cap);
     /// The excess of a node.
     fn excess(&self, v: usize) -> Self::Cap;
-    /// The excess of a node, to change.
-    fn excess_mut(&mut self, v: usize) -> &mut Self::Cap;
+    /// Adds to the excess of a node.
+    fn add_excess(&mut self, v: usize, x: Self::Cap);
     /// What the node is to the engines.
     fn role(&self, v: usize) -> Role;
+
+    /// The first arc of `v`, not before `from`, for which `wanted(network, arc, head)` holds.
+    ///
+    /// `wanted` may be asked about arcs before `from` and after the answer: where degrees are small and fixed, to ask
+    /// about all and look at the answers once is faster than a branch an arc.
+    fn find(&self, v: usize, from: Self::Arc, wanted: impl Fn(&Self, Self::Arc, usize) -> bool) -> Option<Self::Arc> {
+        let (mut a, end) = (from, self.end_arc(v));
+        while a != end {
+            if wanted(self, a, self.head(v, a)) {
+                return Some(a);
+            }
+            a = Self::next_arc(a);
+        }
+        None
+    }
+}
+
+/// A network with every arc turned around and source and sink exchanged.
+///
+/// Its maximum flows are those of the original, read backward: an engine may work on either.
+pub(crate) struct Reversed<'a, N>(pub(crate) &'a mut N);
+
+impl<N: Network> Network for Reversed<'_, N> {
+    type Cap = N::Cap;
+    type Arc = N::Arc;
+    type Arcs = N::Arcs;
+    const ROOT: N::Arc = N::ROOT;
+    const ORPHAN: N::Arc = N::ORPHAN;
+
+    fn slots(&self) -> usize {
+        self.0.slots()
+    }
+
+    fn nodes(&self) -> Range<usize> {
+        self.0.nodes()
+    }
+
+    #[inline]
+    fn first_arc(&self, v: usize) -> N::Arc {
+        self.0.first_arc(v)
+    }
+
+    #[inline]
+    fn end_arc(&self, v: usize) -> N::Arc {
+        self.0.end_arc(v)
+    }
+
+    #[inline]
+    fn next_arc(a: N::Arc) -> N::Arc {
+        N::next_arc(a)
+    }
+
+    #[inline]
+    fn arcs(&self, v: usize) -> N::Arcs {
+        self.0.arcs(v)
+    }
+
+    #[inline]
+    fn head(&self, v: usize, a: N::Arc) -> usize {
+        self.0.head(v, a)
+    }
+
+    #[inline]
+    fn twin(&self, a: N::Arc) -> N::Arc {
+        self.0.twin(a)
+    }
+
+    #[inline]
+    fn residual(&self, v: usize, a: N::Arc) -> N::Cap {
+        self.0.residual(self.0.head(v, a), self.0.twin(a))
+    }
+
+    #[inline]
+    fn push(&mut self, v: usize, a: N::Arc, w: usize, x: N::Cap) {
+        let twin = self.0.twin(a);
+        self.0.push(w, twin, v, x);
+    }
+
+    #[inline]
+    fn excess(&self, v: usize) -> N::Cap {
+        -self.0.excess(v)
+    }
+
+    #[inline]
+    fn add_excess(&mut self, v: usize, x: N::Cap) {
+        self.0.add_excess(v, -x);
+    }
+
+    #[inline]
+    fn role(&self, v: usize) -> Role {
+        self.0.role(v)
+    }
+
+    #[inline]
+    fn find(&self, v: usize, from: N::Arc, wanted: impl Fn(&Self, N::Arc, usize) -> bool) -> Option<N::Arc> {
+        self.0.find(v, from, |_, a, w| wanted(self, a, w))
+    }
 }
 
 /// Pushes along every arc that a pin makes worthless to keep: all out of nodes pinned to the source, all into nodes
@@ -103,8 +206,8 @@ fn saturate<N: Network, const INTO: bool>(net: &mut N, v: usize) {
         let x = net.residual(tail, arc);
         if x > N::Cap::ZERO {
             net.push(tail, arc, head, x);
-            *net.excess_mut(tail) -= x;
-            *net.excess_mut(head) += x;
+            net.add_excess(tail, -x);
+            net.add_excess(head, x);
         }
     }
 }

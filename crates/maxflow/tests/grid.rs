@@ -3,7 +3,9 @@
 mod common;
 
 use common::{Draw, GridCase, diagonal, no_diagonal};
-use selvedge_maxflow::{Diagonal, GridGraph};
+use selvedge_maxflow::{Diagonal, Engine, GridGraph, Side};
+
+const ENGINES: [Engine; 4] = [Engine::Auto, Engine::Trees, Engine::Pseudoflow, Engine::ShortestPath];
 
 fn solve_and_check<const D: usize>(
     case: &GridCase<D>,
@@ -13,14 +15,16 @@ fn solve_and_check<const D: usize>(
     case.fill(&mut graph, link);
     let problem = case.problem();
     let expected = problem.by_enumeration();
-    let cut = graph.solve(&|| false).unwrap();
-    problem.check(&cut, &expected);
-    assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
-    // Solving again finds nothing to do, and a cleared graph is as good as new.
-    assert_eq!(graph.solve(&|| false).unwrap(), cut);
-    graph.clear();
-    case.fill(&mut graph, link);
-    assert_eq!(graph.solve(&|| false).unwrap(), cut);
+    for engine in ENGINES {
+        graph.set_engine(engine);
+        let cut = graph.solve(&|| false).unwrap();
+        problem.check(&cut, &expected);
+        assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
+        // Solving again finds nothing to do, and a cleared graph is as good as new.
+        assert_eq!(graph.solve(&|| false).unwrap(), cut);
+        graph.clear();
+        case.fill(&mut graph, link);
+    }
 }
 
 fn random_grids<const D: usize>(seed: u64, cases: usize) {
@@ -48,5 +52,53 @@ fn planes_against_all_cuts() {
         let case = GridCase::<2>::random(&mut draw, 12, 9);
         let make = if case.diagonals { GridGraph::with_diagonals } else { GridGraph::new };
         solve_and_check(&case, make(case.shape, case.periodic).unwrap(), diagonal);
+    }
+}
+
+/// A strip along either axis, with the source on either side.
+fn random_strip(draw: &mut Draw, along: usize, across: usize, max: usize) -> GridCase<2> {
+    let axis = draw.below(2);
+    let mut shape = [1 + draw.below(along); 2];
+    shape[axis] = 2 + draw.below(across - 1);
+    let flip = draw.chance(50);
+    let mut case = GridCase::<2>::blank(shape);
+    for v in 0..case.len() {
+        let at = [v / shape[1], v % shape[1]][axis];
+        if at == 0 || at == shape[axis] - 1 {
+            case.pins[v] = Some(if (at == 0) == flip { Side::Source } else { Side::Sink });
+        }
+        for along in 0..2 {
+            if case.neighbour(v, along).is_some() {
+                case.links.push((v, along, draw.below(max + 1) as i32, draw.below(max + 1) as i32));
+            }
+        }
+    }
+    case
+}
+
+#[test]
+fn strips_against_all_cuts() {
+    let mut draw = Draw(4);
+    for _ in 0..2000 {
+        let case = random_strip(&mut draw, 4, 4, 9);
+        solve_and_check(&case, GridGraph::new(case.shape, case.periodic).unwrap(), no_diagonal);
+    }
+}
+
+#[test]
+fn engines_agree_on_larger_strips() {
+    let mut draw = Draw(5);
+    for _ in 0..200 {
+        let case = random_strip(&mut draw, 40, 20, 30);
+        let problem = case.problem();
+        let mut cuts = ENGINES.into_iter().map(|engine| {
+            let mut graph = GridGraph::new(case.shape, case.periodic).unwrap();
+            graph.set_engine(engine);
+            case.fill(&mut graph, no_diagonal);
+            graph.solve(&|| false).unwrap()
+        });
+        let first = cuts.next().unwrap();
+        assert_eq!(first.flow, problem.capacity(first.source_side()));
+        assert!(cuts.all(|cut| cut == first), "{case:?}");
     }
 }

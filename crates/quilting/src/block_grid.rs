@@ -76,13 +76,58 @@ impl Block {
             if x < output.shape[1] { x } else { x - output.shape[1] },
         ]
     }
+
+    /// The steps from this block's first sample to another's; the shorter way round on periodic axes.
+    pub(crate) fn way_to(&self, output: Domain<2>, to: &Self) -> [i64; 2] {
+        let way = |axis: usize, from: u32, to: u32| {
+            let (d, side) = (i64::from(to) - i64::from(from), i64::from(output.shape[axis]));
+            if output.periodic[axis] { (d + side / 2).rem_euclid(side) - side / 2 } else { d }
+        };
+        [way(0, self.rows.start, to.rows.start), way(1, self.columns.start, to.columns.start)]
+    }
 }
 
-/// All blocks in raster order. `[Efros01 2.2]`
-pub(crate) fn blocks(output: Domain<2>, block: u32, overlap: u32) -> Vec<Block> {
-    let rows = spans(output.shape[0], output.periodic[0], block, overlap);
-    let columns = spans(output.shape[1], output.periodic[1], block, overlap);
-    rows.iter().flat_map(|&rows| columns.iter().map(move |&columns| Block { rows, columns })).collect()
+/// All blocks of an output, numbered in raster order. `[Efros01 2.2]`
+#[derive(Clone, Debug)]
+pub(crate) struct BlockGrid {
+    periodic: [bool; 2],
+    rows: Vec<Span>,
+    columns: Vec<Span>,
+}
+
+impl BlockGrid {
+    pub(crate) fn new(output: Domain<2>, block: u32, overlap: u32) -> Self {
+        let rows = spans(output.shape[0], output.periodic[0], block, overlap);
+        let columns = spans(output.shape[1], output.periodic[1], block, overlap);
+        Self { periodic: output.periodic, rows, columns }
+    }
+
+    /// Blocks in all.
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len() * self.columns.len()
+    }
+
+    /// Block number `number`.
+    pub(crate) fn block(&self, number: usize) -> Block {
+        let n = self.columns.len();
+        Block { rows: self.rows[number / n], columns: self.columns[number % n] }
+    }
+
+    /// The blocks next to a block, diagonally as well, that come before it.
+    pub(crate) fn neighbors(&self, number: usize) -> impl Iterator<Item = usize> {
+        let (n_rows, n_columns) = (self.rows.len(), self.columns.len());
+        let rows = beside(number / n_columns, n_rows, self.periodic[0]);
+        let columns = beside(number % n_columns, n_columns, self.periodic[1]);
+        let all = rows.into_iter().flat_map(move |i| columns.into_iter().map(move |j| Some(i? * n_columns + j?)));
+        all.flatten().filter(move |&neighbor| neighbor < number)
+    }
+}
+
+/// An index, the one before and the one after, round the end where the axis is periodic.
+fn beside(i: usize, n: usize, periodic: bool) -> [Option<usize>; 3] {
+    let before = i.checked_sub(1).or(periodic.then_some(n - 1));
+    let after = Some(i + 1).filter(|&i| i < n).or(periodic.then_some(0));
+    [Some(i), before, after]
 }
 
 #[cfg(test)]

@@ -28,8 +28,8 @@
 //! `rayon` (default): candidates are searched on the caller's pool; the output is the same either way.
 //!
 //! # Current state
-//! Synthesis (section 2 of the paper) in full, with periodic outputs, masks and several exemplars. The search is the
-//! plain one over every block of every source: `O(candidates * overlap samples * channels)` a block.
+//! Synthesis (section 2 of the paper) in full, with periodic outputs, masks and several exemplars. Every block of every
+//! source is searched, exactly, by `selvedge-fft-ssd`.
 //!
 //! # Papers
 //! `[Efros01]`: A. A. Efros, W. T. Freeman, *Image Quilting for Texture Synthesis and Transfer*, SIGGRAPH 2001.
@@ -39,10 +39,10 @@ mod auto_block;
 mod block_grid;
 mod boundary_cut;
 mod options;
-mod quilt;
+mod quilter;
 mod search;
 mod strip;
 
 pub use auto_block::suggest_block;
 pub use options::{Continuation, Error, Options, Stage};
-pub use quilt::{Stats, quilt};
+pub use quilter::{Stats, quilt};

@@ -27,7 +27,7 @@ pub enum Continuation {
     Allow,
 }
 
-/// Options of [`quilt`](crate::quilt()).
+/// Options of [`quilt`](crate::quilt).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Side of the square blocks in samples. It should hold the largest structure of the texture; larger blocks copy
@@ -89,9 +89,9 @@ impl Options {
     /// The tolerance on squared errors, in thousandths: `error * 1000 <= least * (1000 + tolerance)`.
     ///
     /// The paper's 0.1 is on the L2 norm, so squared errors may be 1.21 times the least.
-    pub(crate) fn per_mille(&self) -> u64 {
+    pub(crate) fn per_mille(&self) -> u32 {
         let factor = 1.0 + self.tolerance;
-        ((factor * factor - 1.0) * 1000.0).round() as u64
+        ((factor * factor - 1.0) * 1000.0).round() as u32
     }
 }
 
@@ -151,6 +151,9 @@ pub enum Error {
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
+    /// An error of the search.
+    #[error(transparent)]
+    Search(#[from] selvedge_fft_ssd::Error),
 }
 
 impl Error {
@@ -160,6 +163,7 @@ impl Error {
             Self::Block | Self::Overlap { .. } | Self::Tolerance { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::BlockExceedsExemplar { .. } | Self::Masked { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
+            Self::Search(error) => error.kind(),
         }
     }
 }

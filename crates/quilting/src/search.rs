@@ -1,14 +1,17 @@
-//! The plain search: the overlap error of every block of every source. `[Efros01 2.2]`
+//! Which blocks agree with what lies under them. `[Efros01 2.2]`
 
-use selvedge_core::{Exemplars, Grid, Source, par};
+use selvedge_core::{Exemplars, SimdLevel};
+use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Tolerance};
+
+use crate::options::Error;
 
 /// What a block has to agree with: features of the output under the block, where there are any.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Template {
     /// Height and width.
     pub(crate) shape: [u32; 2],
-    /// Per channel, row-major; meaningless where `mask` is false.
-    pub(crate) features: Vec<Vec<u8>>,
+    /// Channel by channel, each row-major; meaningless where `mask` is false.
+    pub(crate) features: Vec<u8>,
     /// Row-major: where the output is filled.
     pub(crate) mask: Vec<bool>,
 }
@@ -24,124 +27,135 @@ pub(crate) struct Candidate {
     pub(crate) at: [u32; 2],
 }
 
-/// Every candidate within `per_mille` thousandths of the least error, in order of error, source and position; those
-/// that `avoid` names are left out as long as there are others. Empty if no valid block fits.
-///
-/// Time `O(candidates * template samples * channels)`.
-pub(crate) fn within(
-    exemplars: &Exemplars<2>,
-    blocks: &ValidBlocks,
-    template: &Template,
-    per_mille: u64,
-    avoid: impl Fn(usize, [u32; 2]) -> bool + Sync,
-) -> Vec<Candidate> {
-    let maps: Vec<Vec<u64>> = exemplars.sources().iter().map(|s| error_map(s, template, exemplars.weights())).collect();
-    let all = || {
-        blocks.positions(exemplars, template.shape).map(|(source, index, at)| Candidate {
-            error: maps[source][index],
-            source,
-            at,
-        })
-    };
-    let least = |avoiding: bool| all().filter(|c| !(avoiding && avoid(c.source, c.at))).map(|c| c.error).min();
-    let (least, avoiding) = match least(true) {
-        Some(error) => (error, true),
-        None => match least(false) {
-            Some(error) => (error, false),
-            None => return Vec::new(),
-        },
-    };
-    let near = |c: &Candidate| u128::from(c.error) * 1000 <= u128::from(least) * u128::from(1000 + per_mille);
-    let mut found: Vec<Candidate> = all().filter(|c| near(c) && !(avoiding && avoid(c.source, c.at))).collect();
-    found.sort_unstable();
-    found
+/// Which candidates are passed over while there are others: by source and top left sample.
+pub(crate) type Avoid<'a> = &'a dyn Fn(usize, [u32; 2]) -> bool;
+
+/// Finds the blocks within a tolerance of the best and draws one.
+pub(crate) trait Search {
+    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those whose error is at most
+    /// `1 + per_mille / 1000` times the least, in order of error, source and position: candidate number
+    /// `pick(how many)`, and how many. `None` if no valid block fits.
+    fn draw(
+        &mut self,
+        template: &Template,
+        per_mille: u32,
+        avoid: Avoid<'_>,
+        pick: &mut dyn FnMut(u32) -> u32,
+    ) -> Result<Option<(Candidate, u32)>, Error>;
 }
 
-/// The error of the block at each position where it fits into the source, row-major; empty if it nowhere does.
-fn error_map(source: &Source<2>, template: &Template, weights: &[u8]) -> Vec<u64> {
-    let Some([rows, columns]) = positions(source, template.shape) else { return Vec::new() };
-    let mut map = vec![0_u64; rows * columns];
-    par::for_rows(&mut map, columns, |y, sums| {
-        for (c, &weight) in weights.iter().enumerate() {
-            add_channel(&source.features, c, u64::from(weight), y, template, sums);
+/// The exact search of `selvedge-fft-ssd`.
+pub(crate) struct FastSearch<'e> {
+    searcher: SsdSearcher<'e, 2>,
+    scratch: Scratch,
+    costs: Costs<2>,
+}
+
+impl<'e> FastSearch<'e> {
+    pub(crate) fn new(exemplars: &'e Exemplars<2>, simd: SimdLevel) -> Result<Self, Error> {
+        let options = selvedge_fft_ssd::Options { simd, ..selvedge_fft_ssd::Options::default() };
+        let searcher = SsdSearcher::with_options(exemplars, options)?;
+        Ok(Self { searcher, scratch: Scratch::new(), costs: Costs::new() })
+    }
+}
+
+impl Search for FastSearch<'_> {
+    fn draw(
+        &mut self,
+        template: &Template,
+        per_mille: u32,
+        avoid: Avoid<'_>,
+        pick: &mut dyn FnMut(u32) -> u32,
+    ) -> Result<Option<(Candidate, u32)>, Error> {
+        let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
+        self.searcher.search(&query, Placement::INSIDE, &mut self.scratch, &mut self.costs)?;
+        let tolerance = Tolerance::from(per_mille);
+        let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
+        let mut near = self.costs.within_where(tolerance, allowed);
+        if near.is_empty() {
+            near = self.costs.within(tolerance);
         }
-    });
-    map
-}
-
-/// Adds one channel's errors of the blocks whose top row is `y`.
-fn add_channel(features: &Grid<u8, 2>, channel: usize, weight: u64, y: usize, template: &Template, sums: &mut [u64]) {
-    let (width, [h, w]) = (features.domain().shape[1] as usize, template.shape.map(|v| v as usize));
-    let plane = features.plane(channel);
-    for (i, _) in template.mask.iter().enumerate().take(h * w).filter(|(_, m)| **m) {
-        let row = &plane[(y + i / w) * width + i % w..][..sums.len()];
-        let t = i32::from(template.features[channel][i]);
-        for (sum, &v) in sums.iter_mut().zip(row) {
-            let d = i32::from(v) - t;
-            *sum += (d * d) as u64 * weight;
+        let len = near.len();
+        if len == 0 {
+            return Ok(None);
         }
+        let found = near.nth(pick(len));
+        let at = found.position.map(|p| p as u32);
+        Ok(Some((Candidate { error: found.error, source: found.source, at }, len)))
     }
 }
 
-/// Rows and columns of positions at which a block lies inside the source; `None` if it is too large.
-fn positions(source: &Source<2>, block: [u32; 2]) -> Option<[usize; 2]> {
-    let [h, w] = source.domain().shape;
-    Some([(h.checked_sub(block[0])? + 1) as usize, (w.checked_sub(block[1])? + 1) as usize])
-}
+#[cfg(test)]
+pub(crate) mod plain {
+    //! The search as the paper has it, block by block and sample by sample: what the fast one is held against.
 
-/// Tells whether a block holds masked samples: counts of them, summed over rectangles.
-#[derive(Clone, Debug)]
-pub(crate) struct ValidBlocks {
-    tables: Vec<Option<Vec<u32>>>,
-}
+    use super::*;
+    use selvedge_core::{Domain, Source};
 
-impl ValidBlocks {
-    pub(crate) fn new(exemplars: &Exemplars<2>) -> Self {
-        let table = |s: &Source<2>| s.valid.as_ref().map(summed_area);
-        Self { tables: exemplars.sources().iter().map(table).collect() }
-    }
+    /// Looks at every sample of every block of every source.
+    pub(crate) struct PlainSearch<'e>(pub(crate) &'e Exemplars<2>);
 
-    /// Every valid block of a shape: source, index among the source's positions, top left sample.
-    pub(crate) fn positions(
-        &self,
-        exemplars: &Exemplars<2>,
-        shape: [u32; 2],
-    ) -> impl Iterator<Item = (usize, usize, [u32; 2])> {
-        exemplars.sources().iter().enumerate().flat_map(move |(s, source)| {
-            let [rows, columns] = positions(source, shape).unwrap_or([0, 0]);
-            let width = source.domain().shape[1] as usize;
-            (0..rows * columns).filter_map(move |i| {
-                let (y, x) = (i / columns, i % columns);
-                let masked = self.tables[s].as_ref().is_some_and(|t| rectangle(t, width + 1, [y, x], shape) != 0);
-                (!masked).then_some((s, i, [y as u32, x as u32]))
-            })
-        })
-    }
-}
-
-/// Masked samples above and left of each corner; one row and column more than the grid.
-fn summed_area(valid: &Grid<bool, 2>) -> Vec<u32> {
-    let [h, w] = valid.domain().shape.map(|v| v as usize);
-    let mut table = vec![0_u32; (h + 1) * (w + 1)];
-    for (y, row) in valid.samples().chunks(w).enumerate() {
-        let mut sum = 0;
-        for (x, &v) in row.iter().enumerate() {
-            sum += u32::from(!v);
-            table[(y + 1) * (w + 1) + x + 1] = table[y * (w + 1) + x + 1] + sum;
+    impl Search for PlainSearch<'_> {
+        fn draw(
+            &mut self,
+            template: &Template,
+            per_mille: u32,
+            avoid: Avoid<'_>,
+            pick: &mut dyn FnMut(u32) -> u32,
+        ) -> Result<Option<(Candidate, u32)>, Error> {
+            let all = all(self.0, template);
+            let mut near = within(&all, per_mille, |c| !avoid(c.source, c.at));
+            if near.is_empty() {
+                near = within(&all, per_mille, |_| true);
+            }
+            let len = near.len() as u32;
+            Ok((len != 0).then(|| (near[pick(len) as usize], len)))
         }
     }
-    table
-}
 
-fn rectangle(table: &[u32], stride: usize, [y, x]: [usize; 2], shape: [u32; 2]) -> u32 {
-    let (y1, x1) = (y + shape[0] as usize, x + shape[1] as usize);
-    table[y1 * stride + x1] + table[y * stride + x] - table[y * stride + x1] - table[y1 * stride + x]
+    fn within(all: &[Candidate], per_mille: u32, allow: impl Fn(&Candidate) -> bool) -> Vec<Candidate> {
+        let mut near: Vec<Candidate> = all.iter().copied().filter(allow).collect();
+        near.sort_unstable();
+        let limit = near.first().map_or(0, |best| best.error * (1000 + u64::from(per_mille)));
+        near.retain(|c| c.error * 1000 <= limit);
+        near
+    }
+
+    fn all(exemplars: &Exemplars<2>, template: &Template) -> Vec<Candidate> {
+        let mut found = Vec::new();
+        for (number, source) in exemplars.sources().iter().enumerate() {
+            for at in source.domain().positions() {
+                if let Some(error) = error(source, exemplars.weights(), template, at) {
+                    found.push(Candidate { error, source: number, at });
+                }
+            }
+        }
+        found
+    }
+
+    /// `None` if the block sticks out or holds masked samples.
+    fn error(source: &Source<2>, weights: &[u8], template: &Template, at: [u32; 2]) -> Option<u64> {
+        let block = Domain::open(template.shape);
+        let mut error = 0;
+        for (i, p) in block.positions().enumerate() {
+            let from = source.domain().step(at, p.map(|p| p as i32))?;
+            if source.valid.as_ref().is_some_and(|v| !v.get(0, from)) {
+                return None;
+            }
+            for (c, &weight) in weights.iter().enumerate().filter(|_| template.mask[i]) {
+                let d = source.features.get(c, from).abs_diff(template.features[c * block.len() + i]);
+                error += u64::from(d).pow(2) * u64::from(weight);
+            }
+        }
+        Some(error)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Origin, Seed, Transform};
+    use plain::PlainSearch;
+    use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
 
     fn exemplars(shape: [u32; 2], valid: Option<Vec<bool>>) -> Exemplars<2> {
         let domain = Domain::open(shape);
@@ -156,40 +170,40 @@ mod tests {
     }
 
     fn template(e: &Exemplars<2>, at: [u32; 2], shape: [u32; 2]) -> Template {
-        let features = (0..2).map(|c| {
-            Domain::open(shape)
-                .positions()
-                .map(|[y, x]| e.sources()[0].features.get(c, [at[0] + y, at[1] + x]))
-                .collect()
-        });
+        let positions = (0..2).flat_map(|c| Domain::open(shape).positions().map(move |p| (c, p)));
+        let features = positions.map(|(c, [y, x])| e.sources()[0].features.get(c, [at[0] + y, at[1] + x])).collect();
         let mask = (0..shape[0] * shape[1]).map(|i| i % 3 != 1).collect();
-        Template { shape, features: features.collect(), mask }
+        Template { shape, features, mask }
+    }
+
+    /// The whole list, by drawing each of its members.
+    fn list(search: &mut dyn Search, template: &Template, per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
+        let Some((_, len)) = search.draw(template, per_mille, avoid, &mut |_| 0).unwrap() else { return Vec::new() };
+        (0..len).map(|k| search.draw(template, per_mille, avoid, &mut |_| k).unwrap().unwrap().0).collect()
     }
 
     #[test]
     fn a_piece_of_the_exemplar_is_found_where_it_was_cut() {
         let e = exemplars([9, 11], None);
-        let found = within(&e, &ValidBlocks::new(&e), &template(&e, [2, 5], [4, 3]), 0, |_, _| false);
-        assert_eq!(found, [Candidate { error: 0, source: 0, at: [2, 5] }]);
-        let others = within(&e, &ValidBlocks::new(&e), &template(&e, [2, 5], [4, 3]), 0, |_, at| at == [2, 5]);
-        assert!(0 < others[0].error);
+        let t = template(&e, [2, 5], [4, 3]);
+        let mut fast = FastSearch::new(&e, SimdLevel::Auto).unwrap();
+        assert_eq!(list(&mut fast, &t, 0, &|_, _| false), [Candidate { error: 0, source: 0, at: [2, 5] }]);
+        assert!(0 < list(&mut fast, &t, 0, &|_, at| at == [2, 5])[0].error);
+        assert_eq!(list(&mut fast, &t, 0, &|_, _| true).len(), 1, "where all are avoided, none is");
     }
 
     #[test]
-    fn errors_are_those_of_the_definition() {
-        let e = exemplars([7, 8], None);
-        let t = template(&e, [1, 1], [3, 4]);
-        let found = within(&e, &ValidBlocks::new(&e), &t, u64::from(u32::MAX), |_, at| at == [1, 1]);
-        assert_eq!(found.len(), 5 * 5 - 1);
-        for candidate in found {
-            let mut error = 0;
-            for (i, [y, x]) in Domain::open(t.shape).positions().enumerate().filter(|(i, _)| t.mask[*i]) {
-                for c in 0..2 {
-                    let v = e.sources()[0].features.get(c, [candidate.at[0] + y, candidate.at[1] + x]);
-                    error += u64::from(v.abs_diff(t.features[c][i])).pow(2) * [1, 3][c];
-                }
+    fn the_fast_search_draws_what_the_plain_one_draws() {
+        let domain = Domain::open([12, 9]);
+        let holes: Vec<bool> = domain.positions().map(|[y, x]| (y, x) != (7, 3)).collect();
+        for valid in [None, Some(holes)] {
+            let e = exemplars(domain.shape, valid);
+            for (shape, per_mille) in [([3, 4], 0), ([3, 4], 210), ([5, 2], 100_000), ([1, 1], 5_000_000)] {
+                let t = template(&e, [1, 1], shape);
+                let avoid: Avoid<'_> = &|_, at| at[0] + at[1] < 4;
+                let mut fast = FastSearch::new(&e, SimdLevel::Auto).unwrap();
+                assert_eq!(list(&mut fast, &t, per_mille, avoid), list(&mut PlainSearch(&e), &t, per_mille, avoid));
             }
-            assert_eq!(candidate.error, error);
         }
     }
 
@@ -199,7 +213,7 @@ mod tests {
         let valid: Vec<bool> = domain.positions().map(|p| p != [2, 3]).collect();
         let e = exemplars([6, 6], Some(valid));
         let t = template(&e, [0, 0], [3, 3]);
-        let found = within(&e, &ValidBlocks::new(&e), &t, u64::from(u32::MAX), |_, at| at == [0, 0]);
+        let found = list(&mut FastSearch::new(&e, SimdLevel::Auto).unwrap(), &t, u32::MAX, &|_, at| at == [0, 0]);
         assert!(found.iter().all(|c| !((c.at[0]..c.at[0] + 3).contains(&2) && (c.at[1]..c.at[1] + 3).contains(&3))));
         assert_eq!(found.len(), 16 - 9 - 1);
     }

@@ -5,6 +5,7 @@ use png::{
 };
 use selvedge_core::{Plane, Samples};
 
+use super::KEYWORD;
 use crate::error::Problem;
 use crate::metadata::Metadata;
 use crate::{Depth, Format};
@@ -31,7 +32,11 @@ pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, P
     (info.color_type, info.bit_depth) = (color_type, bit_depth);
     describe(&mut info, plane, metadata);
     let mut file = Vec::new();
-    let mut writer = Encoder::with_info(&mut file, info).and_then(Encoder::write_header).map_err(complaint)?;
+    let mut encoder = Encoder::with_info(&mut file, info).map_err(complaint)?;
+    if let Some(made) = &metadata.provenance {
+        encoder.add_itxt_chunk(KEYWORD.to_owned(), made.to_string()).map_err(complaint)?;
+    }
+    let mut writer = encoder.write_header().map_err(complaint)?;
     writer.write_image_data(&bytes).map_err(complaint)?;
     writer.finish().map_err(complaint)?;
     Ok(file)
@@ -57,5 +62,5 @@ fn describe<'a>(info: &mut Info<'a>, plane: &Plane<2>, metadata: &'a Metadata) {
 }
 
 fn complaint(error: EncodingError) -> Problem {
-    Problem::Encoder { format: Format::Png, cause: error.to_string() }
+    Problem::encoder(Format::Png, error)
 }

@@ -1,12 +1,21 @@
 //! Reading off the smallest source side.
 
-use crate::network::{Capacity, Network, Role};
+use crate::cut::MinCut;
+use crate::network::{Capacity, Network, Role, delivered};
+
+/// The cut of a maximum flow. `stack` is scratch.
+pub(crate) fn read_off<N: Network>(net: &N, source_total: i64, cut: &mut MinCut, stack: &mut Vec<u32>) {
+    cut.flow = delivered(net, source_total);
+    cut.in_source.clear();
+    cut.in_source.resize(net.nodes().len(), false);
+    source_side(net, &mut cut.in_source, stack);
+}
 
 /// Marks what positive excess and source pins reach in the residual network: the smallest source side of all minimum
 /// cuts, if the flow is maximum.
 ///
 /// `in_source` is indexed by node, from 0. `stack` is scratch. Time `O(arcs of the source side)`.
-pub(crate) fn source_side<N: Network>(net: &N, in_source: &mut [bool], stack: &mut Vec<u32>) {
+fn source_side<N: Network>(net: &N, in_source: &mut [bool], stack: &mut Vec<u32>) {
     let first = net.nodes().start;
     stack.clear();
     for v in net.nodes() {

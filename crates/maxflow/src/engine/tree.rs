@@ -7,7 +7,7 @@
 //! new parent in their tree or fall off it (*adopt*). When neither tree can grow the flow is maximum.
 //!
 //! Best where most nodes have terminals and paths are short. Its worst case is bad, `O(n^2 m C)`, and shows where few
-//! terminals are joined by long paths; hence the work budget.
+//! terminals are joined by long paths.
 
 use std::collections::VecDeque;
 
@@ -55,14 +55,13 @@ impl<A> Default for TreeScratch<A> {
 /// How many augmentations pass between two looks at `cancelled`.
 const CANCEL_PERIOD: u32 = 1024;
 
-/// Runs engine T until the flow is maximum, `budget` steps of orphan work are spent, or `cancelled` says stop.
+/// Runs engine T until the flow is maximum or `cancelled` says stop.
 pub(crate) fn solve<N: Network>(
     net: &mut N,
     scratch: &mut TreeScratch<N::Arc>,
-    budget: u64,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut trees = Trees { net, scratch, time: 1, work: 0, budget, stop: None, cancelled };
+    let mut trees = Trees { net, scratch, time: 1, stop: None, cancelled };
     trees.plant();
     trees.grow_all();
     trees.stop.unwrap_or(Outcome::Done)
@@ -73,9 +72,6 @@ struct Trees<'a, N: Network> {
     scratch: &'a mut TreeScratch<N::Arc>,
     /// Number of the current augmentation.
     time: u32,
-    /// Steps spent on orphans.
-    work: u64,
-    budget: u64,
     stop: Option<Outcome>,
     cancelled: &'a dyn Fn() -> bool,
 }
@@ -208,13 +204,8 @@ impl<N: Network> Trees<'_, N> {
         loop {
             let a = self.scratch.nodes[v].parent;
             if a == N::ROOT {
-                let excess = self.net.excess_mut(v);
-                if SINK {
-                    *excess += x
-                } else {
-                    *excess -= x
-                }
-                if *excess == N::Cap::ZERO {
+                self.net.add_excess(v, if SINK { x } else { -x });
+                if self.net.excess(v) == N::Cap::ZERO {
                     self.orphan(v);
                 }
                 return;
@@ -259,9 +250,6 @@ impl<N: Network> Trees<'_, N> {
                 Tag::Source => self.adopt::<false>(v as usize),
                 _ => self.adopt::<true>(v as usize),
             }
-        }
-        if self.stop.is_none() && self.work > self.budget {
-            self.stop = Some(Outcome::OverBudget);
         }
     }
 
@@ -308,7 +296,6 @@ impl<N: Network> Trees<'_, N> {
         let nodes = &mut self.scratch.nodes;
         let (mut u, mut steps) = (v, 0);
         let depth = loop {
-            self.work += 1;
             let node = nodes[u];
             if node.stamp == self.time {
                 break steps + node.depth;

@@ -5,10 +5,11 @@ mod residual;
 mod solve;
 
 use crate::cut::Side;
-use crate::engine::tree::TreeScratch;
+use crate::engine::{Engine, Scratch};
 use crate::error::{MaxflowError, Result, filled};
 use crate::lattice::{EDGE_PATTERNS, Lattice};
 use crate::network::Role;
+pub(crate) use residual::GridNet;
 use residual::{EDGE_MASK, ROLE_SHIFT, role};
 
 /// A diagonal of a two-dimensional grid, seen from the node it starts at.
@@ -66,8 +67,10 @@ pub struct GridGraph<const D: usize> {
     source_total: i64,
     /// Anything but masks was set since the graph was new or cleared.
     touched: bool,
-    tree: TreeScratch<u8>,
+    engine: Engine,
+    scratch: Scratch<u8>,
     stack: Vec<u32>,
+    distance: Vec<i64>,
 }
 
 impl<const D: usize> GridGraph<D> {
@@ -101,8 +104,10 @@ impl<const D: usize> GridGraph<D> {
             offsets,
             source_total: 0,
             touched: false,
-            tree: TreeScratch::default(),
+            engine: Engine::Auto,
+            scratch: Scratch::default(),
             stack: Vec::new(),
+            distance: Vec::new(),
             lattice,
         })
     }
@@ -114,6 +119,11 @@ impl<const D: usize> GridGraph<D> {
         self.flags.iter_mut().for_each(|f| *f &= EDGE_MASK);
         self.source_total = 0;
         self.touched = false;
+    }
+
+    /// Chooses how later solves work. The answer does not depend on it.
+    pub fn set_engine(&mut self, engine: Engine) {
+        self.engine = engine;
     }
 
     /// Lengths of the axes, slowest first.

@@ -21,7 +21,7 @@ pub(super) fn role(flags: u8) -> Role {
 }
 
 /// A grid of `K` directions. `WRAP`: some axis is periodic, so a step depends on the node's edge bits.
-pub(super) struct GridNet<'a, const K: usize, const WRAP: bool> {
+pub(crate) struct GridNet<'a, const K: usize, const WRAP: bool> {
     /// Slots that hold nodes.
     pub(super) nodes: Range<usize>,
     /// Residual capacities by slot and direction.
@@ -47,6 +47,21 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
 
     fn nodes(&self) -> Range<usize> {
         self.nodes.clone()
+    }
+
+    #[inline]
+    fn first_arc(&self, _: usize) -> u8 {
+        0
+    }
+
+    #[inline]
+    fn end_arc(&self, _: usize) -> u8 {
+        K as u8
+    }
+
+    #[inline]
+    fn next_arc(a: u8) -> u8 {
+        a + 1
     }
 
     #[inline]
@@ -82,12 +97,22 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
     }
 
     #[inline]
-    fn excess_mut(&mut self, v: usize) -> &mut i32 {
-        &mut self.excess[v]
+    fn add_excess(&mut self, v: usize, x: i32) {
+        self.excess[v] += x;
     }
 
     #[inline]
     fn role(&self, v: usize) -> Role {
         role(self.flags[v])
+    }
+
+    #[inline]
+    fn find(&self, v: usize, from: u8, wanted: impl Fn(&Self, u8, usize) -> bool) -> Option<u8> {
+        let mut found = 0_u32;
+        for a in 0..K as u8 {
+            found |= u32::from(wanted(self, a, self.head(v, a))) << a;
+        }
+        found &= !0 << from;
+        (found != 0).then(|| found.trailing_zeros() as u8)
     }
 }

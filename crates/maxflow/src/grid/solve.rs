@@ -3,9 +3,8 @@
 use super::GridGraph;
 use super::residual::GridNet;
 use crate::cut::MinCut;
-use crate::engine::{Outcome, closure, tree};
+use crate::engine::{self, Engine, closure, strip};
 use crate::error::{MaxflowError, Result};
-use crate::network::{delivered, saturate_pins};
 
 impl<const D: usize> GridGraph<D> {
     /// The minimum cut with the smallest source side.
@@ -33,6 +32,10 @@ impl<const D: usize> GridGraph<D> {
         match (self.lattice.directions, wrap) {
             (2, false) => self.solve_as::<2, false>(cut, cancelled),
             (2, true) => self.solve_as::<2, true>(cut, cancelled),
+            (4, false) if self.solve_strip() => {
+                self.read_off::<4, false>(cut);
+                Ok(())
+            }
             (4, false) => self.solve_as::<4, false>(cut, cancelled),
             (4, true) => self.solve_as::<4, true>(cut, cancelled),
             (6, false) => self.solve_as::<6, false>(cut, cancelled),
@@ -42,28 +45,48 @@ impl<const D: usize> GridGraph<D> {
         }
     }
 
-    fn solve_as<const K: usize, const WRAP: bool>(
-        &mut self,
-        cut: &mut MinCut,
-        cancelled: &dyn Fn() -> bool,
-    ) -> Result<()> {
+    /// The grid as the engines see it.
+    fn net<const K: usize, const WRAP: bool>(&mut self) -> GridNet<'_, K, WRAP> {
         let first = self.lattice.margin;
-        let mut net = GridNet::<K, WRAP> {
+        GridNet {
             nodes: first..first + self.lattice.len,
             caps: self.caps.as_chunks_mut().0,
             excess: &mut self.excess,
             flags: &self.flags,
             offsets: self.offsets.as_chunks().0,
-        };
-        saturate_pins(&mut net);
-        if tree::solve(&mut net, &mut self.tree, u64::MAX, cancelled) == Outcome::Cancelled {
-            return Err(MaxflowError::Cancelled);
         }
-        cut.flow = delivered(&net, self.source_total);
-        cut.in_source.clear();
-        cut.in_source.resize(self.lattice.len, false);
-        closure::source_side(&net, &mut cut.in_source, &mut self.stack);
+    }
+
+    /// Whether the grid is a plain strip and engine D could make its flow maximum.
+    fn solve_strip(&mut self) -> bool {
+        if !matches!(self.engine, Engine::Auto | Engine::ShortestPath) {
+            return false;
+        }
+        let shape = [self.lattice.shape[0], self.lattice.shape[D - 1]];
+        let mut distance = std::mem::take(&mut self.distance);
+        let done = strip::solve(&mut self.net(), shape, &mut distance);
+        self.distance = distance;
+        done
+    }
+
+    fn solve_as<const K: usize, const WRAP: bool>(
+        &mut self,
+        cut: &mut MinCut,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<()> {
+        let (engine, mut scratch) = (self.engine, std::mem::take(&mut self.scratch));
+        let done = engine::maximize(&mut self.net::<K, WRAP>(), engine, &mut scratch, cancelled);
+        self.scratch = scratch;
+        done?;
+        self.read_off::<K, WRAP>(cut);
         Ok(())
+    }
+
+    /// The cut of a maximum flow.
+    fn read_off<const K: usize, const WRAP: bool>(&mut self, cut: &mut MinCut) {
+        let (source_total, mut stack) = (self.source_total, std::mem::take(&mut self.stack));
+        closure::read_off(&self.net::<K, WRAP>(), source_total, cut, &mut stack);
+        self.stack = stack;
     }
 
     /// Capacity of the cut between the nodes marked `true` and the others: what [`solve`](Self::solve) makes least.

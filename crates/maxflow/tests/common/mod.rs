@@ -39,6 +39,13 @@ pub(crate) struct GridCase<const D: usize> {
 }
 
 impl<const D: usize> GridCase<D> {
+    /// A case with open axes and no capacities.
+    pub(crate) fn blank(shape: [usize; D]) -> Self {
+        let n = shape.iter().product();
+        let (masked, pins, terminals) = (vec![false; n], vec![None; n], vec![[0; 2]; n]);
+        Self { shape, periodic: [false; D], diagonals: false, masked, pins, terminals, links: Vec::new() }
+    }
+
     /// A random case of about `nodes` nodes at most, with capacities up to about `max`.
     pub(crate) fn random(draw: &mut Draw, nodes: usize, max: usize) -> Self {
         let mut shape = [1; D];

@@ -1,0 +1,167 @@
+//! Where samples are missing: what is no candidate, how many samples count, and what the template adds by itself.
+
+use crate::axes::Shape;
+use crate::job::Job;
+use crate::sums::{Corners, Table};
+use crate::word::Word;
+use crate::{Cover, Error};
+use selvedge_core::{par, try_vec};
+
+/// Working memory of this step.
+#[derive(Debug, Default)]
+pub(crate) struct CoverScratch {
+    corners: Corners,
+}
+
+/// Marks positions that are no candidates; where the number of compared samples varies, adds the template's own part
+/// (see [`Job::own`]) and writes the counts.
+pub(crate) fn apply<W: Word>(
+    job: &Job<'_>,
+    bias: i64,
+    scratch: &mut CoverScratch,
+    map: &mut [W],
+    counts: &mut [u32],
+) -> Result<(), Error> {
+    match job.cover {
+        Cover::AtLeast(least) if job.prepared.is_full => {
+            counts.fill(job.template.samples as u32);
+            if job.template.samples < least.max(1) {
+                map.fill(W::NONE);
+            }
+            Ok(())
+        }
+        _ if job.prepared.is_full => Ok(()),
+        Cover::AtLeast(least) => partial(job, bias, least.max(1), scratch, map, counts),
+        Cover::Box | Cover::Mask => whole(job, scratch, map),
+    }
+}
+
+/// Excludes positions at which a needed sample is missing.
+fn whole<W: Word>(job: &Job<'_>, scratch: &mut CoverScratch, map: &mut [W]) -> Result<(), Error> {
+    let table = job.prepared.valid(job.source)?;
+    let needed = if job.cover == Cover::Box {
+        scratch.corners.of_box(job.template, table.shape);
+        job.template.len() as u64
+    } else {
+        scratch.corners.of_mask(job.template, table.shape);
+        job.template.samples
+    };
+    let (task, corners) = (job.task(8), &scratch.corners);
+    par::for_rows(map, task, |number, part| {
+        for (t, y, row) in job.rows(task, number, part) {
+            for (x, cost) in row.iter_mut().enumerate() {
+                if u64::from(counted(table, corners, [t, y, x])) < needed {
+                    *cost = W::NONE;
+                }
+            }
+        }
+    });
+    Ok(())
+}
+
+/// Valid samples under the corners' mask at a position.
+fn counted(table: &Table<u32>, corners: &Corners, at: Shape) -> u32 {
+    let from = (at[0] * table.shape[1] + at[1]) * table.shape[2] + at[2];
+    let sum = |list: &[usize]| list.iter().fold(0_u32, |n, &c| n.wrapping_add(table.sums[from + c]));
+    sum(&corners.plus).wrapping_sub(sum(&corners.minus))
+}
+
+/// Counts the samples that are there, and adds what the template's share of them adds.
+fn partial<W: Word>(
+    job: &Job<'_>,
+    bias: i64,
+    least: u64,
+    scratch: &mut CoverScratch,
+    map: &mut [W],
+    counts: &mut [u32],
+) -> Result<(), Error> {
+    if job.prepared.is_box {
+        let own = Table::new(job.template.shape, |row, values| {
+            template_row(job, row, values, |i| W::wrapping(job.own(i, bias)))
+        })?;
+        let mask = Table::<u32>::new(job.template.shape, |row, values| template_row(job, row, values, |_| 1))?;
+        each_row(job, map, counts, |t, y, costs, counts| {
+            for (x, (cost, count)) in costs.iter_mut().zip(counts).enumerate() {
+                let over = job.overlap([t, y, x]);
+                *cost = cost.plus(own.over(&over));
+                *count = mask.over(&over);
+            }
+        });
+    } else {
+        let table = job.prepared.valid(job.source)?;
+        scratch.corners.of_mask(job.template, table.shape);
+        let valid = valid_samples(job)?;
+        let corners = &scratch.corners;
+        each_row(job, map, counts, |t, y, costs, counts| {
+            add_own_where_valid(job, bias, &valid, t, y, costs);
+            for (x, count) in counts.iter_mut().enumerate() {
+                *count = counted(table, corners, [t, y, x]);
+            }
+        });
+    }
+    for (cost, _) in map.iter_mut().zip(counts).filter(|(_, count)| u64::from(**count) < least) {
+        *cost = W::NONE;
+    }
+    Ok(())
+}
+
+/// Values of the unmasked samples of one row of a template.
+fn template_row<T>(job: &Job<'_>, row: usize, values: &mut [T], value: impl Fn(usize) -> T) {
+    let start = row * job.template.shape[2];
+    for (x, to) in values.iter_mut().enumerate().filter(|(x, _)| job.template.counts(start + x)) {
+        *to = value(start + x);
+    }
+}
+
+/// Calls `f(t, y, costs, counts)` for each row of positions, in any order.
+fn each_row<W: Word>(
+    job: &Job<'_>,
+    map: &mut [W],
+    counts: &mut [u32],
+    f: impl Fn(usize, usize, &mut [W], &mut [u32]) + Sync + Send,
+) {
+    let [_, height, width] = job.range.count;
+    let mut rows: Vec<_> = map.chunks_mut(width).zip(counts.chunks_mut(width)).collect();
+    par::for_rows(&mut rows, 1, |row, part| {
+        let (costs, counts) = &mut part[0];
+        f(row / height, row % height, costs, counts);
+    });
+}
+
+/// Validity of each sample of the extension.
+fn valid_samples(job: &Job<'_>) -> Result<Vec<bool>, Error> {
+    let extension = &job.prepared.extension;
+    let mut valid = try_vec(extension.len(), false)?;
+    let (first, columns) = extension.columns();
+    for (row, from) in extension.rows(job.source) {
+        let to = &mut valid[row * extension.shape[2] + first..];
+        for (valid, &x) in to.iter_mut().zip(columns) {
+            *valid = job.source.is_valid(from + x as usize);
+        }
+    }
+    Ok(valid)
+}
+
+/// The template's own part where validity has any shape: sample by sample.
+fn add_own_where_valid<W: Word>(job: &Job<'_>, bias: i64, valid: &[bool], t: usize, y: usize, costs: &mut [W]) {
+    let shape = job.prepared.extension.shape;
+    for i in (0..job.template.len()).filter(|&i| job.template.counts(i)) {
+        let x = crate::axes::position(job.template.shape, i);
+        let own = W::wrapping(job.own(i, bias));
+        let from = ((t + x[0]) * shape[1] + y + x[1]) * shape[2] + x[2];
+        for (cost, &valid) in costs.iter_mut().zip(&valid[from..]) {
+            *cost = cost.plus(if valid { own } else { W::ZERO });
+        }
+    }
+}
+
+impl Job<'_> {
+    /// The part of the template's box that stands on the source, where validity is a box.
+    fn overlap(&self, at: Shape) -> [std::ops::Range<usize>; 3] {
+        let inside = self.prepared.extension.inside();
+        [0, 1, 2].map(|axis: usize| {
+            let clip = |end: usize| end.saturating_sub(at[axis]).min(self.template.shape[axis]);
+            clip(inside[axis].start)..clip(inside[axis].end)
+        })
+    }
+}

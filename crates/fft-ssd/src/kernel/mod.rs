@@ -1,0 +1,110 @@
+//! The inner loops, for each set of instructions; the plain loops of [`scalar`] are their definition.
+//!
+//! Lanes are positions: a vector holds consecutive words of the packed source, and each tap multiplies it with one word
+//! of the template. All levels give the same sums modulo 2^32.
+
+mod scalar;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::pack::Lanes;
+use crate::taps::{ROWS, Taps};
+use crate::word::Word;
+use selvedge_core::SimdLevel;
+
+/// Positions along x that a block has at most.
+pub(crate) const CHUNK: usize = 96;
+
+/// The sums of a block: four rows of positions.
+pub(crate) type Block = [[i32; CHUNK]; ROWS];
+
+/// A set of instructions that this machine has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kernel(Level);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Level {
+    Scalar,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    AvxVnni,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Kernel {
+    /// The best that the machine has and the caller allows.
+    pub(crate) fn new(allowed: SimdLevel) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            let avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vnni");
+            if SimdLevel::Avx512 <= allowed && avx512 && avx2 {
+                return Self(Level::Avx512);
+            }
+            if SimdLevel::AvxVnni <= allowed && is_x86_feature_detected!("avxvnni") && avx2 {
+                return Self(Level::AvxVnni);
+            }
+            if SimdLevel::Avx2 <= allowed && avx2 {
+                return Self(Level::Avx2);
+            }
+        }
+        let _ = allowed;
+        Self(Level::Scalar)
+    }
+
+    /// How sources and templates must be packed for it.
+    pub(crate) fn lanes(self) -> Lanes {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Level::AvxVnni | Level::Avx512 => Lanes::Bytes,
+            _ => Lanes::Pairs,
+        }
+    }
+
+    /// Sums of one group of taps at `width` positions of four rows, the first of them at word `base` of the image.
+    ///
+    /// # Panics
+    /// If a tap would read beyond the image.
+    pub(crate) fn correlate(
+        self,
+        image: &[u32],
+        base: usize,
+        taps: &Taps,
+        group: usize,
+        width: usize,
+        sums: &mut Block,
+    ) {
+        assert!(width <= CHUNK && base + taps.reach + CHUNK <= image.len(), "taps reach beyond the packed source");
+        let phases = &taps.phases[taps.groups[group].phases.clone()];
+        let image = &image[base..];
+        match self.0 {
+            Level::Scalar => scalar::correlate(image, phases, &taps.taps, width, sums),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::correlate(level, image, phases, &taps.taps, width, sums),
+        }
+    }
+
+    /// `out = constant + tables at plus - tables at minus - 2 * products`, position by position.
+    pub(crate) fn finish<W: Word>(self, out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
+        match self.0 {
+            Level::Scalar => scalar::finish(out, constant, corners, products),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::finish(level, out, constant, corners, products),
+        }
+    }
+}
+
+/// The corners of a mask in a table, for one row of positions.
+#[derive(Clone, Copy)]
+pub(crate) struct Row<'a, W> {
+    /// The table, from the row's first position.
+    pub(crate) table: &'a [W],
+    pub(crate) plus: &'a [usize],
+    pub(crate) minus: &'a [usize],
+}

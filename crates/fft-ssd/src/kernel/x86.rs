@@ -1,0 +1,134 @@
+//! The kernels for x86-64: AVX2, AVX2 with VNNI, AVX-512 with VNNI. The only unsafe code of the workspace.
+#![allow(unsafe_code, reason = "instructions beyond the baseline are called through unsafe functions")]
+
+use super::{Block, CHUNK, Level, Row, scalar};
+use crate::taps::{Phase, ROWS, Tap};
+use crate::word::Word;
+use std::arch::x86_64::*;
+
+pub(super) fn correlate(level: Level, image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
+    // SAFETY: a level is only made where its features were detected, and the caller has checked that each tap leaves
+    // `CHUNK` words of the image to read.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::correlate(image, phases, taps, width, sums),
+            Level::Avx2 => avx2::correlate(image, phases, taps, width, sums),
+            Level::AvxVnni => avx_vnni::correlate(image, phases, taps, width, sums),
+            Level::Avx512 => avx512::correlate(image, phases, taps, width, sums),
+        }
+    }
+}
+
+pub(super) fn finish<W: Word>(level: Level, out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::finish(out, constant, corners, products),
+            Level::Avx2 | Level::AvxVnni => finish_avx2(out, constant, corners, products),
+            Level::Avx512 => finish_avx512(out, constant, corners, products),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn finish_avx2<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
+    scalar::finish(out, constant, corners, products);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn finish_avx512<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
+    scalar::finish(out, constant, corners, products);
+}
+
+/// One level: `$vectors` accumulators a row are what its registers hold.
+macro_rules! level {
+    ($name:ident, $features:literal, $vector:ty, $vectors:literal: $($v:literal)*, $load:ident, $store:ident, $broadcast:ident, $dot:expr) => {
+        mod $name {
+            use super::*;
+
+            const LANES: usize = size_of::<$vector>() / 4;
+
+            /// Sums of all phases at `width` positions.
+            ///
+            /// # Safety
+            /// The machine has the features, and each tap's offset leaves `CHUNK` words of the image.
+            #[target_feature(enable = $features)]
+            pub(super) unsafe fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
+                *sums = [[0; CHUNK]; ROWS];
+                let all = width.div_ceil(LANES);
+                // Parts of nearly equal width: a narrow last one would leave multipliers idle.
+                let parts = all.div_ceil($vectors).max(1);
+                for part in 0..parts {
+                    let (first, end) = (part * all / parts, (part + 1) * all / parts);
+                    for phase in phases {
+                        let taps = &taps[phase.taps.clone()];
+                        let rows = &mut sums[phase.first..phase.first + phase.rows];
+                        // SAFETY: `end * LANES <= CHUNK`, because `CHUNK` is a multiple of `LANES`.
+                        unsafe {
+                            match end - first {
+                                $($v => by_rows::<$v>(image, taps, first * LANES, rows),)*
+                                _ => {}
+                            }
+                        }
+                    }
+                }
+            }
+
+            /// # Safety
+            /// As [`correlate`], and `at + V * LANES <= CHUNK`.
+            #[target_feature(enable = $features)]
+            unsafe fn by_rows<const V: usize>(image: &[u32], taps: &[Tap], at: usize, rows: &mut [[i32; CHUNK]]) {
+                // SAFETY: the caller's.
+                unsafe {
+                    match rows.len() {
+                        1 => accumulate::<1, V>(image, taps, at, rows),
+                        2 => accumulate::<2, V>(image, taps, at, rows),
+                        3 => accumulate::<3, V>(image, taps, at, rows),
+                        _ => accumulate::<4, V>(image, taps, at, rows),
+                    }
+                }
+            }
+
+            /// Adds the taps to `R` rows of `V` vectors, which stay in registers.
+            ///
+            /// # Safety
+            /// As [`by_rows`].
+            #[target_feature(enable = $features)]
+            unsafe fn accumulate<const R: usize, const V: usize>(image: &[u32], taps: &[Tap], at: usize, rows: &mut [[i32; CHUNK]]) {
+                debug_assert!(rows.len() == R && at + V * LANES <= CHUNK);
+                // SAFETY: rows hold `CHUNK` sums, of which those from `at` on are `V` vectors; images are read at
+                // `offset + at .. offset + at + V * LANES`, which the caller has checked to lie inside.
+                unsafe {
+                    let mut sums = [[$broadcast(0); V]; R];
+                    for r in 0..R {
+                        for v in 0..V {
+                            sums[r][v] = $load(rows[r].as_ptr().add(at + v * LANES).cast());
+                        }
+                    }
+                    for tap in taps {
+                        let image = image.as_ptr().add(tap.offset as usize + at);
+                        let mut words = [$broadcast(0); R];
+                        for r in 0..R {
+                            words[r] = $broadcast(tap.words[r] as i32);
+                        }
+                        for v in 0..V {
+                            let pixels = $load(image.add(v * LANES).cast());
+                            for r in 0..R {
+                                sums[r][v] = ($dot)(sums[r][v], pixels, words[r]);
+                            }
+                        }
+                    }
+                    for r in 0..R {
+                        for v in 0..V {
+                            $store(rows[r].as_mut_ptr().add(at + v * LANES).cast(), sums[r][v]);
+                        }
+                    }
+                }
+            }
+        }
+    };
+}
+
+level!(avx2, "avx2", __m256i, 2: 1 2, _mm256_loadu_si256, _mm256_storeu_si256, _mm256_set1_epi32, |sum, pixels, words| _mm256_add_epi32(sum, _mm256_madd_epi16(pixels, words)));
+level!(avx_vnni, "avx2,avxvnni", __m256i, 3: 1 2 3, _mm256_loadu_si256, _mm256_storeu_si256, _mm256_set1_epi32, _mm256_dpbusd_avx_epi32);
+level!(avx512, "avx512f,avx512bw,avx512vl,avx512vnni", __m512i, 6: 1 2 3 4 5 6, _mm512_loadu_si512, _mm512_storeu_si512, _mm512_set1_epi32, _mm512_dpbusd_epi32);

@@ -1,0 +1,134 @@
+//! What every format offers: a description of the header, and the samples.
+
+use std::any::Any;
+use std::io::{BufRead, Seek};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use selvedge_core::{Plane, Samples};
+
+use crate::error::Problem;
+use crate::header::Header;
+use crate::metadata::Metadata;
+use crate::read::ReadOptions;
+use crate::{Format, Warning, WriteOptions, exr, image, png, tiff};
+
+/// Metadata of one file may not take more bytes than this, packed or unpacked.
+pub(crate) const METADATA_BYTES: usize = 16 << 20;
+
+/// What decoders read from.
+pub(crate) trait Input: BufRead + Seek {}
+impl<T: BufRead + Seek> Input for T {}
+
+/// What every decoder is handed: options in, warnings out.
+pub(crate) struct Context<'a> {
+    pub(crate) options: &'a ReadOptions,
+    pub(crate) file_bytes: u64,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl<'a> Context<'a> {
+    pub(crate) fn new(options: &'a ReadOptions, file_bytes: u64) -> Self {
+        Self { options, file_bytes, warnings: Vec::new() }
+    }
+
+    /// Every decoder asks before it decodes.
+    pub(crate) fn check(&self, header: &Header) -> Result<(), Problem> {
+        header.check(&self.options.limits, self.file_bytes)
+    }
+
+    pub(crate) fn warn(&mut self, warning: Warning) {
+        self.warnings.push(warning);
+    }
+}
+
+/// A file without its samples.
+pub(crate) struct Description {
+    /// As stored, before it is turned.
+    pub(crate) header: Header,
+    /// EXIF orientation, 1..=8.
+    pub(crate) orientation: u8,
+    pub(crate) metadata: Metadata,
+    /// All channels of a file that has names for them.
+    pub(crate) channel_names: Vec<String>,
+}
+
+impl Description {
+    pub(crate) fn new(header: Header, metadata: Metadata) -> Self {
+        Self { header, orientation: 1, metadata, channel_names: Vec::new() }
+    }
+}
+
+/// A file with its samples, as stored.
+pub(crate) type Decoded = (Description, Samples<2>);
+
+/// Reads what stands before the samples.
+pub(crate) fn describe(
+    format: Format,
+    input: &mut dyn Input,
+    context: &mut Context<'_>,
+) -> Result<Description, Problem> {
+    guarded(format, || match format {
+        Format::Png => png::describe(input, context),
+        Format::Tiff => tiff::describe(input, context),
+        Format::Exr => exr::describe(input, context),
+        Format::Jpeg => image::jpeg::describe(input, context),
+        Format::Hdr => image::hdr::describe(input, context),
+        Format::Webp => image::webp::describe(input, context),
+        Format::Gif => image::gif::describe(input, context),
+        Format::Bmp => image::bmp::describe(input, context),
+    })
+}
+
+/// Reads everything.
+pub(crate) fn decode(format: Format, input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    guarded(format, || match format {
+        Format::Png => png::decode(input, context),
+        Format::Tiff => tiff::decode(input, context),
+        Format::Exr => exr::decode(input, context),
+        Format::Jpeg => image::jpeg::decode(input, context),
+        Format::Hdr => image::hdr::decode(input, context),
+        Format::Webp => image::webp::decode(input, context),
+        Format::Gif => image::gif::decode(input, context),
+        Format::Bmp => image::bmp::decode(input, context),
+    })
+}
+
+/// The whole file.
+pub(crate) fn encode(
+    format: Format,
+    plane: &Plane<2>,
+    metadata: &Metadata,
+    options: &WriteOptions,
+) -> Result<Vec<u8>, Problem> {
+    match format {
+        Format::Png => png::encode(plane, metadata),
+        Format::Tiff => tiff::encode(plane, metadata),
+        Format::Exr => exr::encode(plane, metadata),
+        Format::Jpeg => image::jpeg::encode(plane, metadata, options.quality),
+        Format::Hdr => image::hdr::encode(plane, metadata),
+        Format::Webp => image::webp::encode(plane, metadata),
+        Format::Gif | Format::Bmp => Err(Problem::UnknownFormat { extension: format.name().to_owned() }),
+    }
+}
+
+/// Decoders come from others: should one panic on a damaged file, that is a damaged file and not our end.
+fn guarded<T>(format: Format, decode: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {
+    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|panic| Err(Problem::damaged(format, words(&*panic))))
+}
+
+fn words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    format!("the decoder gave up: {}", text.unwrap_or("no reason"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_of_a_decoder_is_a_damaged_file() {
+        let caught = guarded::<()>(Format::Png, || panic!("row {}", 7));
+        let Err(Problem::Damaged { cause, .. }) = caught else { unreachable!() };
+        assert_eq!(cause, "the decoder gave up: row 7");
+    }
+}

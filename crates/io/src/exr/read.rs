@@ -1,0 +1,89 @@
+//! Reading EXR: the data window of one part at its full resolution.
+
+use exr::meta::attribute::SampleType;
+use exr::meta::header::Header as Part;
+use half::f16;
+use selvedge_core::{Grid, Samples};
+
+use super::blocks::{self, ExrReader};
+use super::select::{self, Selection};
+use crate::codec::{Context, Decoded, Description, Input};
+use crate::error::Problem;
+use crate::header::Header;
+use crate::metadata::{Density, DensityUnit, Metadata};
+use crate::provenance::Provenance;
+use crate::{Depth, Warning};
+
+/// Everything up to the samples.
+pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    Ok(open(input, context)?.2)
+}
+
+/// The chosen channels.
+pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let (reader, selection, description) = open(input, context)?;
+    let samples = samples(reader, &selection, &description.header)?;
+    Ok((description, samples))
+}
+
+fn open<'a>(
+    input: &'a mut dyn Input,
+    context: &mut Context<'_>,
+) -> Result<(ExrReader<'a>, Selection, Description), Problem> {
+    let reader = blocks::open(input)?;
+    let parts = reader.headers();
+    let selection = select::select(parts, context.options.channels.as_deref())?;
+    let part = &parts[selection.part];
+    let (width, height) = (part.layer_size.0 as u64, part.layer_size.1 as u64);
+    let kinds: Vec<SampleType> = selection.channels.iter().map(|c| part.channels.list[*c].sample_type).collect();
+    let depth = if kinds.iter().all(|k| *k == SampleType::F16) { Depth::F16 } else { Depth::F32 };
+    if depth == Depth::F32 && kinds.contains(&SampleType::F16) {
+        context.warn(Warning::Widened);
+    }
+    let header = Header { width, height, channels: selection.channels.len(), alpha: selection.alpha, depth };
+    context.check(&header)?;
+    let description = Description { channel_names: select::names(parts), ..Description::new(header, metadata(part)) };
+    Ok((reader, selection, description))
+}
+
+fn samples(reader: ExrReader<'_>, selection: &Selection, header: &Header) -> Result<Samples<2>, Problem> {
+    let (part, channels) = (selection.part, &selection.channels[..]);
+    let list = &reader.headers()[part].channels.list;
+    let half: Vec<bool> = channels.iter().map(|c| list[*c].sample_type == SampleType::F16).collect();
+    if header.depth == Depth::F16 {
+        let mut grid = Grid::try_filled(header.domain(), header.channels, 0_u16)?;
+        blocks::read_rows(reader, part, channels, |c, at, bytes| {
+            for (to, from) in grid.plane_mut(c)[at..].iter_mut().zip(bytes.as_chunks().0) {
+                *to = u16::from_ne_bytes(*from);
+            }
+        })?;
+        return Ok(Samples::F16(grid));
+    }
+    let mut grid = Grid::try_filled(header.domain(), header.channels, 0_f32)?;
+    blocks::read_rows(reader, part, channels, |c, at, bytes| {
+        let row = grid.plane_mut(c)[at..].iter_mut();
+        if half[c] {
+            row.zip(bytes.as_chunks().0).for_each(|(to, from)| *to = f16::from_ne_bytes(*from).to_f32());
+        } else {
+            row.zip(bytes.as_chunks().0).for_each(|(to, from)| *to = f32::from_ne_bytes(*from));
+        }
+    })?;
+    Ok(Samples::F32(grid))
+}
+
+fn metadata(part: &Part) -> Metadata {
+    let shared = &part.shared_attributes;
+    let chromaticities = shared.chromaticities.map(|c| {
+        let points = [c.white, c.red, c.green, c.blue].map(|p| [p.0, p.1].map(f64::from));
+        points.concat().try_into().expect("four times two")
+    });
+    let aspect = f64::from(shared.pixel_aspect);
+    let density = match part.own_attributes.horizontal_density.map(f64::from) {
+        Some(x) => Some(Density { x, y: x * aspect, unit: DensityUnit::Inch }),
+        None if aspect == 1.0 => None,
+        None => Some(Density { x: 1.0, y: aspect, unit: DensityUnit::Aspect }),
+    };
+    let software = part.own_attributes.software_name.as_ref().map(|t| t.as_slice().to_vec());
+    let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
+    Metadata { chromaticities, density, provenance, ..Metadata::default() }
+}

@@ -1,0 +1,51 @@
+//! GIF, read: the first frame.
+
+use image::codecs::gif::GifDecoder;
+use image::{AnimationDecoder as _, ImageDecoder as _};
+use selvedge_core::{Grid, Samples};
+
+use super::complaint;
+use crate::codec::{Context, Decoded, Description, Input};
+use crate::error::Problem;
+use crate::header::Header;
+use crate::samples::from_native;
+use crate::{Format, Warning};
+
+pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    super::describe(&mut open(input, context)?, Format::Gif)
+}
+
+pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let mut decoder = open(input, context)?;
+    let mut description = super::describe(&mut decoder, Format::Gif)?;
+    context.check(&description.header)?;
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(context.options.limits.memory);
+    decoder.set_limits(limits).map_err(|e| complaint(e, Format::Gif, context))?;
+    let mut frames = decoder.into_frames();
+    let first = frames.next().ok_or_else(|| Problem::damaged(Format::Gif, "it has no frame"))?;
+    let first = first.map_err(|e| complaint(e, Format::Gif, context))?.into_buffer();
+    if frames.next().is_some() {
+        context.warn(Warning::FirstFrameOnly);
+    }
+    let samples = opaque(from_native(&description.header, first.as_raw())?, &mut description.header)?;
+    Ok((description, samples))
+}
+
+/// The decoder always gives alpha; without a transparent sample it means nothing.
+fn opaque(samples: Samples<2>, header: &mut Header) -> Result<Samples<2>, Problem> {
+    let Samples::U8(grid) = &samples else { return Ok(samples) };
+    if header.channels != 4 || grid.plane(3).iter().any(|a| *a != 255) {
+        return Ok(samples);
+    }
+    (header.channels, header.alpha) = (3, false);
+    let mut colors = Grid::try_filled(grid.domain(), 3, 0_u8)?;
+    for c in 0..3 {
+        colors.plane_mut(c).copy_from_slice(grid.plane(c));
+    }
+    Ok(Samples::U8(colors))
+}
+
+fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<GifDecoder<&'a mut dyn Input>, Problem> {
+    GifDecoder::new(input).map_err(|e| complaint(e, Format::Gif, context))
+}

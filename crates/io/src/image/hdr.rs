@@ -1,0 +1,75 @@
+//! Radiance HDR: three channels that share an exponent; read as float.
+
+use std::io::Read;
+
+use half::f16;
+use image::Rgb;
+use image::codecs::hdr::{HdrDecoder, HdrEncoder};
+use selvedge_core::{Plane, Samples, try_vec};
+
+use super::complaint;
+use crate::Format;
+use crate::codec::{Context, Decoded, Description, Input};
+use crate::error::Problem;
+use crate::metadata::Metadata;
+use crate::provenance::Provenance;
+
+const SIGNATURE: &str = "#?RADIANCE\n";
+
+pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    let comments = comments(input)?;
+    let mut decoder = HdrDecoder::with_strictness(input, false).map_err(|e| complaint(e, Format::Hdr, context))?;
+    let mut description = super::describe(&mut decoder, Format::Hdr)?;
+    description.metadata.provenance = Provenance::parse(&comments);
+    Ok(description)
+}
+
+pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let comments = comments(input)?;
+    let decoder = HdrDecoder::with_strictness(input, false).map_err(|e| complaint(e, Format::Hdr, context))?;
+    let (mut description, samples) = super::decode(decoder, Format::Hdr, context)?;
+    description.metadata.provenance = Provenance::parse(&comments);
+    Ok((description, samples))
+}
+
+/// Our lines among the comments of the header. Leaves the input at its start.
+fn comments(input: &mut dyn Input) -> Result<String, Problem> {
+    let wrong = |e| Problem::file_system(e, 0);
+    let mut head = Vec::new();
+    Read::take(&mut *input, 1 << 16).read_to_end(&mut head).map_err(wrong)?;
+    input.rewind().map_err(wrong)?;
+    let lines = head.split(|b| *b == b'\n').take_while(|line| !line.is_empty());
+    let ours = lines.filter_map(|line| std::str::from_utf8(line.strip_prefix(b"# ")?).ok());
+    Ok(ours.skip_while(|line| !line.starts_with("selvedge ")).collect::<Vec<_>>().join("\n"))
+}
+
+/// The whole file. Each sample is rounded to 8 bits of its pixel's largest; negative ones become 0.
+pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
+    let format = Format::Hdr;
+    let (channels, alpha) = (plane.color_channels(), plane.alpha);
+    if alpha || !matches!(channels, 1 | 3) {
+        return Err(Problem::ChannelsNotHeld { format, channels, alpha });
+    }
+    let value = |c: usize, i: usize| match &plane.samples {
+        Samples::F16(grid) => f16::from_bits(grid.plane(c)[i]).to_f32(),
+        Samples::F32(grid) => grid.plane(c)[i],
+        integers => integers.value(c, i) as f32,
+    };
+    let mut pixels = try_vec(plane.domain().len(), Rgb([0.0; 3]))?;
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        for c in 0..3 {
+            pixel.0[c] = value(c.min(channels - 1), i).max(0.0);
+        }
+    }
+    let [height, width] = plane.domain().shape;
+    let mut file = Vec::new();
+    let encoder = HdrEncoder::new(&mut file);
+    encoder.encode(&pixels, width as usize, height as usize).map_err(|e| Problem::encoder(format, e))?;
+    if let Some(made) = &metadata.provenance {
+        let comments: String = made.to_string().lines().map(|line| format!("# {line}\n")).collect();
+        let after = file.starts_with(SIGNATURE.as_bytes()).then_some(SIGNATURE.len());
+        let after = after.ok_or_else(|| Problem::encoder(format, "unknown signature"))?;
+        file.splice(after..after, comments.into_bytes());
+    }
+    Ok(file)
+}

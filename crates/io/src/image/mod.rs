@@ -1,0 +1,84 @@
+//! Formats that the `image` crate decodes: all but PNG, TIFF and EXR, of which we need more than it offers.
+
+pub(crate) mod bmp;
+pub(crate) mod gif;
+pub(crate) mod hdr;
+pub(crate) mod jpeg;
+pub(crate) mod webp;
+
+use image::error::LimitErrorKind;
+use image::{ColorType, ImageDecoder, ImageError, Limits};
+use selvedge_core::{Plane, Samples, try_vec};
+
+use crate::codec::{Context, Decoded, Description, METADATA_BYTES};
+use crate::error::Problem;
+use crate::exif::Exif;
+use crate::header::Header;
+use crate::metadata::Metadata;
+use crate::samples::from_native;
+use crate::{Depth, Format};
+
+/// What a decoder says before it decodes.
+fn describe(decoder: &mut impl ImageDecoder, format: Format) -> Result<Description, Problem> {
+    let (width, height) = decoder.dimensions();
+    let (channels, alpha, depth) = layout(decoder.color_type(), format)?;
+    let header = Header { width: width.into(), height: height.into(), channels, alpha, depth };
+    let icc = decoder.icc_profile().ok().flatten().filter(|icc| icc.len() <= METADATA_BYTES);
+    let mut metadata = Metadata { icc, ..Metadata::default() };
+    let exif = decoder.exif_metadata().ok().flatten().map(|block| Exif::parse(&block)).unwrap_or_default();
+    let orientation = exif.orientation.unwrap_or(1);
+    exif.complete(&mut metadata);
+    Ok(Description { orientation, ..Description::new(header, metadata) })
+}
+
+/// Checks the size, then decodes.
+fn decode(mut decoder: impl ImageDecoder, format: Format, context: &Context<'_>) -> Result<Decoded, Problem> {
+    let description = describe(&mut decoder, format)?;
+    let header = description.header;
+    context.check(&header)?;
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(context.options.limits.memory);
+    decoder.set_limits(limits).map_err(|e| complaint(e, format, context))?;
+    let mut bytes = try_vec(header.bytes() as usize, 0_u8)?;
+    decoder.read_image(&mut bytes).map_err(|e| complaint(e, format, context))?;
+    let samples = from_native(&header, &bytes)?;
+    Ok((description, samples))
+}
+
+fn layout(color: ColorType, format: Format) -> Result<(usize, bool, Depth), Problem> {
+    Ok(match color {
+        ColorType::L8 => (1, false, Depth::U8),
+        ColorType::La8 => (2, true, Depth::U8),
+        ColorType::Rgb8 => (3, false, Depth::U8),
+        ColorType::Rgba8 => (4, true, Depth::U8),
+        ColorType::Rgb32F => (3, false, Depth::F32),
+        other => return Err(Problem::unsupported(format, format!("{other:?}"))),
+    })
+}
+
+fn complaint(error: ImageError, format: Format, context: &Context<'_>) -> Problem {
+    match error {
+        ImageError::Limits(e) if matches!(e.kind(), LimitErrorKind::InsufficientMemory) => {
+            let budget = context.options.limits.memory;
+            Problem::Memory { needed: budget.saturating_add(1), budget }
+        }
+        ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(format),
+        ImageError::Unsupported(e) => Problem::unsupported(format, e.to_string()),
+        other => Problem::damaged(format, other),
+    }
+}
+
+/// Interleaved bytes of a plane of one or three channels, with alpha where the format has it.
+fn eight_bits(plane: &Plane<2>, format: Format, alpha_held: bool) -> Result<(Vec<u8>, ColorType), Problem> {
+    let Samples::U8(grid) = &plane.samples else {
+        return Err(Problem::DepthNotHeld { format, depth: plane.samples.depth() });
+    };
+    let color = match (plane.color_channels(), plane.alpha) {
+        (1, false) => ColorType::L8,
+        (3, false) => ColorType::Rgb8,
+        (1, true) if alpha_held => ColorType::La8,
+        (3, true) if alpha_held => ColorType::Rgba8,
+        (channels, alpha) => return Err(Problem::ChannelsNotHeld { format, channels, alpha }),
+    };
+    Ok((grid.to_interleaved()?, color))
+}

@@ -1,0 +1,45 @@
+//! WebP: read as it is, written lossless.
+
+use image::codecs::webp::{WebPDecoder, WebPEncoder};
+use image::{ExtendedColorType, ImageEncoder as _};
+use selvedge_core::Plane;
+
+use super::{complaint, eight_bits};
+use crate::codec::{Context, Decoded, Description, Input};
+use crate::error::Problem;
+use crate::exif;
+use crate::metadata::Metadata;
+use crate::{Format, Warning};
+
+pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    super::describe(&mut open(input, context)?, Format::Webp)
+}
+
+pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    super::decode(open(input, context)?, Format::Webp, context)
+}
+
+fn open<'a>(input: &'a mut dyn Input, context: &mut Context<'_>) -> Result<WebPDecoder<&'a mut dyn Input>, Problem> {
+    let decoder = WebPDecoder::new(input).map_err(|e| complaint(e, Format::Webp, context))?;
+    if decoder.has_animation() {
+        context.warn(Warning::FirstFrameOnly);
+    }
+    Ok(decoder)
+}
+
+/// The whole file, with profile and EXIF software.
+pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
+    let (bytes, color) = eight_bits(plane, Format::Webp, true)?;
+    let [height, width] = plane.domain().shape;
+    let failed = |e: &dyn std::fmt::Display| Problem::encoder(Format::Webp, e);
+    let mut file = Vec::new();
+    let mut encoder = WebPEncoder::new_lossless(&mut file);
+    if let Some(icc) = metadata.icc_for(plane.color_channels()) {
+        encoder.set_icc_profile(icc.to_vec()).map_err(|e| failed(&e))?;
+    }
+    if let Some(block) = exif::software(metadata) {
+        encoder.set_exif_metadata(block).map_err(|e| failed(&e))?;
+    }
+    encoder.write_image(&bytes, width, height, ExtendedColorType::from(color)).map_err(|e| failed(&e))?;
+    Ok(file)
+}

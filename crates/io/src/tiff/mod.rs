@@ -1,0 +1,9 @@
+//! TIFF: 8 and 16 bits, half and float, in strips, tiles or planes; fewer bits and palettes are expanded.
+
+mod colors;
+mod palette;
+mod read;
+mod write;
+
+pub(crate) use read::{decode, describe};
+pub(crate) use write::encode;

@@ -1,0 +1,235 @@
+//! Reading TIFF: the first page.
+
+use std::io::Cursor;
+
+use selvedge_core::{Grid, Samples, try_vec};
+use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits};
+use tiff::tags::Tag;
+use tiff::{ColorType, TiffError};
+
+use super::{colors, palette};
+use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
+use crate::error::Problem;
+use crate::exif;
+use crate::header::Header;
+use crate::metadata::{Density, Metadata};
+use crate::provenance::Provenance;
+use crate::samples::{deinterleave, from_native, unpack};
+use crate::{Depth, Format, Warning};
+
+/// Everything up to the samples.
+pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    with_decoder(input, context, |page| Ok(page.description()))
+}
+
+/// The first page.
+pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    with_decoder(input, context, |page| Ok((page.description(), page.samples()?)))
+}
+
+/// Opens the file; one with a palette a second time, as grey.
+fn with_decoder<T>(
+    input: &mut dyn Input,
+    context: &mut Context<'_>,
+    f: impl FnOnce(&mut Page<'_, '_, '_>) -> Result<T, Problem>,
+) -> Result<T, Problem> {
+    let mut decoder = open(input, context)?;
+    if decoder.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation).map_err(complaint)? != Some(palette::PALETTE) {
+        return f(&mut Page::new(decoder, None, context)?);
+    }
+    let map = decoder.get_tag_u16_vec(Tag::ColorMap).map_err(complaint)?;
+    let mut file = Vec::new();
+    input.rewind().and_then(|()| input.read_to_end(&mut file)).map_err(|e| Problem::file_system(e, 0))?;
+    palette::show_as_grey(&mut file)?;
+    let mut patched = Cursor::new(file);
+    f(&mut Page::new(open(&mut patched, context)?, Some(map), context)?)
+}
+
+fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<PageDecoder<'a>, Problem> {
+    let mut decoder = Decoder::new(input).map_err(complaint)?;
+    let (width, height) = decoder.dimensions().map_err(complaint)?;
+    let smallest = Header { width: width.into(), height: height.into(), channels: 1, alpha: false, depth: Depth::U8 };
+    context.check(&smallest)?;
+    let mut limits = Limits::default();
+    limits.ifd_value_size = METADATA_BYTES;
+    // Strips and tiles may be padded, but not without end.
+    let budget = context.options.limits.memory.min(smallest.bytes() * 64 + context.file_bytes + (16 << 20));
+    limits.decoding_buffer_size = usize::try_from(budget).unwrap_or(usize::MAX);
+    limits.intermediate_buffer_size = limits.decoding_buffer_size;
+    Ok(decoder.with_limits(limits))
+}
+
+/// How the file's samples become ours.
+#[derive(Clone, Copy, PartialEq)]
+enum Colors {
+    AsStored,
+    Palette,
+    YCbCr,
+    Cmyk,
+}
+
+type PageDecoder<'a> = Decoder<&'a mut dyn Input>;
+
+struct Page<'a, 'c, 'o> {
+    decoder: PageDecoder<'a>,
+    layout: BufferLayoutPreference,
+    bits: u8,
+    /// As stored; the picture's own header may have other channels.
+    stored: Header,
+    colors: Colors,
+    map: Option<Vec<u16>>,
+    context: &'c mut Context<'o>,
+}
+
+impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
+    fn new(mut decoder: PageDecoder<'a>, map: Option<Vec<u16>>, context: &'c mut Context<'o>) -> Result<Self, Problem> {
+        let (width, height) = decoder.dimensions().map_err(complaint)?;
+        let color = decoder.colortype().map_err(complaint)?;
+        let layout = decoder.image_buffer_layout().map_err(complaint)?;
+        let (channels, alpha, mut colors) = match color {
+            ColorType::Gray(_) => (1, false, Colors::AsStored),
+            ColorType::RGB(_) => (3, false, Colors::AsStored),
+            ColorType::RGBA(_) => (4, true, Colors::AsStored),
+            ColorType::YCbCr(8) => (3, false, Colors::YCbCr),
+            ColorType::CMYK(8 | 16) => (4, false, Colors::Cmyk),
+            ColorType::Multiband { num_samples, .. } => {
+                let extra = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).ok().flatten().unwrap_or_default();
+                let alpha = num_samples == 2 && matches!(extra[..], [1 | 2]);
+                (usize::from(num_samples), alpha, Colors::AsStored)
+            }
+            other => return Err(Problem::unsupported(Format::Tiff, format!("colour type {other:?}"))),
+        };
+        if map.is_some() {
+            colors = Colors::Palette;
+        }
+        let bits = color.bit_depth();
+        let depth = depth(&layout, bits)?;
+        let stored = Header { width: width.into(), height: height.into(), channels, alpha, depth };
+        context.check(&stored)?;
+        Ok(Self { decoder, layout, bits, stored, colors, map, context })
+    }
+
+    /// The header of the picture.
+    fn header(&self) -> Header {
+        let channels = if self.colors == Colors::AsStored { self.stored.channels } else { 3 };
+        Header { channels, ..self.stored }
+    }
+
+    fn description(&mut self) -> Description {
+        if self.decoder.more_images() {
+            self.context.warn(Warning::FirstPageOnly);
+        }
+        let orientation = self.number(Tag::Orientation).map_or(1, |o| o as u8);
+        let icc = if self.colors == Colors::Cmyk { None } else { self.bytes(Tag::IccProfile) };
+        let software = self.bytes(Tag::Software);
+        let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
+        let metadata = Metadata { icc, density: self.density(), provenance, ..Metadata::default() };
+        Description { orientation, ..Description::new(self.header(), metadata) }
+    }
+
+    /// Tags that are missing or broken are left out: the picture is fine without them.
+    fn number(&mut self, tag: Tag) -> Option<u16> {
+        self.decoder.find_tag_unsigned(tag).ok().flatten()
+    }
+
+    fn bytes(&mut self, tag: Tag) -> Option<Vec<u8>> {
+        let mut directory = self.decoder.image_ifd();
+        let len = usize::try_from(directory.find_entry(tag)?.count()).ok().filter(|len| *len <= METADATA_BYTES)?;
+        let mut bytes = vec![0; len];
+        (directory.find_tag_bytes(tag, &mut bytes, 0).ok()?? == len).then_some(bytes)
+    }
+
+    fn density(&mut self) -> Option<Density> {
+        let mut ratio = |tag| match self.decoder.get_tag_u32_vec(tag).ok()?[..] {
+            [n, d] if n != 0 && d != 0 => Some(f64::from(n) / f64::from(d)),
+            _ => None,
+        };
+        let (x, y) = (ratio(Tag::XResolution)?, ratio(Tag::YResolution)?);
+        let density = Density { x, y, unit: exif::unit(self.number(Tag::ResolutionUnit).unwrap_or(2)) };
+        // Writers that know no density write the ratio 1:1.
+        (density.per_metre().is_some() || x != y).then_some(density)
+    }
+
+    fn samples(&mut self) -> Result<Samples<2>, Problem> {
+        let mut bytes = try_vec(self.layout.complete_len, 0_u8)?;
+        self.decoder.read_image_bytes(&mut bytes).map_err(complaint)?;
+        let stored = self.stored_samples(bytes)?;
+        self.converted(stored)
+    }
+
+    /// Planar samples, whether the file's are interleaved or planar.
+    fn stored_samples(&mut self, mut bytes: Vec<u8>) -> Result<Samples<2>, Problem> {
+        let Header { width, height, channels, .. } = self.stored;
+        let planar = 1 < self.layout.planes;
+        let across = if planar { width as usize } else { width as usize * channels };
+        let down = if planar { height as usize * channels } else { height as usize };
+        if self.bits < 8 {
+            bytes = unpack(&bytes, self.bits, across, down)?;
+            if self.colors != Colors::Palette {
+                let factor = u8::MAX / (u8::MAX >> (8 - self.bits));
+                bytes.iter_mut().for_each(|v| *v *= factor);
+            }
+        }
+        let shape = Header { width: across as u64, height: down as u64, channels: 1, ..self.stored };
+        let read_as = if planar { shape } else { self.stored };
+        let samples = if self.layout.sample_type == Some(DecodingSampleType::F64) {
+            self.context.warn(Warning::Rounded);
+            Samples::F32(deinterleave(&read_as, &bytes, |b| f64::from_ne_bytes(b) as f32)?)
+        } else {
+            from_native(&read_as, &bytes)?
+        };
+        if planar { reshape(samples, &self.stored) } else { Ok(samples) }
+    }
+
+    fn converted(&mut self, stored: Samples<2>) -> Result<Samples<2>, Problem> {
+        Ok(match (self.colors, stored) {
+            (Colors::Palette, Samples::U8(grid)) => {
+                let (grid, beyond) = palette::expand(&grid, self.map.as_deref().unwrap_or_default())?;
+                if 0 < beyond {
+                    self.context.warn(Warning::BeyondPalette { count: beyond });
+                }
+                Samples::U8(grid)
+            }
+            (Colors::YCbCr, Samples::U8(grid)) => Samples::U8(colors::from_ycbcr(&grid)?),
+            (Colors::Cmyk, Samples::U8(grid)) => {
+                self.context.warn(Warning::CmykConverted);
+                Samples::U8(colors::from_cmyk(&grid, 255, u32::from, |v| v as u8)?)
+            }
+            (Colors::Cmyk, Samples::U16(grid)) => {
+                self.context.warn(Warning::CmykConverted);
+                Samples::U16(colors::from_cmyk(&grid, 65_535, u32::from, |v| v as u16)?)
+            }
+            (Colors::AsStored, samples) => samples,
+            _ => return Err(Problem::unsupported(Format::Tiff, "this depth in its colour space")),
+        })
+    }
+}
+
+fn depth(layout: &BufferLayoutPreference, bits: u8) -> Result<Depth, Problem> {
+    use DecodingSampleType as Type;
+    match (layout.sample_type, bits) {
+        (Some(Type::U8), 1 | 2 | 4 | 8) => Ok(Depth::U8),
+        (Some(Type::U16), 16) => Ok(Depth::U16),
+        (Some(Type::F16), _) => Ok(Depth::F16),
+        (Some(Type::F32 | Type::F64), _) => Ok(Depth::F32),
+        _ => Err(Problem::unsupported(Format::Tiff, format!("{bits}-bit {:?} samples", layout.sample_format))),
+    }
+}
+
+fn reshape(samples: Samples<2>, header: &Header) -> Result<Samples<2>, Problem> {
+    let (domain, channels) = (header.domain(), header.channels);
+    Ok(match samples {
+        Samples::U8(grid) => Samples::U8(Grid::from_vec(domain, channels, grid.into_vec())?),
+        Samples::U16(grid) => Samples::U16(Grid::from_vec(domain, channels, grid.into_vec())?),
+        Samples::F16(grid) => Samples::F16(Grid::from_vec(domain, channels, grid.into_vec())?),
+        Samples::F32(grid) => Samples::F32(Grid::from_vec(domain, channels, grid.into_vec())?),
+    })
+}
+
+fn complaint(error: TiffError) -> Problem {
+    match error {
+        TiffError::UnsupportedError(e) => Problem::unsupported(Format::Tiff, e.to_string()),
+        TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(Format::Tiff),
+        other => Problem::damaged(Format::Tiff, other),
+    }
+}

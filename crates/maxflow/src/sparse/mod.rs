@@ -1,0 +1,284 @@
+//! Graphs of any form.
+
+mod residual;
+
+use crate::cut::{MinCut, Side};
+use crate::engine::{self, Engine, Scratch, closure};
+use crate::error::{MaxflowError, Result, filled};
+use crate::network::Role;
+use residual::{Edge, Rows, SparseNet};
+
+/// Names an arc of a [`Graph`]: the number of arcs added before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ArcId(u32);
+
+/// A min-cut problem on a graph of any form, its current flow, and the memory to solve it.
+///
+/// Nodes and arcs come in any order. Arcs are sorted by tail once, at the first solve after arcs were added. Capacities are
+/// `i64`; those of a graph may sum to [`MAX_TOTAL`](Self::MAX_TOTAL), so that no flow can overflow.
+///
+/// ```
+/// use selvedge_maxflow::{Graph, Side};
+///
+/// let mut graph = Graph::new(4)?;
+/// graph.terminal(0, 7, 0)?; // 7 from the source
+/// graph.pin(3, Side::Sink)?;
+/// for (tail, head, capacity) in [(0, 1, 3), (0, 2, 5), (1, 3, 9), (2, 3, 2)] {
+///     graph.arc(tail, head, capacity, 0)?;
+/// }
+/// let cut = graph.solve(&|| false)?;
+/// assert_eq!(cut.flow, 5);
+/// assert_eq!(cut.source_side(), [true, false, true, false]);
+/// assert_eq!(graph.cut_arcs(&cut).collect::<Vec<_>>(), [(0, 1), (2, 3)]);
+/// # Ok::<(), selvedge_maxflow::MaxflowError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Graph {
+    excess: Vec<i64>,
+    roles: Vec<Role>,
+    rows: Rows,
+    /// Arcs that are not in `rows` yet.
+    fresh: Vec<Edge>,
+    source_total: i64,
+    /// Sum of everything that was given.
+    total: i64,
+    engine: Engine,
+    scratch: Scratch<u32>,
+    stack: Vec<u32>,
+}
+
+impl Graph {
+    /// Largest sum of all capacities of a graph: `2^61`.
+    pub const MAX_TOTAL: i64 = 1 << 61;
+    /// Largest number of nodes, and of arcs: `2^31 - 8`.
+    pub const MAX_NODES: usize = (1 << 31) - 8;
+
+    /// A graph without arcs.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::Shape`] beyond [`MAX_NODES`](Self::MAX_NODES), [`MaxflowError::OutOfMemory`].
+    pub fn new(nodes: usize) -> Result<Self> {
+        if nodes > Self::MAX_NODES {
+            return Err(MaxflowError::Shape { shape: vec![nodes], max: Self::MAX_NODES });
+        }
+        let rows = Rows::of(nodes, &[])?;
+        let (excess, roles) = (filled(0, nodes, nodes, 0)?, filled(Role::Free, nodes, nodes, 0)?);
+        let (fresh, stack, scratch) = (Vec::new(), Vec::new(), Scratch::default());
+        Ok(Self { excess, roles, rows, fresh, source_total: 0, total: 0, engine: Engine::Auto, scratch, stack })
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.excess.len()
+    }
+
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.excess.is_empty()
+    }
+
+    /// Number of arcs added.
+    pub fn arc_count(&self) -> usize {
+        self.rows.place.len() + self.fresh.len()
+    }
+
+    /// Chooses how later solves work. The answer does not depend on it.
+    pub fn set_engine(&mut self, engine: Engine) {
+        self.engine = engine;
+    }
+
+    /// Gives a node capacity from the source and to the sink, on top of what it has.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::NegativeCapacity`], [`MaxflowError::CapacityTooLarge`].
+    pub fn terminal(&mut self, node: usize, from_source: i64, to_sink: i64) -> Result<()> {
+        not_negative(node, from_source.min(to_sink))?;
+        self.change_terminal(node, from_source, to_sink)
+    }
+
+    /// Changes a node's terminal capacities by the given amounts, which may be negative; also after a solve. See
+    /// [`GridGraph::change_terminal`](crate::GridGraph::change_terminal).
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`].
+    pub fn change_terminal(&mut self, node: usize, from_source: i64, to_sink: i64) -> Result<()> {
+        self.inside(node)?;
+        self.count(node, [from_source, to_sink])?;
+        self.excess[node] += from_source - to_sink;
+        self.source_total += from_source;
+        Ok(())
+    }
+
+    /// Adds an arc from `tail` to `head` with a capacity, and one back with another (0 for a one-way arc). An arc of a
+    /// node with itself has no effect.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::NegativeCapacity`], [`MaxflowError::CapacityTooLarge`],
+    /// [`MaxflowError::OutOfMemory`].
+    pub fn arc(&mut self, tail: usize, head: usize, capacity: i64, back: i64) -> Result<ArcId> {
+        self.inside(tail)?;
+        self.inside(head)?;
+        not_negative(tail, capacity.min(back))?;
+        let id = self.arc_count();
+        let no_memory = MaxflowError::OutOfMemory { nodes: self.len(), links: id + 1 };
+        if id >= Self::MAX_NODES || self.fresh.try_reserve(1).is_err() {
+            return Err(no_memory);
+        }
+        self.count(tail, [capacity, back])?;
+        let capacities = if tail == head { [0, 0] } else { [capacity, back] };
+        self.fresh.push(Edge { ends: [tail as u32, head as u32], capacities });
+        Ok(ArcId(id as u32))
+    }
+
+    /// Changes the two capacities of an arc by the given amounts, which may be negative; also after a solve, whose flow
+    /// is kept as far as it fits. See [`GridGraph::change_link`](crate::GridGraph::change_link).
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`] for an arc of another graph, [`MaxflowError::NegativeCapacity`] if more is taken
+    /// back than the arc has (as far as its flow shows it), [`MaxflowError::CapacityTooLarge`].
+    pub fn change_arc(&mut self, arc: ArcId, forward: i64, backward: i64) -> Result<()> {
+        self.sort_in()?;
+        let len = self.arc_count();
+        let Some(&at) = self.rows.place.get(arc.0 as usize) else {
+            return Err(MaxflowError::NodeOutOfRange { node: arc.0 as usize, len });
+        };
+        let (out, back) = (at as usize, self.rows.arcs[at as usize].twin as usize);
+        let (v, w) = (self.rows.arcs[back].head as usize, self.rows.arcs[out].head as usize);
+        if v == w {
+            return Ok(());
+        }
+        self.count(v, [forward, backward])?;
+        let residual = [self.rows.arcs[out].residual + forward, self.rows.arcs[back].residual + backward];
+        not_negative(v, residual[0] + residual[1])?;
+        // Flow beyond the new capacity goes back to where it came from.
+        let returned = (-residual[0]).max(0) - (-residual[1]).max(0);
+        self.rows.arcs[out].residual = residual[0] + returned;
+        self.rows.arcs[back].residual = residual[1] - returned;
+        self.excess[v] += returned;
+        self.excess[w] -= returned;
+        Ok(())
+    }
+
+    /// Holds a node on one side, whatever the capacities say. May be set, moved and taken off between solves.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`].
+    pub fn pin(&mut self, node: usize, side: Side) -> Result<()> {
+        self.inside(node)?;
+        self.roles[node] = match side {
+            Side::Source => Role::PinnedSource,
+            Side::Sink => Role::PinnedSink,
+        };
+        Ok(())
+    }
+
+    /// Lets a pinned node go.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NodeOutOfRange`].
+    pub fn unpin(&mut self, node: usize) -> Result<()> {
+        self.inside(node)?;
+        self.roles[node] = Role::Free;
+        Ok(())
+    }
+
+    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::Cancelled`]; the flow found so far is kept. [`MaxflowError::OutOfMemory`].
+    pub fn solve(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
+        let mut cut = MinCut::default();
+        self.solve_into(&mut cut, cancelled)?;
+        Ok(cut)
+    }
+
+    /// [`solve`](Self::solve) into a cut whose memory is used again.
+    ///
+    /// # Errors
+    ///
+    /// As [`solve`](Self::solve); `cut` is then unspecified.
+    pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
+        self.sort_in()?;
+        let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &self.roles };
+        engine::maximize(&mut net, self.engine, &mut self.scratch, cancelled)?;
+        closure::read_off(&net, self.source_total, cut, &mut self.stack);
+        Ok(())
+    }
+
+    /// Capacity of the cut between the nodes marked `true` and the others; pins do not count. Exact before and after a
+    /// solve. Time `O(nodes + arcs)`.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::LabellingSize`].
+    pub fn capacity_of(&self, in_source: &[bool]) -> Result<i64> {
+        if in_source.len() != self.len() {
+            return Err(MaxflowError::LabellingSize { given: in_source.len(), len: self.len() });
+        }
+        let inside = in_source.iter().zip(&self.excess).filter(|&(&s, _)| s);
+        let terminals = self.source_total - inside.map(|(_, &e)| e).sum::<i64>();
+        let halves = self.edges().flat_map(|e| [(e.ends, e.capacities[0]), ([e.ends[1], e.ends[0]], e.capacities[1])]);
+        let cut = halves.filter(|([v, w], _)| in_source[*v as usize] && !in_source[*w as usize]);
+        Ok(terminals + cut.map(|(_, c)| c).sum::<i64>())
+    }
+
+    /// The arcs that a cut severs, as pairs (on the source's side, on the sink's side), in the order in which they were
+    /// added. Arcs that have no capacity either way are not listed.
+    pub fn cut_arcs<'a>(&'a self, cut: &'a MinCut) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let given = self.edges().filter(|e| e.capacities != [0, 0]);
+        given.map(|e| e.ends.map(|v| v as usize)).filter_map(|[v, w]| match (cut.in_source[v], cut.in_source[w]) {
+            (true, false) => Some((v, w)),
+            (false, true) => Some((w, v)),
+            _ => None,
+        })
+    }
+
+    fn edges(&self) -> impl Iterator<Item = Edge> + '_ {
+        self.rows.edges().chain(self.fresh.iter().copied())
+    }
+
+    /// Sorts new arcs in among the others.
+    fn sort_in(&mut self) -> Result<()> {
+        if self.fresh.is_empty() {
+            return Ok(());
+        }
+        if self.rows.place.is_empty() {
+            self.rows = Rows::default();
+            self.rows = Rows::of(self.len(), &self.fresh)?;
+        } else {
+            let all: Vec<Edge> = self.edges().collect();
+            self.rows = Rows::of(self.len(), &all)?;
+        }
+        self.fresh = Vec::new();
+        Ok(())
+    }
+
+    fn inside(&self, node: usize) -> Result<()> {
+        let len = self.len();
+        if node < len { Ok(()) } else { Err(MaxflowError::NodeOutOfRange { node, len }) }
+    }
+
+    /// Counts capacities against the headroom.
+    fn count(&mut self, node: usize, capacities: [i64; 2]) -> Result<()> {
+        let sum = capacities.iter().try_fold(self.total, |sum, c| sum.checked_add(c.checked_abs()?));
+        match sum {
+            Some(sum) if sum <= Self::MAX_TOTAL => {
+                self.total = sum;
+                Ok(())
+            }
+            _ => Err(MaxflowError::CapacityTooLarge { node, value: sum.unwrap_or(i64::MAX), max: Self::MAX_TOTAL }),
+        }
+    }
+}
+
+fn not_negative(node: usize, value: i64) -> Result<()> {
+    if value < 0 { Err(MaxflowError::NegativeCapacity { node, value }) } else { Ok(()) }
+}

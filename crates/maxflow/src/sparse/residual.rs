@@ -1,0 +1,153 @@
+//! A sparse graph as the engines see it: arcs sorted by tail.
+
+use std::ops::Range;
+
+use crate::error::{MaxflowError, Result, filled};
+use crate::network::{Network, Role};
+
+/// Half of an edge.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Arc {
+    pub(super) residual: i64,
+    pub(super) head: u32,
+    /// The other half, which leads back.
+    pub(super) twin: u32,
+}
+
+/// An edge before it is sorted in: capacities both ways.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    pub(super) ends: [u32; 2],
+    pub(super) capacities: [i64; 2],
+}
+
+/// Arcs by tail (compressed sparse rows): those of `v` are `arcs[first[v]..first[v + 1]]`.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    pub(super) first: Vec<u32>,
+    pub(super) arcs: Vec<Arc>,
+    /// By edge: where its forward arc went.
+    pub(super) place: Vec<u32>,
+}
+
+impl Rows {
+    /// Sorts edges in, keeping their order around each node. Time `O(nodes + edges)`.
+    pub(super) fn of(nodes: usize, edges: &[Edge]) -> Result<Self> {
+        let no_memory = |_| MaxflowError::OutOfMemory { nodes, links: edges.len() };
+        let mut first = filled(0_u32, nodes + 2, nodes, edges.len())?;
+        for edge in edges {
+            edge.ends.iter().for_each(|&v| first[v as usize + 2] += 1);
+        }
+        for v in 2..first.len() {
+            first[v] += first[v - 1];
+        }
+        let mut arcs = filled(Arc::default(), 2 * edges.len(), nodes, edges.len())?;
+        let mut place = Vec::new();
+        place.try_reserve_exact(edges.len()).map_err(no_memory)?;
+        // `first[v + 1]` is where the next arc of `v` goes, and ends up as the end of its row.
+        for edge in edges {
+            let at = edge.ends.map(|v| {
+                let next = &mut first[v as usize + 1];
+                *next += 1;
+                *next - 1
+            });
+            for (half, other) in [(0, 1), (1, 0)] {
+                arcs[at[half] as usize] =
+                    Arc { residual: edge.capacities[half], head: edge.ends[other], twin: at[other] };
+            }
+            place.push(at[0]);
+        }
+        first.pop();
+        Ok(Self { first, arcs, place })
+    }
+
+    /// The edges again, with residual capacities, in the order in which they were given.
+    pub(super) fn edges(&self) -> impl Iterator<Item = Edge> + '_ {
+        self.place.iter().map(|&at| {
+            let forward = self.arcs[at as usize];
+            let backward = self.arcs[forward.twin as usize];
+            Edge { ends: [backward.head, forward.head], capacities: [forward.residual, backward.residual] }
+        })
+    }
+}
+
+/// Rows and excess together.
+pub(super) struct SparseNet<'a> {
+    pub(super) rows: &'a mut Rows,
+    pub(super) excess: &'a mut [i64],
+    pub(super) roles: &'a [Role],
+}
+
+impl Network for SparseNet<'_> {
+    type Cap = i64;
+    type Arc = u32;
+    type Arcs = Range<u32>;
+    const ROOT: u32 = u32::MAX;
+    const ORPHAN: u32 = u32::MAX - 1;
+
+    fn slots(&self) -> usize {
+        self.excess.len()
+    }
+
+    fn nodes(&self) -> Range<usize> {
+        0..self.excess.len()
+    }
+
+    #[inline]
+    fn first_arc(&self, v: usize) -> u32 {
+        self.rows.first[v]
+    }
+
+    #[inline]
+    fn end_arc(&self, v: usize) -> u32 {
+        self.rows.first[v + 1]
+    }
+
+    #[inline]
+    fn next_arc(a: u32) -> u32 {
+        a + 1
+    }
+
+    #[inline]
+    fn arcs(&self, v: usize) -> Range<u32> {
+        self.rows.first[v]..self.rows.first[v + 1]
+    }
+
+    #[inline]
+    fn head(&self, _: usize, a: u32) -> usize {
+        self.rows.arcs[a as usize].head as usize
+    }
+
+    #[inline]
+    fn twin(&self, a: u32) -> u32 {
+        self.rows.arcs[a as usize].twin
+    }
+
+    #[inline]
+    fn residual(&self, _: usize, a: u32) -> i64 {
+        self.rows.arcs[a as usize].residual
+    }
+
+    #[inline]
+    fn push(&mut self, _: usize, a: u32, _: usize, x: i64) {
+        let arc = &mut self.rows.arcs[a as usize];
+        arc.residual -= x;
+        let twin = arc.twin as usize;
+        self.rows.arcs[twin].residual += x;
+    }
+
+    #[inline]
+    fn excess(&self, v: usize) -> i64 {
+        self.excess[v]
+    }
+
+    #[inline]
+    fn add_excess(&mut self, v: usize, x: i64) {
+        self.excess[v] += x;
+    }
+
+    #[inline]
+    fn role(&self, v: usize) -> Role {
+        self.roles[v]
+    }
+}

@@ -1,0 +1,106 @@
+//! Rules about crates: their manifests, their place on the map, their promise to be safe.
+
+use super::Breach;
+use crate::tree::Tree;
+
+/// The one crate with a SIMD module: it denies unsafe code at its root and allows it there.
+const WITH_SIMD: &str = "crates/fft-ssd/";
+
+/// Manifests that do not inherit from the root.
+pub(super) fn manifests(tree: &Tree) -> Vec<Breach> {
+    let mut breaches = Vec::new();
+    for path in members(tree) {
+        let manifest = match tree.manifest(&path) {
+            Ok(manifest) => manifest,
+            Err(why) => {
+                breaches.push(Breach::new(path, why));
+                continue;
+            }
+        };
+        let inherits = |table: &str, key: &str| {
+            let value = manifest.get(table).and_then(|t| t.get(key));
+            value.is_some_and(|v| v.get("workspace").is_some_and(|w| w.as_bool() == Some(true)))
+        };
+        for key in ["version", "edition", "rust-version", "license", "publish"] {
+            if !inherits("package", key) {
+                breaches.push(Breach::new(&path, format!("`{key}` is not inherited")));
+            }
+        }
+        if manifest.get("lints").and_then(|l| l.get("workspace")).and_then(toml::Value::as_bool) != Some(true) {
+            breaches.push(Breach::new(&path, "the lints are not inherited"));
+        }
+        for table in ["dependencies", "dev-dependencies", "build-dependencies"] {
+            for name in manifest.get(table).and_then(|t| t.as_table()).into_iter().flat_map(toml::Table::keys) {
+                if !inherits(table, name) {
+                    breaches.push(Breach::new(&path, format!("`{name}` is not inherited")));
+                }
+            }
+        }
+    }
+    breaches
+}
+
+/// Crates without a paragraph in ARCHITECTURE.md, and names there without a crate.
+pub(super) fn architecture(tree: &Tree) -> Vec<Breach> {
+    let Some(text) = tree.text("ARCHITECTURE.md") else {
+        return vec![Breach::new("ARCHITECTURE.md", "is not there")];
+    };
+    let mut named: Vec<&str> = text
+        .split("crates/")
+        .skip(1)
+        .filter_map(|rest| rest.split(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '_').next())
+        .filter(|name| !name.is_empty())
+        .collect();
+    named.sort_unstable();
+    named.dedup();
+    let crates = tree.crates();
+    let missing = crates.iter().filter(|c| !named.contains(c)).map(|c| format!("does not name `crates/{c}`"));
+    let stale = named.iter().filter(|n| !crates.contains(n)).map(|n| format!("names `crates/{n}`, which is not there"));
+    missing.chain(stale).map(|what| Breach::new("ARCHITECTURE.md", what)).collect()
+}
+
+/// Crate roots that do not forbid unsafe code.
+pub(super) fn forbid_unsafe(tree: &Tree) -> Vec<Breach> {
+    let is_root = |path: &str| path.ends_with("/src/lib.rs") || path.ends_with("/src/main.rs");
+    tree.texts(".rs")
+        .filter(|(path, _)| is_root(path) && !path.starts_with(WITH_SIMD) && !path.starts_with("fuzz/"))
+        .filter(|(_, text)| !text.contains("#![forbid(unsafe_code)]"))
+        .map(|(path, _)| Breach::new(path, "does not forbid unsafe code"))
+        .collect()
+}
+
+fn members(tree: &Tree) -> Vec<String> {
+    let crates = tree.crates().into_iter().map(|c| format!("crates/{c}/Cargo.toml"));
+    crates.chain(["xtask/Cargo.toml".to_owned()]).filter(|path| tree.text(path).is_some()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lines;
+    use super::*;
+
+    #[test]
+    fn a_manifest_of_its_own_mind_is_found() {
+        let own = "[package]\nname = \"a\"\nversion = \"1.0.0\"\nedition.workspace = true\nrust-version.workspace = true\n\
+                   license.workspace = true\npublish.workspace = true\n[dependencies]\npng = \"0.17\"";
+        let breaches = manifests(&Tree::of(&[("crates/a/Cargo.toml", own)]));
+        let what: Vec<&str> = breaches.iter().map(|b| b.what.as_str()).collect();
+        assert_eq!(what, ["`version` is not inherited", "the lints are not inherited", "`png` is not inherited"]);
+    }
+
+    #[test]
+    fn the_map_has_every_crate_and_no_ghost() {
+        let map = "See `crates/core` and `crates/gone`.";
+        let tree = Tree::of(&[("ARCHITECTURE.md", map), ("crates/core/Cargo.toml", ""), ("crates/io/Cargo.toml", "")]);
+        assert_eq!(
+            lines(&architecture(&tree)),
+            ["ARCHITECTURE.md: does not name `crates/io`", "ARCHITECTURE.md: names `crates/gone`, which is not there"]
+        );
+    }
+
+    #[test]
+    fn only_the_simd_crate_may_leave_unsafe_open() {
+        let tree = Tree::of(&[("crates/a/src/lib.rs", "//! A."), ("crates/fft-ssd/src/lib.rs", "//! B.")]);
+        assert_eq!(lines(&forbid_unsafe(&tree)), ["crates/a/src/lib.rs: does not forbid unsafe code"]);
+    }
+}
