@@ -23,6 +23,8 @@ pub struct Stats {
     pub placement: Placement,
     /// Side of the error region that was used.
     pub region: u32,
+    /// How far patches could reach beyond it.
+    pub reach: u32,
     /// Patches laid until everything was covered.
     pub patches: u64,
     /// Patches tried over bad seams.
@@ -120,13 +122,13 @@ impl<'a, const D: usize> Weaver<'a, D> {
             run,
             placement,
             region,
-            reach: options.reach.unwrap_or(u32::MAX / 4),
+            reach: options.reach.unwrap_or(u32::MAX / 4).min(u32::MAX / 4),
             scale: options.randomness * variance(exemplars),
             history: History::default(),
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats { placement, region: side, ..Stats::default() },
+            stats: Stats { placement, region: side, reach: options.reach.unwrap_or(u32::MAX / 4), ..Stats::default() },
         })
     }
 
