@@ -16,12 +16,6 @@ pub(crate) fn lower<T: Copy, const D: usize>(axes: [T; 3]) -> [T; D] {
     std::array::from_fn(|axis| axes[3 - D + axis])
 }
 
-/// Place of a position in a row-major buffer.
-#[inline]
-pub(crate) fn index(shape: Shape, at: Shape) -> usize {
-    (at[0] * shape[1] + at[1]) * shape[2] + at[2]
-}
-
 /// Position of a place in a row-major buffer.
 #[inline]
 pub(crate) fn position(shape: Shape, index: usize) -> Shape {

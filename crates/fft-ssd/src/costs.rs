@@ -212,3 +212,13 @@ pub(crate) fn refill<T: Clone>(buffer: &mut Vec<T>, len: usize, value: T) -> Res
     }
     Ok(())
 }
+
+/// Makes a buffer `len` values long; what they are does not matter.
+pub(crate) fn fit<T: Clone + Default>(buffer: &mut Vec<T>, len: usize) -> Result<(), Error> {
+    if buffer.capacity() < len {
+        *buffer = try_vec(len, T::default())?;
+    } else {
+        buffer.resize(len, T::default());
+    }
+    Ok(())
+}

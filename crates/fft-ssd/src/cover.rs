@@ -14,10 +14,11 @@ pub(crate) struct CoverScratch {
 }
 
 /// Marks positions that are no candidates; where the number of compared samples varies, adds the template's own part
-/// (see [`Job::own`]) and writes the counts.
+/// (see [`Job::own`]) and writes the counts, unless the engine has (`summed`, where validity is no box).
 pub(crate) fn apply<W: Word>(
     job: &Job<'_>,
     bias: i64,
+    summed: bool,
     scratch: &mut CoverScratch,
     map: &mut [W],
     counts: &mut [u32],
@@ -31,7 +32,15 @@ pub(crate) fn apply<W: Word>(
             Ok(())
         }
         _ if job.prepared.is_full => Ok(()),
-        Cover::AtLeast(least) => partial(job, bias, least.max(1), scratch, map, counts),
+        Cover::AtLeast(least) => {
+            if job.prepared.is_box || !summed {
+                partial(job, bias, scratch, map, counts)?;
+            }
+            for (cost, _) in map.iter_mut().zip(counts).filter(|(_, count)| u64::from(**count) < least.max(1)) {
+                *cost = W::NONE;
+            }
+            Ok(())
+        }
         Cover::Box | Cover::Mask => whole(job, scratch, map),
     }
 }
@@ -70,7 +79,6 @@ fn counted(table: &Table<u32>, corners: &Corners, at: Shape) -> u32 {
 fn partial<W: Word>(
     job: &Job<'_>,
     bias: i64,
-    least: u64,
     scratch: &mut CoverScratch,
     map: &mut [W],
     counts: &mut [u32],
@@ -98,9 +106,6 @@ fn partial<W: Word>(
                 *count = counted(table, corners, [t, y, x]);
             }
         });
-    }
-    for (cost, _) in map.iter_mut().zip(counts).filter(|(_, count)| u64::from(**count) < least) {
-        *cost = W::NONE;
     }
     Ok(())
 }

@@ -85,14 +85,14 @@ impl<W: Word> Direct<'_, W> {
         }
     }
 
-    /// Correlations at `n` positions of four rows, the first at word `base`.
+    /// Correlations, times -2, at `n` positions of four rows, the first at word `base`.
     fn products(&self, base: usize, n: usize) -> [[W; CHUNK]; ROWS] {
         let mut products = [[W::ZERO; CHUNK]; ROWS];
         let mut sums: Block = [[0; CHUNK]; ROWS];
         for (number, group) in self.taps.groups.iter().enumerate() {
             self.job.kernel.correlate(&self.image.words, base, self.taps, number, n, &mut sums);
             for (product, &sum) in products.as_flattened_mut().iter_mut().zip(sums.as_flattened()) {
-                *product = product.plus(W::wrapping(i64::from(sum) * group.scale));
+                *product = product.plus(W::wrapping(-2 * i64::from(sum) * group.scale));
             }
         }
         products

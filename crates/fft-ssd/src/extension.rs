@@ -13,6 +13,8 @@ pub(crate) struct Extension {
     pub(crate) shape: Shape,
     /// Source coordinate of each coordinate of the extension, axis by axis.
     index: [Vec<u32>; 3],
+    /// Samples after which an axis repeats itself.
+    period: [Option<usize>; 3],
     /// Per axis, the coordinates that lie on the source.
     inside: [std::ops::Range<usize>; 3],
 }
@@ -35,7 +37,8 @@ impl Extension {
             let first = index[a].iter().position(|&i| i != OUTSIDE).unwrap_or(0);
             first..first + index[a].iter().filter(|&&i| i != OUTSIDE).count()
         });
-        Self { shape: [0, 1, 2].map(|a: usize| index[a].len()), index, inside }
+        let period = [0, 1, 2].map(|a: usize| range.wraps[a].then_some(source[a]));
+        Self { shape: [0, 1, 2].map(|a: usize| index[a].len()), index, period, inside }
     }
 
     /// A name for caches: the same source, range and shape have the same extension.
@@ -59,6 +62,22 @@ impl Extension {
                 (t * height + y, from * source.shape[2])
             })
         })
+    }
+
+    /// Start of the source's row under a row; `None` outside.
+    pub(crate) fn row(&self, source: &SourceView<'_>, t: usize, y: usize) -> Option<usize> {
+        let inside = |axis: usize, at: usize| self.index[axis].get(at).filter(|&&i| i != OUTSIDE).map(|&i| i as usize);
+        Some((inside(0, t)? * source.shape[1] + inside(1, y)?) * source.shape[2])
+    }
+
+    /// True if no coordinate of a range lies on the source.
+    pub(crate) fn is_outside(&self, axis: usize, range: std::ops::Range<usize>) -> bool {
+        range.end <= self.inside[axis].start
+    }
+
+    /// Samples after which an axis repeats itself, where it wraps around.
+    pub(crate) fn period(&self, axis: usize) -> Option<usize> {
+        self.period[axis]
     }
 
     /// Source column of each column inside, with the first of those columns.

@@ -17,6 +17,8 @@ pub(crate) struct Job<'a> {
     pub(crate) range: Range,
     pub(crate) cover: Cover,
     pub(crate) kernel: Kernel,
+    /// Bytes that what is kept may take.
+    pub(crate) cache: u64,
 }
 
 impl Job<'_> {

@@ -46,6 +46,7 @@ mod cover;
 mod direct;
 mod error;
 mod extension;
+mod fft;
 mod job;
 mod kernel;
 mod pack;

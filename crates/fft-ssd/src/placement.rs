@@ -82,8 +82,4 @@ impl Range {
     pub(crate) fn checked_len(&self) -> Option<usize> {
         self.count.iter().try_fold(1_usize, |n, &c| n.checked_mul(c))
     }
-
-    pub(crate) fn len(&self) -> usize {
-        self.count.iter().product()
-    }
 }

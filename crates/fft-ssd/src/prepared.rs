@@ -3,6 +3,8 @@
 use crate::Error;
 use crate::axes::Shape;
 use crate::extension::{Extension, Key};
+use crate::fft::{Spectra, Tiling};
+use crate::job::Job;
 use crate::pack::{Lanes, Packed};
 use crate::placement::Range;
 use crate::source::SourceView;
@@ -22,6 +24,7 @@ pub(crate) struct Prepared {
     narrow: OnceLock<Table<u32>>,
     wide: OnceLock<Table<u64>>,
     valid: OnceLock<Table<u32>>,
+    spectra: Mutex<Vec<Arc<Spectra>>>,
 }
 
 impl Prepared {
@@ -37,6 +40,7 @@ impl Prepared {
             narrow: OnceLock::new(),
             wide: OnceLock::new(),
             valid: OnceLock::new(),
+            spectra: Mutex::default(),
         }
     }
 
@@ -51,12 +55,24 @@ impl Prepared {
         once(&self.valid, || Table::valid(source, &self.extension))
     }
 
+    /// Transforms of a tiling, with the spectra of the source that were needed so far.
+    pub(crate) fn spectra(&self, tiling: Tiling, job: &Job<'_>) -> Arc<Spectra> {
+        let mut all = self.spectra.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(spectra) = all.iter().find(|s| s.tiling == tiling) {
+            return Arc::clone(spectra);
+        }
+        all.push(Arc::new(Spectra::new(tiling, job.kernel.is_scalar())));
+        Arc::clone(&all[all.len() - 1])
+    }
+
     /// Bytes held.
     fn bytes(&self) -> u64 {
+        let spectra = self.spectra.lock().unwrap_or_else(PoisonError::into_inner);
+        let spectra: u64 = spectra.iter().map(|s| s.bytes()).sum();
         let words = |p: Option<&Packed>| p.map_or(0, |p| p.words.len() * 4);
         let tables = [&self.narrow, &self.valid].map(|t| t.get().map_or(0, |t| t.sums.len() * 4));
         let wide = self.wide.get().map_or(0, |t| t.sums.len() * 8);
-        (words(self.bytes.get()) + words(self.pairs.get()) + tables[0] + tables[1] + wide) as u64
+        (words(self.bytes.get()) + words(self.pairs.get()) + tables[0] + tables[1] + wide) as u64 + spectra
     }
 }
 

@@ -8,7 +8,7 @@ use crate::source::SourceView;
 use crate::template::Checked;
 use crate::word::Word;
 use crate::{Costs, Cover, Error, Placement, Scratch, Template};
-use crate::{cover, direct};
+use crate::{cover, direct, fft};
 use selvedge_core::{Exemplars, Grid, SimdLevel};
 
 /// How a searcher works. None of it changes a result.
@@ -154,9 +154,16 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let (source, range) = (&self.sources[number], scratch.ranges[number]);
         let prepared = self.cache.get(number, source, &range, template.shape, self.options.cache);
         let (weights, kernel) = (self.weights.as_slice(), self.kernel);
-        let job = Job { source, weights, prepared: &prepared, template, range, cover, kernel };
+        let cache = self.options.cache;
+        let job = Job { source, weights, prepared: &prepared, template, range, cover, kernel, cache };
+        if self.options.engine == Engine::Fft {
+            if fft::search(&job, &mut scratch.fft, map, counts)? {
+                return cover::apply(&job, fft::BIAS, true, &mut scratch.cover, map, counts);
+            }
+            scratch.repeated += 1;
+        }
         direct::search(&job, &mut scratch.direct, map)?;
-        cover::apply(&job, direct::BIAS, &mut scratch.cover, map, counts)
+        cover::apply(&job, direct::BIAS, false, &mut scratch.cover, map, counts)
     }
 
     /// No error of so many samples is larger.

@@ -115,14 +115,19 @@ impl Corners {
         self.fill(template.shape, table, |at| at.is_some(), true);
     }
 
+    /// No corners.
+    pub(crate) fn clear(&mut self) {
+        self.plus.clear();
+        self.minus.clear();
+    }
+
     /// How many table entries a position reads.
     pub(crate) fn len(&self) -> usize {
         self.plus.len() + self.minus.len()
     }
 
     fn fill(&mut self, shape: Shape, table: Shape, counts: impl Fn(Option<usize>) -> bool, is_box: bool) {
-        self.plus.clear();
-        self.minus.clear();
+        self.clear();
         let frames = usize::from(table[0] != 1);
         // Of a box, only its corners can differ from their neighbours.
         let steps = |axis: usize| if is_box { shape[axis] } else { 1 };

@@ -3,7 +3,7 @@
 mod support;
 
 use selvedge_core::{Seed, SimdLevel};
-use selvedge_fft_ssd::{Costs, Options, Scratch, SsdSearcher, Template};
+use selvedge_fft_ssd::{Costs, Engine, Options, Scratch, SsdSearcher, Template};
 use support::Case;
 
 /// Compares every position of a case, in every way of computing it, with the definition.
@@ -12,9 +12,14 @@ fn check<const D: usize>(case: &Case<D>, scratch: &mut Scratch, costs: &mut Cost
     let template = Template::new(case.shape, &case.features);
     let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
     let levels = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Avx512];
-    for options in levels.map(|simd| Options { simd, ..Options::default() }) {
+    let direct = levels.map(|simd| Options { simd, engine: Engine::Direct, ..Options::default() });
+    // The transforms differ between no vectors, some, and where no spectra may be kept.
+    let fft = [(SimdLevel::Scalar, 1 << 30), (SimdLevel::Avx2, 1 << 30), (SimdLevel::Auto, 0)];
+    let fft = fft.map(|(simd, cache)| Options { simd, engine: Engine::Fft, cache });
+    for options in direct.into_iter().chain(fft) {
         let searcher = SsdSearcher::with_options(&case.exemplars, options).expect("memory suffices");
         searcher.search(&template, case.placement, scratch, costs).expect("the case is well formed");
+        assert_eq!(scratch.repeated(), 0, "{options:?}");
         for (number, positions) in costs.sources().iter().enumerate() {
             let domain = selvedge_core::Domain::open(positions.shape);
             for at in domain.positions() {

@@ -18,16 +18,30 @@ use crate::error::{Error, Problem};
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
 pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
-    replace(&Disk, path, bytes, no_clobber).map_err(|e| match e.kind() {
-        io::ErrorKind::NotFound => Error::new(path, folder_problem(path, e)),
-        _ => Error::new(path, Problem::file_system(e, bytes.len() as u64)),
-    })
+    replace(&Disk, path, bytes, no_clobber).map_err(|e| file_problem(path, e, bytes.len() as u64))
 }
 
 /// A file that is to be made cannot be missing: its folder is.
-fn folder_problem(path: &Path, error: io::Error) -> Problem {
-    let missing = path.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.exists());
-    if missing { Problem::NoFolder } else { Problem::FileSystem(error) }
+fn file_problem(path: &Path, error: io::Error, bytes: u64) -> Error {
+    let missing = || path.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+    let problem = match error.kind() {
+        io::ErrorKind::NotFound if missing() => Problem::NoFolder,
+        io::ErrorKind::NotFound => Problem::FileSystem(error),
+        _ => Problem::file_system(error, bytes),
+    };
+    Error::new(path, problem)
+}
+
+/// Makes a part and takes it away again: what hinders the one hinders the file.
+pub(crate) fn try_part(path: &Path) -> Result<(), Error> {
+    let tried = target(path).and_then(|(path, existing)| {
+        if existing.is_some_and(|m| !m.is_file()) {
+            return Ok(());
+        }
+        sweep(&path);
+        create_part(&Disk, &path).and_then(|(part, _)| fs::remove_file(part))
+    });
+    tried.map_err(|e| file_problem(path, e, 0))
 }
 
 /// The steps that may fail, so that tests can make each of them fail.
@@ -50,20 +64,13 @@ struct Disk;
 impl Steps for Disk {}
 
 fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io::Result<()> {
-    let existing = match fs::metadata(path) {
-        Ok(existing) => Some(existing),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => None,
-        Err(e) => return Err(e),
-    };
     if no_clobber && fs::symlink_metadata(path).is_ok() {
         return Err(io::ErrorKind::AlreadyExists.into());
     }
-    let path = match &existing {
-        Some(m) if m.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Some(m) if !m.is_file() => return OpenOptions::new().write(true).open(path)?.write_all(bytes),
-        Some(_) => fs::canonicalize(path)?,
-        None => path.to_path_buf(),
-    };
+    let (path, existing) = target(path)?;
+    if existing.as_ref().is_some_and(|m| !m.is_file()) {
+        return OpenOptions::new().write(true).open(path)?.write_all(bytes);
+    }
     sweep(&path);
     let (part, mut file) = create_part(steps, &path)?;
     let written =
@@ -75,6 +82,17 @@ fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> i
     }
     sync_folder(&path);
     Ok(())
+}
+
+/// What is to be replaced, links followed, and what it is now.
+fn target(path: &Path) -> io::Result<(PathBuf, Option<fs::Metadata>)> {
+    match fs::metadata(path) {
+        Ok(existing) if existing.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(existing) if existing.is_file() => Ok((fs::canonicalize(path)?, Some(existing))),
+        Ok(existing) => Ok((path.to_path_buf(), Some(existing))),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok((path.to_path_buf(), None)),
+        Err(e) => Err(e),
+    }
 }
 
 fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs::Metadata>) -> io::Result<()> {
@@ -156,7 +174,7 @@ fn sync_folder(path: &Path) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// Fails at one of the four steps.
@@ -187,14 +205,17 @@ mod tests {
     }
 
     /// A folder of its own, removed at the end.
-    struct Folder(PathBuf);
+    pub(crate) struct Folder(PathBuf);
     impl Folder {
-        fn new(name: &str) -> Self {
+        pub(crate) fn new(name: &str) -> Self {
             let path = std::env::temp_dir().join(format!("selvedge-io-{}-{name}", std::process::id()));
             fs::create_dir_all(&path).unwrap();
             Self(path)
         }
-        fn files(&self) -> Vec<(String, Vec<u8>)> {
+        pub(crate) fn path(&self, name: &str) -> PathBuf {
+            self.0.join(name)
+        }
+        pub(crate) fn files(&self) -> Vec<(String, Vec<u8>)> {
             let names = fs::read_dir(&self.0).unwrap().map(|e| e.unwrap());
             let mut files: Vec<_> =
                 names.map(|e| (e.file_name().to_string_lossy().into_owned(), fs::read(e.path()).unwrap())).collect();
@@ -211,7 +232,7 @@ mod tests {
     #[test]
     fn a_failure_at_any_step_leaves_the_old_file_and_nothing_else() {
         let folder = Folder::new("steps");
-        let path = folder.0.join("a.png");
+        let path = folder.path("a.png");
         for old in [None, Some(b"old".to_vec())] {
             if let Some(old) = &old {
                 write_bytes(&path, old, false).unwrap();
@@ -230,7 +251,7 @@ mod tests {
     #[test]
     fn parts_of_dead_writers_are_swept_and_others_stay() {
         let folder = Folder::new("sweep");
-        let path = folder.0.join("a.png");
+        let path = folder.path("a.png");
         for name in [".a.png.99-1.part", ".a.png.mine.part", ".b.png.99-1.part"] {
             fs::write(folder.0.join(name), b"part").unwrap();
         }
@@ -244,7 +265,7 @@ mod tests {
     #[test]
     fn no_clobber_keeps_what_is_there() {
         let folder = Folder::new("clobber");
-        let path = folder.0.join("a.png");
+        let path = folder.path("a.png");
         write_bytes(&path, b"old", true).unwrap();
         assert!(matches!(write_bytes(&path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
         assert!(link_then_remove(&path, &path).is_err(), "a name taken in the last moment is not replaced");
@@ -269,7 +290,7 @@ mod tests {
     fn missing_folders_folders_and_full_devices_are_told_apart() {
         let folder = Folder::new("kinds");
         let problem = |path: &Path| write_bytes(path, b"new", false).unwrap_err().problem;
-        assert!(matches!(problem(&folder.0.join("none/a.png")), Problem::NoFolder));
+        assert!(matches!(problem(&folder.path("none/a.png")), Problem::NoFolder));
         assert!(matches!(problem(&folder.0), Problem::Folder));
         if Path::new("/dev/full").exists() {
             assert!(matches!(problem(Path::new("/dev/full")), Problem::NoSpace { bytes: 3 }));

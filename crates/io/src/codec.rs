@@ -112,7 +112,7 @@ pub(crate) fn encode(
 }
 
 /// Decoders come from others: should one panic on a damaged file, that is a damaged file and not our end.
-fn guarded<T>(format: Format, decode: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {
+pub(crate) fn guarded<T>(format: Format, decode: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {
     catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|panic| Err(Problem::damaged(format, words(&*panic))))
 }
 

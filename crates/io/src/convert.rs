@@ -111,7 +111,7 @@ fn to_half(v: f64, clipped: &mut u64) -> u16 {
     if limit < v.abs() {
         *clipped += 1;
     }
-    f16::from_f64(v.clamp(-limit, limit)).to_bits()
+    f16::from_f32(v.clamp(-limit, limit) as f32).to_bits()
 }
 
 #[cfg(test)]

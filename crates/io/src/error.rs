@@ -107,11 +107,17 @@ pub enum Problem {
         /// The format's limit.
         limit: u32,
     },
+    /// No JPEG quality.
+    #[error("quality {quality} is out of range")]
+    Quality {
+        /// The quality asked for.
+        quality: u8,
+    },
     /// Nothing in it.
     #[error("empty file")]
     Empty,
     /// The first bytes belong to no format that can be read.
-    #[error("no picture format that can be read")]
+    #[error("is no picture in a format that can be read")]
     UnknownContent,
     /// The data contradict themselves or end early.
     #[error("damaged {format} file ({cause})")]
@@ -179,6 +185,23 @@ pub enum Problem {
         /// What there is.
         found: String,
     },
+    /// An EXR file, or another, that is no source map.
+    #[error("is no source map; it holds {found}")]
+    NotAMap {
+        /// What it is.
+        found: String,
+    },
+    /// A source map where a picture is needed.
+    #[error("is a source map, no picture")]
+    IsAMap,
+    /// A map names more exemplars than are given with it.
+    #[error("the map names exemplar number {needed}, but {found} are given")]
+    ExemplarCount {
+        /// Exemplars given.
+        found: usize,
+        /// Exemplars needed.
+        needed: usize,
+    },
     /// There is no such file or folder.
     #[error("not found")]
     Missing,
@@ -221,7 +244,7 @@ pub enum Problem {
         budget: u64,
     },
     /// An error of the samples themselves.
-    #[error(transparent)]
+    #[error("{}", in_two(.0).0)]
     Core(#[from] selvedge_core::Error),
     /// An encoder failed on valid samples.
     #[error("the {format} encoder failed ({cause})")]
@@ -238,10 +261,8 @@ impl Problem {
     pub fn kind(&self) -> ErrorKind {
         use selvedge_core::ErrorKind as Core;
         match self {
-            Self::UnknownFormat { .. }
-            | Self::DepthNotHeld { .. }
-            | Self::ChannelsNotHeld { .. }
-            | Self::SideNotHeld { .. } => ErrorKind::Option,
+            // What the format cannot hold depends on the picture: the option was fine by itself.
+            Self::UnknownFormat { .. } | Self::Quality { .. } => ErrorKind::Option,
             Self::Missing
             | Self::NoFolder
             | Self::Denied
@@ -283,6 +304,9 @@ impl Problem {
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "use --nonfinite zero or --nonfinite clamp",
             Self::NoChannel { .. } => "choose with 'file.exr[layer]' or 'file.exr[R,G,B]'",
+            Self::NotAMap { .. } => "give a file written with --map",
+            Self::IsAMap => "give a picture, or apply the map to one",
+            Self::ExemplarCount { .. } => "name every exemplar, in order",
             Self::Missing => "check the name",
             Self::NoFolder => "make it first",
             Self::Denied => "check the permissions",
@@ -293,7 +317,8 @@ impl Problem {
             Self::FileSystem(_) => "check the path and the disk",
             Self::NoSpace { .. } => "free some, or write elsewhere",
             Self::Memory { .. } => "give a smaller picture, or raise --max-memory",
-            Self::Core(_) => "see the numbers",
+            Self::Core(e) => return in_two(e).1,
+            Self::Quality { .. } => "use 1 to 100",
             Self::Encoder { .. } => "please report it",
         };
         fixed.to_owned()
@@ -330,6 +355,40 @@ impl Problem {
             Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge => Self::NoSpace { bytes },
             Io::OutOfMemory => Self::Core(selvedge_core::Error::Allocation { bytes }),
             _ => Self::FileSystem(error),
+        }
+    }
+}
+
+/// Message and remedy of an error that carries both in one line.
+fn in_two(error: &selvedge_core::Error) -> (String, String) {
+    let line = error.to_string();
+    let (message, remedy) = line.split_once("; ").unwrap_or((&line, "check the input"));
+    (message.to_owned(), remedy.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_numbers_and_remedy_in_one_line() {
+        let error = Error::new(Path::new("dir/a\nb.png"), Problem::damaged(Format::Png, "row\n7"));
+        assert_eq!(error.to_string(), r"'dir/a\nb.png': damaged png file (row\n7); write or copy the file again");
+        assert_eq!((error.kind(), error.remedy().as_str()), (ErrorKind::Input, "write or copy the file again"));
+        let error = Error::new(Path::new("a"), selvedge_core::Error::Allocation { bytes: 9 });
+        assert_eq!(error.to_string(), "'a': no memory for 9 bytes; use a smaller size");
+        assert_eq!(error.kind(), ErrorKind::Memory);
+    }
+
+    #[test]
+    fn the_systems_refusals_have_kinds() {
+        let kind = |e: io::ErrorKind| Problem::file_system(e.into(), 1).kind();
+        for full in [io::ErrorKind::StorageFull, io::ErrorKind::QuotaExceeded, io::ErrorKind::FileTooLarge] {
+            assert_eq!(kind(full), ErrorKind::NoSpace);
+        }
+        assert_eq!(kind(io::ErrorKind::OutOfMemory), ErrorKind::Memory);
+        for other in [io::ErrorKind::NotFound, io::ErrorKind::ReadOnlyFilesystem, io::ErrorKind::Other] {
+            assert_eq!(kind(other), ErrorKind::FileSystem);
         }
     }
 }

@@ -90,7 +90,7 @@ impl<'a> Block<'a> {
         for entry in (0..entries).map(|i| directory + 2 + 12 * i) {
             let Some(tag) = self.u16(entry) else { break };
             match tag {
-                ORIENTATION => found.orientation = self.u16(entry + 8).map(|o| o as u8),
+                ORIENTATION => found.orientation = self.u16(entry + 8).and_then(|o| o.try_into().ok()),
                 X_RESOLUTION => x = self.rational(entry),
                 Y_RESOLUTION => y = self.rational(entry),
                 RESOLUTION_UNIT => code = self.u16(entry + 8).unwrap_or(code),

@@ -29,6 +29,9 @@
 //! | WebP | 8 bits | u8, lossless | profile, provenance |
 //! | GIF, BMP | first frame | – | – |
 //!
+//! [`read_map`] and [`write_map`] keep source maps, [`read_mask`] reads masks, and [`check_output`] tells before a long
+//! run whether its output could be written.
+//!
 //! # Damaged files
 //! Any file gives a picture or an [`Error`]; third-party decoders that panic are caught, but the panic hook still
 //! prints, so a program sets its own. Samples are allocated fallibly after the budget was checked; small buffers inside
@@ -45,8 +48,11 @@ mod finite;
 mod format;
 mod header;
 mod image;
+mod map;
+mod mask;
 mod metadata;
 mod name;
+mod paths;
 mod png;
 mod probe;
 mod provenance;
@@ -60,10 +66,13 @@ pub use atomic::write_bytes;
 pub use convert::{Converted, convert};
 pub use error::{Error, ErrorKind, Problem};
 pub use format::Format;
+pub use map::{MapFile, decode_map, encode_map, read_map, write_map};
+pub use mask::{MaskChannel, mask, read_mask};
 pub use metadata::{Density, DensityUnit, Metadata};
 pub use name::{display_name, quoted};
+pub use paths::{check_output, same_file};
 pub use probe::{Info, probe, probe_bytes};
-pub use provenance::Provenance;
+pub use provenance::{Fingerprint, Provenance};
 pub use read::{NonFinite, Picture, ReadOptions, decode, read};
 pub use selvedge_core::Depth;
 pub use warning::Warning;

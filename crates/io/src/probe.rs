@@ -63,7 +63,7 @@ fn describe(input: &mut dyn Input, len: u64, name: &Path, options: &ReadOptions)
     let found = codec::describe(format, input, &mut context)?;
     context.check(&found.header)?;
     let (mut width, mut height) = (found.header.width as u32, found.header.height as u32);
-    if 5 <= found.orientation {
+    if matches!(found.orientation, 5..=8) {
         (width, height) = (height, width);
     }
     Ok(Info {

@@ -4,6 +4,15 @@ use std::fmt;
 
 use crate::name::escaped;
 
+/// A file by name and content.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fingerprint {
+    /// Its name without folder; see [`display_name`](crate::display_name).
+    pub name: String,
+    /// BLAKE3 of its bytes, in hexadecimal.
+    pub blake3: String,
+}
+
 /// How a picture was made. Nothing in it depends on time, place or machine, so equal runs give equal files.
 ///
 /// PNG carries it as `iTXt` under the keyword `selvedge`; EXR, TIFF, JPEG and WebP (the latter two in their EXIF) as
@@ -14,8 +23,8 @@ pub struct Provenance {
     pub version: String,
     /// The run's seed.
     pub seed: u64,
-    /// Name without folder and BLAKE3, in hexadecimal, of each input, in order.
-    pub inputs: Vec<(String, String)>,
+    /// The inputs, in order.
+    pub inputs: Vec<Fingerprint>,
     /// The canonical command: what changes samples, and nothing else.
     pub command: String,
 }
@@ -25,7 +34,7 @@ impl fmt::Display for Provenance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = |text: &str| escaped(text.as_bytes());
         write!(f, "selvedge {}\nseed {}\n", line(&self.version), self.seed)?;
-        for (name, blake3) in &self.inputs {
+        for Fingerprint { name, blake3 } in &self.inputs {
             writeln!(f, "input {} {}", line(blake3), line(name))?;
         }
         write!(f, "command {}", line(&self.command))
@@ -42,7 +51,7 @@ impl Provenance {
                 ("seed", seed) => found.seed = seed.parse().ok()?,
                 ("input", input) => {
                     let (blake3, name) = input.split_once(' ')?;
-                    found.inputs.push((name.to_owned(), blake3.to_owned()));
+                    found.inputs.push(Fingerprint { name: name.to_owned(), blake3: blake3.to_owned() });
                 }
                 ("command", command) => found.command = command.to_owned(),
                 // A later version may say more.
@@ -57,12 +66,16 @@ impl Provenance {
 mod tests {
     use super::*;
 
+    fn input(name: &str, blake3: &str) -> Fingerprint {
+        Fingerprint { name: name.into(), blake3: blake3.into() }
+    }
+
     #[test]
     fn lines_are_read_again() {
         let made = Provenance {
             version: "0.1.0".into(),
             seed: u64::MAX,
-            inputs: vec![("a b é.png".into(), "00ff".into()), ("c.png".into(), "11".into())],
+            inputs: vec![input("a b é.png", "00ff"), input("c.png", "11")],
             command: "selvedge quilt 'a b é.png' c.png --size 64".into(),
         };
         assert_eq!(Provenance::parse(&made.to_string()), Some(made));
@@ -78,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_name_cannot_forge_a_line() {
-        let made = Provenance { inputs: vec![("a\nseed 5".into(), "00".into())], ..Provenance::default() };
+        let made = Provenance { inputs: vec![input("a\nseed 5", "00")], ..Provenance::default() };
         assert_eq!(Provenance::parse(&made.to_string()).unwrap().seed, 0);
     }
 }

@@ -10,6 +10,8 @@ use crate::codec::{self, Context};
 use crate::error::{Error, Problem};
 use crate::finite;
 use crate::metadata::Metadata;
+use crate::name::display_name;
+use crate::provenance::Fingerprint;
 use crate::samples::orient;
 use crate::{Format, Warning};
 
@@ -23,7 +25,8 @@ pub struct ReadOptions {
     pub role: Role,
     /// What becomes of float samples that are no numbers. Default: an error.
     pub nonfinite: NonFinite,
-    /// A layer, or channels separated by commas, of an EXR file. Default: its colour, else its only layer.
+    /// A layer, or channels separated by commas, of an EXR file. Default: its colour outside of
+    /// layers, else that of its only layer, else its only channel.
     pub channels: Option<String>,
 }
 
@@ -59,6 +62,14 @@ pub struct Picture {
     pub blake3: String,
     /// What was odd, but could be read.
     pub warnings: Vec<Warning>,
+}
+
+impl Picture {
+    /// The file by name and content, as provenance and source maps name it.
+    pub fn fingerprint(&self, path: impl AsRef<Path>) -> Fingerprint {
+        let (file, _) = split_selector(path.as_ref(), &ReadOptions::default());
+        Fingerprint { name: display_name(&file), blake3: self.blake3.clone() }
+    }
 }
 
 /// Reads a picture file. The format follows its content; sizes are checked before anything is decoded.

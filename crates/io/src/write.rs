@@ -34,7 +34,8 @@ impl WriteOptions {
     /// The format in which a file of this name would be written.
     ///
     /// # Errors
-    /// [`Problem::UnknownFormat`], and [`Problem::DepthNotHeld`] for a chosen depth: what is wrong before any work.
+    /// [`Problem::UnknownFormat`], [`Problem::Quality`], and [`Problem::DepthNotHeld`] for a chosen depth: what is wrong
+    /// before any work.
     pub fn format_of(&self, path: impl AsRef<Path>) -> Result<Format, Error> {
         let path = path.as_ref();
         let known = self.format.or_else(|| Format::of_name(path)).filter(|f| !f.depths().is_empty());
@@ -42,6 +43,9 @@ impl WriteOptions {
             let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
             return Err(Error::new(path, Problem::UnknownFormat { extension }));
         };
+        if format == Format::Jpeg && !(1..=100).contains(&self.quality) {
+            return Err(Error::new(path, Problem::Quality { quality: self.quality }));
+        }
         match self.depth {
             Some(depth) if !format.depths().contains(&depth) => {
                 Err(Error::new(path, Problem::DepthNotHeld { format, depth }))

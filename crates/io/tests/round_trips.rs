@@ -4,7 +4,7 @@ mod common;
 
 use common::{bits, made, plane, profile};
 use selvedge_core::{Depth, Plane, Role, Samples};
-use selvedge_io::{Density, DensityUnit, Format, Metadata, Picture, Problem, ReadOptions, WriteOptions};
+use selvedge_io::{Density, DensityUnit, ErrorKind, Format, Metadata, Picture, Problem, ReadOptions, WriteOptions};
 use selvedge_io::{decode, encode, probe_bytes};
 
 const LOSSLESS: [Format; 4] = [Format::Png, Format::Tiff, Format::Exr, Format::Webp];
@@ -77,7 +77,8 @@ fn jpeg_is_near_and_hdr_is_as_near_as_its_mantissas() {
 #[test]
 fn metadata_go_where_the_format_has_a_place() {
     let density = Some(Density { x: 3_000.0, y: 2_900.0, unit: DensityUnit::Centimetre });
-    let chromaticities = Some([0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06]);
+    let xy = [0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06];
+    let chromaticities = Some(xy);
     let icc = Some(profile(b"RGB "));
     let full = Metadata { icc: icc.clone(), gamma: Some(45_455), chromaticities, density, ..made() };
     let none = made();
@@ -98,8 +99,8 @@ fn metadata_go_where_the_format_has_a_place() {
             Format::Exr => {
                 let (x, y) = found.density.take().unwrap().per_metre().unwrap();
                 assert!((x - 300_000.0).abs() < 0.1 && (y - 290_000.0).abs() < 0.1, "{x} {y}");
-                let xy = found.chromaticities.take().unwrap();
-                assert!(xy.iter().zip(chromaticities.unwrap()).all(|(a, b)| (a - b).abs() < 1e-7));
+                let found_xy = found.chromaticities.take().unwrap();
+                assert!(found_xy.iter().zip(xy).all(|(a, b)| (a - b).abs() < 1e-7));
                 found.density = density;
                 found.chromaticities = chromaticities;
             }
@@ -143,6 +144,11 @@ fn depths_that_a_format_cannot_hold_are_refused_or_converted() {
         "'a.png': png cannot hold float samples; use --depth u8|u16, or write tiff, exr, hdr"
     );
     assert!(matches!(refused.problem, Problem::DepthNotHeld { .. }));
+    for quality in [0, 101] {
+        let options = WriteOptions { quality, ..WriteOptions::default() };
+        let refused = options.format_of("a.jpg").unwrap_err();
+        assert_eq!((refused.kind(), options.format_of("a.png").is_ok()), (ErrorKind::Option, true));
+    }
     let unknown = encode(&plane, &Metadata::default(), "a.xyz", &WriteOptions::default()).unwrap_err();
     assert_eq!(
         unknown.to_string(),

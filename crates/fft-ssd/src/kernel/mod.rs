@@ -10,6 +10,7 @@ mod x86;
 use crate::pack::Lanes;
 use crate::taps::{ROWS, Taps};
 use crate::word::Word;
+use rustfft::num_complex::Complex;
 use selvedge_core::SimdLevel;
 
 /// Positions along x that a block has at most.
@@ -58,6 +59,34 @@ impl Kernel {
         Self(Level::Scalar)
     }
 
+    /// True if only plain loops are allowed.
+    pub(crate) fn is_scalar(self) -> bool {
+        self.0 == Level::Scalar
+    }
+
+    /// `to = sum of conj(a) * b` over as many signals of `to.len()` values as `a` and `b` hold.
+    ///
+    /// # Panics
+    /// If `a` and `b` differ in length.
+    pub(crate) fn multiply(self, to: &mut [Complex<f64>], a: &[Complex<f64>], b: &[Complex<f64>]) {
+        assert_eq!(a.len(), b.len(), "signals of the template and of the source");
+        match self.0 {
+            Level::Scalar => scalar::multiply(to, a, b),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::multiply(level, to, a, b),
+        }
+    }
+
+    /// Integers nearest to `scale * z`, real parts first, and their largest distance from it. Distances from 2^51 on are
+    /// not seen.
+    pub(crate) fn round<W: Word>(self, z: &[Complex<f64>], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+        match self.0 {
+            Level::Scalar => scalar::round(z, scale, to),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::round(level, z, scale, to),
+        }
+    }
+
     /// How sources and templates must be packed for it.
     pub(crate) fn lanes(self) -> Lanes {
         match self.0 {
@@ -90,7 +119,7 @@ impl Kernel {
         }
     }
 
-    /// `out = constant + tables at plus - tables at minus - 2 * products`, position by position.
+    /// `out = constant + tables at plus - tables at minus + products`, position by position.
     pub(crate) fn finish<W: Word>(self, out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
         match self.0 {
             Level::Scalar => scalar::finish(out, constant, corners, products),

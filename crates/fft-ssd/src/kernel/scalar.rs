@@ -3,6 +3,9 @@
 use super::{Block, Row};
 use crate::taps::{Phase, Tap};
 use crate::word::Word;
+use rustfft::num_complex::Complex;
+
+type C64 = Complex<f64>;
 
 /// Sums of products of 16-bit pairs.
 pub(super) fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
@@ -26,7 +29,7 @@ pub(super) fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: us
 pub(super) fn finish<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
     let n = out.len();
     for (out, &product) in out.iter_mut().zip(products) {
-        *out = constant.minus(product).minus(product);
+        *out = constant.plus(product);
     }
     for &at in corners.plus {
         for (out, &sum) in out.iter_mut().zip(&corners.table[at..at + n]) {
@@ -38,4 +41,32 @@ pub(super) fn finish<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, 
             *out = out.minus(sum);
         }
     }
+}
+
+/// See [`super::Kernel::multiply`].
+pub(super) fn multiply(to: &mut [C64], a: &[C64], b: &[C64]) {
+    to.fill(C64::default());
+    for (a, b) in a.chunks_exact(to.len()).zip(b.chunks_exact(to.len())) {
+        for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+            *to += C64::new(a.re * b.re + a.im * b.im, a.re * b.im - a.im * b.re);
+        }
+    }
+}
+
+/// See [`super::Kernel::round`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn round<W: Word>(z: &[C64], scale: f64, to: &mut [[W; super::CHUNK]; 2]) -> f64 {
+    // Adding 1.5 * 2^52 leaves no bits for a fraction: the sum is rounded, and its last bits are the integer.
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    // Distances are compared by their bits, which vectors can do in any order; what is no number is the largest.
+    let mut worst = 0_u64;
+    for (part, to) in to.iter_mut().enumerate() {
+        for (z, to) in z.iter().zip(to) {
+            let value = if part == 0 { z.re } else { z.im } * scale;
+            let shifted = value + SHIFT;
+            worst = worst.max((value - (shifted - SHIFT)).abs().to_bits());
+            *to = W::wrapping(shifted.to_bits().wrapping_sub(SHIFT.to_bits()) as i64);
+        }
+    }
+    f64::from_bits(worst)
 }

@@ -4,7 +4,10 @@
 use super::{Block, CHUNK, Level, Row, scalar};
 use crate::taps::{Phase, ROWS, Tap};
 use crate::word::Word;
+use rustfft::num_complex::Complex;
 use std::arch::x86_64::*;
+
+type C64 = Complex<f64>;
 
 pub(super) fn correlate(level: Level, image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
     // SAFETY: a level is only made where its features were detected, and the caller has checked that each tap leaves
@@ -38,6 +41,96 @@ fn finish_avx2<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, produc
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
 fn finish_avx512<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
     scalar::finish(out, constant, corners, products);
+}
+
+pub(super) fn multiply(level: Level, to: &mut [C64], a: &[C64], b: &[C64]) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::multiply(to, a, b),
+            Level::Avx2 | Level::AvxVnni => multiply_avx2(to, a, b),
+            Level::Avx512 => multiply_avx512(to, a, b),
+        }
+    }
+}
+
+pub(super) fn round<W: Word>(level: Level, z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::round(z, scale, to),
+            Level::Avx2 | Level::AvxVnni => round_avx2(z, scale, to),
+            Level::Avx512 => round_avx512(z, scale, to),
+        }
+    }
+}
+
+/// `sum of conj(a) * b`: with `a = ar + i ai`, real and imaginary parts of all signals are summed as `ar * (br, bi)` and
+/// `ai * (bi, br)`, and joined at the end.
+macro_rules! multiply {
+    ($name:ident, $features:literal, $lanes:literal, $load:ident, $store:ident, $zero:ident, $fma:ident, $real:expr, $imaginary:expr, $swap:expr, $join:expr) => {
+        #[target_feature(enable = $features)]
+        fn $name(to: &mut [C64], a: &[C64], b: &[C64]) {
+            let n = to.len();
+            let (signals, whole) = (a.len() / n, n - n % $lanes);
+            for i in (0..whole).step_by($lanes) {
+                let (mut first, mut second) = ($zero(), $zero());
+                for s in 0..signals {
+                    // SAFETY: `i + lanes <= n` and `s < a.len() / n`, and `b` is as long as `a`. Prefetching beyond the end
+                    // is allowed.
+                    let (x, y) = unsafe {
+                        let at = b.as_ptr().add(s * n + i);
+                        _mm_prefetch::<_MM_HINT_T0>(at.wrapping_add(signals * n).cast());
+                        ($load(a.as_ptr().add(s * n + i).cast()), $load(at.cast()))
+                    };
+                    first = $fma(($real)(x), y, first);
+                    second = $fma(($imaginary)(x), ($swap)(y), second);
+                }
+                // SAFETY: `i + lanes <= n`, the length of `to`.
+                unsafe { $store(to.as_mut_ptr().add(i).cast(), ($join)(first, second)) };
+            }
+            for i in whole..n {
+                to[i] = (0..signals).map(|s| a[s * n + i].conj() * b[s * n + i]).sum();
+            }
+        }
+    };
+}
+
+multiply!(
+    multiply_avx2,
+    "avx2,fma",
+    2,
+    _mm256_loadu_pd,
+    _mm256_storeu_pd,
+    _mm256_setzero_pd,
+    _mm256_fmadd_pd,
+    |x| _mm256_movedup_pd(x),
+    |x| _mm256_permute_pd::<0b1111>(x),
+    |y| _mm256_permute_pd::<0b0101>(y),
+    |first, second| _mm256_fmsubadd_pd(first, _mm256_set1_pd(1.0), second)
+);
+multiply!(
+    multiply_avx512,
+    "avx512f,fma",
+    4,
+    _mm512_loadu_pd,
+    _mm512_storeu_pd,
+    _mm512_setzero_pd,
+    _mm512_fmadd_pd,
+    |x| _mm512_movedup_pd(x),
+    |x| _mm512_permute_pd::<0b1111_1111>(x),
+    |y| _mm512_permute_pd::<0b0101_0101>(y),
+    |first, second| _mm512_fmsubadd_pd(first, _mm512_set1_pd(1.0), second)
+);
+
+#[target_feature(enable = "avx2")]
+fn round_avx2<W: Word>(z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+    scalar::round(z, scale, to)
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn round_avx512<W: Word>(z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
+    scalar::round(z, scale, to)
 }
 
 /// One level: `$vectors` accumulators a row are what its registers hold.

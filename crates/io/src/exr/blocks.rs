@@ -100,7 +100,9 @@ pub(super) fn text(text: &str) -> Text {
 
 pub(super) fn complaint(error: Error) -> Problem {
     match error {
-        Error::NotSupported(what) => Problem::unsupported(Format::Exr, what),
+        Error::NotSupported(what) => {
+            Problem::unsupported(Format::Exr, what.trim_end_matches(" yet").trim_end_matches(" not supported"))
+        }
         Error::Io(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(Format::Exr),
         other => Problem::damaged(Format::Exr, other),
     }

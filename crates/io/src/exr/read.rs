@@ -6,6 +6,7 @@ use half::f16;
 use selvedge_core::{Grid, Samples};
 
 use super::blocks::{self, ExrReader};
+use super::map::is_map;
 use super::select::{self, Selection};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
@@ -32,6 +33,9 @@ fn open<'a>(
 ) -> Result<(ExrReader<'a>, Selection, Description), Problem> {
     let reader = blocks::open(input)?;
     let parts = reader.headers();
+    if is_map(&parts[0]) {
+        return Err(Problem::IsAMap);
+    }
     let selection = select::select(parts, context.options.channels.as_deref())?;
     let part = &parts[selection.part];
     let (width, height) = (part.layer_size.0 as u64, part.layer_size.1 as u64);
@@ -71,7 +75,7 @@ fn samples(reader: ExrReader<'_>, selection: &Selection, header: &Header) -> Res
     Ok(Samples::F32(grid))
 }
 
-fn metadata(part: &Part) -> Metadata {
+pub(super) fn metadata(part: &Part) -> Metadata {
     let shared = &part.shared_attributes;
     let chromaticities = shared.chromaticities.map(|c| {
         let points = [c.white, c.red, c.green, c.blue].map(|p| [p.0, p.1].map(f64::from));

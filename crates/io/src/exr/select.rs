@@ -58,7 +58,7 @@ fn channels(parts: &[Header]) -> Vec<Channel> {
     all
 }
 
-/// What was asked for, or the colour without a layer, or all there is if that is one layer.
+/// What was asked for, or the colour outside of layers, or that of the only layer, or the only channel.
 pub(super) fn select(parts: &[Header], wanted: Option<&str>) -> Result<Selection, Problem> {
     let all = channels(parts);
     let chosen = match wanted {
@@ -103,7 +103,8 @@ fn default(all: &[Channel]) -> Option<Selection> {
     let plain = |part| arrange_color(all.iter().filter(move |c| c.part == part && c.layer().is_empty()));
     let first = all.first()?;
     let one_layer = all.iter().all(|c| c.part == first.part && c.layer() == first.layer());
-    (0..parts).find_map(plain).or_else(|| if one_layer { arrange(all.iter()) } else { None })
+    let known = || arrange_color(all.iter()).or_else(|| if all.len() == 1 { arrange(all.iter()) } else { None });
+    (0..parts).find_map(plain).or_else(|| if one_layer { known() } else { None })
 }
 
 /// Known colours in their order, else everything, alpha last.
@@ -169,6 +170,7 @@ mod tests {
         assert_eq!(places(default(&file(&["X", "Y", "Z"]))), Some((vec![0, 1, 2], false)));
         assert_eq!(places(default(&file(&["n.X", "n.Y", "n.Z"]))), Some((vec![0, 1, 2], false)));
         assert_eq!(places(default(&file(&["depth"]))), Some((vec![0], false)));
+        assert_eq!(places(default(&file(&["R", "Z"]))), None);
         assert_eq!(places(default(&file(&["a.B", "a.G", "a.R", "b.Y"]))), None);
     }
 

@@ -4,7 +4,7 @@ use image::codecs::gif::GifDecoder;
 use image::{AnimationDecoder as _, ImageDecoder as _};
 use selvedge_core::{Grid, Samples};
 
-use super::complaint;
+use super::{complaint, memory};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::header::Header;
@@ -19,9 +19,7 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
     let mut decoder = open(input, context)?;
     let mut description = super::describe(&mut decoder, Format::Gif)?;
     context.check(&description.header)?;
-    let mut limits = image::Limits::default();
-    limits.max_alloc = Some(context.options.limits.memory);
-    decoder.set_limits(limits).map_err(|e| complaint(e, Format::Gif, context))?;
+    decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
     let mut frames = decoder.into_frames();
     let first = frames.next().ok_or_else(|| Problem::damaged(Format::Gif, "it has no frame"))?;
     let first = first.map_err(|e| complaint(e, Format::Gif, context))?.into_buffer();

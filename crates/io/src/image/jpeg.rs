@@ -40,7 +40,7 @@ pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata, quality: u8) -> Resu
     let [height, width] = plane.domain().shape;
     let failed = |e: &dyn std::fmt::Display| Problem::encoder(Format::Jpeg, e);
     let mut file = Vec::new();
-    let mut encoder = JpegEncoder::new_with_quality(&mut file, quality.clamp(1, 100));
+    let mut encoder = JpegEncoder::new_with_quality(&mut file, quality);
     if let Some(density) = metadata.density {
         encoder.set_pixel_density(pixel_density(density));
     }

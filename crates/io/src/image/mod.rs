@@ -36,13 +36,18 @@ fn decode(mut decoder: impl ImageDecoder, format: Format, context: &Context<'_>)
     let description = describe(&mut decoder, format)?;
     let header = description.header;
     context.check(&header)?;
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(context.options.limits.memory);
-    decoder.set_limits(limits).map_err(|e| complaint(e, format, context))?;
+    decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, format, context))?;
     let mut bytes = try_vec(header.bytes() as usize, 0_u8)?;
     decoder.read_image(&mut bytes).map_err(|e| complaint(e, format, context))?;
     let samples = from_native(&header, &bytes)?;
     Ok((description, samples))
+}
+
+/// Limits of nothing but memory.
+fn memory(bytes: u64) -> Limits {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(bytes);
+    limits
 }
 
 fn layout(color: ColorType, format: Format) -> Result<(usize, bool, Depth), Problem> {
@@ -64,6 +69,11 @@ fn complaint(error: ImageError, format: Format, context: &Context<'_>) -> Proble
         }
         ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(format),
         ImageError::Unsupported(e) => Problem::unsupported(format, e.to_string()),
+        // Its own words name the format again.
+        ImageError::Decoding(e) => match std::error::Error::source(&e) {
+            Some(cause) => Problem::damaged(format, cause),
+            None => Problem::damaged(format, e),
+        },
         other => Problem::damaged(format, other),
     }
 }

@@ -1,5 +1,7 @@
 //! WebP: read as it is, written lossless.
 
+use std::io::{self, SeekFrom};
+
 use image::codecs::webp::{WebPDecoder, WebPEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 use selvedge_core::Plane;
@@ -20,11 +22,39 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
 }
 
 fn open<'a>(input: &'a mut dyn Input, context: &mut Context<'_>) -> Result<WebPDecoder<&'a mut dyn Input>, Problem> {
+    if !is_whole(input).map_err(|e| Problem::file_system(e, 0))? {
+        return Err(Problem::ends_early(Format::Webp));
+    }
     let decoder = WebPDecoder::new(input).map_err(|e| complaint(e, Format::Webp, context))?;
     if decoder.has_animation() {
         context.warn(Warning::FirstFrameOnly);
     }
     Ok(decoder)
+}
+
+/// Whether every chunk lies within the file. The decoder would take a chunk's claim at its word and ask for that much
+/// memory. Leaves the input at its start.
+fn is_whole(input: &mut dyn Input) -> io::Result<bool> {
+    let len = input.seek(SeekFrom::End(0))?;
+    input.rewind()?;
+    let mut claim = |at: u64| {
+        let mut size = [0; 4];
+        input.seek(SeekFrom::Start(at + 4))?;
+        input.read_exact(&mut size)?;
+        io::Result::Ok(u64::from(u32::from_le_bytes(size)))
+    };
+    let end = claim(0)? + 8;
+    // The name of the file's kind stands before the first chunk; odd chunks are padded, though not by everyone.
+    let mut at = 12;
+    while at + 8 <= end.min(len) {
+        let size = claim(at)?;
+        if len < at + 8 + size {
+            return Ok(false);
+        }
+        at += 8 + size.next_multiple_of(2);
+    }
+    input.rewind()?;
+    Ok(end <= len + 1)
 }
 
 /// The whole file, with profile and EXIF software.

@@ -119,7 +119,7 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         if self.decoder.more_images() {
             self.context.warn(Warning::FirstPageOnly);
         }
-        let orientation = self.number(Tag::Orientation).map_or(1, |o| o as u8);
+        let orientation = self.number(Tag::Orientation).and_then(|o| o.try_into().ok()).unwrap_or(1);
         let icc = if self.colors == Colors::Cmyk { None } else { self.bytes(Tag::IccProfile) };
         let software = self.bytes(Tag::Software);
         let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use selvedge_core::{Depth, Domain, Grid, Plane, Role, Samples, Seed};
-use selvedge_io::{Metadata, Provenance};
+use selvedge_io::{Fingerprint, Metadata, Provenance};
 
 /// Random samples; floats finite, of any sign and size, zeros of both signs and subnormals among them.
 pub(crate) fn plane(depth: Depth, colors: usize, alpha: bool, shape: [u32; 2]) -> Plane<2> {
@@ -47,7 +47,7 @@ pub(crate) fn made() -> Metadata {
     let provenance = Provenance {
         version: "0.1.0".into(),
         seed: 7,
-        inputs: vec![("brick é.png".into(), "0123456789abcdef".into())],
+        inputs: vec![Fingerprint { name: "brick é.png".into(), blake3: "0123456789abcdef".into() }],
         command: "selvedge quilt 'brick é.png' --size 64".into(),
     };
     Metadata { provenance: Some(provenance), ..Metadata::default() }

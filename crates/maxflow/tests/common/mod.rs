@@ -1,7 +1,7 @@
 //! Random problems in a form of their own, the slow definition of a cut, and an independent solver.
 #![allow(dead_code, reason = "each test file uses its part")]
 
-use selvedge_maxflow::{Diagonal, GridGraph, MinCut, Side};
+use selvedge_maxflow::{Diagonal, Graph, GridGraph, MinCut, Side};
 
 /// SplitMix64: small, and enough for drawing test cases.
 pub(crate) struct Draw(pub(crate) u64);
@@ -165,6 +165,34 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
+    /// A random problem with arcs between any nodes, parallel arcs and loops included.
+    pub(crate) fn random(draw: &mut Draw, nodes: usize, max: usize) -> Self {
+        let (pins, terms) = (draw.below(3) * 10, draw.below(4) * 33);
+        let side = |draw: &mut Draw| if draw.chance(50) { Side::Source } else { Side::Sink };
+        let cap = |draw: &mut Draw| draw.below(max + 1) as i64;
+        let pins = (0..nodes).map(|_| draw.chance(pins).then(|| side(draw))).collect();
+        let terminal = |draw: &mut Draw| if draw.chance(terms) { cap(draw) } else { 0 };
+        let terminals = (0..nodes).map(|_| [terminal(draw), terminal(draw)]).collect();
+        let count = nodes * (1 + draw.below(4));
+        let arcs = (0..count).map(|_| (draw.below(nodes), draw.below(nodes), cap(draw))).collect();
+        Self { terminals, pins, arcs }
+    }
+
+    /// The problem as a graph of any form.
+    pub(crate) fn graph(&self) -> Graph {
+        let mut graph = Graph::new(self.terminals.len()).unwrap();
+        for (v, (t, &pin)) in self.terminals.iter().zip(&self.pins).enumerate() {
+            graph.terminal(v, t[0], t[1]).unwrap();
+            if let Some(side) = pin {
+                graph.pin(v, side).unwrap();
+            }
+        }
+        for &(v, w, c) in &self.arcs {
+            graph.arc(v, w, c, 0).unwrap();
+        }
+        graph
+    }
+
     /// Capacity of a cut by definition, pins not counted.
     pub(crate) fn capacity(&self, in_source: &[bool]) -> i64 {
         let terminals: i64 = self.terminals.iter().zip(in_source).map(|(t, &s)| t[usize::from(s)]).sum();
@@ -175,21 +203,35 @@ impl Problem {
     /// Least capacity over all 2^n cuts that respect the pins, and the least of these sets: the intersection.
     pub(crate) fn by_enumeration(&self) -> (i64, Vec<bool>) {
         let n = self.terminals.len();
-        let mut best = (i64::MAX, vec![true; n]);
-        for set in 0..1_u32 << n {
-            let side: Vec<bool> = (0..n).map(|v| set >> v & 1 == 1).collect();
-            let allowed = (0..n).all(|v| self.pins[v].is_none_or(|pin| (pin == Side::Source) == side[v]));
-            let capacity = self.capacity(&side);
-            if !allowed || capacity > best.0 {
-                continue;
+        let pinned = |side| (0..n).filter(|&v| self.pins[v] == Some(side)).fold(0_u32, |bits, v| bits | 1 << v);
+        let (inside, outside) = (pinned(Side::Source), pinned(Side::Sink));
+        // The other ends of a node's arcs, with the capacity out to them and in from them.
+        let mut around = vec![Vec::new(); n];
+        for &(v, w, c) in self.arcs.iter().filter(|a| a.0 != a.1) {
+            around[v].push((w, c, 0));
+            around[w].push((v, 0, c));
+        }
+        let mut best = (i64::MAX, 0);
+        let (mut set, mut capacity) = (0_u32, self.terminals.iter().map(|t| t[0]).sum::<i64>());
+        // In the order of a Gray code: one node changes sides at a time.
+        for step in 1..=1_u32 << n {
+            if set & inside == inside && set & outside == 0 {
+                if capacity < best.0 {
+                    best = (capacity, set);
+                } else if capacity == best.0 {
+                    best.1 &= set;
+                }
             }
-            if capacity < best.0 {
-                best = (capacity, side);
-            } else {
-                best.1.iter_mut().zip(side).for_each(|(b, s)| *b &= s);
+            let v = step.trailing_zeros() as usize;
+            if v < n {
+                let terminals = self.terminals[v][1] - self.terminals[v][0];
+                let arcs = around[v].iter().map(|&(w, out, into)| if set >> w & 1 == 1 { -into } else { out });
+                let entering = terminals + arcs.sum::<i64>();
+                capacity += if set >> v & 1 == 1 { -entering } else { entering };
+                set ^= 1 << v;
             }
         }
-        best
+        (best.0, (0..n).map(|v| best.1 >> v & 1 == 1).collect())
     }
 
     /// Asserts that a cut of this problem is least and has the smallest source side.

@@ -1,0 +1,233 @@
+//! The engine by Fourier transforms: overlap-save tiles, kept spectra of the source, exact integers by rounding.
+//!
+//! With values less 128, `(t - I)^2 = t'^2 - 2 t' I' + I'^2`: a constant, correlations of the channels, and a sum over the
+//! mask. The template is transformed once, at the size of a tile; its channels are summed in the spectrum, so that each
+//! tile takes one inverse transform, of which only the answered rows go through the last pass. A noisy mask, whose
+//! corners would be too many, is correlated with the squares as one more channel. A search takes
+//! `O(positions * log(tile))`, nearly independently of the template.
+
+mod bound;
+mod size;
+mod spectra;
+mod tile;
+mod transform;
+mod workers;
+
+pub(crate) use size::Tiling;
+pub(crate) use spectra::Spectra;
+
+use crate::Error;
+use crate::job::Job;
+use crate::prepared::Squares;
+use crate::sums::{Corners, Table};
+use crate::word::Word;
+use bound::Norms;
+use size::Window;
+use spectra::{Signal, Signals};
+use tile::{Block, Finish};
+use transform::C64;
+use workers::Worker;
+
+/// What a template's own value adds beside its square: see [`Job::own`].
+pub(crate) const BIAS: i64 = 0;
+
+/// A mask with more corners than this is correlated with the squares instead. Measured: 1024^2 positions take about
+/// 0.1 ms a corner, and one more channel as much as 30 corners.
+const CORNERS: usize = 40;
+
+/// Largest block of a template that is transformed at once, in samples.
+const BLOCK: usize = 1 << 20;
+
+/// Working memory of this engine.
+#[derive(Debug, Default)]
+pub(crate) struct FftScratch {
+    workers: Vec<Worker>,
+    rows: Vec<C64>,
+    /// Spectra of the template, and of tiles that are not kept, term by term.
+    templates: Vec<Vec<C64>>,
+    transient: Vec<Vec<C64>>,
+    columns: Vec<C64>,
+    corners: Corners,
+}
+
+/// A signal of the template, with the signal of the source that it is correlated with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Term {
+    /// `-2 W_c t'` with the channels.
+    Cross,
+    /// The mask with the squares.
+    Squares,
+    /// The template's own part with validity.
+    Own,
+    /// The mask with validity.
+    Count,
+}
+
+impl Term {
+    fn signal(self) -> Signal {
+        match self {
+            Self::Cross => Signal::Features,
+            Self::Squares => Signal::Squares,
+            Self::Own | Self::Count => Signal::Valid,
+        }
+    }
+
+    fn planes(self, job: &Job<'_>) -> usize {
+        self.signal().planes(job.weights.len())
+    }
+
+    /// The template's value at a sample that counts.
+    fn value(self, job: &Job<'_>, plane: usize, index: usize) -> f64 {
+        match self {
+            Self::Cross => {
+                let value = i32::from(job.template.features[plane * job.template.len() + index]) - 128;
+                f64::from(-2 * i32::from(job.weights[plane]) * value)
+            }
+            Self::Squares | Self::Count => 1.0,
+            Self::Own => job.own(index, BIAS) as f64,
+        }
+    }
+}
+
+/// Planes of all terms.
+fn planes(terms: &[Term], job: &Job<'_>) -> usize {
+    terms.iter().map(|t| t.planes(job)).sum()
+}
+
+/// Costs of every position. Where validity has any shape and the number of compared samples varies, also the template's
+/// own part and the counts; else those are left to `cover`. False if a value was too far from an integer; the map is then
+/// worthless.
+pub(crate) fn search<W: Word + Squares>(
+    job: &Job<'_>,
+    scratch: &mut FftScratch,
+    map: &mut [W],
+    counts: &mut [u32],
+) -> Result<bool, Error> {
+    let mut terms = vec![Term::Cross];
+    let mut corners = std::mem::take(&mut scratch.corners);
+    corners.of_mask(job.template, Table::<W>::shape(job.prepared.extension.shape));
+    let mut table: &[W] = &[];
+    let mut shape = [0; 3];
+    if corners.len() <= CORNERS {
+        let squares = W::table(job.prepared, job.source, job.weights)?;
+        (table, shape) = (&squares.sums, squares.shape);
+    } else {
+        terms.push(Term::Squares);
+        corners.clear();
+    }
+    let mut exact = true;
+    if job.varies() && !job.prepared.is_box {
+        terms.push(Term::Own);
+        let finish = Finish { constant: 0_u32, table: &[], shape: [0; 3], corners: &Corners::default() };
+        exact &= correlate(job, &[Term::Count], &finish, scratch, counts)?;
+    }
+    let constant = W::wrapping(job.constant(BIAS));
+    exact &= correlate(job, &terms, &Finish { constant, table, shape, corners: &corners }, scratch, map)?;
+    scratch.corners = corners;
+    Ok(exact)
+}
+
+/// The sum of the terms' correlations at every position, block by block of the template.
+fn correlate<W: Word>(
+    job: &Job<'_>,
+    terms: &[Term],
+    finish: &Finish<'_, W>,
+    scratch: &mut FftScratch,
+    map: &mut [W],
+) -> Result<bool, Error> {
+    let mut shape = job.template.shape;
+    while BLOCK < shape.iter().product() {
+        halve(&mut shape);
+    }
+    // The bound is known once the spectra are; blocks are halved until it holds.
+    'smaller: loop {
+        let mut first = true;
+        for block in blocks(job, shape) {
+            let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
+            let spectra = job.prepared.spectra(tiling, job);
+            if bound::LIMIT <= rounding(job, terms, &block, &spectra, scratch)? && shape != [1; 3] {
+                halve(&mut shape);
+                continue 'smaller;
+            }
+            let exact = tile::correlate(job, terms, &block, &spectra, finish, first, scratch, map)?;
+            if !exact {
+                return Ok(false);
+            }
+            first = false;
+        }
+        return Ok(true);
+    }
+}
+
+fn halve(shape: &mut [usize; 3]) {
+    let longest = (0..3).max_by_key(|&a| shape[a]).unwrap_or(2);
+    shape[longest] = shape[longest].div_ceil(2);
+}
+
+/// Cuts a template into blocks of equal shape; where they overlap, samples belong to the earlier one. Positions at which
+/// a block lies beside the source are left out of its window, except in the first block, which writes the whole map.
+fn blocks(job: &Job<'_>, shape: [usize; 3]) -> Vec<Block> {
+    let (whole, range) = (job.template.shape, &job.range);
+    let along = |a: usize| -> Vec<(usize, usize)> {
+        let starts = (0..whole[a]).step_by(shape[a]);
+        starts.map(|s| (s.min(whole[a] - shape[a]), s)).collect()
+    };
+    let one_block = shape == whole;
+    let mut list = Vec::new();
+    for &(t, fresh_t) in &along(0) {
+        for &(y, fresh_y) in &along(1) {
+            for &(x, fresh_x) in &along(2) {
+                let start = [t, y, x];
+                let sticks = |a: usize| range.first[a] < 0 && !one_block && !list.is_empty();
+                // The block meets the source from position `m - start - block` on, for `N + block - 1` positions.
+                let first = [0, 1, 2].map(|a: usize| if sticks(a) { whole[a] - start[a] - shape[a] } else { 0 });
+                let met = |a: usize| job.source.shape[a] + shape[a] - 1;
+                let count = [0, 1, 2].map(|a: usize| if sticks(a) { met(a) } else { range.count[a] });
+                let fresh = [fresh_t, fresh_y, fresh_x];
+                list.push(Block { start, fresh, shape, window: Window { first, count } });
+            }
+        }
+    }
+    list
+}
+
+/// The rounding bound of a block.
+fn rounding(
+    job: &Job<'_>,
+    terms: &[Term],
+    block: &Block,
+    spectra: &Spectra,
+    scratch: &mut FftScratch,
+) -> Result<f64, Error> {
+    let mut norms = Vec::new();
+    let n: usize = spectra.tiling.size.iter().product();
+    for &term in terms {
+        let source = match spectra.fits(job.cache, planes(terms, job)) {
+            true => spectra.get(term.signal(), &signals(job), &mut scratch.workers)?.norm,
+            false => largest(job, term.signal()) * (n as f64).sqrt(),
+        };
+        for plane in 0..term.planes(job) {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            block.each(job.template, |index| {
+                let value = term.value(job, plane, index);
+                sum += value.abs();
+                squares += value * value;
+            });
+            norms.push(Norms { sum, template: squares.sqrt(), source });
+        }
+    }
+    Ok(bound::bound(n, norms.into_iter()))
+}
+
+/// No sample of a signal is larger.
+fn largest(job: &Job<'_>, signal: Signal) -> f64 {
+    match signal {
+        Signal::Features => 128.0,
+        Signal::Squares => 16_384.0 * job.weights.iter().map(|&w| f64::from(w)).sum::<f64>(),
+        Signal::Valid => 1.0,
+    }
+}
+
+fn signals<'a>(job: &Job<'a>) -> Signals<'a> {
+    Signals { source: job.source, weights: job.weights, extension: &job.prepared.extension }
+}

@@ -1,0 +1,142 @@
+//! Spectra of the source's tiles, kept between searches.
+
+use super::size::Tiling;
+use super::transform::{C64, Transforms};
+use super::workers::{self, Worker};
+use crate::Error;
+use crate::extension::Extension;
+use crate::source::SourceView;
+use crate::sums::square;
+use selvedge_core::try_vec;
+use std::sync::OnceLock;
+
+/// What of a source is transformed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Signal {
+    /// Every channel less 128, 0 where not valid.
+    Features,
+    /// The weighted sum of the squares of those.
+    Squares,
+    /// 1 where valid.
+    Valid,
+}
+
+impl Signal {
+    /// Planes that it has.
+    pub(crate) fn planes(self, channels: usize) -> usize {
+        if self == Self::Features { channels } else { 1 }
+    }
+}
+
+/// The spectra of one tiling of an extended source, made when first asked for.
+#[derive(Debug)]
+pub(crate) struct Spectra {
+    pub(crate) tiling: Tiling,
+    pub(crate) transforms: Transforms,
+    signals: [OnceLock<Kept>; 3],
+}
+
+/// One signal of all tiles: tile by tile, column by column, plane by plane, so that a search reads it in one stream.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    pub(crate) spectra: Vec<C64>,
+    /// Largest Euclidean norm of a tile's plane.
+    pub(crate) norm: f64,
+}
+
+/// A source and what its signals need.
+#[derive(Clone, Copy)]
+pub(crate) struct Signals<'a> {
+    pub(crate) source: &'a SourceView<'a>,
+    pub(crate) weights: &'a [u8],
+    pub(crate) extension: &'a Extension,
+}
+
+impl Spectra {
+    pub(crate) fn new(tiling: Tiling, scalar: bool) -> Self {
+        Self { tiling, transforms: Transforms::new(tiling.size, scalar), signals: Default::default() }
+    }
+
+    /// True if the spectra of so many planes may be kept.
+    pub(crate) fn fits(&self, budget: u64, planes: usize) -> bool {
+        let all = self.transforms.len() * self.tiling.n_tiles() * planes;
+        (all * size_of::<C64>()) as u64 <= budget
+    }
+
+    /// The spectra of a signal, if they are kept.
+    pub(crate) fn kept(&self, signal: Signal) -> Option<&[C64]> {
+        self.signals[signal as usize].get().map(|k| k.spectra.as_slice())
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> u64 {
+        let kept = self.signals.iter().filter_map(OnceLock::get);
+        kept.map(|k| (k.spectra.len() * size_of::<C64>()) as u64).sum()
+    }
+
+    /// The spectra of a signal.
+    pub(crate) fn get(&self, signal: Signal, of: &Signals<'_>, workers: &mut Vec<Worker>) -> Result<&Kept, Error> {
+        let slot = &self.signals[signal as usize];
+        if let Some(kept) = slot.get() {
+            return Ok(kept);
+        }
+        let len = self.transforms.len() * signal.planes(of.weights.len());
+        let mut spectra = try_vec(len * self.tiling.n_tiles(), C64::default())?;
+        let mut norm: f64 = 0.0;
+        let mut rows = Vec::new();
+        workers::prepare(workers, &self.transforms);
+        for (tile, spectrum) in spectra.chunks_mut(len).enumerate() {
+            norm = norm.max(self.tile(tile, signal, of, &mut rows, spectrum, workers));
+        }
+        Ok(slot.get_or_init(|| Kept { spectra, norm }))
+    }
+
+    /// The spectra of one tile of a signal; returns the largest Euclidean norm of its planes.
+    pub(crate) fn tile(
+        &self,
+        tile: usize,
+        signal: Signal,
+        of: &Signals<'_>,
+        rows: &mut Vec<C64>,
+        spectra: &mut [C64],
+        workers: &mut [Worker],
+    ) -> f64 {
+        let origin = self.tiling.origin(tile);
+        let [frames, height, width] = self.tiling.size;
+        let from = [0, 1, 2].map(|a: usize| origin[a] + self.tiling.start[a]);
+        let load = |plane: usize, t: usize, y: usize, row: &mut [f64]| {
+            of.load(signal, plane, [from[0] + t, from[1] + y, from[2]], &mut row[..width]);
+        };
+        let planes = signal.planes(of.weights.len());
+        self.transforms.forward(planes, [frames, height], load, rows, spectra, workers);
+        // Parseval: the norm from the half spectrum, in which inner columns stand for two.
+        let mut squares = vec![0.0; planes];
+        for (i, column) in spectra.chunks(self.transforms.column()).enumerate() {
+            let (k, plane) = (i / planes, i % planes);
+            let square: f64 = column.iter().map(|z| z.norm_sqr()).sum();
+            squares[plane] += if 0 < k && 2 * k < width { 2.0 * square } else { square };
+        }
+        let n = (frames * height * width) as f64;
+        squares.into_iter().fold(0.0, |norm: f64, s: f64| norm.max((s / n).sqrt()))
+    }
+}
+
+impl Signals<'_> {
+    /// A row of a signal from a coordinate of the extension on; what lies outside stays 0.
+    fn load(&self, signal: Signal, plane: usize, at: [usize; 3], row: &mut [f64]) {
+        let Some(from) = self.extension.row(self.source, at[0], at[1]) else { return };
+        let (first, columns) = self.extension.columns();
+        let (skip, to) = (at[2].saturating_sub(first), first.saturating_sub(at[2]));
+        let Some(row) = row.get_mut(to..) else { return };
+        for (value, &x) in row.iter_mut().zip(columns.get(skip..).unwrap_or(&[])) {
+            let index = from + x as usize;
+            if self.source.is_valid(index) {
+                *value = match signal {
+                    Signal::Features => f64::from(self.source.plane(plane)[index]) - 128.0,
+                    Signal::Squares => square(self.source, self.weights, index) as f64,
+                    Signal::Valid => 1.0,
+                };
+            }
+        }
+    }
+}

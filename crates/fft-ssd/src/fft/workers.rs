@@ -1,0 +1,46 @@
+//! One share of the work, with working memory of its own.
+
+use super::transform::{C64, Transforms};
+use selvedge_core::par;
+
+/// Working memory of one task.
+#[derive(Debug, Default)]
+pub(crate) struct Worker {
+    pub(crate) line: Vec<C64>,
+    pub(crate) second: Vec<C64>,
+    pub(crate) real: Vec<f64>,
+    pub(crate) scratch: Vec<C64>,
+    /// Largest distance from an integer seen.
+    pub(crate) residual: f64,
+}
+
+/// As many workers as there are threads, with memory for transforms of some size.
+pub(crate) fn prepare(workers: &mut Vec<Worker>, transforms: &Transforms) {
+    let (line, scratch) = transforms.working();
+    workers.resize_with(par::threads(), Worker::default);
+    for worker in workers {
+        for (buffer, len) in [(&mut worker.line, line), (&mut worker.second, line), (&mut worker.scratch, scratch)] {
+            if buffer.len() < len {
+                buffer.resize(len, C64::default());
+            }
+        }
+    }
+}
+
+/// Calls `f(number, unit, worker)` for each unit of `len` items; each worker has a share of neighbouring units.
+pub(crate) fn deal<T: Send>(
+    items: &mut [T],
+    len: usize,
+    workers: &mut [Worker],
+    f: impl Fn(usize, &mut [T], &mut Worker) + Sync + Send,
+) {
+    let units = items.len() / len;
+    let share = units.div_ceil(workers.len()).max(1);
+    let mut shares: Vec<_> = items.chunks_mut(share * len).zip(workers).collect();
+    par::for_rows(&mut shares, 1, |number, shares| {
+        let (items, worker) = &mut shares[0];
+        for (i, unit) in items.chunks_mut(len).enumerate() {
+            f(number * share + i, unit, worker);
+        }
+    });
+}

@@ -1,0 +1,106 @@
+//! What can be known of an output before any work is done.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::atomic;
+use crate::error::{Error, Problem};
+use crate::read::{ReadOptions, split_selector};
+
+/// Whether two names lead to one file, through links of any kind. False if one of them does not exist.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    match (identity(a), identity(b)) {
+        (Some(a), Some(b)) => a == b,
+        _ => false,
+    }
+}
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt as _;
+    fs::metadata(path).ok().map(|m| (m.dev(), m.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<PathBuf> {
+    fs::canonicalize(path).ok()
+}
+
+/// Refuses an output that could not be written at the end: it is one of the inputs, it exists and must not be
+/// replaced, it is a folder, or its folder is missing or read-only. Sweeps parts of it that a killed run left.
+///
+/// # Errors
+/// Of kind `FileSystem` or `NoSpace`.
+pub fn check_output(output: impl AsRef<Path>, inputs: &[PathBuf], no_clobber: bool) -> Result<(), Error> {
+    let output = output.as_ref();
+    for input in inputs {
+        let (file, _) = split_selector(input, &ReadOptions::default());
+        if same_file(output, &file) {
+            return Err(Error::new(output, Problem::IsInput { input: input.clone() }));
+        }
+    }
+    if no_clobber && fs::symlink_metadata(output).is_ok() {
+        return Err(Error::new(output, Problem::Exists));
+    }
+    atomic::try_part(output)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atomic::tests::Folder;
+
+    #[test]
+    fn an_output_that_is_an_input_is_refused_through_links() {
+        let folder = Folder::new("same");
+        let (file, hard, other) = (folder.path("a.exr"), folder.path("b.exr"), folder.path("c.exr"));
+        fs::write(&file, b"a").unwrap();
+        fs::write(&other, b"a").unwrap();
+        fs::hard_link(&file, &hard).unwrap();
+        let mut names = vec![file.clone(), hard];
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&file, folder.path("d.exr")).unwrap();
+            names.push(folder.path("d.exr"));
+        }
+        for name in &names {
+            assert!(same_file(name, &file));
+            let selected = PathBuf::from(format!("{}[R,G,B]", file.display()));
+            let refused = check_output(name, &[other.clone(), selected], false);
+            assert!(matches!(refused, Err(Error { problem: Problem::IsInput { .. }, .. })));
+        }
+        assert!(check_output(&other, &names, false).is_ok());
+        assert!(!same_file(&folder.path("none"), &folder.path("none")));
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_known_before() {
+        let folder = Folder::new("before");
+        let file = folder.path("a.png");
+        fs::write(&file, b"old").unwrap();
+        let problem = |path: &Path, no_clobber| check_output(path, &[], no_clobber).err().map(|e| e.problem);
+        assert!(matches!(problem(&file, true), Some(Problem::Exists)));
+        assert!(problem(&file, false).is_none());
+        assert!(matches!(problem(&folder.path("none/a.png"), false), Some(Problem::NoFolder)));
+        assert!(matches!(problem(&folder.path(""), false), Some(Problem::Folder)));
+        assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())], "looking leaves nothing behind");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_read_only_folder_is_known_before() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = Folder::new("readonly");
+        fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o555)).unwrap();
+        let refused = check_output(folder.path("a.png"), &[], false);
+        let written = atomic::write_bytes(&folder.path("a.png"), b"new", false);
+        fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o755)).unwrap();
+        if refused.is_ok() {
+            eprintln!("SKIPPED: this user may write into read-only folders");
+            return;
+        }
+        assert!(matches!(refused, Err(Error { problem: Problem::Denied, .. })));
+        assert!(matches!(written, Err(Error { problem: Problem::Denied, .. })));
+        assert_eq!(folder.files(), []);
+    }
+}
