@@ -34,6 +34,7 @@ mod grid;
 pub mod par;
 mod plane;
 mod render;
+mod resample;
 mod run;
 mod seam_costs;
 mod seed;
