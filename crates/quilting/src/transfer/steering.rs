@@ -74,7 +74,7 @@ impl Template {
 /// [`ONE`], to the nearest.
 fn mean_weight(share: u32, samples: u64, weights: &[u8]) -> u64 {
     let whole = 1000 * u128::from(samples) * weights.iter().map(|&w| u128::from(w)).sum::<u128>();
-    if whole == 0 { 0 } else { ((u128::from(share) * u128::from(ONE) + whole / 2) / whole) as u64 }
+    (u128::from(share) * u128::from(ONE) + whole / 2).checked_div(whole).unwrap_or(0) as u64
 }
 
 #[cfg(test)]
