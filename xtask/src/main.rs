@@ -1,9 +1,13 @@
 //! The project's own chores. `cargo xtask` lists them.
 #![forbid(unsafe_code)]
 
+mod bench;
 mod ci;
 mod fixtures;
+mod gallery;
+mod program;
 mod regress;
+mod soak;
 mod tidy;
 mod tree;
 
@@ -15,16 +19,23 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
 /// Nothing to say, or a line that says what went wrong (details have been printed).
 type Outcome = Result<(), String>;
 
-const CHORES: [Chore; 6] = [
+const CHORES: [Chore; 9] = [
+    (
+        "bench [PATTERN]",
+        "time whole runs of the program and check their answers; --against PROGRAM compares",
+        bench::run,
+    ),
     ("ci", "everything that has to pass: format, lints, documentation, tests, each crate bare, tidiness", ci::run),
     (
         "fixtures [--write]",
         "check fixtures/ against its manifest and the code that made it, or make it again",
         fixtures::run,
     ),
+    ("gallery", "make the pictures of README.md again, with the program itself", gallery::run),
     ("regress [PATTERN]", "the end-to-end suite in release, and a page of its pictures", regress::run),
     ("bless NAME...", "write the references of recipes in tests/suite", regress::bless),
     ("review [PATTERN]", "regress, then ask for each recipe that differs whether to bless it", regress::review),
+    ("soak [PART]", "the long checks: crates alone, random options, runs killed half way", soak::run),
     ("tidy", "rules that no compiler knows: edges between crates, citations, sizes, licences", tidy::run),
 ];
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What belongs to the project at its root; the rest (build output, editors' droppings) is nobody's concern.
-const ROOTS: [&str; 13] = [
+const ROOTS: [&str; 14] = [
     ".cargo",
     ".ci",
     "ARCHITECTURE.md",
@@ -15,6 +15,7 @@ const ROOTS: [&str; 13] = [
     "README.md",
     "clippy.toml",
     "crates",
+    "docs",
     "fixtures",
     "fuzz",
     "tests",

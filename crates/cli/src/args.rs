@@ -24,6 +24,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Image quilting: a larger texture from overlapping blocks of exemplars.
     Quilt(commands::quilt::Quilt),
+    /// Graphcut textures: a larger texture from patches cut along the best seams.
+    Graphcut(commands::graphcut::Graphcut),
 }
 
 /// Options of every command.

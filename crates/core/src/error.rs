@@ -85,6 +85,12 @@ pub enum Error {
     /// Every sample of every exemplar is masked or transparent.
     #[error("no sample of any exemplar is valid; every one is masked or transparent")]
     NothingValid,
+    /// An angle or a magnification is no number or out of range.
+    #[error("{transform:?} is out of range; use finite angles and scales from 1/16 to 16")]
+    Transform {
+        /// The transform asked for.
+        transform: crate::Transform,
+    },
     /// The weights do not match the channels.
     #[error("{found} weights for {expected} feature channels")]
     Weights {
@@ -150,7 +156,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Allocation { .. } => ErrorKind::Memory,
-            Self::Weights { .. } | Self::GuideWeight { .. } => ErrorKind::Option,
+            Self::GuideWeight { .. } | Self::Transform { .. } | Self::Weights { .. } => ErrorKind::Option,
             Self::Length { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }

@@ -8,6 +8,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Problem};
 
@@ -39,7 +40,10 @@ pub(crate) fn try_part(path: &Path) -> Result<(), Error> {
             return Ok(());
         }
         sweep(&path);
-        create_part(&Disk, &path).and_then(|(part, _)| fs::remove_file(part))
+        create_part(&Disk, &path).and_then(|(part, _)| {
+            forget(&part);
+            fs::remove_file(part)
+        })
     });
     tried.map_err(|e| file_problem(path, e, 0))
 }
@@ -75,6 +79,7 @@ fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> i
     let (part, mut file) = create_part(steps, &path)?;
     let written =
         write_part(steps, &mut file, bytes, existing.as_ref()).and_then(|()| steps.take_name(&part, &path, no_clobber));
+    forget(&part);
     if written.is_err() {
         // The first failure is the one to tell; a part that stays is swept by the next writer.
         let _ = fs::remove_file(&part);
@@ -103,9 +108,33 @@ fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs
     steps.sync(file)
 }
 
+/// Parts that this process is writing; `None` once it may write no more.
+static PARTS: Mutex<Option<Vec<PathBuf>>> = Mutex::new(Some(Vec::new()));
+
+fn parts() -> MutexGuard<'static, Option<Vec<PathBuf>>> {
+    PARTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes what this process is about to write, and fails all writing from now on: for a program that ends at once,
+/// whatever its other threads are doing. Files that have their names stay.
+pub fn remove_parts() {
+    for part in parts().take().into_iter().flatten() {
+        // A part that stays is swept by the next writer.
+        let _ = fs::remove_file(part);
+    }
+}
+
+fn forget(part: &Path) {
+    if let Some(parts) = parts().as_mut() {
+        parts.retain(|p| p != part);
+    }
+}
+
 /// A new part, locked by us.
 fn create_part(steps: &impl Steps, path: &Path) -> io::Result<(PathBuf, File)> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let mut parts = parts();
+    let parts = parts.as_mut().ok_or(io::ErrorKind::Interrupted)?;
     loop {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let mut name = part_prefix(path)?;
@@ -115,6 +144,7 @@ fn create_part(steps: &impl Steps, path: &Path) -> io::Result<(PathBuf, File)> {
             Ok(file) => {
                 // A file system without locks only loses the sweeping.
                 let _ = file.try_lock();
+                parts.push(part.clone());
                 return Ok((part, file));
             }
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}

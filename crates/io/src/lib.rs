@@ -62,7 +62,7 @@ mod tiff;
 mod warning;
 mod write;
 
-pub use atomic::write_bytes;
+pub use atomic::{remove_parts, write_bytes};
 pub use convert::{Converted, convert};
 pub use error::{Error, ErrorKind, Problem};
 pub use format::Format;

@@ -39,6 +39,7 @@ mod auto_block;
 mod block_grid;
 mod boundary_cut;
 pub mod correspondence;
+mod estimate;
 mod options;
 mod quilt;
 mod quilter;
@@ -47,6 +48,7 @@ mod strip;
 mod transfer;
 
 pub use auto_block::suggest_block;
+pub use estimate::estimate;
 pub use options::{Continuation, Error, Options, Stage};
 pub use quilt::{Stats, quilt};
 pub use transfer::{PassStats, TransferOptions, TransferStats, transfer};

@@ -57,7 +57,7 @@ fn quilt_by(
     options: &Options,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-    let block = options.block.unwrap_or_else(|| suggest_block(exemplars));
+    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
     check_fit(exemplars, output, block)?;
     let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
     let mut map = SourceMap::unassigned(exemplars, output)?;

@@ -2,6 +2,7 @@
 
 use selvedge_core::{Domain, Plane, Role, Samples};
 
+use crate::color::encode;
 use crate::picture::{describe, plane8};
 
 /// How far two pictures of the same shape are apart.
@@ -78,7 +79,8 @@ pub fn triptych(expected: &Plane<2>, actual: &Plane<2>) -> Plane<2> {
     plane8(Role::Color, total[1], total[0], planes.concat())
 }
 
-/// The picture as 8-bit RGB or grey, for the eye: high bytes of wide integers, floats over `0..=1`, no alpha.
+/// The picture as 8-bit RGB or grey, for the eye: high bytes of wide integers, floats as linear light whose highlights
+/// are dimmed, no alpha.
 pub fn preview(plane: &Plane<2>) -> Plane<2> {
     let [height, width] = plane.domain().shape;
     let pixels: Vec<[u8; 3]> = plane.domain().positions().filter_map(|at| pixel(plane, at)).collect();
@@ -98,13 +100,19 @@ fn place(plane: &Plane<2>, at: [u32; 2]) -> Option<usize> {
     plane.domain().contains(at).then(|| plane.domain().index(at))
 }
 
-/// A pixel as 8-bit RGB: high bytes of wide integers, floats over `0..=1`.
+/// Brightens what is dark and dims what is brighter than white; NaN is black.
+fn soft(v: f64) -> f64 {
+    let v = v.max(0.0);
+    if v.is_infinite() { 1.0 } else { v / (1.0 + v) }
+}
+
+/// A pixel as 8-bit RGB: high bytes of wide integers, floats as linear light whose highlights are dimmed.
 fn pixel(plane: &Plane<2>, at: [u32; 2]) -> Option<[u8; 3]> {
     let i = place(plane, at)?;
     let level = |c: usize| match &plane.samples {
         Samples::U8(g) => g.plane(c)[i],
         Samples::U16(g) => (g.plane(c)[i] >> 8) as u8,
-        floats => (floats.value(c, i).clamp(0.0, 1.0) * 255.0).round() as u8,
+        floats => encode(soft(floats.value(c, i))),
     };
     Some(if plane.color_channels() == 3 { [level(0), level(1), level(2)] } else { [level(0); 3] })
 }

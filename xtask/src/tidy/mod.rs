@@ -36,7 +36,7 @@ struct Rule {
     check: fn(&Tree) -> Vec<Breach>,
 }
 
-const RULES: [Rule; 13] = [
+const RULES: [Rule; 14] = [
     Rule {
         name: "edges between crates",
         reason: "each crate is picked alone, and is understood by what it must never know",
@@ -96,6 +96,12 @@ const RULES: [Rule; 13] = [
         reason: "a key in a comment leads to a row of PAPERS.md, and from there to the paper",
         fix: "add the row to PAPERS.md, or mend the key",
         check: citations::check,
+    },
+    Rule {
+        name: "implementations",
+        reason: "PAPERS.md leads from an equation to the function; a name that is gone leads nowhere",
+        fix: "name the function that does it now",
+        check: citations::functions,
     },
     Rule {
         name: "fixtures",

@@ -1,5 +1,6 @@
 //! The commands, and what all of them go through.
 
+pub(crate) mod graphcut;
 pub(crate) mod quilt;
 
 use selvedge_core::{Limits, Run, Seed, SimdLevel};
@@ -15,6 +16,7 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
     let pool = pool.map_err(|e| Failure::new(70, format!("no threads: {e}; use --threads 1")))?;
     pool.install(|| match &cli.command {
         Command::Quilt(quilt) => quilt.run(&Session::new(&cli.global)),
+        Command::Graphcut(graphcut) => graphcut.run(&Session::new(&cli.global)),
     })
 }
 

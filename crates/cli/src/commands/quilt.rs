@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use selvedge_core::{Exemplars, Plane, Render};
-use selvedge_quilting::{Continuation, Error, Options, Stage, quilt, suggest_block};
+use selvedge_quilting::{Continuation, Error, Options, Stage, quilt};
 use serde_json::json;
 
 use crate::args::Synthesis;
@@ -100,7 +100,6 @@ impl Quilt {
         files::check_size(session, domain)?;
         report.stage("read");
 
-        let options = Options { block: Some(options.block.unwrap_or_else(|| suggest_block(&exemplars))), ..options };
         let woven = quilt(&exemplars, domain, &options, &session.run()).map_err(|e| failure(&inputs, e))?;
         session.check_complete(woven.complete)?;
         report.stage("synthesis");

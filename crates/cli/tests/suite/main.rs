@@ -1,4 +1,4 @@
-//! The end-to-end suite: runs the program over the recipes of tests/suite and over bad files.
+//! The end-to-end suite: runs the program over the recipes of tests/suite, over bad files, and as README.md says.
 //!
 //! `cargo test --test suite -- PATTERN` runs some of it. A recipe whose outcome is not its reference leaves expected,
 //! difference and actual in tests/out and a page, tests/out/index.html. References are written by `cargo xtask bless`.
@@ -6,6 +6,7 @@
 
 mod bad_input;
 mod program;
+mod readme;
 mod recipe;
 mod reference;
 mod snapshot;
@@ -25,6 +26,7 @@ fn main() {
     let cases = Arc::new(Mutex::new(Vec::new()));
     let mut trials = recipe::all().into_iter().map(|recipe| recipe_trial(recipe, &cases)).collect::<Vec<_>>();
     trials.extend(bad_input::trials());
+    trials.extend(readme::trials());
     let conclusion = libtest_mimic::run(&arguments, trials);
     let cases = cases.lock().expect("no trial panics while it holds the cases");
     if cases.iter().any(|c| c.verdict != Verdict::Same) || std::env::var_os("SELVEDGE_PAGE").is_some() {

@@ -16,7 +16,12 @@ pub(crate) struct Said {
 
 /// Runs the program in the project's root.
 pub(crate) fn selvedge<'a>(args: impl IntoIterator<Item = &'a str>) -> Said {
-    let output = Command::new(env!("CARGO_BIN_EXE_selvedge")).args(args).current_dir(crate::root()).output();
+    selvedge_in(&crate::root(), args)
+}
+
+/// Runs the program in a folder.
+pub(crate) fn selvedge_in<'a>(folder: &Path, args: impl IntoIterator<Item = &'a str>) -> Said {
+    let output = Command::new(env!("CARGO_BIN_EXE_selvedge")).args(args).current_dir(folder).output();
     let output = output.expect("cargo has built the program");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     Said { exit: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) }

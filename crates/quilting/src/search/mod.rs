@@ -213,7 +213,7 @@ mod tests {
         let valid: Vec<bool> = domain.positions().map(|[y, x]| (y, x) != (2, 6)).collect();
         let e = exemplars(domain.shape, Some(valid));
         let map = Grid::from_vec(domain, 3, (0..domain.len() * 3).map(|i| (i * 37 % 251) as u8).collect()).unwrap();
-        let guide = Guide::new(&e, &[map.clone()], map.clone()).unwrap();
+        let guide = Guide::new(&e, std::slice::from_ref(&map), map.clone()).unwrap();
         let t = template(&e, [1, 1], [4, 3]);
         let features = (0..3).flat_map(|c| map.plane(c)[30..42].to_vec()).collect();
         let g = Template { shape: [4, 3], features, mask: vec![true; 12] };

@@ -81,7 +81,7 @@ fn transfer_by(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
     let output = guide.target().domain();
-    let block = options.block.unwrap_or_else(|| suggest_block(exemplars));
+    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
     check_fit(exemplars, output, block)?;
     let plan: Vec<(PassPlan, BlockGrid)> =
         options.plan(block).into_iter().map(|p| (p, BlockGrid::new(output, p.block, p.overlap))).collect();

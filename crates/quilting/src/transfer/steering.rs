@@ -83,7 +83,7 @@ fn mean_weights(means: [(u32, u64); 2]) -> [u64; 2] {
     let unit = (u128::from(least) << 31).min(1 << 44);
     means.map(|(share, n)| {
         let n = 1000 * u128::from(n);
-        if n == 0 { 0 } else { ((u128::from(share) * unit + n / 2) / n) as u64 }
+        (u128::from(share) * unit + n / 2).checked_div(n).unwrap_or(0) as u64
     })
 }
 

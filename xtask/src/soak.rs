@@ -1,0 +1,133 @@
+//! `soak`: what takes too long for every change. Each crate alone, random options, and runs killed half way.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use selvedge_core::Role;
+use selvedge_testkit::{Noise, from_png};
+
+use crate::ci::{cargo, package_name};
+use crate::tree::{Tree, root};
+use crate::{Outcome, program};
+
+/// Runs with random options.
+const RUNS: i32 = 300;
+/// Runs that are killed.
+const KILLS: i32 = 40;
+
+/// Runs everything, or the one part that is named: `crates`, `options`, `kills`.
+pub(crate) fn run(args: &[String]) -> Outcome {
+    match args.first().map(String::as_str) {
+        None => crates().and_then(|()| options()).and_then(|()| kills()),
+        Some("crates") => crates(),
+        Some("options") => options(),
+        Some("kills") => kills(),
+        Some(_) => Err("usage: cargo xtask soak [crates|options|kills]".into()),
+    }
+}
+
+/// The tests of each crate alone, with its default features and without.
+fn crates() -> Outcome {
+    let tree = Tree::of_project();
+    for name in tree.crates() {
+        let package = package_name(&tree, name)?;
+        cargo(&["test", "--quiet", "-p", &package])?;
+        cargo(&["test", "--quiet", "-p", &package, "--no-default-features"])?;
+    }
+    Ok(())
+}
+
+/// Random options: the program does the work or refuses it properly, and threads do not matter.
+fn options() -> Outcome {
+    let selvedge = program::build()?;
+    let folder = program::fresh("soak")?;
+    let mut done = 0;
+    for run in 0..RUNS {
+        let line = random_line(run);
+        let mut pictures = Vec::new();
+        for threads in ["1", "4"] {
+            let out = folder.join(format!("{threads}.png"));
+            let words = line.split(' ').chain(["-j", threads, "-o"]);
+            let output = program::run(&selvedge, words.chain([&*out.to_string_lossy()]))?;
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            let proper = match output.status.code() {
+                Some(0) => out.is_file(),
+                Some(2 | 3) => !out.exists() && stderr.lines().count() == 1,
+                _ => false,
+            };
+            program::check(proper, || format!("`selvedge {line}`: {}: {stderr}", output.status))?;
+            pictures.push(fs::read(&out).ok());
+            let _ = fs::remove_file(&out);
+        }
+        program::check(pictures[0] == pictures[1], || format!("`selvedge {line}` hangs on the number of threads"))?;
+        done += i32::from(pictures[0].is_some());
+    }
+    eprintln!("xtask: {RUNS} runs, {done} of them with a picture");
+    program::check(RUNS / 4 < done, || "too few runs made a picture to say anything".into())
+}
+
+fn random_line(run: i32) -> String {
+    let draw = |k: i32, n: u32| Noise::new(0x50a4).bits(run, k) % n;
+    let pick = |k: i32, from: &[&str]| from[draw(k, from.len() as u32) as usize].to_owned();
+    let exemplars =
+        ["stars.png", "cobbles.png", "grass-grey.png", "bricks/height.png", "bad/ok-1x1.png", "bad/ok-constant.png"];
+    let mut words = vec!["quilt".to_owned(), format!("fixtures/{}", pick(0, &exemplars))];
+    words.push(format!("--size {}x{}", 1 + draw(1, 120), 1 + draw(2, 120)));
+    words.push(format!("--seed {}", draw(3, 1000)));
+    if draw(4, 4) != 0 {
+        words.push(format!("--block {}", 1 + draw(5, 60)));
+    }
+    if draw(6, 2) == 0 {
+        words.push(format!("--overlap {}", draw(7, 14)));
+    }
+    words.push(format!("--tolerance {}", pick(8, &["0", "0.1", "0.5", "3"])));
+    words.push(format!("--stage {}", pick(9, &["random", "overlap", "cut", "cut", "cut"])));
+    words.push(format!("--continuation {}", pick(10, &["avoid", "allow"])));
+    if draw(11, 2) == 0 {
+        words.push(format!("--tile {}", pick(12, &["x", "y", "xy"])));
+    }
+    words.join(" ")
+}
+
+/// Killed at any moment, the program leaves the old output or the whole new one, never half of one.
+fn kills() -> Outcome {
+    let selvedge = program::build()?;
+    let folder = program::fresh("kills")?;
+    let out = folder.join("out.png");
+    let mut interrupted = 0;
+    let old = fs::read(root().join("fixtures/stars.png")).map_err(|e| e.to_string())?;
+    for run in 0..KILLS {
+        fs::write(&out, &old).map_err(|e| e.to_string())?;
+        let gently = run % 2 == 0 && cfg!(unix);
+        let mut child = start(&selvedge, &out)?;
+        std::thread::sleep(Duration::from_micros(u64::from(Noise::new(0x4111).bits(run, 0) % 900_000)));
+        if gently {
+            let _ = Command::new("kill").arg(child.id().to_string()).status();
+        } else {
+            let _ = child.kill();
+        }
+        let status = child.wait().map_err(|e| e.to_string())?;
+        interrupted += i32::from(!status.success());
+        let left = fs::read(&out).map_err(|e| format!("the old output is gone: {e}"))?;
+        program::check(left == old || from_png(Role::Color, &left).is_ok(), || {
+            format!("half an output after {status}")
+        })?;
+        if gently {
+            // Before it listens for signals, the system ends it, and there is no code.
+            let proper = matches!(status.code(), Some(0 | 143) | None);
+            program::check(proper, || format!("ended with {status} after a request to end"))?;
+            let files = fs::read_dir(&folder).map_err(|e| e.to_string())?.count();
+            program::check(files == 1, || "something was left beside the output".into())?;
+        }
+    }
+    eprintln!("xtask: {KILLS} kills, {interrupted} before the end, no half output");
+    program::check(KILLS / 4 < interrupted, || "too few runs were caught in the middle to say anything".into())
+}
+
+fn start(program: &Path, out: &Path) -> Result<Child, String> {
+    let mut command = Command::new(program);
+    command.args(["quilt", "fixtures/cobbles.png", "--size", "700", "--block", "24", "--quiet", "-o"]).arg(out);
+    command.current_dir(root()).stderr(Stdio::null()).spawn().map_err(|e| e.to_string())
+}
