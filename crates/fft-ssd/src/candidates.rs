@@ -74,6 +74,11 @@ impl<const D: usize> Candidates<'_, D> {
         self.picks.is_empty()
     }
 
+    /// All of them, in the order of (source, position).
+    pub fn iter(&self) -> impl Iterator<Item = Candidate<D>> + '_ {
+        self.picks.iter().map(|&pick| candidate(self.sources, pick))
+    }
+
     /// Number `k`, from 0, in the order of (error, source, position). Takes `O(len)` without sorting the rest.
     ///
     /// # Panics

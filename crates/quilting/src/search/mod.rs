@@ -51,20 +51,13 @@ pub(crate) struct Candidate {
 /// Which candidates are passed over while there are others: by source and top left sample.
 pub(crate) type Avoid<'a> = &'a dyn Fn(usize, [u32; 2]) -> bool;
 
-/// Finds the blocks within a tolerance of the best and draws one.
+/// Finds the blocks within a tolerance of the best.
 pub(crate) trait Search {
     /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those whose error is at most
-    /// `1 + per_mille / 1000` times the least, in order of error, source and position: candidate number
-    /// `pick(how many)`, and how many. `None` if no valid block fits.
+    /// `1 + per_mille / 1000` times the least, in any order. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
-    fn draw(
-        &mut self,
-        terms: &[Term<'_>],
-        per_mille: u32,
-        avoid: Avoid<'_>,
-        pick: &mut dyn FnMut(u32) -> u32,
-    ) -> Result<Option<(Candidate, u32)>, Error>;
+    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error>;
 }
 
 /// The exact search of `selvedge-fft-ssd`.
@@ -76,6 +69,7 @@ pub(crate) struct FastSearch<'e> {
     parts: Vec<Costs<2>>,
     /// Their sum.
     total: Costs<2>,
+    found: Vec<Candidate>,
 }
 
 impl<'e> FastSearch<'e> {
@@ -88,7 +82,7 @@ impl<'e> FastSearch<'e> {
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
         let guide = guide.map(of_guide).transpose()?;
-        Ok(Self { texture, guide, scratch: Scratch::new(), parts: Vec::new(), total: Costs::new() })
+        Ok(Self { texture, guide, scratch: Scratch::new(), parts: Vec::new(), total: Costs::new(), found: Vec::new() })
     }
 
     /// The weighted sum of all terms, into `total`.
@@ -120,13 +114,7 @@ impl<'e> FastSearch<'e> {
 }
 
 impl Search for FastSearch<'_> {
-    fn draw(
-        &mut self,
-        terms: &[Term<'_>],
-        per_mille: u32,
-        avoid: Avoid<'_>,
-        pick: &mut dyn FnMut(u32) -> u32,
-    ) -> Result<Option<(Candidate, u32)>, Error> {
+    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
         self.sum(terms)?;
         let tolerance = Tolerance::from(per_mille);
         let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
@@ -134,13 +122,11 @@ impl Search for FastSearch<'_> {
         if near.is_empty() {
             near = self.total.within(tolerance);
         }
-        let len = near.len();
-        if len == 0 {
-            return Ok(None);
-        }
-        let found = near.nth(pick(len));
-        let at = found.position.map(|p| p as u32);
-        Ok(Some((Candidate { error: found.error, source: found.source, at }, len)))
+        let found =
+            near.iter().map(|c| Candidate { error: c.error, source: c.source, at: c.position.map(|p| p as u32) });
+        self.found.clear();
+        self.found.extend(found);
+        Ok(&mut self.found)
     }
 }
 
@@ -169,10 +155,11 @@ mod tests {
         Template { shape, features, mask }
     }
 
-    /// The whole list, by drawing each of its members.
+    /// The whole list, in order.
     fn list(search: &mut dyn Search, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
-        let Some((_, len)) = search.draw(terms, per_mille, avoid, &mut |_| 0).unwrap() else { return Vec::new() };
-        (0..len).map(|k| search.draw(terms, per_mille, avoid, &mut |_| k).unwrap().unwrap().0).collect()
+        let found = search.near(terms, per_mille, avoid).unwrap();
+        found.sort_unstable();
+        found.clone()
     }
 
     fn texture(template: &Template) -> [Term<'_>; 1] {

@@ -95,10 +95,13 @@ fn transfer_by(
         let pass = Pass {
             exemplars,
             grid,
+            block: plan.block,
             per_mille: per_mille(options.tolerance),
             stage: Stage::Cut,
             // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
             continuation: Continuation::Allow,
+            // The target says what is needed where.
+            spread: 0.0,
             steering: Some(Steering::new(guide, last.as_ref(), plan.alpha)),
             seed: run.seed.derive("quilting/pass", number as u64),
             progress: Progress { name: "transfer", before, of },
