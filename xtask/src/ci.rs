@@ -11,7 +11,7 @@ pub(crate) fn run(_: &[String]) -> Outcome {
     let started = Instant::now();
     cargo(&["fmt", "--all", "--check"])?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
-    cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"])?;
+    cargo(&["doc", "--workspace", "--no-deps"])?;
     cargo(&["test", "--workspace"])?;
     let tree = Tree::of_project();
     for name in tree.crates() {

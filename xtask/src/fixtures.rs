@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use selvedge_core::{Plane, Role};
-use selvedge_testkit::{describe, exemplars, from_png, same_samples, to_exr, to_png};
+use selvedge_testkit::{describe, exemplars, from_png, same_samples, simple, to_exr, to_png};
 
 use crate::Outcome;
 use crate::tree::{Tree, root};
@@ -75,6 +75,9 @@ fn made() -> Vec<(&'static str, Plane<2>)> {
     let bricks = exemplars::bricks();
     vec![
         ("cobbles", exemplars::cobbles()),
+        ("cobbles-hole", exemplars::cobbles_with_hole()),
+        ("bad/column", simple::noise(1, 40, 1)),
+        ("bad/transparent", simple::transparent(16, 16)),
         ("weave", exemplars::weave()),
         ("scales", exemplars::scales()),
         ("scales-hdr", exemplars::scales_hdr()),

@@ -26,6 +26,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Image quilting: a larger texture from overlapping blocks of exemplars.
     Quilt(commands::quilt::Quilt),
+    /// Graphcut textures: a larger texture from patches cut along the best seams.
+    Graphcut(commands::graphcut::Graphcut),
     /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
     Apply(commands::apply::Apply),
     /// Tell what is in a picture or a source map, and how it was made.

@@ -110,8 +110,13 @@ impl Headers {
         self.infos.iter().map(|info| Domain::open([info.height, info.width])).collect()
     }
 
-    /// Reads the pictures.
-    pub(crate) fn load(self, session: &Session<'_>, report: &mut Report) -> Result<Loaded, Failure> {
+    /// Reads the pictures, and turns each of them in every way that is asked for.
+    pub(crate) fn load(
+        self,
+        session: &Session<'_>,
+        transforms: &[Transform],
+        report: &mut Report,
+    ) -> Result<Loaded, Failure> {
         let (mut planes, mut fingerprints, mut metadata) = (Vec::new(), Vec::new(), Vec::new());
         for input in &self.inputs {
             let picture = input.read(session, &self.options, report)?;
@@ -124,7 +129,7 @@ impl Headers {
         }
         let (masks, mask_fingerprints) = self.read_masks(session, &planes, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
-        let exemplars = encoded(&planes, &masks).map_err(|e| named(&paths, e))?;
+        let exemplars = encoded(&planes, &masks, transforms).map_err(|e| named(&paths, e))?;
         let payload = paths.iter().zip(planes).map(|(path, plane)| converted(session, path, plane, self.depth));
         Ok(Loaded {
             exemplars,
@@ -168,9 +173,13 @@ fn check_mask(path: &Path, mask: &Plane<2>, exemplar: &Path, plane: &Plane<2>) -
     Err(Failure::new(3, what).about(path).remedy("give a mask of the same size"))
 }
 
-fn encoded(planes: &[Plane<2>], masks: &[Option<Grid<bool, 2>>]) -> Result<Exemplars<2>, selvedge_core::Error> {
+fn encoded(
+    planes: &[Plane<2>],
+    masks: &[Option<Grid<bool, 2>>],
+    transforms: &[Transform],
+) -> Result<Exemplars<2>, selvedge_core::Error> {
     let each: Vec<&[Plane<2>]> = planes.iter().map(std::slice::from_ref).collect();
-    Exemplars::masked(&Encoder::fit(&each)?, &each, masks, &[Transform::IDENTITY])
+    Exemplars::masked(&Encoder::fit(&each)?, &each, masks, transforms)
 }
 
 /// An error of the core about an exemplar, with the name of its file.

@@ -27,16 +27,21 @@ fn samples(domain: Domain<2>) -> u64 {
 }
 
 /// An upper bound of what exemplars take: each file and its samples twice while it is read, then samples in the depth
-/// of the output, features, and validity.
+/// of the output.
 pub(crate) fn exemplars(infos: &[Info], depth: Depth) -> u64 {
     let one = |info: &Info| {
         let domain = Domain::open([info.height, info.width]);
-        let features = samples(domain).saturating_mul(2 * info.channels as u64 + 2);
         let as_read = picture(domain, info.channels, info.depth).saturating_mul(3);
         let as_rendered = picture(domain, info.channels.max(4), depth);
-        features.saturating_add(as_read).saturating_add(as_rendered)
+        as_read.saturating_add(as_rendered)
     };
     infos.iter().map(one).fold(PROGRAM, u64::saturating_add)
+}
+
+/// An upper bound of what sources take: features and validity, twice while they are turned.
+pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> u64 {
+    let one = |domain: &Domain<2>| samples(*domain).saturating_mul(2 * channels as u64 + 2);
+    sources.iter().map(one).fold(0, u64::saturating_add)
 }
 
 /// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Plane, Render, SourceMap};
+use selvedge_core::{Domain, Plane, Render, SourceMap, Transform};
 use selvedge_io::{Format, MapFile, Metadata, Provenance};
 
 use crate::args::FormatArg;
@@ -51,7 +51,7 @@ pub(crate) struct Loom<'a> {
     pub(crate) domain: Domain<2>,
 }
 
-/// The method's share of the memory: exemplar domains, feature channels, output domain.
+/// The method's share of the memory: domains of the sources, feature channels, output domain.
 pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> u64;
 
 impl Weaving {
@@ -60,6 +60,7 @@ impl Weaving {
         &'a self,
         session: &'a Session<'a>,
         command: &'static str,
+        transforms: &[Transform],
         estimate: Estimate<'_>,
     ) -> Result<Loom<'a>, Failure> {
         let mut report = Report::new(command);
@@ -69,10 +70,10 @@ impl Weaving {
         outputs::check_depth(&self.output, format, headers.depth)?;
         let domain = Tile::domain(self.tile, self.size.shape(headers.domains()[0].shape));
         check_size(session, domain)?;
-        let needed = memory::check(session.limits.memory, domain, &|d| self.need(&headers, d, estimate))?;
+        let needed = memory::check(session.limits.memory, domain, &|d| self.need(&headers, transforms, d, estimate))?;
         let human = memory::human;
         session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
-        let loaded = headers.load(session, &mut report)?;
+        let loaded = headers.load(session, transforms, &mut report)?;
         report.estimate = Some(needed);
         report.stage("read");
         Ok(Loom { session, args: self, format, report, loaded, domain })
@@ -82,10 +83,13 @@ impl Weaving {
         std::iter::once(self.output.as_path()).chain(self.map.as_deref()).collect()
     }
 
-    fn need(&self, headers: &Headers, domain: Domain<2>, estimate: Estimate<'_>) -> u64 {
-        let exemplars = memory::exemplars(&headers.infos, headers.depth);
+    fn need(&self, headers: &Headers, transforms: &[Transform], domain: Domain<2>, estimate: Estimate<'_>) -> u64 {
+        let sources: Vec<Domain<2>> =
+            headers.domains().iter().flat_map(|d| transforms.iter().map(|t| t.domain(*d))).collect();
+        let exemplars = memory::exemplars(&headers.infos, headers.depth)
+            .saturating_add(memory::sources(&sources, headers.layout.colors));
         let output = memory::outputs(domain, headers.layout.channels(), headers.depth, self.map.is_some());
-        let method = estimate(&headers.domains(), headers.layout.colors, domain);
+        let method = estimate(&sources, headers.layout.colors, domain);
         exemplars.saturating_add(output).saturating_add(method)
     }
 }

@@ -85,6 +85,12 @@ pub enum Error {
     /// Every sample of every exemplar is masked or transparent.
     #[error("no sample of any exemplar is valid; every one is masked or transparent")]
     NothingValid,
+    /// An angle or a magnification is no number or out of range.
+    #[error("{transform:?} is out of range; use finite angles and scales from 1/16 to 16")]
+    Transform {
+        /// The transform asked for.
+        transform: crate::Transform,
+    },
     /// The weights do not match the channels.
     #[error("{found} weights for {expected} feature channels")]
     Weights {
@@ -92,6 +98,40 @@ pub enum Error {
         expected: usize,
         /// Weights given.
         found: usize,
+    },
+    /// Guides and what they lie under differ in number.
+    #[error("{found} guide maps were given for {expected}; every exemplar needs one")]
+    GuideCount {
+        /// How many are needed.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// A guide map and its exemplar differ in shape.
+    #[error(
+        "the guide map of exemplar {exemplar} is {found:?}, but the exemplar is {expected:?}; maps must be registered"
+    )]
+    GuideShape {
+        /// The exemplar, from 0.
+        exemplar: usize,
+        /// The exemplar's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The map's shape.
+        found: Vec<u32>,
+    },
+    /// The targets of guides that are joined differ in shape.
+    #[error("a guide's target is {found:?}, but the first one's is {expected:?}; targets must be registered")]
+    GuideTarget {
+        /// The first target's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The shape found.
+        found: Vec<u32>,
+    },
+    /// A guide's weight is negative or no number, or no guide has any weight.
+    #[error("a guide's weight of {weight} cannot be used; use numbers from 0 up, not all of them 0")]
+    GuideWeight {
+        /// The weight.
+        weight: f64,
     },
     /// A map names samples that its sources do not hold.
     #[error("the map names sample {id}, but its sources hold {samples}")]
@@ -116,7 +156,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Allocation { .. } => ErrorKind::Memory,
-            Self::Weights { .. } => ErrorKind::Option,
+            Self::GuideWeight { .. } | Self::Transform { .. } | Self::Weights { .. } => ErrorKind::Option,
             Self::Length { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }

@@ -1,5 +1,6 @@
 //! Exemplars as methods see them: features and validity, one source an orientation.
 
+use crate::resample;
 use crate::source_map::SourceTable;
 use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform};
 
@@ -21,13 +22,22 @@ impl<const D: usize> Source<D> {
     }
 
     fn new(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>, origin: Origin) -> Result<Self, Error> {
+        if let Some(resampling) = origin.transform.resampling() {
+            let valid = Some(resample::validity(features.domain(), valid, resampling)?);
+            let features = resample::resample(features, resampling, f64::from, |v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
+            return Ok(Self { features, valid, origin });
+        }
         let valid = valid.map(|v| oriented(v, origin.transform, false)).transpose()?;
         Ok(Self { features: oriented(features, origin.transform, 0)?, valid, origin })
     }
 }
 
 /// The grid as a transform shows it.
-fn oriented<T: Copy, const D: usize>(grid: &Grid<T, D>, transform: Transform, fill: T) -> Result<Grid<T, D>, Error> {
+pub(crate) fn oriented<T: Copy, const D: usize>(
+    grid: &Grid<T, D>,
+    transform: Transform,
+    fill: T,
+) -> Result<Grid<T, D>, Error> {
     if transform == Transform::IDENTITY {
         return grid.map(|v| v);
     }
@@ -54,7 +64,7 @@ impl<const D: usize> Exemplars<D> {
     /// Each exemplar (its registered planes) in each orientation. A sample is valid where no plane's alpha is 0.
     ///
     /// # Errors
-    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::NothingValid`].
+    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::NothingValid`], [`Error::Transform`].
     pub fn new(encoder: &Encoder, exemplars: &[&[Plane<D>]], transforms: &[Transform]) -> Result<Self, Error> {
         Self::masked(encoder, exemplars, &vec![None; exemplars.len()], transforms)
     }
@@ -74,6 +84,9 @@ impl<const D: usize> Exemplars<D> {
             let features = encoder.encode(planes)?;
             let valid = validity(e, planes, masks.get(e).and_then(Option::as_ref))?;
             for &transform in transforms {
+                if !transform.is_valid() {
+                    return Err(Error::Transform { transform });
+                }
                 let origin = Origin { exemplar: e as u16, transform };
                 sources.push(Source::new(&features, valid.as_ref(), origin)?);
             }

@@ -1,6 +1,7 @@
 //! From a source map to samples, in the payload's own depth.
 
 use crate::plane::Plane;
+use crate::resample;
 use crate::source_map::SourceTable;
 use crate::{Domain, Error, Grid, Role, SampleId, Samples, SourceMap, Transform, try_vec};
 
@@ -14,14 +15,19 @@ pub trait Render<const D: usize> {
 }
 
 impl<const D: usize> Render<D> for SourceMap<D> {
-    /// Copies samples bit for bit; unassigned positions are 0. Normals are turned with their source.
+    /// Copies samples bit for bit; unassigned positions are 0. Normals are turned with their source. Samples of resampled
+    /// sources are interpolated.
     fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
         let first = check(&self.table, planes)?;
         let gather = Gather::new(&self.table)?;
-        let grids = |i: usize| &planes[i].samples;
+        let resampled = resampled(&self.table, planes)?;
+        let of_source = |s: usize| {
+            let exemplar = usize::from(self.table.sources()[s].0.exemplar);
+            resampled[s].as_ref().map_or(&planes[exemplar].samples, |p| &p.samples)
+        };
         macro_rules! copy {
             ($depth:ident, $negate:expr) => {{
-                let grids = (0..planes.len()).map(|i| match grids(i) {
+                let grids = (0..self.table.sources().len()).map(|s| match of_source(s) {
                     Samples::$depth(g) => g,
                     _ => unreachable!("layouts were compared"),
                 });
@@ -61,6 +67,15 @@ fn check<'a, const D: usize>(table: &SourceTable<D>, planes: &[&'a Plane<D>]) ->
     Ok(first)
 }
 
+/// The plane of each source that is resampled.
+fn resampled<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<Vec<Option<Plane<D>>>, Error> {
+    let of = |(origin, _): &(crate::Origin, Domain<D>)| {
+        let plane = planes[usize::from(origin.exemplar)];
+        origin.transform.resampling().map(|r| resample::plane(plane, r)).transpose()
+    };
+    table.sources().iter().map(of).collect()
+}
+
 /// Where each sample's payload lies.
 struct Gather<'a, const D: usize> {
     table: &'a SourceTable<D>,
@@ -74,7 +89,7 @@ impl<'a, const D: usize> Gather<'a, D> {
         Ok(Self { table, turned: turned.collect::<Result<_, _>>()? })
     }
 
-    /// Copies each sample of each channel; `negate` mirrors one component of a normal.
+    /// Copies each sample of each channel from the grid of its source; `negate` mirrors one component of a normal.
     fn copy<T: Copy + Default>(
         &self,
         ids: &Grid<SampleId, D>,
@@ -89,9 +104,10 @@ impl<'a, const D: usize> Gather<'a, D> {
                 .table
                 .sources()
                 .iter()
-                .map(|(origin, _)| {
+                .zip(grids)
+                .map(|((origin, _), grid)| {
                     let (from, negated) = component(role, origin.transform, c);
-                    (grids[usize::from(origin.exemplar)].plane(from), negated)
+                    (grid.plane(from), negated)
                 })
                 .collect();
             for (to, &id) in out.plane_mut(c).iter_mut().zip(ids.plane(0)) {
@@ -120,7 +136,7 @@ fn component(role: Role, transform: Transform, c: usize) -> (usize, bool) {
 }
 
 fn origin_indices<const D: usize>(transform: Transform, source: Domain<D>) -> Result<Option<Vec<u32>>, Error> {
-    if transform == Transform::IDENTITY {
+    if transform == Transform::IDENTITY || transform.resampling().is_some() {
         return Ok(None);
     }
     // Undoing an exact transform swaps the sides exactly as doing it does.

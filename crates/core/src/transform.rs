@@ -1,6 +1,7 @@
 //! Orientations of an exemplar, and the way back to its own samples.
 
 use crate::Domain;
+use crate::resample::Resampling;
 
 /// How a source was made from its exemplar.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,15 +14,43 @@ pub enum Transform {
         /// Mirrored left to right before turning.
         mirror: bool,
     },
+    /// Turned about its centre by any angle and magnified, over the last two axes: samples are interpolated
+    /// (Catmull-Rom, averaged over several spots where it shrinks), and the corners that the turned exemplar does not
+    /// reach are not valid.
+    Resampled {
+        /// Clockwise angle in degrees.
+        degrees: f64,
+        /// Magnification, `1/16` to 16.
+        scale: f64,
+    },
 }
 
 impl Transform {
     /// The exemplar as it is.
     pub const IDENTITY: Self = Self::Exact { quarter_turns: 0, mirror: false };
 
+    /// True if angle and magnification are numbers in their range.
+    pub fn is_valid(self) -> bool {
+        match self {
+            Self::Exact { .. } => true,
+            Self::Resampled { degrees, scale } => degrees.is_finite() && (1.0 / 16.0..=16.0).contains(&scale),
+        }
+    }
+
+    /// How a resampled source is made; `None` for an exact one.
+    pub(crate) fn resampling(self) -> Option<Resampling> {
+        match self {
+            Self::Exact { .. } => None,
+            Self::Resampled { degrees, scale } => Some(Resampling::new(degrees, scale)),
+        }
+    }
+
     /// The shape of a source made from an exemplar of this domain.
     pub fn domain<const D: usize>(self, mut exemplar: Domain<D>) -> Domain<D> {
-        let Self::Exact { quarter_turns, .. } = self;
+        let quarter_turns = match self {
+            Self::Exact { quarter_turns, .. } => quarter_turns,
+            Self::Resampled { degrees, scale } => return Resampling::new(degrees, scale).domain(exemplar),
+        };
         if quarter_turns % 2 == 1 {
             exemplar.shape.swap(D - 2, D - 1);
             exemplar.periodic.swap(D - 2, D - 1);
@@ -30,8 +59,11 @@ impl Transform {
     }
 
     /// The exemplar's position whose sample stands at `at` in the source; `source` is the source's domain.
+    ///
+    /// # Panics
+    /// For resampled sources, whose samples stand between those of the exemplar.
     pub fn origin<const D: usize>(self, source: Domain<D>, at: [u32; D]) -> [u32; D] {
-        let Self::Exact { quarter_turns, mirror } = self;
+        let Self::Exact { quarter_turns, mirror } = self else { panic!("{self:?} copies no samples") };
         let (mut h, mut w) = (source.shape[D - 2], source.shape[D - 1]);
         let (mut y, mut x) = (at[D - 2], at[D - 1]);
         for _ in 0..quarter_turns % 4 {
@@ -51,7 +83,7 @@ impl Transform {
     /// Where a vector of the exemplar (x right, y up) points in the source: for each of x and y, which
     /// component it takes (0 = x, 1 = y) and whether it is negated.
     pub(crate) fn vector(self) -> [(usize, bool); 2] {
-        let Self::Exact { quarter_turns, mirror } = self;
+        let Self::Exact { quarter_turns, mirror } = self else { return [(0, false), (1, false)] };
         let mut v = [(0, mirror), (1, false)];
         for _ in 0..quarter_turns % 4 {
             v = [v[1], (v[0].0, !v[0].1)];

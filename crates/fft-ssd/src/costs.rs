@@ -148,6 +148,8 @@ impl<const D: usize> Costs<D> {
         let bound = u128::from(weight) * u128::from(self.bound) + u128::from(other_weight) * u128::from(other.bound);
         self.bound =
             u64::try_from(bound).ok().filter(|&b| b < u64::MAX).ok_or(Error::Overflow { bound: bound as f64 })?;
+        // Candidates of a sum are compared by the sum, as if all had that many samples: any number but 0.
+        self.samples = self.samples.max(other.samples);
         self.widen()?;
         for (flat, error) in self.wide.iter_mut().enumerate() {
             *error = match other.error(flat) {

@@ -7,7 +7,7 @@ use crate::grid::GridGraph;
 /// The energy of two neighbouring labels: `e01` is paid if the first node has label 0 and the second label 1.
 ///
 /// A term is *regular* if `e00 + e11 <= e01 + e10`: neighbours like to agree. Only regular terms can be a graph
-/// [Kolmogorov and Zabih, PAMI 2004]; what happens to others is told at [`BinaryEnergy::pairwise`].
+/// (Kolmogorov and Zabih, PAMI 2004); what happens to others is told at [`BinaryEnergy::pairwise`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PairwiseTerm {
     /// Both keep label 0.

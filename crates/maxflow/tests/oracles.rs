@@ -17,15 +17,14 @@ fn by_petgraph(problem: &Problem) -> (i64, Vec<bool>) {
     let mut graph = petgraph::Graph::<(), u64>::new();
     let nodes: Vec<NodeIndex> = (0..n + 2).map(|_| graph.add_node(())).collect();
     let (source, sink) = (nodes[n], nodes[n + 1]);
-    for (v, terminals) in problem.terminals.iter().enumerate() {
-        let [mut s, mut t] = *terminals;
-        match problem.pins[v] {
+    for (&node, (&[mut s, mut t], pin)) in nodes.iter().zip(problem.terminals.iter().zip(&problem.pins)) {
+        match pin {
             Some(Side::Source) => s += endless,
             Some(Side::Sink) => t += endless,
             None => {}
         }
-        graph.add_edge(source, nodes[v], s as u64);
-        graph.add_edge(nodes[v], sink, t as u64);
+        graph.add_edge(source, node, s as u64);
+        graph.add_edge(node, sink, t as u64);
     }
     for &(v, w, c) in &problem.arcs {
         graph.add_edge(nodes[v], nodes[w], c as u64);

@@ -66,6 +66,12 @@ impl Block {
         [self.rows.len, self.columns.len]
     }
 
+    /// True where the block lies on what was laid before it.
+    pub(crate) fn is_overlap(&self, [y, x]: [u32; 2]) -> bool {
+        let inside = |span: &Span, p: u32| span.before <= p && p < span.len - span.after;
+        !(inside(&self.rows, y) && inside(&self.columns, x))
+    }
+
     /// The output position of a position in the block.
     #[inline]
     pub(crate) fn position(&self, output: Domain<2>, [y, x]: [u32; 2]) -> [u32; 2] {
@@ -154,6 +160,22 @@ mod tests {
                     check(len, periodic, block, overlap);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn overlaps_are_what_was_laid_before() {
+        for (periodic, shape) in [([false; 2], [23, 31]), ([true, false], [20, 24]), ([true; 2], [30, 17])] {
+            let output = Domain { shape, periodic };
+            let grid = BlockGrid::new(output, 9, 3);
+            let mut laid = vec![false; output.len()];
+            for block in (0..grid.len()).map(|number| grid.block(number)) {
+                let places = Domain::open(block.shape()).positions().map(|p| (p, block.position(output, p)));
+                let places: Vec<_> = places.map(|(p, at)| (p, output.index(at))).collect();
+                assert!(places.iter().all(|&(p, at)| block.is_overlap(p) == laid[at]));
+                places.iter().for_each(|&(_, at)| laid[at] = true);
+            }
+            assert!(laid.iter().all(|&l| l));
         }
     }
 

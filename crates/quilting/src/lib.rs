@@ -38,13 +38,17 @@
 mod auto_block;
 mod block_grid;
 mod boundary_cut;
+pub mod correspondence;
 mod estimate;
 mod options;
+mod quilt;
 mod quilter;
 mod search;
 mod strip;
+mod transfer;
 
 pub use auto_block::suggest_block;
 pub use estimate::estimate;
 pub use options::{Continuation, Error, Options, Stage};
-pub use quilter::{Stats, quilt};
+pub use quilt::{Stats, quilt};
+pub use transfer::{PassStats, TransferOptions, TransferStats, transfer};

@@ -71,10 +71,7 @@ impl Options {
         {
             return Err(Error::Overlap { overlap, block, limit: block / 2 });
         }
-        if !(0.0..=100.0).contains(&self.tolerance) {
-            return Err(Error::Tolerance { tolerance: self.tolerance });
-        }
-        Ok(())
+        check_tolerance(self.tolerance)
     }
 
     /// The overlap for a block: the given one, or a sixth. `[Efros01 2.2]`
@@ -85,14 +82,19 @@ impl Options {
             None => Ok((block / 6).max(1).min(block / 2)),
         }
     }
+}
 
-    /// The tolerance on squared errors, in thousandths: `error * 1000 <= least * (1000 + tolerance)`.
-    ///
-    /// The paper's 0.1 is on the L2 norm, so squared errors may be 1.21 times the least.
-    pub(crate) fn per_mille(&self) -> u32 {
-        let factor = 1.0 + self.tolerance;
-        ((factor * factor - 1.0) * 1000.0).round() as u32
-    }
+/// A tolerance on squared errors, in thousandths: `error * 1000 <= least * (1000 + per_mille)`.
+///
+/// The paper's 0.1 is on the L2 norm, so squared errors may be 1.21 times the least. `[Efros01 2.2]`
+pub(crate) fn per_mille(tolerance: f64) -> u32 {
+    let factor = 1.0 + tolerance;
+    ((factor * factor - 1.0) * 1000.0).round() as u32
+}
+
+/// Checks a tolerance.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    if (0.0..=100.0).contains(&tolerance) { Ok(()) } else { Err(Error::Tolerance { tolerance }) }
 }
 
 /// An error of this crate.
@@ -117,6 +119,28 @@ pub enum Error {
     Tolerance {
         /// The tolerance asked for.
         tolerance: f64,
+    },
+    /// No pass, or too many.
+    #[error("{passes} passes are out of range; use 1 to {limit}")]
+    Passes {
+        /// The passes asked for.
+        passes: u32,
+        /// The most allowed.
+        limit: u32,
+    },
+    /// A share that is no fraction.
+    #[error("an alpha of {alpha} is out of range; use 0 (only the target counts) to 1 (only the texture)")]
+    Alpha {
+        /// The alpha asked for.
+        alpha: f64,
+    },
+    /// A blur that is negative, too large, or no number.
+    #[error("a blur of {sigma} px is out of range; use 0 to {limit}")]
+    Blur {
+        /// The blur asked for.
+        sigma: f64,
+        /// The widest allowed.
+        limit: f64,
     },
     /// No exemplar holds a block.
     #[error(
@@ -160,7 +184,13 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Block | Self::Overlap { .. } | Self::Tolerance { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::Block
+            | Self::Overlap { .. }
+            | Self::Tolerance { .. }
+            | Self::Passes { .. }
+            | Self::Alpha { .. }
+            | Self::Blur { .. }
+            | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::BlockExceedsExemplar { .. } | Self::Masked { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -175,7 +205,7 @@ mod tests {
     #[test]
     fn defaults_follow_the_paper() {
         let options = Options::default();
-        assert_eq!(options.per_mille(), 210);
+        assert_eq!(per_mille(options.tolerance), 210);
         assert_eq!([1, 2, 5, 6, 36, 48].map(|b| options.overlap_of(b).unwrap()), [0, 1, 1, 1, 6, 8]);
     }
 

@@ -1,6 +1,6 @@
 //! Pictures of one idea each, for tests: what the right answer is can be seen from the code. All 8-bit.
 
-use selvedge_core::{Plane, Role};
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
 use crate::noise::Noise;
 use crate::picture::plane8;
@@ -8,6 +8,12 @@ use crate::picture::plane8;
 /// Every pixel `value`: all patches tie.
 pub fn constant(width: u32, height: u32, value: u8) -> Plane<2> {
     grey(width, height, |_, _| value)
+}
+
+/// RGB and alpha, all 0: nothing in it is valid.
+pub fn transparent(width: u32, height: u32) -> Plane<2> {
+    let nothing = Grid::try_filled(Domain::open([height, width]), 4, 0).expect("small");
+    Plane::with_alpha(Role::Color, Samples::U8(nothing))
 }
 
 /// Black and white squares of `cell` pixels; the pixel `(0, 0)` is black.

@@ -28,7 +28,7 @@ const OWNED: [(&str, &[&str]); 13] = [
     ("tiff", &["io"]),
     ("rustfft", &["fft-ssd"]),
     ("realfft", &["fft-ssd"]),
-    ("petgraph", &["maxflow"]),
+    ("petgraph", &["maxflow", "graphcut-textures"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("serde", &["cli"]),

@@ -42,7 +42,7 @@ impl Inspect {
         let source = &exemplars.sources()[0];
         let found = periods(&source.features, source.valid.as_ref(), exemplars.weights());
         let lattice = lattice(&found.map_err(|e| about(Failure::of(e.kind(), e.to_string())))?);
-        let block = suggest_block(&exemplars);
+        let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());
         let (channels, depth) = (plane.samples.channels(), plane.samples.depth().name());

@@ -3,6 +3,7 @@
 pub(crate) mod apply;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod graphcut;
 pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
@@ -45,6 +46,7 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
 fn execute(command: &Command, session: &Session<'_>) -> Result<Done, Failure> {
     match command {
         Command::Quilt(quilt) => quilt.run(session),
+        Command::Graphcut(graphcut) => graphcut.run(session),
         Command::Apply(apply) => apply.run(session),
         Command::Info(info) => info.run(session),
         Command::Inspect(inspect) => inspect.run(session),

@@ -1,8 +1,8 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
 use clap::{Args, ValueEnum};
-use selvedge_core::{Domain, Run};
-use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt, suggest_block};
+use selvedge_core::{Domain, Run, Transform};
+use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -89,21 +89,20 @@ impl Quilt {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
-        let loom = self
-            .weaving
-            .begin(session, "quilt", &|exemplars, channels, output| estimate(exemplars, channels, output, &options))?;
+        let loom = self.weaving.begin(session, "quilt", &[Transform::IDENTITY], &|exemplars, channels, output| {
+            estimate(exemplars, channels, output, &options)
+        })?;
         let exemplars = &loom.loaded.exemplars;
-        let options = Options { block: Some(options.block.unwrap_or_else(|| suggest_block(exemplars))), ..options };
         if loom.is_dry() {
             // The least output tells whether options and exemplars go together.
             let one =
                 quilt(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0)).map_err(|e| failure(&loom, e))?;
-            let used = used(&loom, &options, one.stats.overlap);
+            let used = used(&loom, &options, &one.stats);
             return Ok(loom.would(used, &format!("from blocks of {} px", one.stats.block)));
         }
         let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
-        let used = used(&loom, &options, stats.overlap);
+        let used = used(&loom, &options, &stats);
         loom.finish(woven.result, woven.complete, used, counts(&stats), &how(&stats))
     }
 
@@ -122,11 +121,11 @@ impl Quilt {
 }
 
 /// The options as used.
-fn used(loom: &Loom<'_>, options: &Options, overlap: u32) -> Used {
+fn used(loom: &Loom<'_>, options: &Options, stats: &Stats) -> Used {
     let lower = |name: String| name.to_lowercase();
     loom.used()
-        .with("block", options.block)
-        .with("overlap", overlap)
+        .with("block", stats.block)
+        .with("overlap", stats.overlap)
         .with("tolerance", options.tolerance)
         .with("stage", lower(format!("{:?}", options.stage)))
         .with("continuation", lower(format!("{:?}", options.continuation)))

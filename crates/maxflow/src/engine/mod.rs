@@ -3,6 +3,7 @@
 //! An engine takes a residual network with saturated pins and moves flow until no positive excess can reach a negative
 //! one. All of them leave the same thing behind, so they can follow each other.
 
+mod between;
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
 pub(crate) mod strip;
@@ -42,26 +43,44 @@ pub(crate) enum Outcome {
 pub(crate) struct Scratch<A> {
     tree: TreeScratch<A>,
     pseudo: PseudoScratch<A>,
+    marks: Vec<u8>,
+    stack: Vec<u32>,
 }
 
 impl<A> Default for Scratch<A> {
     fn default() -> Self {
-        Self { tree: TreeScratch::default(), pseudo: PseudoScratch::default() }
+        Self { tree: TreeScratch::default(), pseudo: PseudoScratch::default(), marks: Vec::new(), stack: Vec::new() }
     }
 }
 
 /// Saturates the pins and makes the flow maximum, or says [`MaxflowError::Cancelled`].
+///
+/// `solved`: the flow was maximum before some changes, and is nearly so now.
 pub(crate) fn maximize<N: Network>(
     net: &mut N,
     engine: Engine,
+    solved: bool,
     scratch: &mut Scratch<N::Arc>,
     cancelled: &dyn Fn() -> bool,
 ) -> Result<()> {
     saturate_pins(net);
-    match run(net, engine, scratch, cancelled) {
+    let automatic = matches!(engine, Engine::Auto | Engine::ShortestPath);
+    let outcome =
+        if solved && automatic { mend(net, scratch, cancelled) } else { run(net, engine, scratch, cancelled) };
+    match outcome {
         Outcome::Done => Ok(()),
         Outcome::Cancelled => Err(MaxflowError::Cancelled),
     }
+}
+
+/// Few paths are left to be found: engine T finds them in one growth of its trees, where engine P would first have to
+/// give up all the excess that did not get through last time.
+fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc>, cancelled: &dyn Fn() -> bool) -> Outcome {
+    if !between::mark(net, &mut scratch.marks, &mut scratch.stack) {
+        return Outcome::Done;
+    }
+    let marks = &scratch.marks;
+    tree::solve(net, &mut scratch.tree, |v| between::is_between(marks, v), cancelled)
 }
 
 fn run<N: Network>(
@@ -76,7 +95,7 @@ fn run<N: Network>(
         chosen => chosen,
     };
     if engine == Engine::Trees {
-        return tree::solve(net, &mut scratch.tree, cancelled);
+        return tree::solve(net, &mut scratch.tree, |_| true, cancelled);
     }
     run_pseudoflow(net, &supply, scratch, cancelled)
 }

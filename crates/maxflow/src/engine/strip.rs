@@ -9,12 +9,12 @@
 //!
 //! Distances are found by sweeps over the rows of faces, down and up in turn, each row relaxed exactly from the
 //! row before and then in itself both ways. A path with `t` turns is found after `t + 1` sweeps, and rows that did not change
-//! are skipped: real strips need a handful. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
+//! are skipped. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
 
 use crate::grid::GridNet;
 use crate::network::{Network, Role, saturate_pins};
 
-/// After so many sweeps a strip is left to the general engines. Textures took at most 9.
+/// After so many sweeps a strip is left to the general engines.
 const MAX_SWEEPS: usize = 64;
 /// Distance of a face not reached yet; small enough to add capacities to.
 const FAR: i64 = i64::MAX / 4;

@@ -20,7 +20,7 @@ enum Tag {
     Free,
     Source,
     Sink,
-    /// Pinned or masked: takes no part.
+    /// Pinned, masked or not relevant: takes no part.
     Blocked,
 }
 
@@ -55,14 +55,15 @@ impl<A> Default for TreeScratch<A> {
 /// How many augmentations pass between two looks at `cancelled`.
 const CANCEL_PERIOD: u32 = 1024;
 
-/// Runs engine T until the flow is maximum or `cancelled` says stop.
+/// Runs engine T on the `relevant` nodes until their flow is maximum or `cancelled` says stop.
 pub(crate) fn solve<N: Network>(
     net: &mut N,
     scratch: &mut TreeScratch<N::Arc>,
+    relevant: impl Fn(usize) -> bool,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     let mut trees = Trees { net, scratch, time: 1, stop: None, cancelled };
-    trees.plant();
+    trees.plant(relevant);
     trees.grow_all();
     trees.stop.unwrap_or(Outcome::Done)
 }
@@ -77,8 +78,8 @@ struct Trees<'a, N: Network> {
 }
 
 impl<N: Network> Trees<'_, N> {
-    /// Every node with excess becomes a root.
-    fn plant(&mut self) {
+    /// Every relevant node with excess becomes a root; the trees never enter the others.
+    fn plant(&mut self, relevant: impl Fn(usize) -> bool) {
         let blank = TreeNode { stamp: 0, depth: 0, parent: N::ROOT, tag: Tag::Free, queued: false };
         let nodes = &mut self.scratch.nodes;
         nodes.clear();
@@ -88,6 +89,7 @@ impl<N: Network> Trees<'_, N> {
         for v in self.net.nodes() {
             let excess = self.net.excess(v);
             let tag = match self.net.role(v) {
+                Role::Free if !relevant(v) => Tag::Blocked,
                 Role::Free if excess > N::Cap::ZERO => Tag::Source,
                 Role::Free if excess < N::Cap::ZERO => Tag::Sink,
                 Role::Free => continue,

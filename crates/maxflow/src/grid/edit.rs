@@ -63,7 +63,7 @@ impl<const D: usize> GridGraph<D> {
     /// Changes the capacities of a link by the given amounts, which may be negative; also after a solve.
     ///
     /// The solve's flow is kept as far as it still fits; what no longer fits becomes excess at one end and lack at the
-    /// other, and the next solve mends that alone [Kohli and Torr, PAMI 2007, section 3].
+    /// other, and the next solve mends that alone (Kohli and Torr, PAMI 2007).
     ///
     /// # Errors
     ///

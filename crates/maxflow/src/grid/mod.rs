@@ -67,6 +67,8 @@ pub struct GridGraph<const D: usize> {
     source_total: i64,
     /// Anything but masks was set since the graph was new or cleared.
     touched: bool,
+    /// Solved since the graph was new or cleared: the flow is nearly maximum.
+    solved: bool,
     engine: Engine,
     scratch: Scratch<u8>,
     stack: Vec<u32>,
@@ -104,6 +106,7 @@ impl<const D: usize> GridGraph<D> {
             offsets,
             source_total: 0,
             touched: false,
+            solved: false,
             engine: Engine::Auto,
             scratch: Scratch::default(),
             stack: Vec::new(),
@@ -119,6 +122,7 @@ impl<const D: usize> GridGraph<D> {
         self.flags.iter_mut().for_each(|f| *f &= EDGE_MASK);
         self.source_total = 0;
         self.touched = false;
+        self.solved = false;
     }
 
     /// Chooses how later solves work. The answer does not depend on it.

@@ -74,8 +74,8 @@ impl<const D: usize> GridGraph<D> {
         cut: &mut MinCut,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<()> {
-        let (engine, mut scratch) = (self.engine, std::mem::take(&mut self.scratch));
-        let done = engine::maximize(&mut self.net::<K, WRAP>(), engine, &mut scratch, cancelled);
+        let (engine, solved, mut scratch) = (self.engine, self.solved, std::mem::take(&mut self.scratch));
+        let done = engine::maximize(&mut self.net::<K, WRAP>(), engine, solved, &mut scratch, cancelled);
         self.scratch = scratch;
         done?;
         self.read_off::<K, WRAP>(cut);
@@ -87,6 +87,7 @@ impl<const D: usize> GridGraph<D> {
         let (source_total, mut stack) = (self.source_total, std::mem::take(&mut self.stack));
         closure::read_off(&self.net::<K, WRAP>(), source_total, cut, &mut stack);
         self.stack = stack;
+        self.solved = true;
     }
 
     /// Capacity of the cut between the nodes marked `true` and the others: what [`solve`](Self::solve) makes least.

@@ -42,6 +42,8 @@ pub struct Graph {
     source_total: i64,
     /// Sum of everything that was given.
     total: i64,
+    /// Solved before: the flow is nearly maximum.
+    solved: bool,
     engine: Engine,
     scratch: Scratch<u32>,
     stack: Vec<u32>,
@@ -65,7 +67,18 @@ impl Graph {
         let rows = Rows::of(nodes, &[])?;
         let (excess, roles) = (filled(0, nodes, nodes, 0)?, filled(Role::Free, nodes, nodes, 0)?);
         let (fresh, stack, scratch) = (Vec::new(), Vec::new(), Scratch::default());
-        Ok(Self { excess, roles, rows, fresh, source_total: 0, total: 0, engine: Engine::Auto, scratch, stack })
+        Ok(Self {
+            excess,
+            roles,
+            rows,
+            fresh,
+            source_total: 0,
+            total: 0,
+            solved: false,
+            engine: Engine::Auto,
+            scratch,
+            stack,
+        })
     }
 
     /// Number of nodes.
@@ -208,8 +221,9 @@ impl Graph {
     pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.sort_in()?;
         let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &self.roles };
-        engine::maximize(&mut net, self.engine, &mut self.scratch, cancelled)?;
+        engine::maximize(&mut net, self.engine, self.solved, &mut self.scratch, cancelled)?;
         closure::read_off(&net, self.source_total, cut, &mut self.stack);
+        self.solved = true;
         Ok(())
     }
 

@@ -1,9 +1,10 @@
 //! Cobbles: rounded stones of many colours, sand and moss in the joints, low sun from the upper left.
 
-use selvedge_core::Plane;
+use selvedge_core::{Grid, Plane, Role, Samples};
 
 use crate::color::{Rgb, along, blend, hex, scaled};
 use crate::noise::{Noise, lerp, ramp};
+use crate::picture::bytes;
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0xc0bb);
@@ -12,13 +13,34 @@ const PITCH: f64 = 25.0;
 
 /// Cobbles, 192 x 192, sRGB.
 pub fn cobbles() -> Plane<2> {
+    street(192)
+}
+
+/// Cobbles, 128 x 128, with a hole: alpha is 0 in a disc, whose colour is a magenta that no stone has.
+pub fn cobbles_with_hole() -> Plane<2> {
+    let opaque = street(128);
+    let mut samples = bytes(&opaque).to_vec();
+    samples.resize(samples.len() / 3 * 4, 255);
+    let mut grid = Grid::from_vec(opaque.domain(), 4, samples).expect("three planes and one of alpha");
+    for at in opaque.domain().positions() {
+        let from_center = |i: usize| f64::from(at[i]) - 70.0;
+        if from_center(0) * from_center(0) + from_center(1) * from_center(1) < 26.0 * 26.0 {
+            for (channel, value) in [255, 0, 255, 0].into_iter().enumerate() {
+                grid.set(channel, at, value);
+            }
+        }
+    }
+    Plane::with_alpha(Role::Color, Samples::U8(grid))
+}
+
+fn street(side: u32) -> Plane<2> {
     let light = Light {
         towards: [-0.62, -0.55, 0.62],
         sun: scaled(hex(0xfff0d8), 1.75),
         sky: scaled(hex(0xbcd0ea), 0.62),
         gloss: 0.05,
     };
-    Relief::of(192, 192, surface).lit(&light)
+    Relief::of(side, side, surface).lit(&light)
 }
 
 /// The stone under a point: its cell, and how far the point is from the nearest joint.

@@ -6,6 +6,6 @@ mod scales;
 mod weave;
 
 pub use bricks::{Bricks, bricks};
-pub use cobbles::cobbles;
+pub use cobbles::{cobbles, cobbles_with_hole};
 pub use scales::{scales, scales_hdr};
 pub use weave::weave;

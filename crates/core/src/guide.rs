@@ -1,0 +1,230 @@
+//! Features that steer: further channels under the exemplars and under the output.
+
+use crate::exemplars::oriented;
+use crate::{Domain, Error, Exemplars, Grid};
+
+/// What an output has to follow besides the look of its exemplars: the same features under every source and under the
+/// output. `[Efros01 3]`
+///
+/// The error of a source sample at an output position is the sum over the channels of
+/// `weight * (source - target)^2`, in squared 8-bit steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guide<const D: usize> {
+    source: Vec<Grid<u8, D>>,
+    target: Grid<u8, D>,
+    weights: Vec<u8>,
+}
+
+impl<const D: usize> Guide<D> {
+    /// A guide from one map an exemplar and one for the output; every channel weighs 1.
+    ///
+    /// The maps are turned like the sources. `target` also says where the output is periodic.
+    ///
+    /// # Errors
+    /// [`Error::GuideCount`] (a map is missing), [`Error::GuideShape`] (a map and its exemplar differ),
+    /// [`Error::Weights`] (channels differ), [`Error::Allocation`].
+    pub fn new(exemplars: &Exemplars<D>, maps: &[Grid<u8, D>], target: Grid<u8, D>) -> Result<Self, Error> {
+        let origins = || exemplars.sources().iter().map(|s| s.origin);
+        let expected = origins().map(|o| usize::from(o.exemplar) + 1).max().unwrap_or(0);
+        if expected != maps.len() {
+            return Err(Error::GuideCount { expected, found: maps.len() });
+        }
+        let turned = |o: crate::Origin| oriented(&maps[usize::from(o.exemplar)], o.transform, 0);
+        let source = origins().map(turned).collect::<Result<Vec<_>, _>>()?;
+        let weights = vec![1; target.channels()];
+        let guide = Self { source, target, weights };
+        guide.check(exemplars)?;
+        Ok(guide)
+    }
+
+    /// One grid a source, of the source's shape, with a weight a channel: a guide fits the exemplars it was made for.
+    ///
+    /// # Errors
+    /// [`Error::GuideCount`], [`Error::GuideShape`], [`Error::Weights`].
+    pub fn check(&self, exemplars: &Exemplars<D>) -> Result<(), Error> {
+        if self.source.len() != exemplars.sources().len() {
+            return Err(Error::GuideCount { expected: exemplars.sources().len(), found: self.source.len() });
+        }
+        for (map, source) in self.source.iter().zip(exemplars.sources()) {
+            let (expected, found) = (source.domain().shape.to_vec(), map.domain().shape.to_vec());
+            if expected != found {
+                return Err(Error::GuideShape { exemplar: source.origin.exemplar.into(), expected, found });
+            }
+            if map.channels() != self.weights.len() {
+                return Err(Error::Weights { expected: map.channels(), found: self.weights.len() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Another guide from the same places: `f` is applied to the map under each source and to the target. What it
+    /// makes of one channel is compared by the weight of 1.
+    ///
+    /// # Errors
+    /// Those of `f`, and [`Error::Weights`] if it makes different numbers of channels.
+    pub fn derive<E: From<Error>>(&self, f: impl Fn(&Grid<u8, D>) -> Result<Grid<u8, D>, E>) -> Result<Self, E> {
+        let source = self.source.iter().map(&f).collect::<Result<Vec<_>, E>>()?;
+        let target = f(&self.target)?;
+        let weights = vec![1; target.channels()];
+        match source.iter().map(Grid::channels).find(|&found| found != weights.len()) {
+            Some(found) => Err(Error::Weights { expected: weights.len(), found }.into()),
+            None => Ok(Self { source, target, weights }),
+        }
+    }
+
+    /// The same guide with another target.
+    ///
+    /// # Errors
+    /// [`Error::Weights`] if it has another number of channels.
+    pub fn with_target(self, target: Grid<u8, D>) -> Result<Self, Error> {
+        match target.channels() {
+            found if found != self.weights.len() => Err(Error::Weights { expected: self.weights.len(), found }),
+            _ => Ok(Self { target, ..self }),
+        }
+    }
+
+    /// Several guides as one. A guide's weight is shared out over its channels, so that three channels count no more
+    /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none.
+    ///
+    /// # Errors
+    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideCount`] (no guide, or different sources),
+    /// [`Error::GuideShape`] (targets differ), [`Error::Allocation`].
+    pub fn join(guides: &[(Self, f64)]) -> Result<Self, Error> {
+        let Some((first, _)) = guides.first() else { return Err(Error::GuideCount { expected: 1, found: 0 }) };
+        for (guide, _) in guides {
+            let (expected, found) = (first.target.domain().shape.to_vec(), guide.target.domain().shape.to_vec());
+            if expected != found {
+                return Err(Error::GuideTarget { expected, found });
+            }
+            if guide.source.len() != first.source.len() {
+                return Err(Error::GuideCount { expected: first.source.len(), found: guide.source.len() });
+            }
+        }
+        let weights = whole(&shares(guides)?);
+        let all = |of: &dyn Fn(&Self) -> &Grid<u8, D>| stack(of(first).domain(), guides.iter().map(|(g, _)| of(g)));
+        let source = (0..first.source.len()).map(|s| all(&|g| &g.source[s])).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { source, target: all(&|g| &g.target)?, weights })
+    }
+
+    /// The map under each source, in the order of the exemplars' sources.
+    pub fn source(&self) -> &[Grid<u8, D>] {
+        &self.source
+    }
+
+    /// The map under the output.
+    pub fn target(&self) -> &Grid<u8, D> {
+        &self.target
+    }
+
+    /// Weight of each channel.
+    pub fn weights(&self) -> &[u8] {
+        &self.weights
+    }
+}
+
+/// The channels of all grids, one after the other.
+fn stack<'a, const D: usize>(
+    domain: Domain<D>,
+    grids: impl Iterator<Item = &'a Grid<u8, D>> + Clone,
+) -> Result<Grid<u8, D>, Error> {
+    let channels = grids.clone().map(Grid::channels).sum();
+    let mut out = Grid::try_filled(domain, channels, 0)?;
+    let mut to = 0;
+    for grid in grids {
+        out.samples_mut()[to..to + grid.samples().len()].copy_from_slice(grid.samples());
+        to += grid.samples().len();
+    }
+    Ok(out)
+}
+
+/// Each channel's share of its guide's weight.
+fn shares<const D: usize>(guides: &[(Guide<D>, f64)]) -> Result<Vec<f64>, Error> {
+    let mut shares = Vec::new();
+    for (guide, weight) in guides {
+        if !weight.is_finite() || *weight < 0.0 {
+            return Err(Error::GuideWeight { weight: *weight });
+        }
+        let own: f64 = guide.weights.iter().map(|&w| f64::from(w)).sum();
+        shares.extend(guide.weights.iter().map(|&w| weight * f64::from(w) / own));
+    }
+    if shares.iter().all(|&s| s == 0.0) { Err(Error::GuideWeight { weight: 0.0 }) } else { Ok(shares) }
+}
+
+/// The smallest whole numbers in the proportion of `shares`; the largest becomes 255 where that takes rounding. What
+/// is not 0 stays at least 1.
+fn whole(shares: &[f64]) -> Vec<u8> {
+    let most = shares.iter().copied().fold(0.0, f64::max);
+    let scaled = |top: u8| shares.iter().map(move |s| s / most * f64::from(top));
+    let exact = |&top: &u8| scaled(top).all(|w| (w - w.round()).abs() < 1e-9);
+    let top = (1..=255).find(exact).unwrap_or(255);
+    scaled(top).map(|w| if w == 0.0 { 0 } else { w.round().max(1.0) as u8 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Encoder, Plane, Role, Samples, Transform};
+
+    fn exemplars(transforms: &[Transform]) -> Exemplars<2> {
+        let grid = Grid::from_vec(Domain::open([2, 3]), 1, vec![0, 1, 2, 3, 4, 5]).unwrap();
+        let plane = [Plane::new(Role::Scalar, Samples::U8(grid))];
+        let encoder = Encoder::fit(&[&plane[..]]).unwrap();
+        Exemplars::new(&encoder, &[&plane[..]], transforms).unwrap()
+    }
+
+    fn grid(shape: [u32; 2], channels: usize) -> Grid<u8, 2> {
+        let n = Domain::open(shape).len() * channels;
+        Grid::from_vec(Domain::open(shape), channels, (0..n as u8).collect()).unwrap()
+    }
+
+    #[test]
+    fn maps_are_turned_like_the_sources() {
+        let turn = Transform::Exact { quarter_turns: 1, mirror: false };
+        let exemplars = exemplars(&[Transform::IDENTITY, turn]);
+        let guide = Guide::new(&exemplars, &[grid([2, 3], 1)], grid([5, 4], 1)).unwrap();
+        for (map, source) in guide.source().iter().zip(exemplars.sources()) {
+            assert_eq!(map, &source.features);
+        }
+    }
+
+    #[test]
+    fn maps_that_do_not_fit_are_refused_with_their_numbers() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        assert_eq!(Guide::new(&e, &[], grid([1, 1], 1)), Err(Error::GuideCount { expected: 1, found: 0 }));
+        let shape = Guide::new(&e, &[grid([3, 2], 1)], grid([1, 1], 1));
+        assert_eq!(shape, Err(Error::GuideShape { exemplar: 0, expected: vec![2, 3], found: vec![3, 2] }));
+        assert!(matches!(Guide::new(&e, &[grid([2, 3], 2)], grid([1, 1], 1)), Err(Error::Weights { .. })));
+    }
+
+    #[test]
+    fn joined_guides_count_by_their_weights_however_many_channels_they_have() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let guide = |channels| Guide::new(&e, &[grid([2, 3], channels)], grid([1, 2], channels)).unwrap();
+        let joined = Guide::join(&[(guide(1), 1.0), (guide(3), 2.0), (guide(2), 0.0)]).unwrap();
+        assert_eq!(joined.weights(), [3, 2, 2, 2, 0, 0]);
+        assert_eq!(joined.target().samples(), [0, 1, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3]);
+        assert_eq!(Guide::join(&[(guide(1), 1.0), (guide(1), 1e-9)]).unwrap().weights(), [255, 1]);
+        assert_eq!(Guide::join(&[(guide(2), 7.5)]).unwrap().weights(), [1, 1]);
+    }
+
+    #[test]
+    fn wrong_weights_and_targets_are_refused() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let guide = |shape| Guide::new(&e, &[grid([2, 3], 1)], grid(shape, 1)).unwrap();
+        for weight in [-1.0, f64::NAN, f64::INFINITY, 0.0] {
+            let joined = Guide::join(&[(guide([1, 1]), weight)]);
+            assert!(matches!(joined, Err(Error::GuideWeight { .. })), "{weight}");
+        }
+        let joined = Guide::join(&[(guide([1, 2]), 1.0), (guide([2, 1]), 1.0)]);
+        assert_eq!(joined, Err(Error::GuideTarget { expected: vec![1, 2], found: vec![2, 1] }));
+    }
+
+    #[test]
+    fn derived_guides_change_source_and_target_alike() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let guide = Guide::new(&e, &[grid([2, 3], 1)], grid([1, 2], 1)).unwrap();
+        let derived = guide.derive::<Error>(|g| g.map(|v| v * 2)).unwrap();
+        assert_eq!(derived.source()[0].samples(), [0, 2, 4, 6, 8, 10]);
+        assert_eq!(derived.target().samples(), [0, 2]);
+    }
+}

@@ -1,0 +1,292 @@
+//! What a seam costs: the price of two patches meeting between neighbours, in integers.
+
+use crate::{Error, Exemplars, SampleId, SourceMap, SourceTable, try_vec};
+
+/// How the price of a seam is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SeamMeasure {
+    /// `M`: how much the two patches differ on both sides of the seam. A metric, so that costs of three patches obey
+    /// the triangle inequality. `[Kwatra03 eq. 1]`
+    Difference,
+    /// `M'`: the same, divided by the gradients of both patches along the seam's axis. Seams in calm areas cost more.
+    /// Not a metric. `[Kwatra03 eq. 5]`
+    #[default]
+    Gradient,
+}
+
+/// Prices of seams between exemplar samples, on one fixed-point scale.
+///
+/// # Units
+/// The norm of a difference is `sqrt(sum of W_c (a_c - b_c)^2)` in 8-bit steps, times [`SCALE`](Self::SCALE), rounded up: rounding up keeps
+/// the triangle inequality, rounding to nearest does not. [`SeamMeasure::Difference`] is in these units.
+/// [`SeamMeasure::Gradient`] is a ratio times [`RATIO`](Self::RATIO), rounded up; one grey level is added to its denominator, since both
+/// patches may be flat.
+///
+/// # Where a patch ends
+/// A seam between `s` and `t` compares both patches at both samples. Where one of them is not defined at one of the
+/// two (its source ends there, or is masked), the other sample counts twice; where neither goes on, the difference of
+/// the two samples themselves counts twice.
+#[derive(Clone, Debug)]
+pub struct SeamCosts<const D: usize> {
+    table: SourceTable<D>,
+    weights: Vec<u8>,
+    /// Interleaved: all channels of a sample side by side, sources one after the other.
+    features: Vec<u8>,
+    /// Per sample, bit `2 a` (`2 a + 1`): the next (previous) sample along axis `a` is a stride away and valid.
+    links: Vec<u8>,
+    /// By source.
+    strides: Vec<[u32; D]>,
+    /// By sample and axis; empty unless seams are weighed by gradients.
+    gradients: Vec<[u16; D]>,
+}
+
+impl<const D: usize> SeamCosts<D> {
+    /// The price of one grey level's difference at one sample.
+    pub const SCALE: u32 = 16;
+    /// The price of a seam whose difference equals its gradients.
+    pub const RATIO: u32 = 1024;
+    /// No seam costs more.
+    pub const MAX: i32 = 1 << 26;
+
+    /// Prepares the samples of all sources: about `channels + 1` bytes a sample, and `2 D` more for gradients.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn new(exemplars: &Exemplars<D>, measure: SeamMeasure) -> Result<Self, Error> {
+        let table = exemplars.table().clone();
+        let strides = exemplars.sources().iter().map(|s| s.domain().strides().map(|s| s as u32)).collect();
+        let mut costs = Self {
+            weights: exemplars.weights().to_vec(),
+            features: interleaved(exemplars)?,
+            links: links(exemplars)?,
+            strides,
+            gradients: Vec::new(),
+            table,
+        };
+        if measure == SeamMeasure::Gradient {
+            let mut gradients = try_vec(costs.table.len() as usize, [0; D])?;
+            for (id, of) in gradients.iter_mut().enumerate() {
+                *of = std::array::from_fn(|axis| costs.gradient(SampleId::new(id as u32), axis));
+            }
+            costs.gradients = gradients;
+        }
+        Ok(costs)
+    }
+
+    /// `|a - b|`, scaled and rounded up.
+    #[inline]
+    pub fn norm(&self, a: SampleId, b: SampleId) -> u32 {
+        let c = self.weights.len();
+        let of = |id: SampleId| &self.features[id.get() as usize * c..][..c];
+        let squares = of(a).iter().zip(of(b)).zip(&self.weights);
+        let sum: u64 = squares.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum();
+        // Exact: a correctly rounded root of an integer below 2^52 is never on the wrong side of another integer.
+        ((sum * u64::from(Self::SCALE).pow(2)) as f64).sqrt().ceil() as u32
+    }
+
+    /// The sample that continues a patch in a direction: `2 a` forward, `2 a + 1` backward along axis `a`. `None` where the
+    /// source ends or is masked.
+    #[inline]
+    pub fn continued(&self, id: SampleId, direction: usize) -> Option<SampleId> {
+        if self.links[id.get() as usize] >> direction & 1 == 0 {
+            return self.wrapped(id, direction);
+        }
+        let source = if self.strides.len() == 1 { 0 } else { self.table.source(id)? };
+        let stride = self.strides[source][direction / 2];
+        Some(SampleId::new(if direction.is_multiple_of(2) { id.get() + stride } else { id.get() - stride }))
+    }
+
+    /// Around the border of a periodic source.
+    #[cold]
+    fn wrapped(&self, id: SampleId, direction: usize) -> Option<SampleId> {
+        let (source, at) = self.table.locate(id)?;
+        let domain = self.table.sources()[source].1;
+        let axis = direction / 2;
+        let border = if direction.is_multiple_of(2) { domain.shape[axis] - 1 } else { 0 };
+        if !domain.periodic[axis] || at[axis] != border {
+            return None;
+        }
+        let mut to = at;
+        to[axis] = domain.shape[axis] - 1 - border;
+        let to = self.table.id(source, to);
+        (self.links[to.get() as usize] & VALID != 0).then_some(to)
+    }
+
+    /// The price of `here` and `there` as neighbours along an axis; 0 where the one continues the other.
+    ///
+    /// # Panics
+    /// If a sample is unassigned or unknown.
+    pub fn between(&self, axis: usize, here: SampleId, there: SampleId) -> i32 {
+        let ahead = self.continued(here, 2 * axis);
+        if ahead == Some(there) {
+            return 0;
+        }
+        let behind = self.continued(there, 2 * axis + 1);
+        let (here_too, there_too) = match (behind, ahead) {
+            (Some(b), Some(a)) => ([here, b], [a, there]),
+            (Some(b), None) => ([here, b], [here, b]),
+            (None, Some(a)) => ([a, there], [a, there]),
+            (None, None) => ([here, there], [here, there]),
+        };
+        let norm = self.norm(here_too[0], here_too[1]) + self.norm(there_too[0], there_too[1]);
+        self.weigh(axis, norm, [here_too[0], here_too[1], there_too[0], there_too[1]])
+    }
+
+    /// The price of a seam along an axis from `norm = |A(s) - B(s)| + |A(t) - B(t)|` and the four samples.
+    #[inline]
+    pub fn weigh(&self, axis: usize, norm: u32, samples: [SampleId; 4]) -> i32 {
+        let price = if self.gradients.is_empty() {
+            u64::from(norm)
+        } else {
+            let gradient: u32 = samples.iter().map(|s| u32::from(self.gradients[s.get() as usize][axis])).sum();
+            (u64::from(norm) * u64::from(Self::RATIO)).div_ceil(u64::from(gradient + Self::SCALE))
+        };
+        price.min(Self::MAX as u64) as i32
+    }
+
+    /// The price of the seam between a position and the next along an axis; 0 without one, and where a sample is not
+    /// assigned.
+    pub fn at(&self, map: &SourceMap<D>, at: [u32; D], axis: usize) -> i32 {
+        let Some(next) = map.domain().next(at, axis) else { return 0 };
+        let (here, there) = (map.ids.get(0, at), map.ids.get(0, next));
+        if here.is_assigned() && there.is_assigned() { self.between(axis, here, there) } else { 0 }
+    }
+
+    /// The price of all seams of a map.
+    pub fn total(&self, map: &SourceMap<D>) -> i64 {
+        map.domain().positions().map(|p| (0..D).map(|axis| i64::from(self.at(map, p, axis))).sum::<i64>()).sum()
+    }
+
+    /// The norm of a patch's gradient along an axis: central differences, one-sided where the source ends.
+    fn gradient(&self, id: SampleId, axis: usize) -> u16 {
+        let norm = match (self.continued(id, 2 * axis), self.continued(id, 2 * axis + 1)) {
+            (Some(next), Some(previous)) => self.norm(next, previous) / 2,
+            (Some(other), None) | (None, Some(other)) => self.norm(id, other),
+            (None, None) => 0,
+        };
+        u16::try_from(norm).unwrap_or(u16::MAX)
+    }
+}
+
+/// Marks valid samples, beside the bits of directions.
+const VALID: u8 = 1 << 7;
+
+fn interleaved<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<u8>, Error> {
+    let channels = exemplars.channels();
+    let mut features = try_vec(exemplars.table().len() as usize * channels, 0_u8)?;
+    for (s, source) in exemplars.sources().iter().enumerate() {
+        let first = exemplars.table().first(s) as usize * channels;
+        for c in 0..channels {
+            for (to, &from) in features[first + c..].iter_mut().step_by(channels).zip(source.features.plane(c)) {
+                *to = from;
+            }
+        }
+    }
+    Ok(features)
+}
+
+fn links<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<u8>, Error> {
+    let mut links = try_vec(exemplars.table().len() as usize, 0_u8)?;
+    let mut first = 0;
+    for source in exemplars.sources() {
+        let (domain, strides) = (source.domain(), source.domain().strides());
+        let valid = |i: usize| source.valid.as_ref().is_none_or(|v| v.samples()[i]);
+        for (i, at) in domain.positions().enumerate() {
+            let mut bits = if valid(i) { VALID } else { 0 };
+            for axis in 0..D {
+                bits |= u8::from(at[axis] + 1 < domain.shape[axis] && valid(i + strides[axis])) << (2 * axis);
+                bits |= u8::from(0 < at[axis] && valid(i - strides[axis])) << (2 * axis + 1);
+            }
+            links[first + i] = bits;
+        }
+        first += domain.len();
+    }
+    Ok(links)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Domain, Grid, Origin, Seed, Source, Transform};
+
+    fn exemplars(domain: Domain<2>, weights: &[u8], valid: Option<Vec<bool>>) -> Exemplars<2> {
+        let mut rng = Seed(9).rng();
+        let samples = (0..domain.len() * weights.len()).map(|_| rng.below(256) as u8).collect();
+        let source = Source {
+            features: Grid::from_vec(domain, weights.len(), samples).unwrap(),
+            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()),
+            origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
+        };
+        Exemplars::from_sources(vec![source], weights.to_vec()).unwrap()
+    }
+
+    fn id(n: u32) -> SampleId {
+        SampleId::new(n)
+    }
+
+    /// Equation 1 written out: both patches at both samples.
+    #[test]
+    fn seams_cost_what_equation_1_says() {
+        let e = exemplars(Domain::open([5, 7]), &[2, 3], None);
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let f = |c: usize, i: usize| f64::from(e.sources()[0].features.plane(c)[i]);
+        let norm = |a: usize, b: usize| {
+            (16.0 * (2.0 * (f(0, a) - f(0, b)).powi(2) + 3.0 * (f(1, a) - f(1, b)).powi(2)).sqrt()).ceil() as i32
+        };
+        // Patch A runs through 8, 9 and patch B through 17, 18: here 8, there 18.
+        assert_eq!(costs.between(1, id(8), id(18)), norm(8, 17) + norm(9, 18));
+        assert_eq!(costs.between(1, id(8), id(9)), 0);
+        // Sample 6 ends its row, sample 7 begins one: A is not defined at the second, B not at the first.
+        assert_eq!(costs.between(1, id(6), id(18)), 2 * norm(6, 17));
+        assert_eq!(costs.between(1, id(8), id(14)), 2 * norm(9, 14));
+        assert_eq!(costs.between(1, id(6), id(7)), 2 * norm(6, 7));
+    }
+
+    #[test]
+    fn gradients_divide_the_price() {
+        let e = exemplars(Domain::open([5, 7]), &[1], None);
+        let [plain, weighed] = [SeamMeasure::Difference, SeamMeasure::Gradient].map(|m| SeamCosts::new(&e, m).unwrap());
+        // Central differences along axis 0 at 15 and 17, and at 22 and 24.
+        let half = |a: u32, b: u32| u64::from(plain.norm(id(a), id(b)) / 2);
+        let gradients = half(8, 22) + half(10, 24) + half(15, 29) + half(17, 31);
+        let expected = (plain.between(0, id(15), id(24)) as u64 * 1024).div_ceil(gradients + 16);
+        assert_eq!(weighed.between(0, id(15), id(24)) as u64, expected);
+    }
+
+    #[test]
+    fn norms_obey_the_triangle_inequality_after_rounding() {
+        let e = exemplars(Domain::open([6, 6]), &[1, 1, 1], None);
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        for (a, b, c) in (0..36 * 36 * 36).map(|i| (id(i % 36), id(i / 36 % 36), id(i / 1296))) {
+            assert!(costs.norm(a, c) <= costs.norm(a, b) + costs.norm(b, c));
+        }
+    }
+
+    #[test]
+    fn patches_continue_around_periodic_sources_and_stop_at_masks() {
+        let domain = Domain { shape: [2, 4], periodic: [false, true] };
+        let mut valid = vec![true; 8];
+        valid[4] = false;
+        let e = exemplars(domain, &[1], Some(valid));
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        assert_eq!(costs.continued(id(3), 2), Some(id(0)));
+        assert_eq!(costs.continued(id(0), 3), Some(id(3)));
+        assert_eq!(costs.continued(id(0), 0), None, "the sample below is masked");
+        assert_eq!(costs.continued(id(7), 2), None, "so is the one around the border");
+        assert_eq!(costs.continued(id(1), 1), None, "the source ends");
+    }
+
+    #[test]
+    fn a_map_costs_the_sum_of_its_seams() {
+        let e = exemplars(Domain::open([4, 4]), &[1], None);
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let mut map = SourceMap::unassigned(&e, Domain::periodic([1, 3])).unwrap();
+        map.ids.plane_mut(0).copy_from_slice(&[id(5), id(6), SampleId::UNASSIGNED]);
+        assert_eq!(costs.total(&map), i64::from(costs.between(0, id(5), id(5)) + costs.between(0, id(6), id(6))));
+        map.ids.plane_mut(0)[2] = id(11);
+        let down: i32 = [5, 6, 11].map(|i| costs.between(0, id(i), id(i))).iter().sum();
+        let along = costs.between(1, id(6), id(11)) + costs.between(1, id(11), id(5));
+        assert_eq!(costs.total(&map), i64::from(down + along));
+    }
+}

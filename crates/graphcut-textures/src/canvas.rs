@@ -1,0 +1,114 @@
+//! The output in the making.
+
+use selvedge_core::{Domain, Exemplars, Grid, SeamCosts, SourceMap};
+
+use crate::cut::{Cut, CutScratch, choices, cut};
+use crate::error::Error;
+use crate::error_cells::ErrorCells;
+use crate::frame::Frame;
+use crate::patch::Patch;
+use crate::window::Window;
+
+/// The map so far, the cost of its seams, and what must not change.
+#[derive(Debug)]
+pub(crate) struct Canvas<'e, const D: usize> {
+    pub(crate) exemplars: &'e Exemplars<D>,
+    pub(crate) costs: SeamCosts<D>,
+    pub(crate) map: SourceMap<D>,
+    /// Positions whose sample stays.
+    pub(crate) fixed: Option<Grid<bool, D>>,
+    pub(crate) cells: ErrorCells<D>,
+    /// Positions without a sample.
+    pub(crate) holes: usize,
+}
+
+/// A patch cut into the canvas, but not laid yet.
+#[derive(Debug)]
+pub(crate) struct Offer<const D: usize> {
+    pub(crate) frame: Frame<D>,
+    pub(crate) cut: Cut,
+}
+
+impl<const D: usize> Offer<D> {
+    /// How much the seams' cost falls by it; only comparable between offers that fill nothing.
+    pub(crate) fn gain(&self) -> i64 {
+        self.cut.before - self.cut.after
+    }
+}
+
+impl<'e, const D: usize> Canvas<'e, D> {
+    /// A canvas that starts from a map; `cell` is the side of the boxes over which seam costs are summed.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub(crate) fn new(
+        exemplars: &'e Exemplars<D>,
+        costs: SeamCosts<D>,
+        map: SourceMap<D>,
+        fixed: Option<Grid<bool, D>>,
+        cell: u32,
+    ) -> Result<Self, Error> {
+        let holes = map.holes();
+        let mut cells = ErrorCells::new(map.domain(), cell)?;
+        cells.update(&map, &costs, &Window::all(map.domain()));
+        Ok(Self { exemplars, costs, map, fixed, cells, holes })
+    }
+
+    pub(crate) fn domain(&self) -> Domain<D> {
+        self.map.domain()
+    }
+
+    /// The cost of all seams.
+    pub(crate) fn energy(&self) -> i64 {
+        self.cells.total()
+    }
+
+    /// Cuts a patch, seen through a window, into what is there.
+    ///
+    /// # Errors
+    /// [`Error::Cut`]
+    pub(crate) fn offer(
+        &self,
+        patch: &Patch<D>,
+        window: &Window<D>,
+        scratch: &mut CutScratch<D>,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Offer<D>, Error> {
+        let frame = Frame::new(self.exemplars, &self.map, patch, window);
+        let choices = choices(&frame, self.fixed.as_ref().map(|f| f.plane(0)));
+        let cut = cut(&frame, &choices, &self.costs, scratch, cancelled)?;
+        Ok(Offer { frame, cut })
+    }
+
+    /// Takes an offer.
+    pub(crate) fn lay(&mut self, offer: &Offer<D>) {
+        let ids = self.map.ids.plane_mut(0);
+        let taken = offer.cut.taken.iter().enumerate().filter(|(_, t)| **t);
+        for (i, _) in taken {
+            ids[offer.frame.places[i] as usize] = offer.frame.new[i];
+        }
+        self.holes -= offer.cut.filled;
+        self.cells.update(&self.map, &self.costs, &offer.frame.window);
+    }
+
+    /// Takes an offer if the cost of all seams falls by it; says whether it did.
+    ///
+    /// The cut only proposes improvements, except where a window goes around a short periodic axis and meets itself.
+    pub(crate) fn improve(&mut self, offer: &Offer<D>) -> bool {
+        let before = self.energy();
+        if offer.gain() <= 0 {
+            return false;
+        }
+        self.lay(offer);
+        if self.energy() < before {
+            return true;
+        }
+        let ids = self.map.ids.plane_mut(0);
+        for (&place, &old) in offer.frame.places.iter().zip(&offer.frame.old) {
+            ids[place as usize] = old;
+        }
+        self.holes += offer.cut.filled;
+        self.cells.update(&self.map, &self.costs, &offer.frame.window);
+        false
+    }
+}

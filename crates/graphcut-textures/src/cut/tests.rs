@@ -1,0 +1,286 @@
+//! Cuts against brute force, against the paper's graph with its seam nodes, and against the seams' true cost.
+
+use petgraph::algo::ford_fulkerson;
+use petgraph::graph::{DiGraph, NodeIndex};
+use selvedge_core::{
+    Domain, Exemplars, Grid, Origin, Rng, SampleId, SeamCosts, SeamMeasure, Seed, Source, SourceMap, Transform,
+};
+
+use super::*;
+use crate::canvas::Canvas;
+use crate::patch::Patch;
+
+fn exemplars(shape: [u32; 2], seed: u64) -> Exemplars<2> {
+    let mut rng = Seed(seed).rng();
+    let domain = Domain::open(shape);
+    let channels = 1 + rng.below(3) as usize;
+    // Few grey levels, so that costs tie and patches agree here and there.
+    let samples = (0..domain.len() * channels).map(|_| (rng.below(5) * 60) as u8).collect();
+    let source = Source {
+        features: Grid::from_vec(domain, channels, samples).unwrap(),
+        valid: None,
+        origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
+    };
+    Exemplars::from_sources(vec![source], vec![1; channels]).unwrap()
+}
+
+/// A patch that covers the whole output with a margin.
+fn covering(exemplars: &Exemplars<2>, output: Domain<2>, rng: &mut Rng) -> Patch<2> {
+    let source = exemplars.sources()[0].domain().shape;
+    let offset = std::array::from_fn(|a| -1 - rng.below(source[a] - output.shape[a] - 1) as i32);
+    Patch { source: 0, offset }
+}
+
+/// An output under a stack of patches, each laid whole over a random window.
+fn stack(exemplars: &Exemplars<2>, output: Domain<2>, rng: &mut Rng, patches: usize) -> SourceMap<2> {
+    let mut map = SourceMap::unassigned(exemplars, output).unwrap();
+    for i in 0..patches {
+        let patch = covering(exemplars, output, rng);
+        let window = if i == 0 { Window::all(output) } else { random_window(output, rng) };
+        let frame = Frame::new(exemplars, &map, &patch, &window);
+        for (&place, &new) in frame.places.iter().zip(&frame.new).filter(|(_, n)| n.is_assigned()) {
+            map.ids.plane_mut(0)[place as usize] = new;
+        }
+    }
+    map
+}
+
+fn random_window(output: Domain<2>, rng: &mut Rng) -> Window<2> {
+    let shape = output.shape.map(|n| 1 + rng.below(n));
+    Window { start: std::array::from_fn(|a| rng.below(output.shape[a] - shape[a] + 1) as i32), shape }
+}
+
+/// Cost of all seams of a frame, given who takes the patch.
+fn energy(frame: &Frame<2>, choices: &[Choice], costs: &SeamCosts<2>, taken: &[bool]) -> i64 {
+    let id = |i: usize| if taken[i] { frame.new[i] } else { frame.old[i] };
+    let mut sum = 0;
+    for axis in 0..2 {
+        for (s, t) in pairs(frame.window.shape, axis) {
+            if choices[s] == Choice::Free || choices[t] == Choice::Free {
+                sum += i64::from(costs.between(axis, id(s), id(t)));
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn tiny_cuts_are_as_cheap_as_any_labelling() {
+    let mut cut_nodes = 0;
+    for case in 0..200 {
+        let mut rng = Seed(case).rng();
+        let (e, output) = (exemplars([12, 12], case), Domain::open([3 + rng.below(2), 3 + rng.below(3)]));
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let map = stack(&e, output, &mut rng, 3);
+        let (patch, window) = (covering(&e, output, &mut rng), random_window(output, &mut rng));
+        let frame = Frame::new(&e, &map, &patch, &window);
+        let choices = choices(&frame, None);
+        let free: Vec<usize> = (0..choices.len()).filter(|&i| choices[i] == Choice::Free).collect();
+        if 14 < free.len() {
+            continue;
+        }
+        let decided = cut(&frame, &choices, &costs, &mut CutScratch::default(), &|| false).unwrap();
+        let labelling = |bits: usize| -> Vec<bool> {
+            let mut taken: Vec<bool> = choices.iter().map(|&c| c == Choice::New).collect();
+            free.iter().enumerate().for_each(|(k, &i)| taken[i] = bits >> k & 1 == 1);
+            taken
+        };
+        let least = (0..1 << free.len()).map(|b| energy(&frame, &choices, &costs, &labelling(b))).min().unwrap();
+        assert_eq!(decided.after, least, "case {case}");
+        assert_eq!(energy(&frame, &choices, &costs, &decided.taken), least);
+        assert_eq!(decided.before, energy(&frame, &choices, &costs, &labelling(0)));
+        cut_nodes += free.len();
+    }
+    assert!(300 < cut_nodes, "only {cut_nodes} free positions in all");
+}
+
+/// The flow through the paper's graph: pixel nodes, a seam node on each old seam, terminals for old and new.
+fn literal_flow(frame: &Frame<2>, choices: &[Choice], costs: &SeamCosts<2>) -> u64 {
+    const SURE: u64 = 1 << 40;
+    let mut graph: DiGraph<(), u64> = DiGraph::new();
+    let nodes: Vec<NodeIndex> = choices.iter().map(|_| graph.add_node(())).collect();
+    let (old, new) = (graph.add_node(()), graph.add_node(()));
+    let both = |graph: &mut DiGraph<(), u64>, a: NodeIndex, b: NodeIndex, cost: u64| {
+        graph.add_edge(a, b, cost);
+        graph.add_edge(b, a, cost);
+    };
+    for (i, choice) in choices.iter().enumerate() {
+        match choice {
+            Choice::Old => drop(graph.add_edge(old, nodes[i], SURE)),
+            Choice::New => drop(graph.add_edge(nodes[i], new, SURE)),
+            _ => {}
+        }
+    }
+    for axis in 0..2 {
+        for (s, t) in pairs(frame.window.shape, axis) {
+            if choices[s] != Choice::Free && choices[t] != Choice::Free {
+                continue;
+            }
+            let price = |a: SampleId, b: SampleId| costs.between(axis, a, b) as u64;
+            // The patch is defined beyond the window, too: the ring only keeps what is there.
+            let (new_s, new_t) = (frame.new[s], frame.new[t]);
+            if costs.continued(frame.old[s], 2 * axis) == Some(frame.old[t]) {
+                let cost = if new_t.is_assigned() { price(frame.old[s], new_t) } else { price(new_s, frame.old[t]) };
+                both(&mut graph, nodes[s], nodes[t], cost);
+                continue;
+            }
+            let new_t = if new_t.is_assigned() { new_t } else { costs.continued(new_s, 2 * axis).unwrap() };
+            let new_s = if new_s.is_assigned() { new_s } else { costs.continued(new_t, 2 * axis + 1).unwrap() };
+            let seam = graph.add_node(());
+            both(&mut graph, nodes[s], seam, price(frame.old[s], new_t));
+            both(&mut graph, seam, nodes[t], price(new_s, frame.old[t]));
+            graph.add_edge(seam, new, price(frame.old[s], frame.old[t]));
+        }
+    }
+    ford_fulkerson(&graph, old, new).0
+}
+
+#[test]
+fn seam_nodes_are_not_needed() {
+    for case in 0..60 {
+        let mut rng = Seed(1000 + case).rng();
+        let (e, output) = (exemplars([24, 24], case), Domain::open([5 + rng.below(6), 5 + rng.below(6)]));
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let map = stack(&e, output, &mut rng, 5);
+        let (patch, window) = (covering(&e, output, &mut rng), random_window(output, &mut rng));
+        let frame = Frame::new(&e, &map, &patch, &window);
+        let choices = choices(&frame, None);
+        let decided = cut(&frame, &choices, &costs, &mut CutScratch::default(), &|| false).unwrap();
+        assert_eq!(decided.after as u64, literal_flow(&frame, &choices, &costs), "case {case}");
+    }
+}
+
+#[test]
+fn seams_never_become_dearer() {
+    let mut improved = 0;
+    for case in 0..200 {
+        let mut rng = Seed(2000 + case).rng();
+        let e = exemplars([16, 16], case);
+        let periodic = [rng.below(2) == 1, rng.below(2) == 1];
+        let output = Domain { shape: [6 + rng.below(6), 6 + rng.below(6)], periodic };
+        for measure in [SeamMeasure::Difference, SeamMeasure::Gradient] {
+            let map = stack(&e, output, &mut rng, 4);
+            let costs = SeamCosts::new(&e, measure).unwrap();
+            let mut canvas = Canvas::new(&e, costs.clone(), map, None, 3).unwrap();
+            for _ in 0..3 {
+                // Anywhere, also sticking out of the output and around its borders.
+                let offset = std::array::from_fn(|a| rng.below(16 + output.shape[a]) as i32 - 16);
+                let patch = Patch { source: 0, offset };
+                let Some(window) = patch.footprint(&e, &Window::all(output)).shared(&Window::all(output)) else {
+                    continue;
+                };
+                let offer = canvas.offer(&patch, &window, &mut CutScratch::default(), &|| false).unwrap();
+                let (before, map) = (canvas.energy(), canvas.map.clone());
+                assert_eq!(before, costs.total(&map));
+                if canvas.improve(&offer) {
+                    assert!(canvas.energy() < before);
+                    improved += 1;
+                } else {
+                    assert_eq!(canvas.map, map);
+                }
+                assert_eq!(canvas.energy(), costs.total(&canvas.map));
+                if periodic == [false; 2] {
+                    assert!(offer.cut.after <= offer.cut.before, "case {case}");
+                    assert_eq!(before - canvas.energy(), offer.gain().max(0), "case {case}");
+                }
+            }
+        }
+    }
+    assert!(100 < improved, "only {improved} patches improved anything");
+}
+
+#[test]
+fn a_patch_on_its_own_place_changes_nothing() {
+    let (e, output) = (exemplars([12, 12], 5), Domain::open([8, 8]));
+    let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
+    let patch = Patch { source: 0, offset: [-2, -3] };
+    let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, 2).unwrap();
+    for expected in [64, 0] {
+        let offer = canvas.offer(&patch, &Window::all(output), &mut CutScratch::default(), &|| false).unwrap();
+        assert_eq!((offer.cut.filled, offer.cut.before, offer.cut.after), (expected, 0, 0));
+        canvas.lay(&offer);
+        assert_eq!((canvas.energy(), canvas.holes), (0, 0));
+    }
+    assert_eq!(canvas.map.locate([0, 0]), Some((0, [2, 3])));
+    assert_eq!(canvas.map.locate([7, 7]), Some((0, [9, 10])));
+}
+
+#[test]
+fn both_patches_are_defined_on_both_sides_of_a_seam() {
+    let (e, output) = (exemplars([10, 10], 6), Domain::open([16, 16]));
+    let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+    let map = SourceMap::unassigned(&e, output).unwrap();
+    let mut canvas = Canvas::new(&e, costs, map, None, 2).unwrap();
+    for offset in [[0, 0], [1, 6], [6, 1], [6, 6], [3, 3]] {
+        let patch = Patch { source: 0, offset };
+        let window = patch.footprint(&e, &Window::all(output)).shared(&Window::all(output)).unwrap();
+        let offer = canvas.offer(&patch, &window, &mut CutScratch::default(), &|| false).unwrap();
+        canvas.lay(&offer);
+    }
+    let (mut seams, mut one_sided) = (0, 0);
+    for (at, axis) in output.positions().flat_map(|p| [(p, 0), (p, 1)]).filter(|&(p, a)| canvas.map.is_seam(p, a)) {
+        let ids = &canvas.map.ids;
+        let (here, there) = (ids.get(0, at), ids.get(0, output.next(at, axis).unwrap()));
+        let both = canvas.costs.continued(here, 2 * axis).and(canvas.costs.continued(there, 2 * axis + 1));
+        one_sided += usize::from(both.is_none());
+        seams += 1;
+    }
+    // Each of three overlaps has two ends, where the seam runs out between a patch and what it does not reach.
+    assert!(20 < seams && one_sided <= 2 * 3, "{one_sided} of {seams}");
+}
+
+#[test]
+fn a_cut_costs_at_most_the_boundary_cut() {
+    // A vertical strip between an old patch on the left and a new one on the right; dynamic programming finds the
+    // cheapest path that goes down row by row and moves by at most one sample a row. `[Efros01 2.1]`
+    for case in 0..50 {
+        let mut rng = Seed(3000 + case).rng();
+        let (h, w) = (4 + rng.below(10) as usize, 3 + rng.below(6) as usize);
+        let output = Domain::open([h as u32, 16]);
+        let e = exemplars([40, 40], case);
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, 2).unwrap();
+        let old = covering(&e, output, &mut rng);
+        let new = covering(&e, output, &mut rng);
+        let left = Window { start: [0, 0], shape: [h as u32, w as u32 + 2] };
+        let right = Window { start: [0, 1], shape: [h as u32, 15] };
+        for (patch, window) in [(&old, &left), (&new, &right)] {
+            let offer = canvas.offer(patch, window, &mut CutScratch::default(), &|| false).unwrap();
+            canvas.lay(&offer);
+        }
+        assert!(canvas.energy() <= dynamic_program(&e, &canvas.costs, &old, &new, h, w), "case {case}");
+    }
+}
+
+/// Cost, by eq. 1 on the labelling that it induces, of the boundary cut through columns 1 to `w` of a strip.
+fn dynamic_program(e: &Exemplars<2>, costs: &SeamCosts<2>, old: &Patch<2>, new: &Patch<2>, h: usize, w: usize) -> i64 {
+    let id = |p: &Patch<2>, y: usize, x: usize| {
+        e.table().id(0, [(y as i32 - p.offset[0]) as u32, (x as i32 - p.offset[1]) as u32])
+    };
+    // The error surface of quilting.
+    let error = |y: usize, x: usize| u64::from(costs.norm(id(old, y, x), id(new, y, x))).pow(2);
+    let mut sums = vec![vec![0_u64; w]; h];
+    for y in 0..h {
+        for x in 0..w {
+            let above = (x.saturating_sub(1)..=(x + 1).min(w - 1)).map(|u| if y == 0 { 0 } else { sums[y - 1][u] });
+            sums[y][x] = error(y, x + 1) + above.min().unwrap();
+        }
+    }
+    let mut path = vec![0; h];
+    path[h - 1] = (0..w).min_by_key(|&x| sums[h - 1][x]).unwrap();
+    for y in (0..h - 1).rev() {
+        let x = path[y + 1];
+        path[y] = (x.saturating_sub(1)..=(x + 1).min(w - 1)).min_by_key(|&u| sums[y][u]).unwrap();
+    }
+    let label = |y: usize, x: usize| if x <= path[y] + 1 { id(old, y, x) } else { id(new, y, x) };
+    let mut cost = 0;
+    for y in 0..h {
+        for x in 0..w + 2 {
+            cost += i64::from(costs.between(1, label(y, x), label(y, x + 1)));
+            if y + 1 < h {
+                cost += i64::from(costs.between(0, label(y, x), label(y + 1, x)));
+            }
+        }
+    }
+    cost
+}

@@ -1,0 +1,98 @@
+//! What can be wrong.
+
+use selvedge_core::ErrorKind;
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An option is out of its range.
+    #[error("{option} is {value}, but must be {range}")]
+    Range {
+        /// The option's name.
+        option: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What it may be, in words.
+        range: &'static str,
+    },
+    /// The output has no samples.
+    #[error("an output of shape {shape:?} holds nothing; every side must be at least 1")]
+    EmptyOutput {
+        /// The shape asked for, slowest axis first.
+        shape: Vec<u32>,
+    },
+    /// No exemplar holds an error region.
+    #[error(
+        "no exemplar holds a region of {region} samples a side (the largest is {largest:?}); use a smaller region or a larger exemplar"
+    )]
+    RegionExceedsExemplar {
+        /// The region's side.
+        region: u32,
+        /// The largest exemplar's shape, slowest axis first.
+        largest: Vec<u32>,
+    },
+    /// A constraint has another shape than the output.
+    #[error("the {what} is {found:?}, but the output is {expected:?}; make them the same size")]
+    Shape {
+        /// Which one.
+        what: &'static str,
+        /// The output's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The shape found.
+        found: Vec<u32>,
+    },
+    /// A scale field allows a position no source.
+    #[error("no source may be used at {at:?}; allow at least one everywhere")]
+    NoSource {
+        /// The position, slowest axis first.
+        at: Vec<u32>,
+    },
+    /// A fixed or initial map was made from other exemplars.
+    #[error("the map names sample {id}, but the exemplars hold {samples}; give the exemplars that it was made from")]
+    ForeignMap {
+        /// The sample's number.
+        id: u32,
+        /// Samples in all sources.
+        samples: u32,
+    },
+    /// The memory budget does not suffice.
+    #[error("about {needed} bytes are needed, but {limit} are allowed; use a smaller size or raise the limit")]
+    Memory {
+        /// Bytes needed, about.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// The cut failed.
+    #[error("the cut failed: {0}")]
+    Cut(#[from] selvedge_maxflow::MaxflowError),
+    /// The search failed.
+    #[error(transparent)]
+    Search(#[from] selvedge_fft_ssd::Error),
+    /// An error of the core.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::Memory { .. } => ErrorKind::Memory,
+            Self::Cut(error) => match error.kind() {
+                selvedge_maxflow::ErrorKind::Memory => ErrorKind::Memory,
+                _ => ErrorKind::Internal,
+            },
+            Self::Search(error) => error.kind(),
+            Self::Core(error) => error.kind(),
+            _ => ErrorKind::Input,
+        }
+    }
+
+    /// True if the caller asked to stop.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cut(error) if error.kind() == selvedge_maxflow::ErrorKind::Cancelled)
+    }
+}

@@ -1,0 +1,58 @@
+//! What lies under a patch and what the patch would put there, side by side.
+
+use selvedge_core::{Exemplars, SampleId, SourceMap};
+
+use crate::patch::Patch;
+use crate::window::Window;
+
+/// A window of the output with one more sample on every side, row-major: what is there and what is offered.
+#[derive(Debug)]
+pub(crate) struct Frame<const D: usize> {
+    /// The window with its ring.
+    pub(crate) window: Window<D>,
+    /// Place in the output's buffer.
+    pub(crate) places: Vec<u32>,
+    /// What is there.
+    pub(crate) old: Vec<SampleId>,
+    /// What is offered; unassigned on the ring, and where the source ends or is masked.
+    pub(crate) new: Vec<SampleId>,
+}
+
+impl<const D: usize> Frame<D> {
+    /// Looks at a patch through a window that lies in the output.
+    pub(crate) fn new(exemplars: &Exemplars<D>, map: &SourceMap<D>, patch: &Patch<D>, window: &Window<D>) -> Self {
+        let framed = window.grown(map.domain(), [1; D], [1; D]);
+        let places = framed.indices(map.domain());
+        let ids = map.ids.plane(0);
+        let old = places.iter().map(|&i| ids[i as usize]).collect();
+        Self { window: framed, places, old, new: offered(exemplars, patch, window, &framed) }
+    }
+}
+
+/// The patch's samples through a window, over the larger frame.
+fn offered<const D: usize>(
+    exemplars: &Exemplars<D>,
+    patch: &Patch<D>,
+    window: &Window<D>,
+    frame: &Window<D>,
+) -> Vec<SampleId> {
+    let source = &exemplars.sources()[patch.source];
+    let first = exemplars.table().first(patch.source);
+    let mut places = vec![Some(0_u32)];
+    for axis in 0..D {
+        let inside = |l: usize| {
+            let p = frame.start[axis] + l as i32;
+            window.start[axis] <= p && p < window.end(axis)
+        };
+        let along: Vec<Option<u32>> = patch
+            .places(source.domain(), frame, axis)
+            .enumerate()
+            .map(|(l, place)| place.filter(|_| inside(l)))
+            .collect();
+        places = places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect();
+    }
+    let valid = |i: u32| source.valid.as_ref().is_none_or(|v| v.samples()[i as usize]);
+    let id =
+        |place: Option<u32>| place.filter(|&i| valid(i)).map_or(SampleId::UNASSIGNED, |i| SampleId::new(first + i));
+    places.into_iter().map(id).collect()
+}

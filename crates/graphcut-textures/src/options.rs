@@ -1,0 +1,91 @@
+//! What the caller chooses.
+
+use selvedge_core::SeamMeasure;
+
+use crate::error::Error;
+
+/// How the next patch is found. `[Kwatra03 4]`
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Placement {
+    /// [`Entire`](Self::Entire) where the exemplar repeats itself, [`Sub`](Self::Sub) where it does not.
+    #[default]
+    Auto,
+    /// Anywhere over the error region: fast, for random textures.
+    Random,
+    /// Where all of the exemplar agrees with all of the output under it: for structured textures.
+    Entire,
+    /// Where the exemplar agrees with the output in the error region: for everything without a period.
+    Sub,
+}
+
+/// Options of [`graphcut`](crate::graphcut()).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How the next patch is found. Default: [`Placement::Auto`].
+    pub placement: Placement,
+    /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
+    pub seam: SeamMeasure,
+    /// Side of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
+    /// the exemplar's shortest side. Default: a fraction of the exemplar.
+    pub region: Option<u32>,
+    /// How far a patch may reach beyond the error region, in samples; 0 lays the region alone. Default: as far as the
+    /// exemplar does, as in the paper.
+    pub reach: Option<u32>,
+    /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
+    /// uses 0.001 to 1; 0 always takes the best.
+    pub randomness: f64,
+    /// How much a patch is avoided that stands to its neighbours as others stand to theirs already, in units of
+    /// `randomness`: what keeps copies from forming a lattice. From 0.
+    pub variety: f64,
+    /// Patches laid over the worst seams after everything is covered; `None` goes on until seams stop falling.
+    pub refine: Option<u32>,
+    /// Refinements in a row that bring nothing before seams count as settled. At least 1.
+    pub patience: u32,
+    /// Candidates that are cut at each refinement, of which the best is taken. At least 1.
+    pub tries: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            placement: Placement::Auto,
+            seam: SeamMeasure::Gradient,
+            region: None,
+            reach: None,
+            randomness: 0.01,
+            variety: 1.0,
+            refine: None,
+            patience: 8,
+            tries: 2,
+        }
+    }
+}
+
+impl Options {
+    /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
+    /// that is drawn is taken.
+    pub fn paper() -> Self {
+        Self { variety: 0.0, tries: 1, ..Self::default() }
+    }
+
+    /// Checks what can be checked without an exemplar.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let at_least_1 = |option, value: Option<u32>| match value {
+            Some(0) => Err(Error::Range { option, value: 0.0, range: "at least 1" }),
+            _ => Ok(()),
+        };
+        at_least_1("region", self.region)?;
+        at_least_1("patience", Some(self.patience))?;
+        at_least_1("tries", Some(self.tries))?;
+        for (option, value) in [("randomness", self.randomness), ("variety", self.variety)] {
+            if !(0.0..=1000.0).contains(&value) {
+                return Err(Error::Range { option, value, range: "0 to 1000" });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,76 @@
+//! What lies in a region: features for the search, and the patches that meet there.
+
+use selvedge_core::{Domain, Exemplars, SampleId, SourceMap};
+
+use crate::patch::Patch;
+use crate::window::Window;
+
+/// The output's features over a box that may reach beyond the output, planar, and where they are known.
+pub(crate) struct Patchwork {
+    pub(crate) features: Vec<u8>,
+    pub(crate) known: Vec<bool>,
+}
+
+/// Looks at the output through a window. Positions outside of open axes, holes, and positions outside of `inside` are
+/// unknown.
+pub(crate) fn look<const D: usize>(
+    exemplars: &Exemplars<D>,
+    map: &SourceMap<D>,
+    window: &Window<D>,
+    inside: &Window<D>,
+) -> Patchwork {
+    let len = window.len();
+    let mut patchwork = Patchwork { features: vec![0; len * exemplars.channels()], known: vec![false; len] };
+    let ids = map.ids.plane(0);
+    for (i, place) in places(map.domain(), window, inside).into_iter().enumerate() {
+        let Some(id) = place.map(|p| ids[p as usize]).filter(|id| id.is_assigned()) else { continue };
+        let Some(source) = exemplars.table().source(id) else { continue };
+        let index = (id.get() - exemplars.table().first(source)) as usize;
+        patchwork.known[i] = true;
+        for c in 0..exemplars.channels() {
+            patchwork.features[c * len + i] = exemplars.sources()[source].features.plane(c)[index];
+        }
+    }
+    patchwork
+}
+
+/// Place in the output of each position of a window; `None` outside of the output or of `inside`.
+fn places<const D: usize>(output: Domain<D>, window: &Window<D>, inside: &Window<D>) -> Vec<Option<u32>> {
+    let mut places = vec![Some(0_u32)];
+    for axis in 0..D {
+        let shown = |l: usize| {
+            let p = window.start[axis] + l as i32;
+            inside.start[axis] <= p && p < inside.end(axis)
+        };
+        let along: Vec<Option<u32>> =
+            window.places(output, axis).enumerate().map(|(l, place)| place.filter(|_| shown(l))).collect();
+        places = places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect();
+    }
+    places
+}
+
+/// The patches that meet in a window, in the window's own unwrapped coordinates, each once.
+pub(crate) fn patches<const D: usize>(map: &SourceMap<D>, window: &Window<D>) -> Vec<Patch<D>> {
+    let mut found: Vec<Patch<D>> = Vec::new();
+    let local = Domain::open(window.shape);
+    let ids = map.ids.plane(0);
+    let mut previous = (SampleId::UNASSIGNED, usize::MAX);
+    for (i, place) in places(map.domain(), window, window).into_iter().enumerate() {
+        let Some(id) = place.map(|p| ids[p as usize]).filter(|id| id.is_assigned()) else { continue };
+        // Along a row patches mostly go on: no need to look them up.
+        let goes_on =
+            previous.1 + 1 == i && previous.0.get() + 1 == id.get() && !i.is_multiple_of(window.shape[D - 1] as usize);
+        previous = (id, i);
+        if goes_on {
+            continue;
+        }
+        let Some((source, from)) = map.table.locate(id) else { continue };
+        let at = local.position(i);
+        let offset = std::array::from_fn(|a| window.start[a] + at[a] as i32 - from[a] as i32);
+        let patch = Patch { source, offset };
+        if !found.contains(&patch) {
+            found.push(patch);
+        }
+    }
+    found
+}

@@ -1,0 +1,81 @@
+//! A target with the exemplars' range.
+
+use selvedge_core::{Exemplars, Guide};
+
+use crate::options::Error;
+
+/// The guide with each channel of its target changed so that its histogram is that of the channel under the exemplars'
+/// valid samples: the target's darkest, middle and brightest parts ask for the exemplars' own.
+///
+/// A level becomes the exemplar level of the same rank, the rank of its middle sample.
+///
+/// # Errors
+/// [`Error::Core`] if the guide was made for other exemplars or memory is short.
+pub fn match_histogram(guide: &Guide<2>, exemplars: &Exemplars<2>) -> Result<Guide<2>, Error> {
+    guide.check(exemplars)?;
+    let mut target = guide.target().clone();
+    for c in 0..target.channels() {
+        let from = histogram(target.plane(c).iter().copied());
+        let to = histogram(guide.source().iter().zip(exemplars.sources()).flat_map(|(map, source)| {
+            let valid = |i: usize| source.valid.as_ref().is_none_or(|v| v.samples()[i]);
+            map.plane(c).iter().enumerate().filter(move |&(i, _)| valid(i)).map(|(_, &v)| v)
+        }));
+        let table = by_rank(&from, &to);
+        target.plane_mut(c).iter_mut().for_each(|v| *v = table[usize::from(*v)]);
+    }
+    Ok(guide.clone().with_target(target)?)
+}
+
+type Histogram = [u64; 256];
+
+fn histogram(values: impl Iterator<Item = u8>) -> Histogram {
+    let mut counts = [0; 256];
+    values.for_each(|v| counts[usize::from(v)] += 1);
+    counts
+}
+
+/// For each level of `from` the level of `to` that holds the same rank.
+fn by_rank(from: &Histogram, to: &Histogram) -> [u8; 256] {
+    let (n_from, n_to) = (from.iter().sum::<u64>(), to.iter().sum::<u64>());
+    let mut table = [0; 256];
+    let (mut below, mut level, mut reached) = (0, 0, to[0]);
+    for (value, &count) in from.iter().enumerate() {
+        // Ranks in halves of a sample: (2 below + count) / (2 n_from) must lie under reached / n_to.
+        let rank = u128::from(2 * below + count) * u128::from(n_to);
+        while u128::from(2 * reached) * u128::from(n_from) < rank && level < 255 {
+            level += 1;
+            reached += to[level];
+        }
+        table[value] = level as u8;
+        below += count;
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+
+    fn matched(exemplar: &[u8], target: &[u8]) -> Vec<u8> {
+        let row = |v: &[u8]| Grid::from_vec(Domain::open([1, v.len() as u32]), 1, v.to_vec()).unwrap();
+        let plane = Plane::new(Role::Color, Samples::U8(row(exemplar)));
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let guide = Guide::new(&exemplars, &[row(exemplar)], row(target)).unwrap();
+        match_histogram(&guide, &exemplars).unwrap().target().samples().to_vec()
+    }
+
+    #[test]
+    fn targets_take_the_exemplars_levels_by_rank() {
+        assert_eq!(matched(&[100, 110, 120, 130], &[0, 255, 1, 2]), [100, 130, 110, 120]);
+        assert_eq!(matched(&[50, 60], &[9, 3, 7, 1]), [60, 50, 60, 50]);
+        assert_eq!(matched(&[50, 60, 90], &[9, 9]), [60, 60], "a constant asks for the middle");
+        assert_eq!(matched(&[42], &[0, 255]), [42, 42]);
+    }
+
+    #[test]
+    fn equal_histograms_change_nothing() {
+        let values: Vec<u8> = (0..255).map(|i| (i * 7 % 253) as u8).collect();
+        assert_eq!(matched(&values, &values), values);
+    }
+}

@@ -1,0 +1,162 @@
+//! Image quilting: one pass of blocks that agree with their neighbours. `[Efros01 2.2]`
+
+use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
+
+use crate::block_grid::BlockGrid;
+use crate::options::{Error, Options, Stage, per_mille};
+use crate::quilter::{Pass, Progress, Quilter};
+use crate::search::{FastSearch, Search};
+use crate::suggest_block;
+
+/// Counts of one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Side of the blocks that was used.
+    pub block: u32,
+    /// Overlap that was used.
+    pub overlap: u32,
+    /// Blocks laid.
+    pub blocks: u64,
+    /// Candidates that were drawn from, over all blocks.
+    pub candidates: u64,
+    /// Sum of the chosen blocks' overlap errors, in squared feature units.
+    pub overlap_error: u64,
+    /// Sum of the errors along all cuts, in squared feature units.
+    pub cut_error: u64,
+}
+
+/// Quilts an output from blocks of the exemplars, in raster order. `[Efros01 2.2]`
+///
+/// Each block is drawn from all those of all sources whose overlap error is within the tolerance of the least, then
+/// cut along the path of least error against what is there. Periodic axes of `output` close without a seam of their own.
+///
+/// # Errors
+/// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, or
+/// no memory for the map.
+///
+/// # Complexity
+/// Time `O(output samples / step^2 * candidates * overlap samples * channels)`, space `O(output + exemplars)`.
+///
+/// # Determinism
+/// The map follows from exemplars, domain, options and seed alone. Block number `i` draws from `"quilting/block"`, `i`.
+pub fn quilt(
+    exemplars: &Exemplars<2>,
+    output: Domain<2>,
+    options: &Options,
+    run: &Run<'_, 2>,
+) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+    options.validate()?;
+    quilt_by(FastSearch::new(exemplars, None, run.simd)?, exemplars, output, options, run)
+}
+
+/// The same by any search.
+fn quilt_by(
+    mut search: impl Search,
+    exemplars: &Exemplars<2>,
+    output: Domain<2>,
+    options: &Options,
+    run: &Run<'_, 2>,
+) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
+    check_fit(exemplars, output, block)?;
+    let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
+    let mut map = SourceMap::unassigned(exemplars, output)?;
+    let grid = BlockGrid::new(output, block, overlap);
+    let pass = Pass {
+        exemplars,
+        per_mille: per_mille(options.tolerance),
+        stage: options.stage,
+        continuation: options.continuation,
+        steering: None,
+        seed: run.seed,
+        progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },
+        grid,
+    };
+    let mut quilter = Quilter::new(&mut search, pass, run, &mut map);
+    let complete = quilter.lay_all()?;
+    let counts = quilter.counts;
+    let stats = Stats {
+        block,
+        overlap,
+        blocks: counts.blocks,
+        candidates: counts.candidates,
+        overlap_error: counts.error,
+        cut_error: counts.cut_error,
+    };
+    Ok(Woven { result: map, stats, complete })
+}
+
+/// There is something to fill, and at least one source holds a block.
+pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: u32) -> Result<(), Error> {
+    if output.is_empty() {
+        return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
+    }
+    let shapes = exemplars.sources().iter().map(|s| s.domain().shape);
+    let [height, width] = shapes.max_by_key(|s| s[0].min(s[1])).unwrap_or([0, 0]);
+    let limit = height.min(width);
+    if limit < block { Err(Error::BlockExceedsExemplar { block, width, height, limit }) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Continuation;
+    use crate::search::plain::PlainSearch;
+    use selvedge_core::{Grid, Plane, Role, Samples, Seed};
+
+    /// Smooth noise of two channels: patches fit more or less everywhere.
+    fn exemplar(seed: u64, shape: [u32; 2]) -> Plane<2> {
+        let domain = Domain::open(shape);
+        let mut rng = Seed(seed).rng();
+        let mut value = 128_i32;
+        let samples = (0..domain.len() * 2).map(|_| {
+            value = (value + rng.below(41) as i32 - 20).clamp(0, 255);
+            value as u8
+        });
+        Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 2, samples.collect()).unwrap()))
+    }
+
+    #[test]
+    fn the_plain_search_quilts_the_same_picture() {
+        let (a, b) = (exemplar(1, [24, 31]), exemplar(2, [19, 17]));
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&a), std::slice::from_ref(&b)]).unwrap();
+        for (case, periodic) in [[false, false], [false, true], [true, true]].into_iter().enumerate() {
+            for continuation in [Continuation::Avoid, Continuation::Allow] {
+                let options = Options { block: Some(11), overlap: Some(4), continuation, ..Options::default() };
+                let (output, run) = (Domain { shape: [40, 37], periodic }, Run::seeded(case as u64));
+                let fast = quilt(&exemplars, output, &options, &run).unwrap();
+                let plain = quilt_by(PlainSearch::new(&exemplars, None), &exemplars, output, &options, &run).unwrap();
+                assert_eq!(fast.stats, plain.stats);
+                assert_eq!(fast.result, plain.result);
+            }
+        }
+    }
+
+    #[test]
+    fn one_block_is_a_copy() {
+        let plane = exemplar(3, [20, 20]);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let options = Options { block: Some(12), ..Options::default() };
+        let map = quilt(&exemplars, Domain::open([12, 12]), &options, &Run::seeded(4)).unwrap().result;
+        for axis in 0..2 {
+            assert!(map.domain().positions().all(|at| !map.is_seam(at, axis)));
+        }
+    }
+
+    #[test]
+    fn no_block_goes_on_where_its_neighbor_left_off() {
+        let plane = exemplar(5, [40, 40]);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let output = Domain::open([40, 80]);
+        let options = Options { block: Some(10), ..Options::default() };
+        let fraction = |options: &Options| {
+            let map = quilt(&exemplars, output, options, &Run::seeded(6)).unwrap().result;
+            // Blocks step by 9 (overlap 1): the middles of neighbors continue each other if no seam parted them.
+            let pairs = (0..8_u32)
+                .map(|i| map.table.step(map.ids.get(0, [5, 9 * i]), [0, 9]) == Some(map.ids.get(0, [5, 9 * i + 9])));
+            pairs.filter(|&same| same).count()
+        };
+        assert_eq!(fraction(&options), 0);
+        assert!(0 < fraction(&Options { block: Some(10), ..Options::paper() }));
+    }
+}

@@ -1,0 +1,80 @@
+//! The search as the paper has it, block by block and sample by sample: what the fast one is held against.
+
+use selvedge_core::{Domain, Grid, Guide, Source};
+
+use super::*;
+
+/// Looks at every sample of every block of every source.
+pub(crate) struct PlainSearch<'e> {
+    exemplars: &'e Exemplars<2>,
+    guide: Option<&'e Guide<2>>,
+}
+
+impl<'e> PlainSearch<'e> {
+    pub(crate) fn new(exemplars: &'e Exemplars<2>, guide: Option<&'e Guide<2>>) -> Self {
+        Self { exemplars, guide }
+    }
+
+    fn all(&self, terms: &[Term<'_>]) -> Vec<Candidate> {
+        let mut found = Vec::new();
+        for (number, source) in self.exemplars.sources().iter().enumerate() {
+            for at in source.domain().positions().filter(|&at| fits(source, terms[0].template.shape, at)) {
+                let error = |term: &Term<'_>| term.weight * self.error(number, term, at);
+                found.push(Candidate { error: terms.iter().map(error).sum(), source: number, at });
+            }
+        }
+        found
+    }
+
+    /// The weighted squared differences of one term.
+    fn error(&self, source: usize, term: &Term<'_>, at: [u32; 2]) -> u64 {
+        let (features, weights): (&Grid<u8, 2>, _) = match (term.space, self.guide) {
+            (Space::Guide, Some(guide)) => (&guide.source()[source], guide.weights()),
+            _ => (&self.exemplars.sources()[source].features, self.exemplars.weights()),
+        };
+        let block = Domain::open(term.template.shape);
+        let mut error = 0;
+        for (i, [y, x]) in block.positions().enumerate().filter(|&(i, _)| term.template.mask[i]) {
+            for (c, &weight) in weights.iter().enumerate() {
+                let sample = features.get(c, [at[0] + y, at[1] + x]);
+                let d = sample.abs_diff(term.template.features[c * block.len() + i]);
+                error += u64::from(d).pow(2) * u64::from(weight);
+            }
+        }
+        error
+    }
+}
+
+/// False if the block sticks out or holds masked samples.
+fn fits(source: &Source<2>, block: [u32; 2], at: [u32; 2]) -> bool {
+    Domain::open(block).positions().all(|p| {
+        let from = source.domain().step(at, p.map(|p| p as i32));
+        from.is_some_and(|from| source.valid.as_ref().is_none_or(|v| v.get(0, from)))
+    })
+}
+
+impl Search for PlainSearch<'_> {
+    fn draw(
+        &mut self,
+        terms: &[Term<'_>],
+        per_mille: u32,
+        avoid: Avoid<'_>,
+        pick: &mut dyn FnMut(u32) -> u32,
+    ) -> Result<Option<(Candidate, u32)>, Error> {
+        let all = self.all(terms);
+        let mut near = within(&all, per_mille, |c| !avoid(c.source, c.at));
+        if near.is_empty() {
+            near = within(&all, per_mille, |_| true);
+        }
+        let len = near.len() as u32;
+        Ok((len != 0).then(|| (near[pick(len) as usize], len)))
+    }
+}
+
+fn within(all: &[Candidate], per_mille: u32, allow: impl Fn(&Candidate) -> bool) -> Vec<Candidate> {
+    let mut near: Vec<Candidate> = all.iter().copied().filter(allow).collect();
+    near.sort_unstable();
+    let limit = near.first().map_or(0, |best| u128::from(best.error) * (1000 + u128::from(per_mille)));
+    near.retain(|c| u128::from(c.error) * 1000 <= limit);
+    near
+}

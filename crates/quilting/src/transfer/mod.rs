@@ -1,0 +1,186 @@
+//! Texture transfer: a target drawn in the texture of the exemplars. `[Efros01 3]`
+
+mod options;
+mod steering;
+
+use selvedge_core::{Exemplars, Guide, Run, SourceMap, Woven, par};
+
+use crate::block_grid::BlockGrid;
+use crate::options::{Continuation, Error, Stage, per_mille};
+use crate::quilt::check_fit;
+use crate::quilter::{Pass, Progress, Quilter};
+use crate::search::{FastSearch, Search};
+use crate::suggest_block;
+
+use options::PassPlan;
+pub use options::TransferOptions;
+pub(crate) use steering::Steering;
+
+/// Counts of one transfer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TransferStats {
+    /// Each pass, in order; those that a cancelled run never began are left out.
+    pub passes: Vec<PassStats>,
+}
+
+/// Counts of one pass of a transfer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PassStats {
+    /// Side of the blocks.
+    pub block: u32,
+    /// Overlap of the blocks.
+    pub overlap: u32,
+    /// The texture's share of the error.
+    pub alpha: f64,
+    /// Blocks laid.
+    pub blocks: u64,
+    /// Candidates that were drawn from, over all blocks.
+    pub candidates: u64,
+    /// Sum of the errors along all cuts, in squared feature units.
+    pub cut_error: u64,
+    /// How far the guide under the output is from the target after this pass: the sum over all samples of the weighted
+    /// squared differences.
+    pub guide_error: u64,
+}
+
+/// Quilts an output of the target's size that follows the target. `[Efros01 3]`
+///
+/// Each block is drawn from all those of all sources whose error is within the tolerance of the least, where the error
+/// is `alpha` times the texture's plus `1 - alpha` times the guide's, both as means a sample and channel. Several passes
+/// refine the output with smaller and smaller blocks; from the second on the texture's error is that to the neighbours
+/// on the overlap and to what the last pass laid under the whole block.
+///
+/// Axes on which the guide's target is periodic close without a seam.
+///
+/// # Errors
+/// Options that are wrong by themselves ([`TransferOptions::validate`]), a guide made for other exemplars, exemplars
+/// without a valid block, an empty target, or no memory for the maps.
+///
+/// # Complexity
+/// Time `O(passes * output samples * candidates * channels)`, space `O(output + exemplars)`.
+///
+/// # Determinism
+/// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point with 44 binary
+/// places). Block number `i` of pass `p` draws from `"quilting/pass"`, `p` and `"quilting/block"`, `i`.
+pub fn transfer(
+    exemplars: &Exemplars<2>,
+    guide: &Guide<2>,
+    options: &TransferOptions,
+    run: &Run<'_, 2>,
+) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
+    options.validate()?;
+    guide.check(exemplars)?;
+    transfer_by(FastSearch::new(exemplars, Some(guide), run.simd)?, exemplars, guide, options, run)
+}
+
+/// The same by any search.
+fn transfer_by(
+    mut search: impl Search,
+    exemplars: &Exemplars<2>,
+    guide: &Guide<2>,
+    options: &TransferOptions,
+    run: &Run<'_, 2>,
+) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
+    let output = guide.target().domain();
+    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
+    check_fit(exemplars, output, block)?;
+    let plan: Vec<(PassPlan, BlockGrid)> =
+        options.plan(block).into_iter().map(|p| (p, BlockGrid::new(output, p.block, p.overlap))).collect();
+    let of = plan.iter().map(|(_, grid)| grid.len() as u64).sum();
+    let mut map = SourceMap::unassigned(exemplars, output)?;
+    let mut stats = TransferStats::default();
+    let (mut before, mut complete) = (0, true);
+    for (number, (plan, grid)) in plan.into_iter().enumerate() {
+        let last = if number == 0 { None } else { Some(map.clone()) };
+        let blocks = grid.len() as u64;
+        let pass = Pass {
+            exemplars,
+            grid,
+            per_mille: per_mille(options.tolerance),
+            stage: Stage::Cut,
+            // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
+            continuation: Continuation::Allow,
+            steering: Some(Steering::new(guide, last.as_ref(), plan.alpha)),
+            seed: run.seed.derive("quilting/pass", number as u64),
+            progress: Progress { name: "transfer", before, of },
+        };
+        let mut quilter = Quilter::new(&mut search, pass, run, &mut map);
+        complete = quilter.lay_all()?;
+        let counts = quilter.counts;
+        stats.passes.push(PassStats {
+            block: plan.block,
+            overlap: plan.overlap,
+            alpha: f64::from(plan.alpha) / 1000.0,
+            blocks: counts.blocks,
+            candidates: counts.candidates,
+            cut_error: counts.cut_error,
+            guide_error: guide_error(guide, &map),
+        });
+        before += blocks;
+        if !complete {
+            break;
+        }
+    }
+    Ok(Woven { result: map, stats, complete })
+}
+
+/// How far the guide under the output is from its target.
+fn guide_error(guide: &Guide<2>, map: &SourceMap<2>) -> u64 {
+    let [height, width] = map.domain().shape;
+    let sample = |at: [u32; 2]| {
+        let Some((source, from)) = map.locate(at) else { return 0 };
+        let difference = |c: usize| guide.source()[source].get(c, from).abs_diff(guide.target().get(c, at));
+        let weighted = |(c, &w): (usize, &u8)| u64::from(difference(c)).pow(2) * u64::from(w);
+        guide.weights().iter().enumerate().map(weighted).sum::<u64>()
+    };
+    let row = |y: usize| (0..width).map(|x| sample([y as u32, x])).sum::<u64>();
+    par::map_indexed(height as usize, row).into_iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::correspondence::luminance;
+    use crate::search::plain::PlainSearch;
+    use selvedge_core::{Domain, Encoder, Grid, Plane, Role, Samples, Seed, Transform};
+
+    /// Smooth noise.
+    fn noise(seed: u64, domain: Domain<2>) -> Grid<u8, 2> {
+        let mut rng = Seed(seed).rng();
+        let mut value = 128_i32;
+        let samples = (0..domain.len() * 3).map(|_| {
+            value = (value + rng.below(41) as i32 - 20).clamp(0, 255);
+            value as u8
+        });
+        Grid::from_vec(domain, 3, samples.collect()).unwrap()
+    }
+
+    #[test]
+    fn the_plain_search_transfers_the_same_picture() {
+        let planes = [1, 2].map(|s| {
+            let domain = Domain::open([19 + 5 * s as u32, 23]);
+            [Plane::new(Role::Color, Samples::U8(noise(s, domain)))]
+        });
+        let planes = [&planes[0][..], &planes[1][..]];
+        let encoder = Encoder::fit(&planes).unwrap();
+        let mask = planes[1][0].domain().positions().map(|[y, x]| (y, x) != (14, 11)).collect();
+        let mask = Some(Grid::from_vec(planes[1][0].domain(), 1, mask).unwrap());
+        let turn = Transform::Exact { quarter_turns: 1, mirror: true };
+        for (case, periodic) in [[false, false], [true, false], [true, true]].into_iter().enumerate() {
+            let transforms = if case == 0 { vec![Transform::IDENTITY] } else { vec![Transform::IDENTITY, turn] };
+            let exemplars = Exemplars::masked(&encoder, &planes, &[None, mask.clone()], &transforms).unwrap();
+            let maps: Vec<_> = planes.iter().map(|p| luminance(&encoder.encode(p).unwrap()).unwrap()).collect();
+            let target = luminance(&noise(7, Domain { shape: [31, 26], periodic })).unwrap();
+            let guide = Guide::new(&exemplars, &maps, target).unwrap();
+            let guide = Guide::join(&[(guide.clone(), 1.0), (guide, 0.25)]).unwrap();
+            let options = TransferOptions { block: Some(11), passes: 3, ..TransferOptions::default() };
+            let run = Run::seeded(case as u64);
+            let fast = transfer(&exemplars, &guide, &options, &run).unwrap();
+            let plain = PlainSearch::new(&exemplars, Some(&guide));
+            let plain = transfer_by(plain, &exemplars, &guide, &options, &run).unwrap();
+            assert_eq!(fast.stats, plain.stats);
+            assert_eq!(fast.result, plain.result);
+            assert_eq!(fast.result.holes(), 0);
+        }
+    }
+}
