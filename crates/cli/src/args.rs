@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use selvedge_core::{Depth, Role};
+use selvedge_io::{Format, NonFinite};
 
 use crate::commands;
-use crate::size::{Bytes, Size, Tile};
+use crate::size::Bytes;
 
 /// Synthesises textures, materials and moving textures from examples.
 #[derive(Debug, Parser)]
-#[command(name = "selvedge", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(name = "selvedge", version, max_term_width = 100, subcommand_required = true, arg_required_else_help = true)]
 pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -26,10 +28,23 @@ pub(crate) enum Command {
     Quilt(commands::quilt::Quilt),
     /// Graphcut textures: a larger texture from patches cut along the best seams.
     Graphcut(commands::graphcut::Graphcut),
+    /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
+    Apply(commands::apply::Apply),
+    /// Tell what is in a picture or a source map, and how it was made.
+    Info(commands::info::Info),
+    /// Look at an exemplar: its size, its period, and a command line to begin with.
+    Inspect(commands::inspect::Inspect),
+    /// Compare two pictures; exit code 1 if they differ by more than is allowed.
+    Compare(commands::compare::Compare),
+    /// Write a script that completes command lines in a shell.
+    Completions(commands::completions::Completions),
+    /// Write manual pages.
+    Man(commands::man::Man),
 }
 
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Options of every command")]
 pub(crate) struct Global {
     /// The same seed gives the same picture, on any number of threads.
     #[arg(long, global = true, value_name = "N", default_value_t = 0)]
@@ -41,7 +56,7 @@ pub(crate) struct Global {
     #[arg(long, global = true)]
     pub(crate) json: bool,
     /// How to show progress, on standard error.
-    #[arg(long, global = true, value_enum, default_value_t = Progress::Auto)]
+    #[arg(long, global = true, value_enum, value_name = "HOW", default_value_t = Progress::Auto)]
     pub(crate) progress: Progress,
     /// Say nothing but errors.
     #[arg(short, long, global = true)]
@@ -55,9 +70,18 @@ pub(crate) struct Global {
     /// Refuse to replace files that exist.
     #[arg(long, global = true)]
     pub(crate) no_clobber: bool,
-    /// Check everything and say what would be done; write nothing.
+    /// When interrupted, write what there is to OUT.partial.EXT.
     #[arg(long, global = true)]
+    pub(crate) keep_partial: bool,
+    /// Check everything and say what would be done; write nothing.
+    #[arg(long, global = true, alias = "pretend")]
     pub(crate) dry_run: bool,
+    /// Take options from a TOML file; what is typed goes before it.
+    #[arg(long, global = true, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]
+    pub(crate) config: Option<PathBuf>,
+    /// Write the options as used to a file for --config.
+    #[arg(long, global = true, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]
+    pub(crate) save_config: Option<PathBuf>,
 }
 
 /// How to show progress.
@@ -73,16 +97,107 @@ pub(crate) enum Progress {
     None,
 }
 
-/// Options of the commands that make a picture of a chosen size.
-#[derive(Args, Clone, Debug)]
-pub(crate) struct Synthesis {
-    /// The picture to write; the format follows the extension.
-    #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
-    /// Size of the output: 512, 512x384, or a factor of the first exemplar such as 2x.
-    #[arg(long, value_name = "SIZE", default_value = "2x")]
-    pub(crate) size: Size,
-    /// Make the output tile without a seam along x, y or both.
-    #[arg(long, value_enum, value_name = "AXES")]
-    pub(crate) tile: Option<Tile>,
+/// How samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DepthArg {
+    /// 8-bit integers.
+    U8,
+    /// 16-bit integers.
+    U16,
+    /// 16-bit floats.
+    Half,
+    /// 32-bit floats.
+    Float,
+}
+
+impl From<DepthArg> for Depth {
+    fn from(depth: DepthArg) -> Self {
+        match depth {
+            DepthArg::U8 => Self::U8,
+            DepthArg::U16 => Self::U16,
+            DepthArg::Half => Self::F16,
+            DepthArg::Float => Self::F32,
+        }
+    }
+}
+
+/// Formats that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// 8 and 16 bits.
+    Png,
+    /// 8 bits, lossy.
+    Jpeg,
+    /// 8 and 16 bits, half, float.
+    Tiff,
+    /// Half and float.
+    Exr,
+    /// Float, rounded to 8-bit mantissas.
+    Hdr,
+    /// 8 bits, lossless.
+    Webp,
+}
+
+impl From<FormatArg> for Format {
+    fn from(format: FormatArg) -> Self {
+        match format {
+            FormatArg::Png => Self::Png,
+            FormatArg::Jpeg => Self::Jpeg,
+            FormatArg::Tiff => Self::Tiff,
+            FormatArg::Exr => Self::Exr,
+            FormatArg::Hdr => Self::Hdr,
+            FormatArg::Webp => Self::Webp,
+        }
+    }
+}
+
+/// What the channels of a plane mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RoleArg {
+    /// Grey or RGB; integers are sRGB-encoded, floats linear light.
+    Color,
+    /// A tangent-space normal: x right, y up.
+    Normal,
+    /// A height.
+    Height,
+    /// Roughness, metalness, occlusion, labels: anything else.
+    Scalar,
+}
+
+impl From<RoleArg> for Role {
+    fn from(role: RoleArg) -> Self {
+        match role {
+            RoleArg::Color => Self::Color,
+            RoleArg::Normal => Self::Normal,
+            RoleArg::Height => Self::Height,
+            RoleArg::Scalar => Self::Scalar,
+        }
+    }
+}
+
+/// What becomes of float samples that are infinite or no numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NonFiniteArg {
+    /// The picture is refused.
+    #[default]
+    Error,
+    /// Each becomes 0.
+    Zero,
+    /// Infinities become the greatest and the least value, what is no number 0.
+    Clamp,
+}
+
+impl From<NonFiniteArg> for NonFinite {
+    fn from(choice: NonFiniteArg) -> Self {
+        match choice {
+            NonFiniteArg::Error => Self::Error,
+            NonFiniteArg::Zero => Self::Zero,
+            NonFiniteArg::Clamp => Self::Clamp,
+        }
+    }
+}
+
+/// An option's value by the name that it is typed with.
+pub(crate) fn typed_name(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or(String::new(), |v| v.get_name().to_owned())
 }

@@ -1,10 +1,11 @@
 //! Errors as the user sees them: one line, a code, and with `--json` an object.
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use selvedge_core::ErrorKind;
 use serde_json::json;
+
+use crate::stdio;
 
 /// What ended the program.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,8 +32,21 @@ impl Failure {
 
     /// The same, about a file.
     #[must_use]
-    pub(crate) fn about(mut self, path: &Path) -> Self {
-        self.path = Some(shown(path));
+    pub(crate) fn about(self, path: &Path) -> Self {
+        self.named(shown(path))
+    }
+
+    /// The same, about a file that is called so.
+    #[must_use]
+    pub(crate) fn named(mut self, path: impl Into<String>) -> Self {
+        self.path = Some(path.into());
+        self
+    }
+
+    /// The same with another remedy.
+    #[must_use]
+    pub(crate) fn remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
         self
     }
 
@@ -47,6 +61,11 @@ impl Failure {
         Self::new(exit, message)
     }
 
+    /// A problem with a file that has a name only here.
+    pub(crate) fn from_problem(path: &Path, problem: selvedge_io::Problem) -> Self {
+        Self::from(selvedge_io::Error { path: path.to_path_buf(), problem })
+    }
+
     /// The run was ended by a signal.
     pub(crate) fn interrupted(signal: u8) -> Self {
         Self::new(128 + signal, "interrupted; nothing was written")
@@ -56,22 +75,21 @@ impl Failure {
     pub(crate) fn internal(panic: &(dyn std::any::Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
         let (text, version) = (text.unwrap_or("no message"), env!("CARGO_PKG_VERSION"));
-        Self::new(
-            70,
-            format!("internal error in version {version}: {text}; please report it with the command and its input"),
-        )
+        let message = format!("internal error in version {version}: {text}");
+        Self { exit: 70, path: None, message, remedy: None }.remedy("please report it with the command and its input")
     }
 
     /// Tells the user and gives the exit code.
-    pub(crate) fn tell(&self, json: bool) -> ExitCode {
+    pub(crate) fn tell(&self, json: bool) -> u8 {
         let path = self.path.as_ref().map_or(String::new(), |p| format!("'{p}': "));
         let remedy = self.remedy.as_ref().map_or(String::new(), |r| format!("; {r}"));
-        eprintln!("error: {}", one_line(&format!("{path}{}{remedy}", self.message)));
+        stdio::tell(&format!("error: {}", one_line(&format!("{path}{}{remedy}", self.message))));
         if json {
             let error = json!({"exit": self.exit, "path": self.path, "message": self.message, "remedy": self.remedy});
-            println!("{}", json!({ "error": error }));
+            // Standard error has it already.
+            let _ = stdio::answer(format!("{}\n", json!({ "error": error })).as_bytes());
         }
-        ExitCode::from(self.exit)
+        self.exit
     }
 }
 
@@ -101,25 +119,4 @@ pub(crate) fn shown(path: &Path) -> String {
 /// Control characters are escaped, so that a message stays one line.
 fn one_line(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect::<Vec<_>>() } else { vec![c] }).collect()
-}
-
-/// Help and version are answers; anything else is a usage error in one line.
-pub(crate) fn usage(error: &clap::Error) -> ExitCode {
-    if !error.use_stderr() {
-        // Nobody listens: that is the listener's business.
-        let _ = error.print();
-        return ExitCode::SUCCESS;
-    }
-    let text = error.to_string();
-    let lines: Vec<&str> = text.lines().take_while(|l| !l.starts_with("Usage:")).map(str::trim).collect();
-    let joined = lines.join(" ");
-    let message = joined
-        .strip_prefix("error: ")
-        .unwrap_or(&joined)
-        .trim()
-        .trim_end_matches("For more information, try '--help'.")
-        .trim();
-    let json = std::env::args_os().any(|a| a == "--json");
-    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    Failure { exit: 2, path: None, message, remedy: Some("see --help".into()) }.tell(json)
 }

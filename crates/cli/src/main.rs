@@ -3,31 +3,43 @@
 
 mod args;
 mod commands;
+mod config;
+mod exemplars;
 mod failure;
-mod files;
+mod harmonise;
+mod inputs;
+mod memory;
+mod outputs;
 mod report;
+mod session;
 mod size;
+mod stdio;
+mod typed;
+mod used;
 mod watch;
+mod weaving;
 
+use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use crate::args::Cli;
 use crate::failure::Failure;
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => return failure::usage(&error),
-    };
-    let json = cli.global.json;
     // A net below everything: a broken promise of ours ends in one line and code 70, never in a stack trace.
     std::panic::set_hook(Box::new(|_| {}));
-    let outcome =
-        std::panic::catch_unwind(|| commands::run(&cli)).unwrap_or_else(|panic| Err(Failure::internal(&*panic)));
-    match outcome {
-        Ok(code) => ExitCode::from(code),
-        Err(failure) => failure.tell(json),
-    }
+    let words: Vec<OsString> = std::env::args_os().collect();
+    ExitCode::from(run(&words))
+}
+
+fn run(words: &[OsString]) -> u8 {
+    let typed = match typed::parse(words) {
+        Ok(typed) => typed,
+        // Errors in the command line itself are told as it asks for, as far as can be seen.
+        Err(stop) => return stop.tell(words.iter().any(|word| word == "--json")),
+    };
+    // Nothing of what was typed is looked at again but whether errors are wanted as JSON.
+    let outcome = catch_unwind(AssertUnwindSafe(|| commands::run(&typed)));
+    let outcome = outcome.unwrap_or_else(|panic| Err(Failure::internal(&*panic)));
+    outcome.unwrap_or_else(|failure| failure.tell(typed.cli.global.json))
 }

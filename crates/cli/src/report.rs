@@ -1,11 +1,11 @@
-//! What a run tells about itself: the JSON object, and a line for people.
+//! What a run tells about itself.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::args::Global;
+use crate::used::Used;
 
 /// Collects what `--json` writes.
 pub(crate) struct Report {
@@ -14,13 +14,15 @@ pub(crate) struct Report {
     stage: Instant,
     seconds: BTreeMap<&'static str, f64>,
     /// Options as used.
-    pub(crate) options: Value,
+    pub(crate) options: Used,
     /// Files read.
     pub(crate) inputs: Vec<Value>,
     /// Files written.
     pub(crate) outputs: Vec<Value>,
-    /// The method's own counts.
+    /// The command's own counts and findings.
     pub(crate) stats: Value,
+    /// Memory that the run is expected to need at most.
+    pub(crate) estimate: Option<u64>,
 }
 
 impl Report {
@@ -32,11 +34,17 @@ impl Report {
             began: now,
             stage: now,
             seconds: BTreeMap::new(),
-            options: json!({}),
+            options: Used::default(),
             inputs: Vec::new(),
             outputs: Vec::new(),
             stats: json!({}),
+            estimate: None,
         }
+    }
+
+    /// The command's name.
+    pub(crate) fn command(&self) -> &'static str {
+        self.command
     }
 
     /// Ends a stage: what passed since the last one belongs to it.
@@ -45,29 +53,60 @@ impl Report {
         self.stage = Instant::now();
     }
 
+    /// Seconds of each stage so far.
+    pub(crate) fn stages(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.seconds.iter().map(|(name, seconds)| (*name, *seconds))
+    }
+
     /// Seconds since the start.
     pub(crate) fn elapsed(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
-    /// Writes the object if it is asked for.
-    pub(crate) fn finish(&mut self, global: &Global, threads: usize) {
-        self.seconds.insert("total", self.elapsed());
-        if global.json {
-            let object = json!({
-                "command": self.command,
-                "version": env!("CARGO_PKG_VERSION"),
-                "seed": global.seed,
-                "options": self.options,
-                "inputs": self.inputs,
-                "outputs": self.outputs,
-                "seconds": self.seconds,
-                "threads": threads,
-                "peak_memory_bytes": peak_memory(),
-                "stats": self.stats,
-            });
-            println!("{object}");
+    /// The object of `--json`.
+    pub(crate) fn json(&self, seed: u64, threads: usize, dry_run: bool) -> Value {
+        let mut seconds = self.seconds.clone();
+        seconds.insert("total", self.elapsed());
+        let mut object = json!({
+            "command": self.command,
+            "version": env!("CARGO_PKG_VERSION"),
+            "seed": seed,
+            "options": self.options.json(),
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "seconds": seconds,
+            "threads": threads,
+            "peak_memory_bytes": peak_memory(),
+            "stats": self.stats,
+        });
+        if dry_run {
+            object["dry_run"] = true.into();
+            object["estimated_memory_bytes"] = self.estimate.into();
         }
+        object
+    }
+}
+
+/// What a command has to say when it is done.
+pub(crate) struct Done {
+    pub(crate) report: Report,
+    /// Its answer on standard output, which the object of `--json` replaces.
+    pub(crate) answer: String,
+    /// A line for people on standard error.
+    pub(crate) line: Option<String>,
+    /// Exit code.
+    pub(crate) exit: u8,
+}
+
+impl Done {
+    /// Pictures were made; a line says which.
+    pub(crate) fn made(report: Report, line: String) -> Self {
+        Self { report, answer: String::new(), line: Some(line), exit: 0 }
+    }
+
+    /// A question was answered.
+    pub(crate) fn answered(report: Report, answer: String) -> Self {
+        Self { report, answer, line: None, exit: 0 }
     }
 }
 

@@ -80,7 +80,7 @@ impl FromStr for Bytes {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || format!("'{text}' is no amount of memory; write 500MiB or 2GiB");
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-        let scale: u64 = match text[digits.len()..].to_ascii_lowercase().as_str() {
+        let scale: u32 = match text[digits.len()..].to_ascii_lowercase().as_str() {
             "" | "b" => 1,
             "k" | "kib" => 1 << 10,
             "m" | "mib" => 1 << 20,
@@ -90,8 +90,10 @@ impl FromStr for Bytes {
             "gb" => 1_000_000_000,
             _ => return Err(wrong()),
         };
-        let number: u64 = digits.trim().parse().map_err(|_| wrong())?;
-        number.checked_mul(scale).map(Self).ok_or_else(wrong)
+        let number: f64 = digits.trim().parse().map_err(|_| wrong())?;
+        let bytes = number * f64::from(scale);
+        // Beyond 2^63 it is no amount of memory.
+        if (0.0..9.2e18).contains(&bytes) { Ok(Self(bytes as u64)) } else { Err(wrong()) }
     }
 }
 
@@ -116,7 +118,9 @@ mod tests {
         assert_eq!("2GiB".parse(), Ok(Bytes(2 << 30)));
         assert_eq!("500 MB".parse(), Ok(Bytes(500_000_000)));
         assert_eq!("1024".parse(), Ok(Bytes(1024)));
+        assert_eq!("1.5KiB".parse(), Ok(Bytes(1536)));
         assert!("2 giraffes".parse::<Bytes>().is_err());
+        assert!("-1".parse::<Bytes>().is_err());
         assert!("99999999999GiB".parse::<Bytes>().is_err());
     }
 }

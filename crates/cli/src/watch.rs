@@ -2,13 +2,21 @@
 
 use std::io::IsTerminal;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use selvedge_core::{Event, Observer};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::args::{Global, Progress};
+use crate::failure::Failure;
+use crate::stdio;
+
+/// How long a run may take to end by itself once a signal came.
+const PATIENCE: Duration = Duration::from_millis(700);
+/// How often signals are looked for.
+const TICK: Duration = Duration::from_millis(20);
 
 /// Shows a run and ends it on a signal. A second signal ends the program at once.
 pub(crate) struct Watch {
@@ -20,19 +28,13 @@ pub(crate) struct Watch {
 impl Watch {
     /// Starts to listen for signals.
     pub(crate) fn new(global: &Global) -> Self {
-        let signal = Arc::new(AtomicUsize::new(0));
-        for number in [SIGINT, SIGTERM] {
-            // The first signal sets the number, the next finds it set. Where signals cannot be had, runs just go on.
-            let seen = Arc::new(std::sync::atomic::AtomicBool::new(false));
-            let _ = signal_hook::flag::register_conditional_shutdown(number, 128 + number, seen.clone());
-            let _ = signal_hook::flag::register(number, seen);
-            let _ = signal_hook::flag::register_usize(number, signal.clone(), number as usize);
-        }
         let shown = match global.progress {
             Progress::Auto => !global.quiet && std::io::stderr().is_terminal(),
             Progress::Bar => true,
             Progress::Json | Progress::None => false,
         };
+        let signal = Arc::new(AtomicUsize::new(0));
+        listen(&signal, global);
         Self { bar: shown.then(bar), json: global.progress == Progress::Json, signal }
     }
 
@@ -47,6 +49,49 @@ impl Watch {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// Notes the first signal for the run to see. Ends the program where the run does not do so soon (a codec asks nobody
+/// whether to go on), or when a second signal comes; a run that is to keep its best so far is given all the time.
+fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
+    let raised = Arc::new(AtomicUsize::new(0));
+    for number in [SIGINT, SIGTERM] {
+        // Where signals cannot be had, runs just go on.
+        let _ = signal_hook::flag::register_usize(number, raised.clone(), number as usize);
+    }
+    let (signal, patient, json) = (signal.clone(), global.keep_partial, global.json);
+    std::thread::spawn(move || {
+        let next = || {
+            std::thread::sleep(TICK);
+            raised.swap(0, Ordering::Relaxed)
+        };
+        let first = loop {
+            match next() {
+                0 => {}
+                number => break number,
+            }
+        };
+        signal.store(first, Ordering::Relaxed);
+        let began = Instant::now();
+        while (patient || began.elapsed() < PATIENCE) && next() == 0 {}
+        if last_word() {
+            selvedge_io::remove_parts();
+            std::process::exit(Failure::interrupted(first as u8).tell(json).into());
+        }
+    });
+}
+
+/// True for whoever asks first: the run that came to its end, or the signal that ended it.
+pub(crate) fn last_word() -> bool {
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+    !TAKEN.swap(true, Ordering::Relaxed)
+}
+
+/// Ends a run that was too late for the last word.
+pub(crate) fn wait_for_the_end() -> ! {
+    loop {
+        std::thread::park();
     }
 }
 
@@ -67,10 +112,9 @@ impl<const D: usize> Observer<D> for Watch {
             bar.set_position(event.done);
         }
         if self.json {
-            eprintln!(
-                "{}",
-                serde_json::json!({"stage": event.stage, "done": event.done, "of": event.of, "energy": event.energy})
-            );
+            let step =
+                serde_json::json!({"stage": event.stage, "done": event.done, "of": event.of, "energy": event.energy});
+            stdio::tell(&step.to_string());
         }
     }
 

@@ -1,6 +1,6 @@
 //! Times of single searches. `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E | loop | choose] [--threads N]
-//! [--repeat N] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor
-//! (mean over all repeats, where the system tells it; of the clock with more threads), and of the clock (median, least).
+//! [--repeat N] [--cache BYTES] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor
+//! (all threads, mean over all repeats, where the system tells it), and of the clock (median, least).
 //! Some answers are checked first.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, SimdLevel, Source, Transform};
@@ -66,6 +66,7 @@ fn parse() -> Args {
             "--bench" => {}
             "--list" => CASES.iter().for_each(|case| println!("{case}")),
             "--threads" => args.threads = value().parse().expect("a number"),
+            "--cache" => args.options.cache = value().parse().expect("bytes"),
             "--repeat" => args.repeat = value().parse().expect("a number"),
             "--simd" => args.options.simd = simd(&value()),
             "--engine" => {
@@ -154,7 +155,7 @@ fn time<const D: usize>(shape: [u32; D], template: [u32; D], mask: Option<Vec<bo
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     searcher.search(&query, Placement::INSIDE, &mut scratch, &mut costs).expect("a good search");
     check(&exemplars, template, &features, mask.as_deref(), &costs);
-    let before = processed().filter(|_| args.threads == 1);
+    let before = processed();
     let mut times: Vec<f64> = (0..args.repeat)
         .map(|_| {
             let start = Instant::now();
@@ -226,8 +227,12 @@ fn plain<const D: usize>(
     }
 }
 
-/// Milliseconds that this thread has run (Linux). The count may move in steps of some milliseconds.
+/// Milliseconds that all threads together have run (Linux). The count may move in steps of some milliseconds.
 fn processed() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    text.split(' ').next()?.parse::<f64>().ok().map(|ns| ns / 1e6)
+    let mut sum = 0.0;
+    for task in std::fs::read_dir("/proc/self/task").ok()? {
+        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
+        sum += text.split(' ').next()?.parse::<f64>().ok()? / 1e6;
+    }
+    Some(sum)
 }

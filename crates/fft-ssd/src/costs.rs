@@ -94,7 +94,7 @@ impl<const D: usize> Costs<D> {
         Self::default()
     }
 
-    /// Prepares for a search: every position of every source, no candidate so far.
+    /// Prepares for a search, which writes every position of every source.
     pub(crate) fn reset(&mut self, ranges: &[Range], samples: u64, bound: u128, counted: bool) -> Result<(), Error> {
         let bound = u64::try_from(bound).map_err(|_| Error::Overflow { bound: bound as f64 })?;
         let mut start = 0_usize;
@@ -105,9 +105,9 @@ impl<const D: usize> Costs<D> {
             start = total.filter(|&n| n < u32::MAX as usize).ok_or(Error::TooLarge { positions: positions(ranges) })?;
         }
         (self.samples, self.bound, self.is_wide) = (samples, bound, u64::from(u32::MAX) <= bound);
-        refill(&mut self.narrow, if self.is_wide { 0 } else { start }, u32::MAX)?;
-        refill(&mut self.wide, if self.is_wide { start } else { 0 }, u64::MAX)?;
-        refill(&mut self.counts, if counted { start } else { 0 }, 0)
+        fit(&mut self.narrow, if self.is_wide { 0 } else { start })?;
+        fit(&mut self.wide, if self.is_wide { start } else { 0 })?;
+        fit(&mut self.counts, if counted { start } else { 0 })
     }
 
     /// The positions of each source, in the order of the searcher's.
@@ -162,9 +162,10 @@ impl<const D: usize> Costs<D> {
         self.kernel = first.kernel;
         self.is_wide = true;
         self.narrow.clear();
-        refill(&mut self.wide, first.len(), 0)?;
+        fit(&mut self.wide, first.len())?;
         par::for_rows(&mut self.wide, TOGETHER, |number, to| {
             let range = number * TOGETHER..number * TOGETHER + to.len();
+            to.fill(0);
             terms.iter().for_each(|(weight, term)| term.add_to(to, range.clone(), *weight));
             terms.iter().for_each(|(_, term)| term.exclude_from(to, range.clone()));
         });
@@ -225,17 +226,6 @@ impl<const D: usize> Costs<D> {
 fn positions(ranges: &[Range]) -> u64 {
     let of = |r: &Range| r.count.iter().fold(1_u64, |n, &c| n.saturating_mul(c as u64));
     ranges.iter().map(of).fold(0, u64::saturating_add)
-}
-
-/// Sets a buffer to `len` equal values; its memory is kept.
-pub(crate) fn refill<T: Clone>(buffer: &mut Vec<T>, len: usize, value: T) -> Result<(), Error> {
-    if buffer.capacity() < len {
-        *buffer = try_vec(len, value)?;
-    } else {
-        buffer.clear();
-        buffer.resize(len, value);
-    }
-    Ok(())
 }
 
 /// Makes a buffer `len` values long; what they are does not matter.

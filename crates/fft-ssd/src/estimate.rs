@@ -67,7 +67,9 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
         working = working.max(of_search);
     }
     // What is kept is dropped beyond the budget, but never what the running search needs.
-    Ok(costs + working + kept)
+    let all = costs + working + kept;
+    // Allocators round up, and small buffers are not listed.
+    Ok(all + all / 16)
 }
 
 /// Bytes kept for a source, and bytes that a search of it works in.

@@ -5,7 +5,7 @@ use crate::direct::DirectScratch;
 use crate::fft::FftScratch;
 use crate::placement::Range;
 
-/// Working memory of a search. Keep one a thread: after the first search nothing is allocated.
+/// Working memory of a search. Keep one a thread: after the first search of a size no large buffer is allocated.
 #[derive(Debug, Default)]
 pub struct Scratch {
     pub(crate) ranges: Vec<Range>,

@@ -118,7 +118,9 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         self.weights.len()
     }
 
-    /// The error of the template at every position, into `costs`.
+    /// The error of the template at every position, into `costs`. After an error `costs` has no meaning.
+    ///
+    /// Takes `O(min(samples, log(samples)) * positions)`; see the crate's page for figures.
     ///
     /// # Errors
     /// Those of a template that does not fit the searcher ([`Error::TemplateLength`], [`Error::MaskLength`],

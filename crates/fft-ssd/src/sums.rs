@@ -1,4 +1,4 @@
-//! Sums over masks at every position, from summed-area tables `[Crow 1984]`.
+//! Sums over masks at every position, from summed-area tables (Crow 1984).
 
 use crate::axes::Shape;
 use crate::extension::Extension;

@@ -68,7 +68,7 @@ impl Part {
 }
 
 /// Rows `y` and words `x` of one frame of the template's words.
-struct Part2 {
+struct Cell {
     frame: usize,
     y: std::ops::Range<usize>,
     x: std::ops::Range<usize>,
@@ -119,13 +119,13 @@ impl Taps {
             let row = (frame * shape[1] + end) * shape[2];
             let weight = self.words[row + x.start..row + x.end].iter().map(|&w| largest(w, image.lanes)).sum();
             if !budget.take(weight) {
-                self.sort(shape, &Part2 { frame, y: y..end, x: x.clone() }, place, pixels, image.width);
+                self.sort(shape, &Cell { frame, y: y..end, x: x.clone() }, place, pixels, image.width);
                 self.close(scale);
                 budget.restart(weight);
                 y = end;
             }
         }
-        self.sort(shape, &Part2 { frame, y: y..shape[1], x }, place, pixels, image.width);
+        self.sort(shape, &Cell { frame, y: y..shape[1], x }, place, pixels, image.width);
     }
 
     /// The template's words of one plane; returns their shape.
@@ -150,17 +150,17 @@ impl Taps {
     }
 
     /// Puts the taps of some template rows under the output rows that they serve.
-    fn sort(&mut self, shape: Shape, part: &Part2, place: usize, pixels: usize, width: usize) {
-        let word = |y: usize, x: usize| self.words[(part.frame * shape[1] + y) * shape[2] + x];
-        for y in part.y.start..part.y.end + ROWS - 1 {
-            // Template row `y - o` must lie in the part.
-            let first = (y + 1).saturating_sub(part.y.end);
-            let rows = (y - part.y.start + 1).min(ROWS).saturating_sub(first);
+    fn sort(&mut self, shape: Shape, cell: &Cell, place: usize, pixels: usize, width: usize) {
+        let word = |y: usize, x: usize| self.words[(cell.frame * shape[1] + y) * shape[2] + x];
+        for y in cell.y.start..cell.y.end + ROWS - 1 {
+            // Template row `y - o` must lie in the cell.
+            let first = (y + 1).saturating_sub(cell.y.end);
+            let rows = (y - cell.y.start + 1).min(ROWS).saturating_sub(first);
             if rows == 0 {
                 continue;
             }
             let list = &mut self.sorted[first * ROWS + rows - 1];
-            for x in part.x.clone() {
+            for x in cell.x.clone() {
                 let mut words = [0; ROWS];
                 for (o, w) in words.iter_mut().take(rows).enumerate() {
                     *w = word(y - first - o, x);

@@ -3,7 +3,7 @@
 mod support;
 
 use selvedge_core::Seed;
-use selvedge_fft_ssd::{Candidate, Costs, Error, Placement, Scratch, SsdSearcher, Template, Tolerance};
+use selvedge_fft_ssd::{Candidate, Costs, Error, Options, Placement, Scratch, SsdSearcher, Template, Tolerance};
 use support::Case;
 
 fn searched(i: u64, scratch: &mut Scratch) -> (Case<2>, Costs<2>) {
@@ -138,4 +138,30 @@ fn what_does_not_fit_is_refused_with_its_numbers() {
     let features = vec![0; 2 * channels];
     let short = Template::new([1, 2], &features).masked(&[true]);
     assert_eq!(ask(short), Error::MaskLength { expected: 2, found: 1 });
+}
+
+#[test]
+fn guides_share_the_positions_of_their_exemplars() {
+    let mut compared = 0;
+    for i in 0..30 {
+        let case = Case::<2>::random(&mut Seed(2).derive("guides", i).rng(), 10);
+        let guides: Vec<_> = case.exemplars.sources().iter().map(|s| s.features.map(|f| 255 - f).unwrap()).collect();
+        let weights = vec![7; case.exemplars.channels()];
+        let guide = SsdSearcher::of_guides(&case.exemplars, &guides, &weights, Options::default()).unwrap();
+        let searcher = SsdSearcher::new(&case.exemplars).unwrap();
+        let (mut scratch, mut a, mut b) = (Scratch::new(), Costs::new(), Costs::new());
+        let template = Template::new(case.shape, &case.features);
+        searcher.search(&template, Placement::INSIDE, &mut scratch, &mut a).unwrap();
+        guide.search(&template, Placement::INSIDE, &mut scratch, &mut b).unwrap();
+        assert!(a.iter().map(|c| (c.source, c.position)).eq(b.iter().map(|c| (c.source, c.position))));
+        let separate: Vec<u64> = a.iter().zip(b.iter()).map(|(a, b)| 2 * a.error + 3 * b.error).collect();
+        a.blend(2, &b, 3).unwrap();
+        assert!(a.iter().map(|c| c.error).eq(separate.iter().copied()));
+        compared += separate.len();
+        let fewer = SsdSearcher::of_guides(&case.exemplars, &guides[1..], &weights, Options::default());
+        assert!(matches!(fewer, Err(Error::Count { what: "guides", .. })));
+        let heavier = SsdSearcher::of_guides(&case.exemplars, &guides, &vec![1; weights.len() + 1], Options::default());
+        assert!(matches!(heavier, Err(Error::Count { what: "guide weights", .. })));
+    }
+    assert!(100 < compared);
 }

@@ -125,7 +125,16 @@ pub type Result<T, E = MaxflowError> = std::result::Result<T, E>;
 /// An empty vector with room for `len` values, or [`MaxflowError::OutOfMemory`] in the name of the graph.
 pub(crate) fn filled<T: Clone>(value: T, len: usize, nodes: usize, links: usize) -> Result<Vec<T>> {
     let mut values = Vec::new();
-    values.try_reserve_exact(len).map_err(|_| MaxflowError::OutOfMemory { nodes, links })?;
-    values.resize(len, value);
-    Ok(values)
+    if refill(&mut values, value, len) { Ok(values) } else { Err(MaxflowError::OutOfMemory { nodes, links }) }
+}
+
+/// Makes a vector `len` copies of a value. Returns whether there was memory.
+#[must_use]
+pub(crate) fn refill<T: Clone>(values: &mut Vec<T>, value: T, len: usize) -> bool {
+    values.clear();
+    let fits = values.try_reserve_exact(len).is_ok();
+    if fits {
+        values.resize(len, value);
+    }
+    fits
 }

@@ -102,3 +102,31 @@ fn engines_agree_on_larger_strips() {
         assert!(cuts.all(|cut| cut == first), "{case:?}");
     }
 }
+
+#[test]
+fn a_strip_solved_again_after_changes_is_as_if_new() {
+    let mut draw = Draw(6);
+    for _ in 0..300 {
+        let mut case = random_strip(&mut draw, 12, 9, 9);
+        let mut graph = GridGraph::new(case.shape, case.periodic).unwrap();
+        case.fill(&mut graph, no_diagonal);
+        for _ in 0..3 {
+            let cut = graph.solve(&|| false).unwrap();
+            let mut fresh = GridGraph::new(case.shape, case.periodic).unwrap();
+            fresh.set_engine(Engine::Pseudoflow);
+            case.fill(&mut fresh, no_diagonal);
+            assert_eq!(cut, fresh.solve(&|| false).unwrap(), "{case:?}");
+            assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
+            for _ in 0..case.links.len().min(5) {
+                let k = draw.below(case.links.len());
+                let (v, axis, forward, back) = case.links[k];
+                let new = [draw.below(9) as i32, draw.below(9) as i32];
+                graph.change_link(v, axis, new[0] - forward, new[1] - back).unwrap();
+                (case.links[k].2, case.links[k].3) = (new[0], new[1]);
+            }
+            let v = draw.below(case.len());
+            case.pins[v] = None;
+            graph.unpin(v).unwrap();
+        }
+    }
+}

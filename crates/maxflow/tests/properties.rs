@@ -244,6 +244,13 @@ fn wrong_input_is_an_error_with_numbers() {
 }
 
 #[test]
+fn estimates_follow_the_shape() {
+    assert_eq!(GridGraph::<2>::estimate([1000, 1000]) / 1_002_000, 35);
+    assert_eq!(GridGraph::<3>::estimate([100, 100, 100]) / 1_020_000, 43);
+    assert!(GridGraph::<2>::estimate([usize::MAX, usize::MAX]) > 1 << 60);
+}
+
+#[test]
 fn a_seam_node_is_a_pairwise_term() {
     // [Kwatra03 3.1]: seam node x between s and t, arcs of c1 to s, c2 to t and c3 to the sink; M a metric.
     let mut draw = Draw(46);

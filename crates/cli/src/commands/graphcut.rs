@@ -1,27 +1,21 @@
 //! `selvedge graphcut`: graphcut textures. `[Kwatra03 3-6]`
 
-use std::path::{Path, PathBuf};
-
 use clap::{Args, ValueEnum};
-use selvedge_core::{Encoder, Exemplars, Plane, Render, SeamMeasure, Transform};
+use selvedge_core::{Domain, Run, SeamMeasure, Transform};
 use selvedge_graphcut_textures::{Error, Options, Placement, Stats, graphcut};
 use serde_json::json;
 
-use crate::args::Synthesis;
-use crate::commands::Session;
-use crate::failure::{Failure, shown};
-use crate::files::{self, Input};
-use crate::report::Report;
-use crate::size::Tile;
+use crate::failure::Failure;
+use crate::report::Done;
+use crate::session::Session;
+use crate::used::Used;
+use crate::weaving::{Loom, Weaving};
 
 /// Options of `graphcut`.
 #[derive(Args, Debug)]
 pub(crate) struct Graphcut {
-    /// Pictures of the texture.
-    #[arg(required = true, value_name = "EXEMPLAR")]
-    exemplars: Vec<PathBuf>,
     #[command(flatten)]
-    synthesis: Synthesis,
+    weaving: Weaving,
     /// How the next patch is found.
     #[arg(long, value_enum, default_value_t = PlacementArg::Auto)]
     placement: PlacementArg,
@@ -146,82 +140,71 @@ impl Graphcut {
     }
 
     /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<u8, Failure> {
-        let mut report = Report::new("graphcut");
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
-        let output = self.synthesis.output.as_path();
-        files::check_output(session, output, &self.exemplars.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        let inputs = files::read_all(session, &self.exemplars, &mut report)?;
-        let planes: Vec<&[Plane<2>]> = inputs.iter().map(|i| std::slice::from_ref(&i.picture.plane)).collect();
-        let encoder = Encoder::fit(&planes).map_err(|e| about(&inputs, Failure::from(e)))?;
-        let exemplars = Exemplars::new(&encoder, &planes, &self.transforms());
-        let exemplars = exemplars.map_err(|e| about(&inputs, Failure::from(e)))?;
-        let domain = Tile::domain(self.synthesis.tile, self.synthesis.size.shape(planes[0][0].domain().shape));
-        files::check_size(session, domain)?;
-        report.stage("read");
-
-        let woven = graphcut(&exemplars, domain, &options, &session.run()).map_err(|e| failure(&inputs, e))?;
-        session.check_complete(woven.complete)?;
-        report.stage("synthesis");
-
-        let payload: Vec<&Plane<2>> = planes.iter().map(|p| &p[0]).collect();
-        let plane = woven.result.render(&payload)?;
-        report.stage("render");
-        if !session.global.dry_run {
-            files::write(session, output, &plane, &inputs[0].picture.metadata, &mut report)?;
+        let loom = self.weaving.begin(session, "graphcut", &self.transforms(), &estimate)?;
+        let exemplars = &loom.loaded.exemplars;
+        if loom.is_dry() {
+            // The least output tells whether options and exemplars go together.
+            let one = graphcut(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0));
+            one.map_err(|e| failure(&loom, e))?;
+            let used = self.used(&loom, &options, None);
+            return Ok(loom.would(used, "from patches"));
         }
-        report.stage("write");
-
-        let [h, w] = domain.shape;
+        let woven = graphcut(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
-        report.options = json!({
-            "size": format!("{w}x{h}"),
-            "tile": self.synthesis.tile.map(|t| format!("{t:?}").to_lowercase()),
-            "placement": format!("{:?}", stats.placement).to_lowercase(),
-            "seam": format!("{:?}", options.seam).to_lowercase(),
-            "region": stats.region,
-            "reach": stats.reach,
-            "randomness": options.randomness,
-            "variety": options.variety,
-            "refine": options.refine,
-            "patience": options.patience,
-            "tries": options.tries,
-            "turn": self.turn,
-            "mirror": self.mirror,
-        });
-        report.stats = json!({
-            "patches": stats.patches,
-            "refinements": stats.refinements,
-            "improvements": stats.improvements,
-            "cuts": stats.cuts,
-            "cut_nodes": stats.cut_nodes,
-            "energy": stats.energy,
-        });
-        let line = line(output, [w, h], &stats, report.elapsed());
-        session.finish(&mut report, &line);
-        Ok(0)
+        let used = self.used(&loom, &options, Some(&stats));
+        loom.finish(woven.result, woven.complete, used, counts(&stats), &how(&stats))
+    }
+
+    /// The options as used; what the program chose is known after the run.
+    fn used(&self, loom: &Loom<'_>, options: &Options, stats: Option<&Stats>) -> Used {
+        let lower = |name: String| name.to_lowercase();
+        let placement = stats.map_or(options.placement, |s| s.placement);
+        loom.used()
+            .with("placement", lower(format!("{placement:?}")))
+            .with("seam", lower(format!("{:?}", options.seam)))
+            .with("region", stats.map_or(options.region, |s| Some(s.region)))
+            .with("reach", stats.map_or(options.reach, |s| Some(s.reach)))
+            .with("randomness", options.randomness)
+            .with("variety", options.variety)
+            .with("refine", options.refine)
+            .with("patience", options.patience)
+            .with("tries", options.tries)
+            .with("turn", self.turn)
+            .with("mirror", self.mirror)
     }
 }
 
-fn line(output: &Path, [w, h]: [u32; 2], stats: &Stats, seconds: f64) -> String {
-    let (name, placement) = (shown(output), format!("{:?}", stats.placement).to_lowercase());
+/// An upper bound of what the method holds, measured: searches over sources and output, the graph, old seams.
+fn estimate(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    let len = |domain: &Domain<2>| domain.shape.iter().fold(1, |n, &side| u64::saturating_mul(n, side.into()));
+    let sources = sources.iter().map(len).fold(0, u64::saturating_add);
+    let all = sources.saturating_add(len(&output));
+    all.saturating_mul(128).saturating_add(all.saturating_mul(64 * channels as u64))
+}
+
+fn counts(stats: &Stats) -> serde_json::Value {
+    json!({
+        "patches": stats.patches,
+        "refinements": stats.refinements,
+        "improvements": stats.improvements,
+        "cuts": stats.cuts,
+        "cut_nodes": stats.cut_nodes,
+        "energy": stats.energy,
+    })
+}
+
+fn how(stats: &Stats) -> String {
+    let placement = format!("{:?}", stats.placement).to_lowercase();
     let (patches, improvements) = (stats.patches, stats.improvements);
-    format!(
-        "{name}: {w}x{h} px from {patches} patches and {improvements} refinements, {placement} placement, in {seconds:.2} s"
-    )
+    format!("from {patches} patches and {improvements} refinements, {placement} placement")
 }
 
 /// Errors about exemplars name the file.
-fn failure(inputs: &[Input], error: Error) -> Failure {
+fn failure(loom: &Loom<'_>, error: Error) -> Failure {
     let from_exemplar = matches!(error, Error::RegionExceedsExemplar { .. });
     let failure = Failure::from(error);
-    if from_exemplar { about(inputs, failure) } else { failure }
-}
-
-fn about(inputs: &[Input], failure: Failure) -> Failure {
-    match inputs {
-        [only] => failure.about(&only.path),
-        _ => failure,
-    }
+    if from_exemplar { loom.loaded.about(failure) } else { failure }
 }

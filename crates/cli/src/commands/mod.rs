@@ -1,69 +1,67 @@
 //! The commands, and what all of them go through.
 
+pub(crate) mod apply;
+pub(crate) mod compare;
+pub(crate) mod completions;
 pub(crate) mod graphcut;
+pub(crate) mod info;
+pub(crate) mod inspect;
+pub(crate) mod man;
 pub(crate) mod quilt;
 
-use selvedge_core::{Limits, Run, Seed, SimdLevel};
-
-use crate::args::{Cli, Command, Global};
+use crate::args::Command;
 use crate::failure::Failure;
-use crate::report::Report;
-use crate::watch::Watch;
+use crate::report::Done;
+use crate::session::Session;
+use crate::typed::Typed;
+use crate::{config, outputs, watch};
+
+/// More threads than this help nobody.
+const MOST_THREADS: usize = 1024;
 
 /// Runs what was typed; answers with the exit code.
-pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.global.threads).build();
+pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
+    let global = &typed.cli.global;
+    let session = Session::new(global);
+    if MOST_THREADS < global.threads {
+        session.say(&format!("note: {} threads are too many; using {MOST_THREADS}", global.threads));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(global.threads.min(MOST_THREADS)).build();
     let pool = pool.map_err(|e| Failure::new(70, format!("no threads: {e}; use --threads 1")))?;
-    pool.install(|| match &cli.command {
-        Command::Quilt(quilt) => quilt.run(&Session::new(&cli.global)),
-        Command::Graphcut(graphcut) => graphcut.run(&Session::new(&cli.global)),
-    })
-}
-
-/// The surroundings of one command.
-pub(crate) struct Session<'a> {
-    pub(crate) global: &'a Global,
-    pub(crate) watch: Watch,
-    pub(crate) limits: Limits,
-}
-
-impl<'a> Session<'a> {
-    fn new(global: &'a Global) -> Self {
-        let memory = global.max_memory.map_or_else(half_of_available, |bytes| bytes.0);
-        Self { global, watch: Watch::new(global), limits: Limits { memory, ..Limits::default() } }
-    }
-
-    /// What methods are handed.
-    pub(crate) fn run(&self) -> Run<'_, 2> {
-        Run { seed: Seed(self.global.seed), limits: self.limits, observer: &self.watch, simd: SimdLevel::Auto }
-    }
-
-    /// Ends a run that a signal cancelled.
-    pub(crate) fn check_complete(&self, complete: bool) -> Result<(), Failure> {
-        self.watch.finish();
-        if complete { Ok(()) } else { Err(Failure::interrupted(self.watch.signal().unwrap_or(2))) }
-    }
-
-    /// Writes the JSON object, and a line for people.
-    pub(crate) fn finish(&self, report: &mut Report, line: &str) {
-        report.finish(self.global, rayon::current_num_threads());
-        self.say(line);
-    }
-
-    /// A line for people, on standard error.
-    pub(crate) fn say(&self, line: &str) {
-        if !self.global.quiet {
-            eprintln!("{line}");
+    let outcome: Result<Done, Failure> = pool.install(|| {
+        if let Some(path) = &global.save_config {
+            outputs::check(&session, &[path], global.config.as_slice())?;
         }
+        let done = execute(&typed.cli.command, &session)?;
+        save_config(typed, &session)?;
+        Ok(done)
+    });
+    session.watch.finish();
+    if !watch::last_word() {
+        watch::wait_for_the_end();
+    }
+    pool.install(|| session.finish(&outcome?))
+}
+
+fn execute(command: &Command, session: &Session<'_>) -> Result<Done, Failure> {
+    match command {
+        Command::Quilt(quilt) => quilt.run(session),
+        Command::Graphcut(graphcut) => graphcut.run(session),
+        Command::Apply(apply) => apply.run(session),
+        Command::Info(info) => info.run(session),
+        Command::Inspect(inspect) => inspect.run(session),
+        Command::Compare(compare) => compare.run(session),
+        Command::Completions(completions) => completions.run(),
+        Command::Man(man) => man.run(session),
     }
 }
 
-/// Half of the memory that the system says is available; no bound where it does not say.
-fn half_of_available() -> u64 {
-    let available = || {
-        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-        let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
-    };
-    available().map_or(u64::MAX, |kib| kib * 512)
+fn save_config(typed: &Typed, session: &Session<'_>) -> Result<(), Failure> {
+    match &session.global.save_config {
+        Some(path) if !session.global.dry_run => {
+            selvedge_io::write_bytes(path, config::saved(typed)?.as_bytes(), session.global.no_clobber)?;
+            Ok(())
+        }
+        _ => Ok(()),
+    }
 }

@@ -1,27 +1,21 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
-use std::path::{Path, PathBuf};
-
 use clap::{Args, ValueEnum};
-use selvedge_core::{Exemplars, Plane, Render};
-use selvedge_quilting::{Continuation, Error, Options, Stage, quilt};
+use selvedge_core::{Domain, Run, Transform};
+use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
 use serde_json::json;
 
-use crate::args::Synthesis;
-use crate::commands::Session;
 use crate::failure::Failure;
-use crate::files::{self, Input};
-use crate::report::Report;
-use crate::size::Tile;
+use crate::report::Done;
+use crate::session::Session;
+use crate::used::Used;
+use crate::weaving::{Loom, Weaving};
 
 /// Options of `quilt`.
 #[derive(Args, Debug)]
 pub(crate) struct Quilt {
-    /// Pictures of the texture.
-    #[arg(required = true, value_name = "EXEMPLAR")]
-    exemplars: Vec<PathBuf>,
     #[command(flatten)]
-    synthesis: Synthesis,
+    weaving: Weaving,
     /// Side of the blocks in pixels, or auto; it should hold the largest structure of the texture.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     block: Auto,
@@ -32,11 +26,14 @@ pub(crate) struct Quilt {
     #[arg(long, value_name = "T", default_value_t = 0.1)]
     tolerance: f64,
     /// How far to go: random blocks, agreeing blocks, or agreeing blocks with cut edges.
-    #[arg(long, value_enum, default_value_t = StageArg::Cut)]
+    #[arg(long, value_enum, value_name = "STAGE", default_value_t = StageArg::Cut)]
     stage: StageArg,
     /// Whether blocks may continue their neighbours verbatim.
-    #[arg(long, value_enum, default_value_t = ContinuationArg::Avoid)]
+    #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Avoid)]
     continuation: ContinuationArg,
+    /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow.
+    #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation"])]
+    paper: bool,
 }
 
 /// A number, or a choice by the program.
@@ -68,89 +65,91 @@ enum ContinuationArg {
     Allow,
 }
 
-impl Quilt {
-    fn options(&self) -> Options {
-        Options {
-            block: self.block.0,
-            overlap: self.overlap.0,
-            tolerance: self.tolerance,
-            stage: match self.stage {
-                StageArg::Random => Stage::Random,
-                StageArg::Overlap => Stage::Overlap,
-                StageArg::Cut => Stage::Cut,
-            },
-            continuation: match self.continuation {
-                ContinuationArg::Avoid => Continuation::Avoid,
-                ContinuationArg::Allow => Continuation::Allow,
-            },
+impl From<StageArg> for Stage {
+    fn from(stage: StageArg) -> Self {
+        match stage {
+            StageArg::Random => Self::Random,
+            StageArg::Overlap => Self::Overlap,
+            StageArg::Cut => Self::Cut,
         }
     }
+}
 
+impl From<ContinuationArg> for Continuation {
+    fn from(continuation: ContinuationArg) -> Self {
+        match continuation {
+            ContinuationArg::Avoid => Self::Avoid,
+            ContinuationArg::Allow => Self::Allow,
+        }
+    }
+}
+
+impl Quilt {
     /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<u8, Failure> {
-        let mut report = Report::new("quilt");
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
-        let output = self.synthesis.output.as_path();
-        files::check_output(session, output, &self.exemplars.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        let inputs = files::read_all(session, &self.exemplars, &mut report)?;
-        let planes: Vec<&[Plane<2>]> = inputs.iter().map(|i| std::slice::from_ref(&i.picture.plane)).collect();
-        let exemplars = Exemplars::of(&planes).map_err(|e| about(&inputs, Failure::from(e)))?;
-        let domain = Tile::domain(self.synthesis.tile, self.synthesis.size.shape(planes[0][0].domain().shape));
-        files::check_size(session, domain)?;
-        report.stage("read");
-
-        let woven = quilt(&exemplars, domain, &options, &session.run()).map_err(|e| failure(&inputs, e))?;
-        session.check_complete(woven.complete)?;
-        report.stage("synthesis");
-
-        let payload: Vec<&Plane<2>> = planes.iter().map(|p| &p[0]).collect();
-        let plane = woven.result.render(&payload)?;
-        report.stage("render");
-        if !session.global.dry_run {
-            files::write(session, output, &plane, &inputs[0].picture.metadata, &mut report)?;
+        let loom = self.weaving.begin(session, "quilt", &[Transform::IDENTITY], &|exemplars, channels, output| {
+            estimate(exemplars, channels, output, &options)
+        })?;
+        let exemplars = &loom.loaded.exemplars;
+        if loom.is_dry() {
+            // The least output tells whether options and exemplars go together.
+            let one =
+                quilt(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0)).map_err(|e| failure(&loom, e))?;
+            let used = used(&loom, &options, &one.stats);
+            return Ok(loom.would(used, &format!("from blocks of {} px", one.stats.block)));
         }
-        report.stage("write");
-
-        let [h, w] = domain.shape;
+        let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
-        report.options = json!({
-            "size": format!("{w}x{h}"),
-            "tile": self.synthesis.tile.map(|t| format!("{t:?}").to_lowercase()),
-            "block": stats.block,
-            "overlap": stats.overlap,
-            "tolerance": options.tolerance,
-            "stage": format!("{:?}", options.stage).to_lowercase(),
-            "continuation": format!("{:?}", options.continuation).to_lowercase(),
-        });
-        report.stats = json!({
-            "blocks": stats.blocks,
-            "candidates": stats.candidates,
-            "overlap_error": stats.overlap_error,
-            "cut_error": stats.cut_error,
-        });
-        let line = line(output, [w, h], &stats, report.elapsed());
-        session.finish(&mut report, &line);
-        Ok(0)
+        let used = used(&loom, &options, &stats);
+        loom.finish(woven.result, woven.complete, used, counts(&stats), &how(&stats))
+    }
+
+    fn options(&self) -> Options {
+        let options = Options { block: self.block.0, overlap: self.overlap.0, ..Options::paper() };
+        if self.paper {
+            return options;
+        }
+        Options {
+            tolerance: self.tolerance,
+            stage: self.stage.into(),
+            continuation: self.continuation.into(),
+            ..options
+        }
     }
 }
 
-fn line(output: &Path, [w, h]: [u32; 2], stats: &selvedge_quilting::Stats, seconds: f64) -> String {
-    let name = crate::failure::shown(output);
-    let (block, overlap, blocks) = (stats.block, stats.overlap, stats.blocks);
-    format!("{name}: {w}x{h} px from {blocks} blocks of {block} px, overlap {overlap} px, in {seconds:.2} s")
+/// The options as used.
+fn used(loom: &Loom<'_>, options: &Options, stats: &Stats) -> Used {
+    let lower = |name: String| name.to_lowercase();
+    loom.used()
+        .with("block", stats.block)
+        .with("overlap", stats.overlap)
+        .with("tolerance", options.tolerance)
+        .with("stage", lower(format!("{:?}", options.stage)))
+        .with("continuation", lower(format!("{:?}", options.continuation)))
 }
 
-/// Errors about exemplars name the file.
-fn failure(inputs: &[Input], error: Error) -> Failure {
-    let from_exemplar = matches!(error, Error::BlockExceedsExemplar { .. } | Error::Masked { .. });
-    let failure = Failure::from(error);
-    if from_exemplar { about(inputs, failure) } else { failure }
+fn counts(stats: &Stats) -> serde_json::Value {
+    json!({
+        "blocks": stats.blocks,
+        "candidates": stats.candidates,
+        "overlap_error": stats.overlap_error,
+        "cut_error": stats.cut_error,
+    })
 }
 
-fn about(inputs: &[Input], failure: Failure) -> Failure {
-    match inputs {
-        [only] => failure.about(&only.path),
-        _ => failure,
-    }
+fn how(stats: &Stats) -> String {
+    format!("from {} blocks of {} px, overlap {} px", stats.blocks, stats.block, stats.overlap)
+}
+
+/// Errors about exemplars name the file, and options by their flags.
+fn failure(loom: &Loom<'_>, error: Error) -> Failure {
+    let remedy = match &error {
+        Error::BlockExceedsExemplar { limit, .. } => format!("use --block {limit} or a larger exemplar"),
+        Error::Masked { .. } => "use a smaller --block or mask less".to_owned(),
+        _ => return Failure::from(error),
+    };
+    loom.loaded.about(Failure::from(error).remedy(remedy))
 }

@@ -10,36 +10,40 @@ use crate::program::{fresh, selvedge_in};
 /// How a reader starts the program.
 const STARTS: [&str; 2] = ["cargo run --release -p selvedge -- ", "selvedge "];
 
-/// One test a command.
+/// One test a block of commands: they run one after the other in the same folder.
 pub(crate) fn trials() -> Vec<Trial> {
     let text = fs::read_to_string(crate::root().join("README.md")).unwrap_or_default();
-    let commands = commands(&text);
-    if commands.is_empty() {
+    let blocks = blocks(&text);
+    if blocks.is_empty() {
         return vec![Trial::test("README.md shows a command", || Err("it shows none".into()))];
     }
-    let trial =
-        |(i, command): (usize, String)| Trial::test(format!("README.md: {command}"), move || check(i, &command));
-    commands.into_iter().enumerate().map(trial).collect()
+    let trial = |(i, commands): (usize, Vec<String>)| {
+        Trial::test(format!("README.md: {}", commands[0]), move || check(i, &commands))
+    };
+    blocks.into_iter().enumerate().map(trial).collect()
 }
 
-/// Arguments of the commands in blocks of shell code, without comments.
-fn commands(text: &str) -> Vec<String> {
+/// Arguments of the commands in each block of shell code, without comments.
+fn blocks(text: &str) -> Vec<Vec<String>> {
     let blocks = text.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
     let arguments = |line: &str| {
         let line = line.split(" #").next().unwrap_or_default().trim();
         STARTS.iter().find_map(|start| line.strip_prefix(start)).map(str::to_owned)
     };
-    blocks.flat_map(str::lines).filter_map(arguments).collect()
+    let commands = blocks.map(|block| block.lines().filter_map(arguments).collect::<Vec<_>>());
+    commands.filter(|commands| !commands.is_empty()).collect()
 }
 
-/// Runs a command in a folder of its own with the fixtures in it.
-fn check(number: usize, command: &str) -> Result<(), Failed> {
+/// Runs commands in a folder of their own with the fixtures in it.
+fn check(number: usize, commands: &[String]) -> Result<(), Failed> {
     let folder = crate::out_dir().join(format!("readme-{number}"));
     fresh(&folder);
     copy(&crate::root().join("fixtures"), &folder.join("fixtures")).map_err(|e| format!("the fixtures: {e}"))?;
-    let said = selvedge_in(&folder, command.split_whitespace());
-    if said.exit != Some(0) {
-        return Err(format!("ended with {:?}: {}", said.exit, said.stderr).into());
+    for command in commands {
+        let said = selvedge_in(&folder, command.split_whitespace());
+        if said.exit != Some(0) {
+            return Err(format!("`{command}` ended with {:?}: {}", said.exit, said.stderr).into());
+        }
     }
     let _ = fs::remove_dir_all(&folder);
     Ok(())

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use selvedge_core::{Plane, Samples};
-use selvedge_io::{ReadOptions, decode};
+use selvedge_core::{Limits, Plane, Samples, SourceMap};
+use selvedge_io::{ReadOptions, decode, decode_map};
 use serde_json::{Value, json};
 
 use crate::program::{Said, files_in, fresh, selvedge};
@@ -32,7 +32,7 @@ pub(crate) fn outcome(recipe: &Recipe, folder: &Path, threads: u32) -> Result<Ou
         if said.exit != Some(expected) {
             return Err(format!("`selvedge {typed}` ended with {:?}, not {expected}: {}", said.exit, said.stderr));
         }
-        text += &format!("$ selvedge {line}\nexit {expected}\n{}", shown(&said).replace(&name, "{out}"));
+        text += &format!("$ selvedge {line}\nexit {expected}\n{}", shown(&said, &name).replace(&name, "{out}"));
     }
     let files = files_in(folder);
     for (file, bytes) in &files {
@@ -43,10 +43,10 @@ pub(crate) fn outcome(recipe: &Recipe, folder: &Path, threads: u32) -> Result<Ou
 }
 
 /// Standard output as redacted JSON, standard error behind `>`.
-fn shown(said: &Said) -> String {
+fn shown(said: &Said, folder: &str) -> String {
     let stdout = match serde_json::from_str(&said.stdout) {
         Ok(mut value) => {
-            redact(&mut value);
+            redact(&mut value, folder);
             format!("{value:#}\n")
         }
         Err(_) => said.stdout.clone(),
@@ -55,18 +55,24 @@ fn shown(said: &Said) -> String {
     stdout + &stderr
 }
 
-/// Takes out what may differ: the version, times, threads, memory, and the bytes of files (encoders may change; the
-/// samples are hashed by [`contents`]).
-fn redact(run: &mut Value) {
-    for key in ["version", "seconds", "threads", "peak_memory_bytes"] {
-        if let Some(value) = run.get_mut(key) {
-            *value = json!(format!("[{key}]"));
+/// Takes out what may differ: the version, times, threads, memory, and the bytes of the files that were made in `folder`
+/// (encoders may change; the samples are hashed by [`contents`]).
+fn redact(value: &mut Value, folder: &str) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(|item| redact(item, folder)),
+        Value::Object(parts) => {
+            let made = parts.get("path").and_then(Value::as_str).is_some_and(|path| path.starts_with(folder));
+            for (key, part) in parts {
+                match key.as_str() {
+                    "version" | "seconds" | "threads" | "peak_memory_bytes" | "estimated_memory_bytes" => {
+                        *part = json!(format!("[{key}]"));
+                    }
+                    "blake3" if made => *part = json!("[file]"),
+                    _ => redact(part, folder),
+                }
+            }
         }
-    }
-    for output in run.get_mut("outputs").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(hash) = output.get_mut("blake3") {
-            *hash = json!("[file]");
-        }
+        _ => {}
     }
 }
 
@@ -79,15 +85,23 @@ fn without_times(line: &str) -> String {
     (0..words.len()).map(|i| if is_time(i) { "[time]" } else { words[i] }).collect::<Vec<_>>().join(" ")
 }
 
-/// Shape, depth and hash of the samples of a picture; of the bytes of any other file.
+/// Shape, depth and hash of the samples of a picture; hash of the numbers of a source map; of the bytes of any other file.
 fn contents(name: &str, bytes: &[u8]) -> String {
     match decode(bytes, name, &ReadOptions::default()) {
         Ok(picture) => {
             let plane = &picture.plane;
             format!("{}, samples {}", selvedge_testkit::describe(plane), blake3::hash(&sample_bytes(plane)).to_hex())
         }
-        Err(_) => format!("{} bytes, {}", bytes.len(), blake3::hash(bytes).to_hex()),
+        Err(_) => match decode_map(bytes, name, &Limits::default()) {
+            Ok(file) => format!("source map, ids {}", blake3::hash(&id_bytes(&file.map)).to_hex()),
+            Err(_) => format!("{} bytes, {}", bytes.len(), blake3::hash(bytes).to_hex()),
+        },
     }
+}
+
+/// Sample numbers in a fixed order and form.
+fn id_bytes(map: &SourceMap<2>) -> Vec<u8> {
+    map.ids.samples().iter().flat_map(|id| id.get().to_le_bytes()).collect()
 }
 
 /// All samples in a fixed order and form: planar, little-endian.

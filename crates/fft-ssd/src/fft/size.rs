@@ -3,7 +3,7 @@
 use crate::axes::Shape;
 use crate::extension::Extension;
 
-/// How positions are covered by tiles `[overlap-save]`. Along each axis a transform of `size` samples answers `hop`
+/// How positions are covered by tiles (overlap-save). Along each axis a transform of `size` samples answers `hop`
 /// positions; `tiles` of them answer all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tiling {

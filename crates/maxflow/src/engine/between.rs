@@ -1,5 +1,6 @@
 //! What lies between positive and negative excess: all that a nearly maximum flow has left to change.
 
+use crate::error::refill;
 use crate::network::{Capacity, Network, Role};
 
 /// The source's excess gets here.
@@ -8,13 +9,14 @@ const REACHED: u8 = 1;
 const BETWEEN: u8 = 2;
 
 /// Finds the nodes on residual walks from positive to negative excess, marked so that [`is_between`] holds. Returns
-/// whether there are any; if not, the flow is maximum.
+/// whether there are any: if not, the flow is maximum. `None` without memory.
 ///
 /// No augmenting path will ever leave these nodes: residual capacity that pushes open up leads back among them. After
 /// a small change that leaves engine T a small part of the graph, or none. `marks` and `stack` are scratch.
-pub(crate) fn mark<N: Network>(net: &N, marks: &mut Vec<u8>, stack: &mut Vec<u32>) -> bool {
-    marks.clear();
-    marks.resize(net.slots(), 0);
+pub(crate) fn mark<N: Network>(net: &N, marks: &mut Vec<u8>, stack: &mut Vec<u32>) -> Option<bool> {
+    if !refill(marks, 0, net.slots()) {
+        return None;
+    }
     for v in net.nodes() {
         if net.role(v) == Role::Free && net.excess(v) > N::Cap::ZERO && marks[v] == 0 {
             spread(net, v, marks, stack, [0, REACHED], |a, v, _| net.residual(v, a) > N::Cap::ZERO);
@@ -27,7 +29,7 @@ pub(crate) fn mark<N: Network>(net: &N, marks: &mut Vec<u8>, stack: &mut Vec<u32
             spread(net, v, marks, stack, [REACHED, BETWEEN], |a, _, w| net.residual(w, net.twin(a)) > N::Cap::ZERO);
         }
     }
-    any
+    Some(any)
 }
 
 /// Whether a slot was marked as lying between.

@@ -1,14 +1,18 @@
 //! Reading off the smallest source side.
 
 use crate::cut::MinCut;
+use crate::error::{MaxflowError, Result, refill};
 use crate::network::{Capacity, Network, Role, delivered};
 
-/// The cut of a maximum flow. `stack` is scratch.
-pub(crate) fn read_off<N: Network>(net: &N, source_total: i64, cut: &mut MinCut, stack: &mut Vec<u32>) {
+/// The cut of a maximum flow, or [`MaxflowError::OutOfMemory`]. `stack` is scratch.
+pub(crate) fn read_off<N: Network>(net: &N, source_total: i64, cut: &mut MinCut, stack: &mut Vec<u32>) -> Result<()> {
+    let nodes = net.nodes().len();
+    if !refill(&mut cut.in_source, false, nodes) {
+        return Err(MaxflowError::OutOfMemory { nodes, links: 0 });
+    }
     cut.flow = delivered(net, source_total);
-    cut.in_source.clear();
-    cut.in_source.resize(net.nodes().len(), false);
     source_side(net, &mut cut.in_source, stack);
+    Ok(())
 }
 
 /// Marks what positive excess and source pins reach in the residual network: the smallest source side of all minimum

@@ -36,6 +36,8 @@ pub(crate) enum Outcome {
     Done,
     /// The caller wants to stop; the pseudoflow is valid.
     Cancelled,
+    /// There is no memory for what the engine notes of the nodes; nothing changed.
+    OutOfMemory,
 }
 
 /// Memory of the engines, kept from solve to solve.
@@ -53,7 +55,8 @@ impl<A> Default for Scratch<A> {
     }
 }
 
-/// Saturates the pins and makes the flow maximum, or says [`MaxflowError::Cancelled`].
+/// Saturates the pins and makes the flow maximum, or says [`MaxflowError::Cancelled`] or
+/// [`MaxflowError::OutOfMemory`].
 ///
 /// `solved`: the flow was maximum before some changes, and is nearly so now.
 pub(crate) fn maximize<N: Network>(
@@ -70,14 +73,17 @@ pub(crate) fn maximize<N: Network>(
     match outcome {
         Outcome::Done => Ok(()),
         Outcome::Cancelled => Err(MaxflowError::Cancelled),
+        Outcome::OutOfMemory => Err(MaxflowError::OutOfMemory { nodes: net.nodes().len(), links: 0 }),
     }
 }
 
 /// Few paths are left to be found: engine T finds them in one growth of its trees, where engine P would first have to
 /// give up all the excess that did not get through last time.
 fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc>, cancelled: &dyn Fn() -> bool) -> Outcome {
-    if !between::mark(net, &mut scratch.marks, &mut scratch.stack) {
-        return Outcome::Done;
+    match between::mark(net, &mut scratch.marks, &mut scratch.stack) {
+        None => return Outcome::OutOfMemory,
+        Some(false) => return Outcome::Done,
+        Some(true) => {}
     }
     let marks = &scratch.marks;
     tree::solve(net, &mut scratch.tree, |v| between::is_between(marks, v), cancelled)

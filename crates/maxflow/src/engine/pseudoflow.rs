@@ -17,6 +17,7 @@
 //! all neighbours, and these arrays are small enough to stay in cache.
 
 use super::Outcome;
+use crate::error::refill;
 use crate::network::{Capacity, Network, Role};
 
 /// Label of nodes that cannot reach negative excess, and of those that take no part.
@@ -42,15 +43,11 @@ struct PseudoNodes<A> {
 }
 
 impl<A: Copy> PseudoNodes<A> {
-    /// Every node a dead tree of its own.
-    fn reset(&mut self, slots: usize, root: A) {
-        self.label.clear();
-        self.label.resize(slots, DEAD);
-        self.next.resize(slots, NIL);
-        self.parent.clear();
-        self.parent.resize(slots, root);
-        self.child.resize(slots, root);
-        self.arc.resize(slots, root);
+    /// Every node a dead tree of its own. Returns whether there was memory.
+    fn reset(&mut self, slots: usize, root: A) -> bool {
+        refill(&mut self.label, DEAD, slots)
+            && refill(&mut self.next, NIL, slots)
+            && [&mut self.parent, &mut self.child, &mut self.arc].into_iter().all(|arcs| refill(arcs, root, slots))
     }
 }
 
@@ -87,7 +84,9 @@ pub(crate) fn solve<N: Network>(
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     let mut forest = Forest { net, nodes: &mut scratch.nodes, buckets: &mut scratch.buckets, highest: 0 };
-    forest.plant();
+    if !forest.plant() {
+        return Outcome::OutOfMemory;
+    }
     let mut processed = 0_u64;
     while let Some(root) = forest.pop_highest() {
         forest.process(root);
@@ -109,8 +108,11 @@ struct Forest<'a, N: Network> {
 
 impl<N: Network> Forest<'_, N> {
     /// Every node is a tree; those with positive excess are at least one away from negative excess.
-    fn plant(&mut self) {
-        self.nodes.reset(self.net.slots(), N::ROOT);
+    /// Returns whether there was memory.
+    fn plant(&mut self) -> bool {
+        if !self.nodes.reset(self.net.slots(), N::ROOT) {
+            return false;
+        }
         self.buckets.clear();
         for v in self.net.nodes() {
             if self.net.role(v) != Role::Free {
@@ -124,6 +126,7 @@ impl<N: Network> Forest<'_, N> {
                 self.add_strong(v);
             }
         }
+        true
     }
 
     #[inline]

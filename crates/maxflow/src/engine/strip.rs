@@ -186,6 +186,7 @@ impl Strip {
         // A difference of distances is at most the capacity of the link that separates the faces.
         let x = x as i32;
         net.push(v, d as u8, w, x);
+        debug_assert!(net.residual(v, d as u8) >= 0 && net.residual(w, d as u8 ^ 1) >= 0, "flow within capacity");
         net.add_excess(v, -x);
         net.add_excess(w, x);
     }

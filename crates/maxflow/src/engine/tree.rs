@@ -12,6 +12,7 @@
 use std::collections::VecDeque;
 
 use super::Outcome;
+use crate::error::refill;
 use crate::network::{Capacity, Network, Role};
 
 /// Which tree a node is in.
@@ -63,7 +64,9 @@ pub(crate) fn solve<N: Network>(
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     let mut trees = Trees { net, scratch, time: 1, stop: None, cancelled };
-    trees.plant(relevant);
+    if !trees.plant(relevant) {
+        return Outcome::OutOfMemory;
+    }
     trees.grow_all();
     trees.stop.unwrap_or(Outcome::Done)
 }
@@ -79,11 +82,13 @@ struct Trees<'a, N: Network> {
 
 impl<N: Network> Trees<'_, N> {
     /// Every relevant node with excess becomes a root; the trees never enter the others.
-    fn plant(&mut self, relevant: impl Fn(usize) -> bool) {
+    /// Returns whether there was memory.
+    fn plant(&mut self, relevant: impl Fn(usize) -> bool) -> bool {
         let blank = TreeNode { stamp: 0, depth: 0, parent: N::ROOT, tag: Tag::Free, queued: false };
         let nodes = &mut self.scratch.nodes;
-        nodes.clear();
-        nodes.resize(self.net.slots(), blank);
+        if !refill(nodes, blank, self.net.slots()) {
+            return false;
+        }
         self.scratch.active.clear();
         self.scratch.orphans.clear();
         for v in self.net.nodes() {
@@ -97,6 +102,7 @@ impl<N: Network> Trees<'_, N> {
             };
             nodes[v] = TreeNode { stamp: 0, depth: 1, tag, ..blank };
         }
+        true
     }
 
     /// Grows both trees until nothing is active. The roots come first, in node order: they need no queue.

@@ -115,6 +115,14 @@ impl<const D: usize> GridGraph<D> {
         })
     }
 
+    /// About how many bytes a graph of this shape takes while it is solved: 35 a node in 2-D, 43 in 3-D.
+    pub fn estimate(shape: [usize; D]) -> u64 {
+        let slots = shape.iter().fold(1_u64, |n, &side| n.saturating_mul(side as u64));
+        let margins = (slots / shape.first().map_or(1, |&side| side.max(1) as u64)).saturating_mul(2);
+        // Capacities, excess and flags; the larger of the engines' notes; the cut and a stack.
+        slots.saturating_add(margins).saturating_mul(8 * D as u64 + 5 + 12 + 2)
+    }
+
     /// Takes all capacities, pins and masks away and keeps the memory: for the next problem of the same shape.
     pub fn clear(&mut self) {
         self.caps.fill(0);

@@ -14,7 +14,7 @@ impl<const D: usize> GridGraph<D> {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Cancelled`]; the flow found so far is kept.
+    /// [`MaxflowError::Cancelled`], [`MaxflowError::OutOfMemory`]; the flow found so far is kept.
     pub fn solve(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
         let mut cut = MinCut::default();
         self.solve_into(&mut cut, cancelled)?;
@@ -32,10 +32,7 @@ impl<const D: usize> GridGraph<D> {
         match (self.lattice.directions, wrap) {
             (2, false) => self.solve_as::<2, false>(cut, cancelled),
             (2, true) => self.solve_as::<2, true>(cut, cancelled),
-            (4, false) if self.solve_strip() => {
-                self.read_off::<4, false>(cut);
-                Ok(())
-            }
+            (4, false) if self.solve_strip() => self.read_off::<4, false>(cut),
             (4, false) => self.solve_as::<4, false>(cut, cancelled),
             (4, true) => self.solve_as::<4, true>(cut, cancelled),
             (6, false) => self.solve_as::<6, false>(cut, cancelled),
@@ -78,16 +75,16 @@ impl<const D: usize> GridGraph<D> {
         let done = engine::maximize(&mut self.net::<K, WRAP>(), engine, solved, &mut scratch, cancelled);
         self.scratch = scratch;
         done?;
-        self.read_off::<K, WRAP>(cut);
-        Ok(())
+        self.read_off::<K, WRAP>(cut)
     }
 
     /// The cut of a maximum flow.
-    fn read_off<const K: usize, const WRAP: bool>(&mut self, cut: &mut MinCut) {
+    fn read_off<const K: usize, const WRAP: bool>(&mut self, cut: &mut MinCut) -> Result<()> {
         let (source_total, mut stack) = (self.source_total, std::mem::take(&mut self.stack));
-        closure::read_off(&self.net::<K, WRAP>(), source_total, cut, &mut stack);
+        let read = closure::read_off(&self.net::<K, WRAP>(), source_total, cut, &mut stack);
         self.stack = stack;
         self.solved = true;
+        read
     }
 
     /// Capacity of the cut between the nodes marked `true` and the others: what [`solve`](Self::solve) makes least.

@@ -222,9 +222,8 @@ impl Graph {
         self.sort_in()?;
         let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &self.roles };
         engine::maximize(&mut net, self.engine, self.solved, &mut self.scratch, cancelled)?;
-        closure::read_off(&net, self.source_total, cut, &mut self.stack);
         self.solved = true;
-        Ok(())
+        closure::read_off(&net, self.source_total, cut, &mut self.stack)
     }
 
     /// Capacity of the cut between the nodes marked `true` and the others; pins do not count. Exact before and after a

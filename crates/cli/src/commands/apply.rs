@@ -1,0 +1,234 @@
+//! `selvedge apply`: a source map laid over other planes of the same exemplars.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Depth, Domain, Render, Role};
+use selvedge_io::{Fingerprint, Format, Info, MapFile, Metadata, Provenance};
+
+use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
+use crate::exemplars::converted;
+use crate::failure::{Failure, shown};
+use crate::harmonise::{Layout, common_depth, common_layout, widened};
+use crate::inputs::{self, Input};
+use crate::memory;
+use crate::outputs::{self, Outputs};
+use crate::report::{Done, Report};
+use crate::session::Session;
+use crate::used::Used;
+
+/// Options of `apply`.
+#[derive(Args, Debug)]
+pub(crate) struct Apply {
+    /// A source map that was written with --map.
+    #[arg(value_name = "MAP", value_hint = ValueHint::FilePath)]
+    map: PathBuf,
+    /// A plane for each exemplar of the map, in order; more of them make more outputs.
+    #[arg(required = true, value_name = "PLANE", value_hint = ValueHint::FilePath)]
+    planes: Vec<PathBuf>,
+    /// The picture to write, '-' for standard output. For several, '{name}' and '{stem}' stand for the plane's name
+    /// with and without its extension: 'out/{name}'.
+    #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    output: PathBuf,
+    /// What the channels mean: one for all planes, or one for each. Normals are turned with their samples, and only
+    /// colour is encoded when depths change.
+    #[arg(long, value_enum, value_name = "ROLE", default_value = "color")]
+    role: Vec<RoleArg>,
+    /// Format of the output, whatever its extension.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    format: Option<FormatArg>,
+    /// Depth of the output; by default that of the planes.
+    #[arg(long, value_enum, value_name = "DEPTH")]
+    depth: Option<DepthArg>,
+    /// What becomes of float samples that are infinite or no numbers.
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
+    nonfinite: NonFiniteArg,
+}
+
+/// One output: a plane of every exemplar.
+struct Layer<'a> {
+    planes: &'a [PathBuf],
+    roles: Vec<Role>,
+    output: PathBuf,
+    format: Format,
+}
+
+impl Apply {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let mut report = Report::new("apply");
+        let files: Vec<PathBuf> = std::iter::once(&self.map).chain(&self.planes).cloned().collect();
+        inputs::check_streams(&files)?;
+        let (roles, planes) = (self.role.len(), self.planes.len());
+        if roles != 1 && roles != planes {
+            return Err(Failure::new(
+                2,
+                format!("{roles} roles for {planes} planes; give one --role, or one for each"),
+            ));
+        }
+        let (file, map) = Input::new(session, &self.map)?.read_map(session, &mut report)?;
+        let layers = self.layers(&file)?;
+        let written: Vec<&Path> = layers.iter().map(|layer| layer.output.as_path()).collect();
+        outputs::check(session, &written, &files)?;
+        report.options = self.used();
+        report.stage("read");
+        let mut run = Run { args: self, session, file, map, report };
+        layers.iter().try_for_each(|layer| run.lay(layer))?;
+        Ok(run.done(&written))
+    }
+
+    /// Which planes go together, and what becomes of them.
+    fn layers(&self, file: &MapFile) -> Result<Vec<Layer<'_>>, Failure> {
+        let (n, given) = (file.exemplars.len(), self.planes.len());
+        if n == 0 || !given.is_multiple_of(n) {
+            let names: Vec<&str> = file.exemplars.iter().map(|e| e.name.as_str()).collect();
+            let what = format!("was made from {n} exemplar(s) ({}), and {given} plane(s) are given", names.join(", "));
+            return Err(Failure::new(3, what).about(&self.map).remedy("give one plane for each, in order"));
+        }
+        let role = |plane: usize| Role::from(self.role[plane.min(self.role.len() - 1)]);
+        let layer = |i: usize, planes| {
+            let output = named(&self.output, &self.planes[i * n]);
+            if n < given && output == self.output {
+                let what = format!("{} outputs would have this name", given / n);
+                return Err(Failure::new(2, what).about(&output).remedy("use '{name}' or '{stem}' in it"));
+            }
+            let format = outputs::format(&output, self.format.map(Format::from))?;
+            Ok(Layer { planes, roles: (0..n).map(|e| role(i * n + e)).collect(), output, format })
+        };
+        self.planes.chunks(n).enumerate().map(|(i, planes)| layer(i, planes)).collect()
+    }
+
+    /// The options that change samples.
+    fn used(&self) -> Used {
+        let roles: Vec<String> = self.role.iter().map(|role| typed_name(*role)).collect();
+        Used::default()
+            .with("role", if roles == ["color"] { Vec::new() } else { roles })
+            .with("depth", self.depth.map(typed_name))
+            .with("nonfinite", (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite)))
+    }
+}
+
+/// The output's name for a plane.
+fn named(output: &Path, plane: &Path) -> PathBuf {
+    let Some(pattern) = output.to_str() else { return output.to_path_buf() };
+    let mut name = OsString::new();
+    for (i, part) in pattern.split("{name}").enumerate() {
+        if i != 0 {
+            name.push(plane.file_name().unwrap_or_default());
+        }
+        for (i, part) in part.split("{stem}").enumerate() {
+            if i != 0 {
+                name.push(plane.file_stem().unwrap_or_default());
+            }
+            name.push(part);
+        }
+    }
+    name.into()
+}
+
+/// A map that was read, and what became of it so far.
+struct Run<'a> {
+    args: &'a Apply,
+    session: &'a Session<'a>,
+    file: MapFile,
+    map: Fingerprint,
+    report: Report,
+}
+
+impl Run<'_> {
+    /// Reads the planes of one output, renders it, and writes it.
+    fn lay(&mut self, layer: &Layer<'_>) -> Result<(), Failure> {
+        let inputs =
+            layer.planes.iter().map(|path| Input::new(self.session, path)).collect::<Result<Vec<_>, Failure>>()?;
+        let read = |role| inputs::options(self.session.limits, role, self.args.nonfinite);
+        let infos = inputs.iter().zip(&layer.roles).map(|(input, role)| input.probe(&read(*role)));
+        let infos = infos.collect::<Result<Vec<_>, _>>()?;
+        let (depth, layout) = self.check(layer, &infos)?;
+        let (mut planes, mut read_files, mut metadata) = (Vec::new(), vec![self.map.clone()], None);
+        for (input, role) in inputs.iter().zip(&layer.roles) {
+            let picture = input.read(self.session, &read(*role), &mut self.report)?;
+            read_files.push(inputs::fingerprint(&input.path, &picture));
+            metadata.get_or_insert_with(|| picture.metadata.converted(picture.plane.samples.depth(), depth));
+            planes.push(converted(self.session, &input.path, widened(picture.plane, layout)?, depth)?);
+        }
+        self.report.stage("read");
+        if self.session.global.dry_run {
+            return Ok(());
+        }
+        let rendered = self.file.map.render(&planes.iter().collect::<Vec<_>>())?;
+        drop(planes);
+        self.report.stage("render");
+        let provenance = Some(self.provenance(layer, read_files));
+        let metadata = Metadata { provenance, ..metadata.unwrap_or_default() };
+        let mut outputs = Outputs::default();
+        outputs.picture(&layer.output, layer.format, &rendered, &metadata)?;
+        self.session.check_signal()?;
+        outputs.write(self.session, &mut self.report)?;
+        self.report.stage("write");
+        Ok(())
+    }
+
+    /// Refuses planes that are not the size of their exemplars, outputs that cannot hold them, and too much memory.
+    fn check(&self, layer: &Layer<'_>, infos: &[Info]) -> Result<(Depth, Layout), Failure> {
+        let of_each = || layer.planes.iter().map(PathBuf::as_path).zip(infos);
+        for (e, (path, info)) in of_each().enumerate() {
+            self.check_size(e, path, info)?;
+        }
+        let depth = match self.args.depth {
+            Some(depth) => depth.into(),
+            None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
+        };
+        outputs::check_depth(&layer.output, layer.format, depth)?;
+        let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
+        let domain = self.file.map.domain();
+        let needed = memory::exemplars(infos, depth) + memory::outputs(domain, layout.channels(), depth, false);
+        memory::check_fixed(self.session.limits.memory, needed)?;
+        Ok((depth, layout))
+    }
+
+    fn check_size(&self, exemplar: usize, path: &Path, info: &Info) -> Result<(), Failure> {
+        let found = Domain::open([info.height, info.width]);
+        let sources = self.file.map.table.sources().iter().filter(|(o, _)| usize::from(o.exemplar) == exemplar);
+        for (origin, domain) in sources {
+            if origin.transform.domain(found).shape != domain.shape {
+                // A transform that turned the exemplar turns it back as far as its sides go.
+                let [h, w] = origin.transform.domain(*domain).shape;
+                let name = &self.file.exemplars[exemplar].name;
+                let what =
+                    format!("{}x{} px, but the map was made from '{name}' of {w}x{h} px", info.width, info.height);
+                return Err(Failure::new(3, what).about(path).remedy("give a plane of the same size"));
+            }
+        }
+        Ok(())
+    }
+
+    fn provenance(&self, layer: &Layer<'_>, inputs: Vec<Fingerprint>) -> Provenance {
+        let seed = self.file.metadata.provenance.as_ref().map_or(0, |p| p.seed);
+        let files: Vec<PathBuf> = std::iter::once(&self.args.map).chain(layer.planes).cloned().collect();
+        let command = self.report.options.command("apply", &files);
+        Provenance { version: env!("CARGO_PKG_VERSION").into(), seed, inputs, command }
+    }
+
+    fn done(self, written: &[&Path]) -> Done {
+        let [h, w] = self.file.map.domain().shape;
+        let names: Vec<String> = written.iter().map(|path| shown(path)).collect();
+        let (would, names) = (if self.session.global.dry_run { "would be " } else { "" }, names.join(", "));
+        let (map, seconds) = (shown(&self.args.map), self.report.elapsed());
+        let line = format!("{names}: {would}{w}x{h} px through {map}, in {seconds:.2} s");
+        Done::made(self.report, line)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_filled_in() {
+        let name = |pattern: &str| named(Path::new(pattern), Path::new("in/a.b.png"));
+        assert_eq!(name("out/{name}"), Path::new("out/a.b.png"));
+        assert_eq!(name("{stem}-{stem}.exr"), Path::new("a.b-a.b.exr"));
+        assert_eq!(name("out.png"), Path::new("out.png"));
+    }
+}

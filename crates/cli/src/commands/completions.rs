@@ -1,0 +1,29 @@
+//! `selvedge completions`: scripts for shells.
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+use serde_json::json;
+
+use crate::args::{Cli, typed_name};
+use crate::failure::Failure;
+use crate::report::{Done, Report};
+
+/// Options of `completions`.
+#[derive(Args, Debug)]
+pub(crate) struct Completions {
+    /// The shell. For bash: selvedge completions bash > ~/.local/share/bash-completion/completions/selvedge
+    #[arg(value_enum, value_name = "SHELL")]
+    shell: Shell,
+}
+
+impl Completions {
+    /// Runs the command.
+    pub(crate) fn run(&self) -> Result<Done, Failure> {
+        let mut report = Report::new("completions");
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Cli::command(), "selvedge", &mut script);
+        let script = String::from_utf8_lossy(&script).into_owned();
+        report.stats = json!({"shell": typed_name(self.shell), "script": script});
+        Ok(Done::answered(report, script))
+    }
+}

@@ -1,0 +1,144 @@
+//! `selvedge info`: what is in a picture or a source map, and how it was made.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use selvedge_core::SourceMap;
+use selvedge_io::{DensityUnit, Fingerprint, Info as Header, MapFile, Metadata};
+use serde_json::{Value, json};
+
+use crate::failure::{Failure, shown};
+use crate::inputs::{Either, Input};
+use crate::report::{Done, Report};
+use crate::session::Session;
+
+/// Options of `info`.
+#[derive(Args, Debug)]
+pub(crate) struct Info {
+    /// A picture or a source map.
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+}
+
+impl Info {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let mut report = Report::new("info");
+        let (facts, metadata) = match Input::new(session, &self.file)?.look(session, &mut report)? {
+            Either::Picture(header) => (picture(&header), header.metadata),
+            Either::Map(file) => (source_map(&file), file.metadata),
+        };
+        let facts: Facts = facts.into_iter().chain(carried(&metadata)).collect();
+        let text = facts.iter().fold(shown(&self.file) + "\n", |text, (name, fact)| text + &line(name, fact));
+        report.stats = facts.into_iter().map(|(name, fact)| (name.replace(' ', "_"), fact)).collect();
+        Ok(Done::answered(report, text))
+    }
+}
+
+type Facts = Vec<(&'static str, Value)>;
+
+/// A fact as text; one that is a list takes a line an item, one that has parts a line a part.
+fn line(name: &str, fact: &Value) -> String {
+    match fact {
+        Value::Null => String::new(),
+        Value::Array(items) => items.iter().map(|item| line(name, item)).collect(),
+        Value::Object(parts) if name == "made by selvedge" => {
+            parts.iter().fold(format!("  {name}\n"), |text, (name, part)| text + "  " + &line(name, part))
+        }
+        Value::Object(parts) => {
+            let words: Vec<String> = parts.iter().map(|(name, part)| format!("{name} {}", plain(part))).collect();
+            format!("  {name}: {}\n", words.join(", "))
+        }
+        other => format!("  {name}: {}\n", plain(other)),
+    }
+}
+
+/// A value without the quotes of JSON.
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn picture(header: &Header) -> Facts {
+    vec![
+        ("format", header.format.name().into()),
+        ("size", format!("{}x{} px", header.width, header.height).into()),
+        ("channels", header.channels.into()),
+        ("alpha", header.alpha.into()),
+        ("depth", header.depth.name().into()),
+        ("channel names", (!header.channel_names.is_empty()).then(|| header.channel_names.join(", ")).into()),
+    ]
+}
+
+fn source_map(file: &MapFile) -> Facts {
+    let map = &file.map;
+    let ([h, w], [y, x]) = (map.domain().shape, map.domain().periodic);
+    let tile = [(x, "x"), (y, "y")].into_iter().filter(|(tiles, _)| *tiles).map(|(_, axis)| axis).collect::<String>();
+    let exemplars: Vec<Value> =
+        file.exemplars.iter().map(|e: &Fingerprint| json!({"name": e.name, "blake3": e.blake3})).collect();
+    let sources: Vec<Value> = map
+        .table
+        .sources()
+        .iter()
+        .map(|(origin, domain)| {
+            let [h, w] = domain.shape;
+            json!({"exemplar": origin.exemplar, "size": format!("{w}x{h} px")})
+        })
+        .collect();
+    vec![
+        ("format", "source map".into()),
+        ("size", format!("{w}x{h} px").into()),
+        ("tile", (!tile.is_empty()).then_some(tile).into()),
+        ("exemplar", exemplars.into()),
+        ("source", sources.into()),
+        ("percent at seams", percent(seams(map))),
+        ("percent of exemplars used", percent(used(map))),
+        ("unassigned", map.ids.plane(0).iter().filter(|id| !id.is_assigned()).count().into()),
+    ]
+}
+
+/// To a tenth.
+fn percent((part, of): (usize, usize)) -> Value {
+    ((1000.0 * part as f64 / of.max(1) as f64).round() / 10.0).into()
+}
+
+/// Samples that the next one along some axis does not continue, and samples in all.
+fn seams(map: &SourceMap<2>) -> (usize, usize) {
+    let at_seam = |at: &[u32; 2]| (0..2).any(|axis| map.is_seam(*at, axis));
+    (map.domain().positions().filter(at_seam).count(), map.domain().len())
+}
+
+/// Samples of the sources that stand somewhere in the map, and samples in all.
+fn used(map: &SourceMap<2>) -> (usize, usize) {
+    let mut seen = vec![false; map.table.len() as usize];
+    for id in map.ids.plane(0).iter().filter(|id| id.is_assigned()) {
+        seen[id.get() as usize] = true;
+    }
+    (seen.iter().filter(|seen| **seen).count(), seen.len())
+}
+
+/// What a file says besides its samples.
+fn carried(metadata: &Metadata) -> Facts {
+    let density = metadata.density.map(|d| {
+        let unit = match d.unit {
+            DensityUnit::Aspect => "(aspect only)",
+            DensityUnit::Metre => "a metre",
+            DensityUnit::Centimetre => "a centimetre",
+            DensityUnit::Inch => "an inch",
+        };
+        format!("{} x {} {unit}", d.x, d.y)
+    });
+    let profile = metadata.icc.as_ref().map(|icc| format!("ICC, {} bytes", icc.len()));
+    let mut facts: Facts = vec![
+        ("profile", profile.into()),
+        ("srgb intent", metadata.srgb.into()),
+        ("gamma", metadata.gamma.map(|g| f64::from(g) / 100_000.0).into()),
+        ("chromaticities", metadata.chromaticities.map(|c| format!("{c:?}")).into()),
+        ("density", density.into()),
+    ];
+    if let Some(made) = &metadata.provenance {
+        let inputs: Vec<Value> = made.inputs.iter().map(|i| json!({"name": i.name, "blake3": i.blake3})).collect();
+        let made = json!({"version": made.version, "seed": made.seed, "input": inputs, "command": made.command});
+        facts.push(("made by selvedge", made));
+    }
+    facts
+}

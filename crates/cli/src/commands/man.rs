@@ -1,0 +1,54 @@
+//! `selvedge man`: manual pages.
+
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory, ValueHint};
+use clap_mangen::Man as Page;
+use serde_json::json;
+
+use crate::args::Cli;
+use crate::failure::{Failure, shown};
+use crate::outputs;
+use crate::report::{Done, Report};
+use crate::session::Session;
+
+/// Options of `man`.
+#[derive(Args, Debug)]
+pub(crate) struct Man {
+    /// The folder to write to, such as ~/.local/share/man/man1.
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    folder: PathBuf,
+}
+
+impl Man {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let mut report = Report::new("man");
+        let pages = pages().map_err(|e| Failure::new(70, e.to_string()))?;
+        let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| self.folder.join(name)).collect();
+        outputs::check(session, &paths, &[])?;
+        for (path, (_, page)) in paths.iter().zip(&pages) {
+            if !session.global.dry_run {
+                selvedge_io::write_bytes(path, page, session.global.no_clobber)?;
+                report.outputs.push(json!({"path": shown(path), "blake3": blake3::hash(page).to_hex().as_str()}));
+            }
+        }
+        let would = if session.global.dry_run { "would be " } else { "" };
+        let line = format!("{}: {would}{} pages", shown(&self.folder), pages.len());
+        Ok(Done::made(report, line))
+    }
+}
+
+/// The pages by their names: one for the program, one a command.
+fn pages() -> std::io::Result<Vec<(String, Vec<u8>)>> {
+    let mut command = Cli::command();
+    command.build();
+    let page = |command: &clap::Command| {
+        let page = Page::new(command.clone());
+        let mut bytes = Vec::new();
+        page.render(&mut bytes)?;
+        Ok((page.get_filename(), bytes))
+    };
+    let commands = command.get_subcommands().filter(|c| !c.is_hide_set() && c.get_name() != "help");
+    std::iter::once(&command).chain(commands).map(page).collect()
+}

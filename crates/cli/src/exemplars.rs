@@ -1,0 +1,237 @@
+//! Exemplars from files: looked at, read, masked, and made alike.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use selvedge_core::{Depth, Domain, Encoder, Exemplars, Grid, Plane, Role, Transform};
+use selvedge_io::{Fingerprint, Info, MaskChannel, Metadata, ReadOptions};
+
+use crate::args::{DepthArg, NonFiniteArg, typed_name};
+use crate::failure::Failure;
+use crate::harmonise::{Layout, common_depth, common_layout, widened};
+use crate::inputs::{self, Input};
+use crate::report::Report;
+use crate::session::Session;
+use crate::used::Used;
+
+/// The mask of an exemplar that has none.
+const NO_MASK: &str = "none";
+
+/// Options of the commands that take exemplars.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ExemplarArgs {
+    /// Pictures of the texture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer.
+    #[arg(required = true, value_name = "EXEMPLAR", value_hint = clap::ValueHint::FilePath)]
+    pub(crate) exemplars: Vec<PathBuf>,
+    /// Use an exemplar only where this picture is white. Give one for each exemplar, in order, or 'none'.
+    #[arg(long, value_name = "MASK", value_hint = clap::ValueHint::FilePath)]
+    pub(crate) mask: Vec<PathBuf>,
+    /// Depth of the output; by default that of the exemplars.
+    #[arg(long, value_enum, value_name = "DEPTH")]
+    pub(crate) depth: Option<DepthArg>,
+    /// What becomes of float samples that are infinite or no numbers.
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
+    pub(crate) nonfinite: NonFiniteArg,
+}
+
+/// Exemplars of which the headers were read.
+pub(crate) struct Headers {
+    inputs: Vec<Input>,
+    masks: Vec<Option<Input>>,
+    options: ReadOptions,
+    pub(crate) infos: Vec<Info>,
+    /// Depth of what is rendered from them.
+    pub(crate) depth: Depth,
+    /// Channels of what is rendered from them.
+    pub(crate) layout: Layout,
+}
+
+/// Exemplars as methods see them, and what is rendered from them.
+pub(crate) struct Loaded {
+    pub(crate) exemplars: Exemplars<2>,
+    pub(crate) paths: Vec<PathBuf>,
+    /// Samples in the depth and the channels of the output.
+    pub(crate) payload: Vec<Plane<2>>,
+    /// Of the exemplars.
+    pub(crate) fingerprints: Vec<Fingerprint>,
+    /// Of their masks.
+    pub(crate) masks: Vec<Fingerprint>,
+    /// What the first exemplar says besides its samples.
+    pub(crate) metadata: Metadata,
+}
+
+impl ExemplarArgs {
+    /// All files that are read.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        self.exemplars.iter().chain(self.mask.iter().filter(|mask| mask.as_os_str() != NO_MASK)).cloned().collect()
+    }
+
+    /// Checks what can be checked without a file.
+    fn validate(&self) -> Result<(), Failure> {
+        inputs::check_streams(&self.files())?;
+        let (masks, exemplars) = (self.mask.len(), self.exemplars.len());
+        if masks == 0 || masks == exemplars {
+            return Ok(());
+        }
+        let what = format!("{masks} masks for {exemplars} exemplars");
+        Err(Failure::new(2, what).remedy("give one --mask for each exemplar, or '--mask none'"))
+    }
+
+    /// Reads headers: how large the exemplars are, and what their samples become.
+    pub(crate) fn look(&self, session: &Session<'_>) -> Result<Headers, Failure> {
+        self.validate()?;
+        let options = inputs::options(session.limits, Role::Color, self.nonfinite);
+        let open = |path: &PathBuf| Input::new(session, path);
+        let inputs = self.exemplars.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        let mask = |path: &PathBuf| (path.as_os_str() != NO_MASK).then(|| open(path)).transpose();
+        let masks = self.mask.iter().map(mask).collect::<Result<Vec<_>, _>>()?;
+        let infos = inputs.iter().map(|input| input.probe(&options)).collect::<Result<Vec<_>, _>>()?;
+        let of_each = || self.exemplars.iter().map(PathBuf::as_path).zip(&infos);
+        let depth = match self.depth {
+            Some(depth) => depth.into(),
+            None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
+        };
+        let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
+        Ok(Headers { inputs, masks, options, infos, depth, layout })
+    }
+
+    /// The options that change samples.
+    pub(crate) fn used(&self, used: Used) -> Used {
+        let masks: Vec<String> = self.mask.iter().map(|mask| selvedge_io::display_name(mask)).collect();
+        used.with("mask", masks)
+            .with("depth", self.depth.map(typed_name))
+            .with("nonfinite", (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite)))
+    }
+}
+
+impl Headers {
+    /// Domain of each exemplar.
+    pub(crate) fn domains(&self) -> Vec<Domain<2>> {
+        self.infos.iter().map(|info| Domain::open([info.height, info.width])).collect()
+    }
+
+    /// Reads the pictures, and turns each of them in every way that is asked for.
+    pub(crate) fn load(
+        self,
+        session: &Session<'_>,
+        transforms: &[Transform],
+        report: &mut Report,
+    ) -> Result<Loaded, Failure> {
+        let (mut planes, mut fingerprints, mut metadata) = (Vec::new(), Vec::new(), Vec::new());
+        for input in &self.inputs {
+            let picture = input.read(session, &self.options, report)?;
+            fingerprints.push(inputs::fingerprint(&input.path, &picture));
+            metadata.push(picture.metadata.converted(picture.plane.samples.depth(), self.depth));
+            planes.push(widened(picture.plane, self.layout)?);
+        }
+        if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
+            session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
+        }
+        let (masks, mask_fingerprints) = self.read_masks(session, &planes, report)?;
+        let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
+        let exemplars = encoded(&planes, &masks, transforms).map_err(|e| named(&paths, e))?;
+        let payload = paths.iter().zip(planes).map(|(path, plane)| converted(session, path, plane, self.depth));
+        Ok(Loaded {
+            exemplars,
+            payload: payload.collect::<Result<_, _>>()?,
+            paths,
+            fingerprints,
+            masks: mask_fingerprints,
+            metadata: metadata.swap_remove(0),
+        })
+    }
+
+    #[expect(clippy::type_complexity, reason = "one mask an exemplar, and what they are")]
+    fn read_masks(
+        &self,
+        session: &Session<'_>,
+        planes: &[Plane<2>],
+        report: &mut Report,
+    ) -> Result<(Vec<Option<Grid<bool, 2>>>, Vec<Fingerprint>), Failure> {
+        let (mut masks, mut fingerprints) = (Vec::new(), Vec::new());
+        for (input, (plane, exemplar)) in self.masks.iter().zip(planes.iter().zip(&self.inputs)) {
+            let Some(input) = input else {
+                masks.push(None);
+                continue;
+            };
+            let picture = input.read(session, &self.options, report)?;
+            check_mask(&input.path, &picture.plane, &exemplar.path, plane)?;
+            let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
+            masks.push(Some(mask.map_err(|p| Failure::from_problem(&input.path, p))?));
+            fingerprints.push(inputs::fingerprint(&input.path, &picture));
+        }
+        Ok((masks, fingerprints))
+    }
+}
+
+fn check_mask(path: &Path, mask: &Plane<2>, exemplar: &Path, plane: &Plane<2>) -> Result<(), Failure> {
+    let ([h, w], [eh, ew]) = (mask.domain().shape, plane.domain().shape);
+    if [h, w] == [eh, ew] {
+        return Ok(());
+    }
+    let what = format!("{w}x{h} px, but its exemplar '{}' has {ew}x{eh} px", crate::failure::shown(exemplar));
+    Err(Failure::new(3, what).about(path).remedy("give a mask of the same size"))
+}
+
+fn encoded(
+    planes: &[Plane<2>],
+    masks: &[Option<Grid<bool, 2>>],
+    transforms: &[Transform],
+) -> Result<Exemplars<2>, selvedge_core::Error> {
+    let each: Vec<&[Plane<2>]> = planes.iter().map(std::slice::from_ref).collect();
+    Exemplars::masked(&Encoder::fit(&each)?, &each, masks, transforms)
+}
+
+/// An error of the core about an exemplar, with the name of its file.
+fn named(paths: &[PathBuf], error: selvedge_core::Error) -> Failure {
+    use selvedge_core::Error;
+    let exemplar = match &error {
+        Error::NotFinite { exemplar, .. } | Error::Shape { exemplar, .. } | Error::Layout { exemplar, .. } => {
+            Some(*exemplar)
+        }
+        _ if paths.len() == 1 => Some(0),
+        _ => None,
+    };
+    let failure = match error {
+        Error::NothingValid => Failure::new(3, "no sample can be used: all are masked or transparent")
+            .remedy("give a picture, or a mask, with something in it"),
+        other => Failure::from(other),
+    };
+    match exemplar.and_then(|e| paths.get(e)) {
+        Some(path) => failure.about(path),
+        None => failure,
+    }
+}
+
+/// A plane in another depth; says how much was lost.
+pub(crate) fn converted(
+    session: &Session<'_>,
+    path: &Path,
+    plane: Plane<2>,
+    depth: Depth,
+) -> Result<Plane<2>, Failure> {
+    if plane.samples.depth() == depth {
+        return Ok(plane);
+    }
+    let converted = selvedge_io::convert(&plane, depth).map_err(|p| Failure::from_problem(path, p))?;
+    if converted.clipped != 0 {
+        let what = format!("{} sample(s) are beyond what {} holds and were clipped", converted.clipped, depth.name());
+        session.warn(path, &what);
+    }
+    Ok(converted.plane)
+}
+
+impl Loaded {
+    /// An error about the exemplars, with the name of the file if there is just one.
+    pub(crate) fn about(&self, failure: Failure) -> Failure {
+        match self.paths.as_slice() {
+            [only] => failure.about(only),
+            _ => failure,
+        }
+    }
+
+    /// All that was read, by name and content.
+    pub(crate) fn all_fingerprints(&self) -> Vec<Fingerprint> {
+        self.fingerprints.iter().chain(&self.masks).cloned().collect()
+    }
+}

@@ -1,0 +1,145 @@
+//! Exemplars of different depths and channels made alike, without loss.
+
+use std::path::Path;
+
+use selvedge_core::{Depth, Grid, Plane, Samples};
+use selvedge_io::Info;
+
+use crate::failure::{Failure, shown};
+
+/// The depth that holds the samples of all pictures as they are: the deeper of two integers or of two floats.
+///
+/// Integers are encoded colour and floats are linear light: between them somebody has to choose.
+pub(crate) fn common_depth<'a>(depths: impl IntoIterator<Item = (&'a Path, Depth)>) -> Result<Depth, Failure> {
+    let mut depths = depths.into_iter();
+    let Some((first, mut common)) = depths.next() else { return Ok(Depth::U8) };
+    let float = |depth| matches!(depth, Depth::F16 | Depth::F32);
+    for (path, depth) in depths {
+        if float(depth) != float(common) {
+            let (found, other) = (depth.name(), common.name());
+            let what = format!("has {found} samples, but '{}' has {other}", shown(first));
+            return Err(Failure::new(3, what).about(path).remedy("use --depth float or --depth u16 to convert all"));
+        }
+        common = common.max(depth);
+    }
+    Ok(common)
+}
+
+/// Channels of a picture: of colour, and whether alpha comes after them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    pub(crate) colors: usize,
+    pub(crate) alpha: bool,
+}
+
+impl Layout {
+    /// The layout that a header tells of.
+    pub(crate) fn of(info: &Info) -> Self {
+        Self { colors: info.channels - usize::from(info.alpha), alpha: info.alpha }
+    }
+
+    /// Channels in all.
+    pub(crate) fn channels(self) -> usize {
+        self.colors + usize::from(self.alpha)
+    }
+}
+
+/// The layout that holds all pictures as they are: grey becomes RGB of three equal channels, and what has no alpha is
+/// opaque.
+pub(crate) fn common_layout<'a>(layouts: impl IntoIterator<Item = (&'a Path, Layout)>) -> Result<Layout, Failure> {
+    let mut layouts = layouts.into_iter();
+    let Some((first, mut common)) = layouts.next() else { return Ok(Layout { colors: 1, alpha: false }) };
+    for (path, layout) in layouts {
+        let (least, most) = (common.colors.min(layout.colors), common.colors.max(layout.colors));
+        if least != most && (least, most) != (1, 3) {
+            let what = format!("has {} channels, but '{}' has {}", layout.colors, shown(first), common.colors);
+            return Err(Failure::new(3, what).about(path).remedy("give pictures with equal channels, or grey and RGB"));
+        }
+        common = Layout { colors: most, alpha: common.alpha || layout.alpha };
+    }
+    Ok(common)
+}
+
+/// The plane with the channels of a layout that holds it.
+pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> {
+    if (Layout { colors: plane.color_channels(), alpha: plane.alpha }) == to {
+        return Ok(plane);
+    }
+    let (colors, alpha) = (plane.color_channels(), plane.alpha);
+    let samples = match &plane.samples {
+        Samples::U8(g) => Samples::U8(channels(g, colors, alpha, to, 255)?),
+        Samples::U16(g) => Samples::U16(channels(g, colors, alpha, to, 65_535)?),
+        // 1 in binary16: exponent 15, as it is biased.
+        Samples::F16(g) => Samples::F16(channels(g, colors, alpha, to, 15 << 10)?),
+        Samples::F32(g) => Samples::F32(channels(g, colors, alpha, to, 1.0)?),
+    };
+    Ok(Plane { samples, alpha: to.alpha, ..plane })
+}
+
+fn channels<T: Copy>(
+    grid: &Grid<T, 2>,
+    colors: usize,
+    alpha: bool,
+    to: Layout,
+    opaque: T,
+) -> Result<Grid<T, 2>, Failure> {
+    let mut out = Grid::try_filled(grid.domain(), to.channels(), opaque)?;
+    for c in 0..to.colors {
+        out.plane_mut(c).copy_from_slice(grid.plane(if colors == 1 { 0 } else { c }));
+    }
+    if alpha {
+        out.plane_mut(to.colors).copy_from_slice(grid.plane(colors));
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use selvedge_core::{Domain, Role};
+
+    use super::*;
+
+    #[test]
+    fn depths_go_to_the_deeper_of_a_kind() {
+        let common = |depths: &[Depth]| common_depth(depths.iter().map(|d| (Path::new("a"), *d))).ok();
+        assert_eq!(common(&[Depth::U8, Depth::U16, Depth::U8]), Some(Depth::U16));
+        assert_eq!(common(&[Depth::F32, Depth::F16]), Some(Depth::F32));
+        assert_eq!(common(&[Depth::F16, Depth::U8]), None);
+    }
+
+    #[test]
+    fn grey_becomes_rgb_and_opaque() {
+        let grey = Grid::from_vec(Domain::open([1, 2]), 1, vec![7_u16, 9]).unwrap();
+        let plane = Plane::new(Role::Color, Samples::U16(grey));
+        let to = Layout { colors: 3, alpha: true };
+        let wide = widened(plane, to).unwrap();
+        assert!(wide.alpha);
+        let Samples::U16(grid) = &wide.samples else { unreachable!() };
+        assert_eq!(grid.samples(), [7, 9, 7, 9, 7, 9, 65_535, 65_535]);
+        assert_eq!(widened(wide.clone(), to), Ok(wide));
+    }
+
+    #[test]
+    fn other_channels_do_not_mix() {
+        let common = |colors: &[usize]| {
+            common_layout(colors.iter().map(|&colors| (Path::new("a"), Layout { colors, alpha: colors == 1 }))).ok()
+        };
+        assert_eq!(common(&[3, 1, 3]), Some(Layout { colors: 3, alpha: true }));
+        assert_eq!(common(&[2, 2]), Some(Layout { colors: 2, alpha: false }));
+        assert_eq!(common(&[2, 3]), None);
+    }
+
+    #[test]
+    fn a_float_one_is_one() {
+        assert_eq!(half_one(), 15 << 10);
+    }
+
+    fn half_one() -> u16 {
+        let one = Grid::from_vec(Domain::open([1, 1]), 1, vec![1.0_f32]).unwrap();
+        let plane = Plane::new(Role::Scalar, Samples::F32(one));
+        match selvedge_io::convert(&plane, Depth::F16).unwrap().plane.samples {
+            Samples::F16(g) => g.samples()[0],
+            _ => unreachable!(),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Files and standard input, read once and noted in the report.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use selvedge_core::{Limits, Role};
+use selvedge_io::{Fingerprint, Info, MapFile, Picture, Problem, ReadOptions};
+use serde_json::{Value, json};
+
+use crate::args::NonFiniteArg;
+use crate::failure::{Failure, shown};
+use crate::report::Report;
+use crate::session::Session;
+
+/// The name of standard input and standard output.
+pub(crate) const STREAM: &str = "-";
+
+/// A file, or standard input, which is read to its end at once.
+pub(crate) struct Input {
+    pub(crate) path: PathBuf,
+    stream: Option<Vec<u8>>,
+}
+
+impl Input {
+    /// Looks at a name; nothing is read but a stream.
+    pub(crate) fn new(session: &Session<'_>, path: &Path) -> Result<Self, Failure> {
+        let stream = (path.as_os_str() == STREAM).then(|| read_stream(session.limits.memory)).transpose()?;
+        Ok(Self { path: path.to_path_buf(), stream })
+    }
+
+    /// What the header says.
+    pub(crate) fn probe(&self, options: &ReadOptions) -> Result<Info, Failure> {
+        Ok(match &self.stream {
+            Some(bytes) => selvedge_io::probe_bytes(bytes, &self.path, options),
+            None => selvedge_io::probe(&self.path, options),
+        }?)
+    }
+
+    /// Reads a picture, says what is odd about it, and notes it in the report.
+    pub(crate) fn read(
+        &self,
+        session: &Session<'_>,
+        options: &ReadOptions,
+        report: &mut Report,
+    ) -> Result<Picture, Failure> {
+        session.check_signal()?;
+        let picture = match &self.stream {
+            Some(bytes) => selvedge_io::decode(bytes, &self.path, options),
+            None => selvedge_io::read(&self.path, options),
+        }?;
+        for warning in &picture.warnings {
+            session.warn(&self.path, warning);
+        }
+        let [height, width] = picture.plane.domain().shape;
+        let samples = &picture.plane.samples;
+        let depth = samples.depth().name();
+        report.inputs.push(noted(&self.path, [width, height], samples.channels(), depth, &picture.blake3));
+        Ok(picture)
+    }
+
+    /// Reads a source map and notes it in the report.
+    pub(crate) fn read_map(
+        &self,
+        session: &Session<'_>,
+        report: &mut Report,
+    ) -> Result<(MapFile, Fingerprint), Failure> {
+        let file = self.map(session)??;
+        let [height, width] = file.map.domain().shape;
+        let blake3 = self.hash();
+        report.inputs.push(noted(&self.path, [width, height], 3, "u32", &blake3));
+        Ok((file, Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }))
+    }
+
+    /// Reads a source map; the inner error says whether it is one at all.
+    fn map(&self, session: &Session<'_>) -> Result<Result<MapFile, selvedge_io::Error>, Failure> {
+        session.check_signal()?;
+        Ok(match &self.stream {
+            Some(bytes) => selvedge_io::decode_map(bytes, &self.path, &session.limits),
+            None => selvedge_io::read_map(&self.path, &session.limits),
+        })
+    }
+
+    /// Looks at a file that may be a picture or a source map.
+    pub(crate) fn look(&self, session: &Session<'_>, report: &mut Report) -> Result<Either, Failure> {
+        let header = self.probe(&options(session.limits, Role::Color, NonFiniteArg::Error));
+        let may_be_map = header.as_ref().map_or(true, |h| h.channel_names.iter().any(|name| name == "source"));
+        if may_be_map {
+            match self.map(session)? {
+                Err(e) if matches!(e.problem, Problem::NotAMap { .. }) => {}
+                _ => return Ok(Either::Map(self.read_map(session, report)?.0)),
+            }
+        }
+        let header = header?;
+        for warning in &header.warnings {
+            session.warn(&self.path, warning);
+        }
+        let size = [header.width, header.height];
+        report.inputs.push(noted(&self.path, size, header.channels, header.depth.name(), &self.hash()));
+        Ok(Either::Picture(header))
+    }
+
+    /// The file's BLAKE3 in hexadecimal; empty where it cannot be read again.
+    pub(crate) fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let file = || File::open(without_selector(&self.path));
+        let read = match &self.stream {
+            Some(bytes) => hasher.update_reader(bytes.as_slice()).map(drop),
+            None => file().and_then(|file| hasher.update_reader(file).map(drop)),
+        };
+        read.map_or(String::new(), |()| hasher.finalize().to_hex().to_string())
+    }
+}
+
+/// What a file turned out to be.
+pub(crate) enum Either {
+    /// The header of a picture.
+    Picture(Info),
+    /// A source map.
+    Map(MapFile),
+}
+
+/// An entry of the report's inputs.
+pub(crate) fn noted(path: &Path, [width, height]: [u32; 2], channels: usize, depth: &str, blake3: &str) -> Value {
+    json!({
+        "path": shown(path),
+        "width": width,
+        "height": height,
+        "channels": channels,
+        "depth": depth,
+        "blake3": blake3,
+    })
+}
+
+/// A file by name and content, as provenance has it.
+pub(crate) fn fingerprint(path: &Path, picture: &Picture) -> Fingerprint {
+    Fingerprint { name: selvedge_io::display_name(path), blake3: picture.blake3.clone() }
+}
+
+/// How pictures are read in this run.
+pub(crate) fn options(limits: Limits, role: Role, nonfinite: NonFiniteArg) -> ReadOptions {
+    ReadOptions { limits, role, nonfinite: nonfinite.into(), ..ReadOptions::default() }
+}
+
+/// Standard input can be read once.
+pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Failure> {
+    let streams = paths.into_iter().filter(|path| path.as_os_str() == STREAM).count();
+    if streams < 2 { Ok(()) } else { Err(Failure::new(2, "standard input is named twice; give the others as files")) }
+}
+
+fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
+    let failed = |e: std::io::Error| Failure::new(4, format!("{e}; give a file")).named(STREAM);
+    let mut bytes = Vec::new();
+    std::io::stdin().lock().take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    if budget < bytes.len() as u64 {
+        let budget = crate::memory::human(budget);
+        return Err(Failure::new(6, format!("is more than the {budget} allowed; raise --max-memory")).named(STREAM));
+    }
+    Ok(bytes)
+}
+
+/// `file.exr` of `file.exr[R,G,B]`, unless there is a file of the whole name.
+fn without_selector(path: &Path) -> PathBuf {
+    let parts = path.to_str().and_then(|p| p.strip_suffix(']')).and_then(|p| p.rsplit_once('['));
+    match parts {
+        Some((file, _)) if !path.exists() => file.into(),
+        _ => path.to_path_buf(),
+    }
+}

@@ -1,0 +1,83 @@
+//! The surroundings of one command.
+
+use std::path::Path;
+
+use selvedge_core::{Limits, Run, Seed, SimdLevel};
+
+use crate::args::Global;
+use crate::failure::{Failure, shown};
+use crate::report::Done;
+use crate::stdio;
+use crate::watch::Watch;
+
+/// The surroundings of one command: options of all commands, who watches, how much it may use.
+pub(crate) struct Session<'a> {
+    pub(crate) global: &'a Global,
+    pub(crate) watch: Watch,
+    pub(crate) limits: Limits,
+}
+
+impl<'a> Session<'a> {
+    pub(crate) fn new(global: &'a Global) -> Self {
+        let memory = global.max_memory.map_or_else(half_of_available, |bytes| bytes.0);
+        Self { global, watch: Watch::new(global), limits: Limits { memory, ..Limits::default() } }
+    }
+
+    /// What methods are handed.
+    pub(crate) fn run(&self) -> Run<'_, 2> {
+        Run { seed: Seed(self.global.seed), limits: self.limits, observer: &self.watch, simd: SimdLevel::Auto }
+    }
+
+    /// Ends a run that a signal cancelled. Called between the steps of commands that cannot be cancelled within.
+    pub(crate) fn check_signal(&self) -> Result<(), Failure> {
+        self.watch.signal().map_or(Ok(()), |signal| Err(Failure::interrupted(signal)))
+    }
+
+    /// Says what a command has to say, on standard output and standard error.
+    pub(crate) fn finish(&self, done: &Done) -> Result<u8, Failure> {
+        self.watch.finish();
+        let report = &done.report;
+        for (stage, seconds) in report.stages() {
+            self.detail(&format!("{stage}: {seconds:.3} s"));
+        }
+        if let Some(line) = &done.line {
+            self.say(line);
+        }
+        if self.global.json {
+            let object = report.json(self.global.seed, rayon::current_num_threads(), self.global.dry_run);
+            stdio::answer(format!("{object}\n").as_bytes())?;
+        } else {
+            stdio::answer(done.answer.as_bytes())?;
+        }
+        Ok(done.exit)
+    }
+
+    /// A line for people, on standard error.
+    pub(crate) fn say(&self, line: &str) {
+        if !self.global.quiet {
+            stdio::tell(line);
+        }
+    }
+
+    /// A line for people who want to know more.
+    pub(crate) fn detail(&self, line: &str) {
+        if self.global.verbose {
+            stdio::tell(line);
+        }
+    }
+
+    /// A line about something odd that stops nobody.
+    pub(crate) fn warn(&self, path: &Path, what: &dyn std::fmt::Display) {
+        self.say(&format!("warning: '{}': {what}", shown(path)));
+    }
+}
+
+/// Half of the memory that the system says is available; no bound where it does not say.
+fn half_of_available() -> u64 {
+    let available = || {
+        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
+    };
+    available().map_or(u64::MAX, |kib| kib * 512)
+}

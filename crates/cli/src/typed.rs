@@ -1,0 +1,143 @@
+//! From the words that were typed, and a file of options below them, to a command.
+
+use std::ffi::OsString;
+
+use clap::error::ErrorKind;
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
+
+use crate::args::Cli;
+use crate::config;
+use crate::failure::Failure;
+
+/// A command line, understood.
+pub(crate) struct Typed {
+    /// What it says.
+    pub(crate) cli: Cli,
+    /// Where each value came from.
+    pub(crate) matches: ArgMatches,
+}
+
+/// Why there is nothing to run.
+pub(crate) enum Stop {
+    /// Help or the version was asked for.
+    Answer(clap::Error),
+    /// The command line, or the file of options, is wrong.
+    Wrong(Failure),
+}
+
+impl Stop {
+    /// Answers or explains, and gives the exit code.
+    pub(crate) fn tell(&self, json: bool) -> u8 {
+        match self {
+            Self::Wrong(failure) => failure.tell(json),
+            Self::Answer(help) => {
+                // Nobody listens: that is the listener's business.
+                let _ = help.print();
+                0
+            }
+        }
+    }
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Wrong(failure)
+    }
+}
+
+impl From<clap::Error> for Stop {
+    fn from(error: clap::Error) -> Self {
+        if error.use_stderr() { Self::Wrong(usage(&error)) } else { Self::Answer(error) }
+    }
+}
+
+/// Understands a command line. What was typed goes before what `--config` says, and that before the defaults.
+pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
+    let command = Cli::command();
+    // What the file may still supply is not missing yet.
+    let typed = optional(command.clone()).try_get_matches_from(words)?;
+    let from_file = config::words(&typed)?;
+    let words = spliced(words, from_file.as_ref().map_or(&[], |file| &file.words));
+    let all = command.try_get_matches_from(words).and_then(|matches| {
+        let cli = Cli::from_arg_matches(&matches)?;
+        Ok(Typed { cli, matches })
+    });
+    all.map_err(|error| match (Stop::from(error), from_file) {
+        // The words alone were fine.
+        (Stop::Wrong(failure), Some(file)) if !failure.message.contains("required argument") => {
+            Stop::Wrong(failure.about(&file.path))
+        }
+        (stop, _) => stop,
+    })
+}
+
+/// The command with nothing required.
+fn optional(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let command = command.mut_args(|arg| arg.required(false));
+    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, optional))
+}
+
+/// Words with others at their end, but before `--`.
+fn spliced(words: &[OsString], more: &[OsString]) -> Vec<OsString> {
+    let end = words.iter().position(|w| w == "--").unwrap_or(words.len());
+    [&words[..end], more, &words[end..]].concat()
+}
+
+/// A usage error in one line.
+fn usage(error: &clap::Error) -> Failure {
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return Failure::new(2, "no command; see --help");
+    }
+    let text = error.to_string();
+    let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
+    let (tips, what): (Vec<&str>, Vec<&str>) = lines.filter(|l| !l.is_empty()).partition(|l| l.starts_with("tip: "));
+    let what = what.join(" ");
+    let failure = Failure::new(2, what.strip_prefix("error: ").unwrap_or(&what));
+    match (tips.first(), &failure.remedy) {
+        (Some(tip), None) => failure.remedy(tip.trim_start_matches("tip: ")),
+        (None, None) => failure.remedy("see --help"),
+        (_, Some(_)) => failure,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn failure(line: &str) -> String {
+        let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+        match parse(&words) {
+            Err(Stop::Wrong(failure)) => format!("{}; {}", failure.message, failure.remedy.unwrap_or_default()),
+            Err(Stop::Answer(_)) => "an answer".into(),
+            Ok(_) => "understood".into(),
+        }
+    }
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn usage_errors_are_one_line_with_a_remedy() {
+        assert_eq!(failure("selvedge"), "no command; see --help");
+        assert_eq!(failure("selvedge quilt a.png --help"), "an answer");
+        assert_eq!(
+            failure("selvedge quilt a.png -o b.png --size 12px"),
+            "invalid value '12px' for '--size <SIZE>': '12px' is no size; write 512, 512x384 or 2x"
+        );
+        assert_eq!(
+            failure("selvedge quilt a.png -o b.png --sise 12"),
+            "unexpected argument '--sise' found; a similar argument exists: '--size'"
+        );
+        assert!(failure("selvedge quilt a.png").contains("--output <OUT>"));
+    }
+
+    #[test]
+    fn a_file_of_options_goes_before_a_double_dash() {
+        let words = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
+        assert_eq!(spliced(&words("a b -- c"), &words("d e")), words("a b d e -- c"));
+        assert_eq!(spliced(&words("a b"), &words("d")), words("a b d"));
+    }
+}

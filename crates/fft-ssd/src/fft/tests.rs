@@ -1,0 +1,75 @@
+//! The engine by transforms against the direct one, where blocks and tiles are many.
+
+use crate::{Costs, Cover, Engine, Options, Placement, Positions, Scratch, SsdSearcher, Template};
+use selvedge_core::{Domain, Grid, Rng, Seed};
+
+fn bytes(rng: &mut Rng, n: usize) -> Vec<u8> {
+    (0..n).map(|_| rng.below(256) as u8).collect()
+}
+
+/// A random search by the direct engine, and by transforms with blocks of at most `block` samples.
+fn both(index: u64, block: usize, limit: f64, shape: [u32; 2], template: [u32; 2]) -> [Costs<2>; 2] {
+    let mut rng = Seed(8).derive("blocks", index).rng();
+    let domain = Domain { shape, periodic: [rng.below(4) == 0, false] };
+    let features = Grid::from_vec(domain, 2, bytes(&mut rng, 2 * domain.len())).unwrap();
+    let holes = bytes(&mut rng, domain.len()).iter().map(|&b| 9 < b).collect();
+    let valid = Grid::from_vec(domain, 1, holes).unwrap();
+    let query = bytes(&mut rng, 2 * Domain::open(template).len());
+    let mask: Vec<bool> = query.iter().take(query.len() / 2).map(|&q| q % 4 != 0).collect();
+    let positions = [Positions::Inside, Positions::Circular, Positions::Overlapping][index as usize % 3];
+    let cover = [Cover::AtLeast(1), Cover::Mask][index as usize / 3 % 2];
+    [Engine::Direct, Engine::Fft].map(|engine| {
+        let valid = Some(&valid).filter(|_| index.is_multiple_of(5));
+        let searcher = SsdSearcher::of_grid(&features, valid, &[3, 200], Options { engine, ..Options::default() });
+        let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+        (scratch.fft.block, scratch.fft.limit) = (block, limit);
+        let template = Template::new(template, &query).masked(&mask);
+        searcher.search(&template, Placement { positions, cover }, &mut scratch, &mut costs).unwrap();
+        assert_eq!(scratch.repeated(), 0);
+        costs
+    })
+}
+
+fn assert_same([a, b]: [Costs<2>; 2]) {
+    assert!(!a.is_empty() && a.iter().eq(b.iter()));
+}
+
+#[test]
+fn templates_in_blocks_have_the_same_costs() {
+    for index in 0..30 {
+        assert_same(both(index, 60, super::bound::LIMIT, [40, 33], [23, 31]));
+        assert_same(both(index, 300, super::bound::LIMIT, [36, 90], [30, 33]));
+    }
+}
+
+#[test]
+fn blocks_shrink_until_rounding_is_safe() {
+    for index in 0..12 {
+        assert_same(both(index, usize::MAX, 1.0e-6, [60, 50], [24, 31]));
+    }
+}
+
+/// One frequency holds all of a flat picture: nothing is farther from noise, of which rounding errors average out.
+#[test]
+fn flat_extremes_stay_within_the_bound() {
+    for (side, part) in [(200, 100), (700, 512)] {
+        let features = Grid::try_filled(Domain::open([side, side]), 3, 0_u8).unwrap();
+        let query = vec![255; 3 * (part * part) as usize];
+        let options = Options { engine: Engine::Fft, ..Options::default() };
+        let searcher = SsdSearcher::of_grid(&features, None, &[255; 3], options);
+        let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+        searcher.search(&Template::new([part, part], &query), Placement::INSIDE, &mut scratch, &mut costs).unwrap();
+        assert_eq!(scratch.repeated(), 0);
+        let error = u64::from(part * part) * 3 * 255 * 255 * 255;
+        assert!(costs.iter().all(|c| c.error == error) && !costs.is_empty());
+        let worst = scratch.fft.workers.iter().fold(0.0_f64, |m, w| m.max(w.residual));
+        assert!(worst <= scratch.fft.bound && scratch.fft.bound < super::bound::LIMIT);
+    }
+}
+
+#[test]
+fn many_tiles_have_the_same_costs() {
+    for index in 0..12 {
+        assert_same(both(index, usize::MAX, super::bound::LIMIT, [333, 419], [9, 14]));
+    }
+}
