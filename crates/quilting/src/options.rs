@@ -44,9 +44,9 @@ pub struct Options {
     pub stage: Stage,
     /// Whether blocks may continue their neighbours verbatim. Default: [`Continuation::Avoid`].
     pub continuation: Continuation,
-    /// How evenly the exemplars' parts are used: this fraction is added to a block's error where it was used as often as
-    /// parts are in the mean, twice as much where twice as often, up to the whole error. From 0 (whatever fits best, as in
-    /// the paper) to 10. Default: 0.3, which shows about a tenth more of an exemplar at the same seams.
+    /// How evenly each exemplar's parts are used: this fraction is added to a block's error where it was used twice as
+    /// often as parts are in the mean, twice as much where three times as often, up to the whole error. From 0
+    /// (whatever fits best, as in the paper) to 10. Default: 0.5, which shows more of an exemplar at seams as good.
     pub spread: f64,
 }
 
@@ -58,7 +58,7 @@ impl Default for Options {
             tolerance: 0.1,
             stage: Stage::Cut,
             continuation: Continuation::Avoid,
-            spread: 0.3,
+            spread: 0.5,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! How often each part of the exemplars was used, so that blocks spread over all of them.
 //!
 //! The best block is often the same one again: an output then shows a few places of its exemplar over and over, while
-//! others are never seen. So the error of a block counts more, the more often its place was used against the mean.
+//! others are never seen. So the error of a block counts more where its place was used more often than the mean. That
+//! is the mean of its own source: of several exemplars that are unlike each other, none is forced upon the output.
 
 use selvedge_core::{Exemplars, Rng};
 
@@ -16,20 +17,18 @@ const PLACES: u32 = 4;
 
 /// Numbers of uses of all places.
 pub(crate) struct Usage {
-    /// Thousandths that are added to an error where the uses are as many as in the mean.
+    /// Thousandths that are added to an error where the uses are twice as many as in the mean.
     spread: u64,
     /// Side of a place in samples.
     side: u32,
     sources: Vec<Uses>,
-    /// Sum of all uses, and number of places.
-    total: u64,
-    places: u64,
 }
 
 /// Uses of blocks by the place of their top left sample in one source.
 struct Uses {
     shape: [u32; 2],
     uses: Vec<u32>,
+    total: u64,
 }
 
 impl Usage {
@@ -38,11 +37,10 @@ impl Usage {
         let side = block.div_ceil(PLACES).max(1);
         let uses = |shape: [u32; 2]| {
             let shape = shape.map(|len| (len.saturating_sub(block) + 1).div_ceil(side));
-            Uses { shape, uses: vec![0; shape[0] as usize * shape[1] as usize] }
+            Uses { shape, uses: vec![0; shape[0] as usize * shape[1] as usize], total: 0 }
         };
-        let sources: Vec<Uses> = exemplars.sources().iter().map(|s| uses(s.domain().shape)).collect();
-        let places = sources.iter().map(|s| s.uses.len() as u64).sum();
-        Self { spread: (spread * 1000.0).round() as u64, side, sources, total: 0, places }
+        let sources = exemplars.sources().iter().map(|s| uses(s.domain().shape)).collect();
+        Self { spread: (spread * 1000.0).round() as u64, side, sources }
     }
 
     /// The tolerance within which candidates have to be looked at, for one of `per_mille` on what they count.
@@ -81,23 +79,24 @@ impl Usage {
         u128::from(candidate.error.max(1)) * u128::from(1000 + self.added(candidate))
     }
 
-    /// Thousandths that are added to the error: the uses of its place against their mean over all places.
+    /// Thousandths that are added to the error: the uses of its place beyond the mean, against the mean. Every place
+    /// counts one use more in the mean, so that it is never 0.
     fn added(&self, candidate: &Candidate) -> u64 {
         let [y, x] = self.place(candidate);
-        let Uses { shape, uses } = &self.sources[candidate.source];
-        let uses = u64::from(uses[y as usize * shape[1] as usize + x as usize]);
-        (self.spread * uses * self.places / (self.places + self.total)).min(MOST)
+        let Uses { shape, uses, total } = &self.sources[candidate.source];
+        let (places, uses) = (uses.len() as u64, u64::from(uses[y as usize * shape[1] as usize + x as usize]));
+        (self.spread * (uses * places).saturating_sub(*total) / (places + total)).min(MOST)
     }
 
     /// Blocks about half a block away from the chosen one share much of it: they count as used, too.
     fn note(&mut self, chosen: &Candidate) {
         let [y, x] = self.place(chosen);
-        let Uses { shape, uses } = &mut self.sources[chosen.source];
+        let Uses { shape, uses, total } = &mut self.sources[chosen.source];
         let around = |p: u32, n: u32| p.saturating_sub(PLACES / 2)..(p + PLACES / 2 + 1).min(n);
         for y in around(y, shape[0]) {
             for x in around(x, shape[1]) {
                 uses[y as usize * shape[1] as usize + x as usize] += 1;
-                self.total += 1;
+                *total += 1;
             }
         }
     }
@@ -163,7 +162,7 @@ mod tests {
     fn uses_are_counted_about_the_block_in_its_own_source() {
         let mut usage = usage(1.0);
         usage.note(&candidate(0, [20, 9]));
-        assert_eq!(usage.total, 25);
+        assert_eq!(usage.sources[0].total, 25);
         let added = |source, at| usage.added(&Candidate { error: 0, source, at });
         assert!(0 < added(0, [20, 9]) && 0 < added(0, [16, 13]));
         assert_eq!([added(0, [20, 15]), added(0, [27, 9]), added(1, [12, 0])], [0; 3]);

@@ -33,7 +33,7 @@ pub(crate) struct Quilt {
     /// Whether blocks may continue their neighbours verbatim.
     #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Avoid)]
     continuation: ContinuationArg,
-    /// How evenly the exemplar is used: 0 takes whatever fits best, 0.3 shows a tenth more of it.
+    /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
     spread: f64,
     /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
