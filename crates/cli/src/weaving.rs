@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Plane, Render, SourceMap, Transform};
+use selvedge_core::{Depth, Domain, Plane, Render, SourceMap, Transform};
 use selvedge_io::{Format, MapFile, Metadata, Provenance};
 
 use crate::args::FormatArg;
@@ -64,7 +64,7 @@ impl Weaving {
         estimate: Estimate<'_>,
     ) -> Result<Loom<'a>, Failure> {
         let mut report = Report::new(command);
-        let format = outputs::format(&self.output, self.format.map(Format::from))?;
+        let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
         outputs::check(session, &self.files_written(), &self.input.files())?;
         let headers = self.input.look(session)?;
         outputs::check_depth(&self.output, format, headers.depth)?;
