@@ -74,6 +74,11 @@ impl<const D: usize> Candidates<'_, D> {
         self.picks.is_empty()
     }
 
+    /// All of them, in the order of (source, position).
+    pub fn iter(&self) -> impl Iterator<Item = Candidate<D>> + '_ {
+        self.picks.iter().map(|&pick| candidate(self.sources, pick))
+    }
+
     /// Number `k`, from 0, in the order of (error, source, position). Takes `O(len)` without sorting the rest.
     ///
     /// # Panics
@@ -176,10 +181,11 @@ impl<const D: usize> Costs<D> {
         picks: &mut Vec<Pick>,
     ) {
         let limit = u128::from(best.error) * (1000 + u128::from(per_mille));
+        let most = u64::try_from(limit / 1000).unwrap_or(u64::MAX);
         let near =
             |pick: &Pick| u128::from(pick.error) * u128::from(best.count) * 1000 <= limit * u128::from(pick.count);
         self.promising(
-            |_, least| u128::from(least) * 1000 <= limit,
+            |_, error| error <= most,
             picks,
             |picks, number, source, pick| {
                 if near(&pick) && allow(number, source.position(pick.flat as usize - source.start)) {
@@ -189,8 +195,8 @@ impl<const D: usize> Costs<D> {
         );
     }
 
-    /// Calls `each(state, number of the source, source, pick)` for the candidates of all runs of positions whose least error
-    /// may be of interest; of all runs where the number of compared samples differs.
+    /// Calls `each(state, number of the source, source, pick)` for the candidates whose error `may` be of interest, passing
+    /// over runs of positions whose least is not; for all candidates where the number of compared samples differs.
     fn promising<S>(
         &self,
         may: impl Fn(&S, u64) -> bool,
@@ -202,13 +208,16 @@ impl<const D: usize> Costs<D> {
             for start in (source.start..end).step_by(RUN) {
                 let run = start..end.min(start + RUN);
                 let least = if self.is_wide {
-                    self.wide[run.clone()].iter().fold(u64::MAX, |a, &b| a.min(b))
+                    self.kernel.least(&self.wide[run.clone()])
                 } else {
-                    u64::from(self.narrow[run.clone()].iter().fold(u32::MAX, |a, &b| a.min(b)))
+                    self.kernel.least(&self.narrow[run.clone()]).into()
                 };
-                if !self.counts.is_empty() || may(state, least) {
+                let differ = !self.counts.is_empty();
+                if differ || may(state, least) {
                     for pick in run.filter_map(|flat| self.pick(flat)) {
-                        each(state, number, source, pick);
+                        if differ || may(state, pick.error) {
+                            each(state, number, source, pick);
+                        }
                     }
                 }
             }

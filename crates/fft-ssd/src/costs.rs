@@ -1,9 +1,13 @@
 //! The answer of a search: one exact integer a position of each source.
 
 use crate::axes::{Shape, lift, lower};
+use crate::kernel::Kernel;
 use crate::placement::Range;
 use crate::{Candidate, Error};
-use selvedge_core::try_vec;
+use selvedge_core::{par, try_vec};
+
+/// Positions that are summed together: few enough to stay near the processor.
+const TOGETHER: usize = 1 << 12;
 
 /// The positions of one source in a [`Costs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +82,8 @@ pub struct Costs<const D: usize> {
     pub(crate) samples: u64,
     /// No error is larger.
     pub(crate) bound: u64,
+    /// What looks through them.
+    pub(crate) kernel: Kernel,
     /// Candidates of the last question, kept for its memory.
     pub(crate) picks: Vec<crate::candidates::Pick>,
 }
@@ -135,42 +141,60 @@ impl<const D: usize> Costs<D> {
         Some(Candidate { source, position, error: self.error(flat)?, samples: u64::from(self.count(flat)) })
     }
 
-    /// Replaces each error by `weight * error + other_weight * other`'s at the same position; what is no candidate
-    /// in either is none in the sum. Both come from templates of the same shape and placement, such as an overlap
-    /// and a guide.
+    /// Becomes the weighted sum of other costs: at each position the sum of `weight * error`. What is no candidate in
+    /// one of them is none in the sum. All come from templates of the same shape and placement, such as an overlap and a
+    /// guide.
     ///
     /// # Errors
     /// [`Error::Mismatch`] if positions or counts differ, [`Error::Overflow`] if a sum could pass 64 bits.
-    pub fn blend(&mut self, weight: u64, other: &Self, other_weight: u64) -> Result<(), Error> {
-        if self.sources != other.sources || self.counts != other.counts {
+    pub fn sum_of(&mut self, terms: &[(u64, &Self)]) -> Result<(), Error> {
+        let Some((_, first)) = terms.first() else { return self.reset(&[], 0, 0, false) };
+        if terms.iter().any(|(_, t)| t.sources != first.sources || t.counts != first.counts) {
             return Err(Error::Mismatch);
         }
-        let bound = u128::from(weight) * u128::from(self.bound) + u128::from(other_weight) * u128::from(other.bound);
+        let bound = terms.iter().map(|&(weight, t)| u128::from(weight) * u128::from(t.bound)).sum::<u128>();
         self.bound =
             u64::try_from(bound).ok().filter(|&b| b < u64::MAX).ok_or(Error::Overflow { bound: bound as f64 })?;
-        // Candidates of a sum are compared by the sum, as if all had that many samples: any number but 0.
-        self.samples = self.samples.max(other.samples);
-        self.widen()?;
-        for (flat, error) in self.wide.iter_mut().enumerate() {
-            *error = match other.error(flat) {
-                Some(more) if *error != u64::MAX => weight * *error + other_weight * more,
-                _ => u64::MAX,
-            };
-        }
+        self.sources.clone_from(&first.sources);
+        self.counts.clone_from(&first.counts);
+        // Masks may differ: the sum is compared as if all had as many samples as the largest.
+        self.samples = terms.iter().map(|(_, t)| t.samples).max().unwrap_or(0);
+        self.kernel = first.kernel;
+        self.is_wide = true;
+        self.narrow.clear();
+        fit(&mut self.wide, first.len())?;
+        par::for_rows(&mut self.wide, TOGETHER, |number, to| {
+            let range = number * TOGETHER..number * TOGETHER + to.len();
+            to.fill(0);
+            terms.iter().for_each(|(weight, term)| term.add_to(to, range.clone(), *weight));
+            terms.iter().for_each(|(_, term)| term.exclude_from(to, range.clone()));
+        });
         Ok(())
     }
 
-    /// From 32-bit to 64-bit errors.
-    fn widen(&mut self) -> Result<(), Error> {
-        if !self.is_wide {
-            fit(&mut self.wide, self.narrow.len())?;
-            for (wide, &narrow) in self.wide.iter_mut().zip(&self.narrow) {
-                *wide = if narrow == u32::MAX { u64::MAX } else { u64::from(narrow) };
-            }
-            self.narrow.clear();
-            self.is_wide = true;
+    /// Adds some errors, whatever stands where there is no candidate.
+    fn add_to(&self, to: &mut [u64], range: std::ops::Range<usize>, weight: u64) {
+        if self.is_wide {
+            to.iter_mut().zip(&self.wide[range]).for_each(|(to, &e)| *to = to.wrapping_add(weight.wrapping_mul(e)));
+        } else if let Ok(weight) = u32::try_from(weight) {
+            self.kernel.add(to, &self.narrow[range], weight);
+        } else {
+            let add = |(to, &e): (&mut u64, &u32)| *to = to.wrapping_add(weight.wrapping_mul(e.into()));
+            to.iter_mut().zip(&self.narrow[range]).for_each(add);
         }
-        Ok(())
+    }
+
+    /// Marks what is no candidate.
+    fn exclude_from(&self, to: &mut [u64], range: std::ops::Range<usize>) {
+        let none = |flat: usize| self.error(flat).is_none();
+        let any = if self.is_wide {
+            self.wide[range.clone()].contains(&u64::MAX)
+        } else {
+            self.narrow[range.clone()].contains(&u32::MAX)
+        };
+        if any {
+            to.iter_mut().zip(range).filter(|&(_, flat)| none(flat)).for_each(|(to, _)| *to = u64::MAX);
+        }
     }
 
     /// Positions of all sources.

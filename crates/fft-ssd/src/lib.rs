@@ -5,7 +5,7 @@
 //! 2. [`search`](SsdSearcher::search) compares a [`Template`] at every position of a [`Placement`]; the answer is a
 //!    [`Costs`], one integer a position. [`Scratch`] and [`Costs`] are the caller's and are used again.
 //! 3. [`best`](Costs::best), [`best_k`](Costs::best_k) and [`within`](Costs::within) choose, each with a variant that
-//!    excludes positions; [`blend`](Costs::blend) sums the costs of several searches.
+//!    excludes positions; [`sum_of`](Costs::sum_of) sums the costs of several searches.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples};

@@ -71,7 +71,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     }
 
     /// A searcher over guides: other features of the same sources, with weights of their own. Its costs have the same
-    /// positions as those of a searcher over `exemplars`, so both can be summed by [`Costs::blend`].
+    /// positions as those of a searcher over `exemplars`, so both can be summed by [`Costs::sum_of`].
     ///
     /// # Errors
     /// [`Error::Count`] and [`Error::GuideShape`] if guides and sources, or weights and channels, differ.
@@ -148,6 +148,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         costs: &mut Costs<D>,
     ) -> Result<(), Error> {
         let counted = matches!(cover, Cover::AtLeast(_));
+        costs.kernel = self.kernel;
         costs.reset(&scratch.ranges, template.samples, self.bound(template.samples), counted)?;
         for number in 0..self.sources.len() {
             let map = costs.sources[number].start..costs.sources[number].start + costs.sources[number].len();

@@ -1,7 +1,7 @@
 //! The integers of a map: 32 bits where every error fits, else 64. Sums on the way may wrap.
 
 /// An unsigned integer that sums are taken in, modulo its range.
-pub(crate) trait Word: Copy + Eq + Send + Sync + std::fmt::Debug + 'static {
+pub(crate) trait Word: Copy + Ord + Send + Sync + std::fmt::Debug + 'static {
     const ZERO: Self;
     /// Marks what is no candidate.
     const NONE: Self;

@@ -103,15 +103,20 @@ fn sums_weigh_each_search() {
         let mut b = Costs::new();
         let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
         searcher.search(&template, case.placement, &mut scratch, &mut b).unwrap();
-        let mut sum = a.clone();
-        sum.blend(3, &b, 5).unwrap();
+        // The heaviest weight that cannot pass 64 bits, mostly one of more than 32; then a sum of sums.
+        let (mut once, mut sum) = (Costs::new(), Costs::new());
+        let weights = (0..40).rev().map(|bits| 1_u64 << bits);
+        let heavy = weights.into_iter().find(|&heavy| {
+            once.sum_of(&[(3, &a), (heavy, &b)]).and_then(|()| sum.sum_of(&[(2, &once), (7, &a), (0, &b)])).is_ok()
+        });
+        let heavy = heavy.unwrap();
         for c in a.iter() {
             let other = b.get(c.source, c.position).unwrap();
-            assert_eq!(sum.get(c.source, c.position).unwrap().error, 3 * c.error + 5 * other.error);
+            assert_eq!(sum.get(c.source, c.position).unwrap().error, 13 * c.error + 2 * heavy * other.error);
         }
         assert_eq!(sum.iter().count(), a.iter().count());
         if a.iter().any(|c| 0 < c.samples) {
-            assert!(matches!(sum.blend(u64::MAX, &b, 1), Err(Error::Overflow { .. })));
+            assert!(matches!(sum.sum_of(&[(u64::MAX, &a), (1, &b)]), Err(Error::Overflow { .. })));
         }
     }
 }

@@ -46,6 +46,7 @@ mod quilter;
 mod search;
 mod strip;
 mod transfer;
+mod usage;
 
 pub use auto_block::suggest_block;
 pub use estimate::estimate;

@@ -64,9 +64,12 @@ fn quilt_by(
     let grid = BlockGrid::new(output, block, overlap);
     let pass = Pass {
         exemplars,
+        block,
         per_mille: per_mille(options.tolerance),
         stage: options.stage,
         continuation: options.continuation,
+        // Random blocks spread by themselves.
+        spread: if options.stage == Stage::Random { 0.0 } else { options.spread },
         steering: None,
         seed: run.seed,
         progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },

@@ -7,6 +7,7 @@ use crate::boundary_cut::{Overlaps, boundary_cut};
 use crate::options::{Continuation, Error, Stage};
 use crate::search::{Candidate, Search, Space, Template, Term};
 use crate::transfer::Steering;
+use crate::usage::Usage;
 
 /// Counts of one pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,10 +25,14 @@ pub(crate) struct Counts {
 pub(crate) struct Pass<'a> {
     pub(crate) exemplars: &'a Exemplars<2>,
     pub(crate) grid: BlockGrid,
+    /// Side of the blocks.
+    pub(crate) block: u32,
     /// See [`per_mille`](crate::options::per_mille).
     pub(crate) per_mille: u32,
     pub(crate) stage: Stage,
     pub(crate) continuation: Continuation,
+    /// See [`Options::spread`](crate::Options::spread).
+    pub(crate) spread: f64,
     /// What the blocks follow besides their neighbours.
     pub(crate) steering: Option<Steering<'a>>,
     pub(crate) seed: Seed,
@@ -52,6 +57,8 @@ pub(crate) struct Quilter<'a, S> {
     map: &'a mut SourceMap<2>,
     /// What was laid at each block so far.
     laid: Vec<Candidate>,
+    /// How often the parts of the exemplars were laid.
+    usage: Usage,
     /// The output under the block that is being laid, where blocks of this pass lie.
     overlap: Template,
     pub(crate) counts: Counts,
@@ -59,7 +66,17 @@ pub(crate) struct Quilter<'a, S> {
 
 impl<'a, S: Search> Quilter<'a, S> {
     pub(crate) fn new(search: &'a mut S, pass: Pass<'a>, run: &'a Run<'a, 2>, map: &'a mut SourceMap<2>) -> Self {
-        Self { search, pass, run, map, laid: Vec::new(), overlap: Template::default(), counts: Counts::default() }
+        let usage = Usage::new(pass.exemplars, pass.block, pass.spread);
+        Self {
+            search,
+            pass,
+            run,
+            map,
+            laid: Vec::new(),
+            overlap: Template::default(),
+            counts: Counts::default(),
+            usage,
+        }
     }
 
     /// False if the run was cancelled.
@@ -99,21 +116,14 @@ impl<'a, S: Search> Quilter<'a, S> {
     fn choose(&mut self, number: usize, block: &Block) -> Result<Candidate, Error> {
         let continued = self.continuations(number, block);
         let avoid = |source: usize, at: [u32; 2]| continued.iter().any(|&(s, p)| s == source && near(at, p));
-        let mut rng = self.pass.seed.derive("quilting/block", number as u64).rng();
-        let mut pick = |len| rng.below(len);
+        let agree = [Term { space: Space::Texture, template: &self.overlap, weight: 1 }];
+        let terms = self.pass.steering.as_mut().map(|s| s.terms(self.pass.exemplars, block, &self.overlap));
+        let terms = terms.as_deref().unwrap_or(&agree);
         let per_mille = self.pass.per_mille;
-        let drawn = match &mut self.pass.steering {
-            None => {
-                let agree = Term { space: Space::Texture, template: &self.overlap, weight: 1 };
-                self.search.draw(&[agree], per_mille, &avoid, &mut pick)?
-            }
-            Some(steering) => {
-                let terms = steering.terms(self.pass.exemplars, block, &self.overlap);
-                self.search.draw(&terms, per_mille, &avoid, &mut pick)?
-            }
-        };
+        let near = self.search.near(terms, self.usage.widened(per_mille), &avoid)?;
+        let mut rng = self.pass.seed.derive("quilting/block", number as u64).rng();
         let [height, width] = block.shape();
-        let (chosen, candidates) = drawn.ok_or(Error::Masked { height, width })?;
+        let (chosen, candidates) = self.usage.draw(near, per_mille, &mut rng).ok_or(Error::Masked { height, width })?;
         self.counts.candidates += u64::from(candidates);
         Ok(chosen)
     }

@@ -185,3 +185,22 @@ fn a_cancelled_run_gives_what_it_has() {
     assert_eq!(woven.stats.blocks, 3);
     assert_eq!(woven.result.holes(), 100 * 100 - 10 * 10 - 2 * 10 * 9);
 }
+
+#[test]
+fn spread_shows_more_of_the_exemplar() {
+    let exemplar = exemplars::cobbles();
+    let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)]).unwrap();
+    // Samples that appear at least once, over three seeds.
+    let used = |spread: f64| {
+        let options = Options { block: Some(40), spread, ..Options::default() };
+        let of_seed = |seed| {
+            let map = quilt(&exemplars, Domain::open([300, 300]), &options, &Run::seeded(seed)).unwrap().result;
+            let mut used = vec![false; exemplar.domain().len()];
+            map.ids.plane(0).iter().for_each(|id| used[id.get() as usize] = true);
+            used.iter().filter(|&&u| u).count()
+        };
+        (0..3).map(of_seed).sum::<usize>()
+    };
+    let (spread, literal) = (used(0.3), used(0.0));
+    assert!(literal * 21 < spread * 20, "{literal} {spread}: a twentieth more at least");
+}

@@ -66,14 +66,16 @@ pub(super) fn references(tree: &Tree) -> Vec<Breach> {
     breaches
 }
 
-/// References `NAME.*` without a recipe `tests/suite/NAME.toml`.
+/// References `NAME.snap` without a recipe `tests/suite/NAME.toml`, and `NAME.png` whose recipe keeps no picture.
 pub(super) fn dead(tree: &Tree) -> Vec<Breach> {
-    let recipes: BTreeSet<&str> =
-        tree.texts(".toml").filter_map(|(path, _)| path.strip_prefix("tests/suite/")?.strip_suffix(".toml")).collect();
-    let name = |path: &'_ str| path.rsplit('/').next().and_then(|file| file.split('.').next()).map(str::to_owned);
+    let recipe = |name: &str| tree.text(&format!("tests/suite/{name}.toml"));
+    let lives = |path: &str| match path.strip_prefix("tests/ref/").and_then(|file| file.rsplit_once('.')) {
+        Some((name, "snap")) => recipe(name).is_some(),
+        Some((name, "png")) => recipe(name).is_some_and(|text| text.lines().any(|line| line.starts_with("picture"))),
+        _ => false,
+    };
     tree.files()
-        .filter(|(path, _)| path.starts_with("tests/ref/"))
-        .filter(|(path, _)| name(path).is_none_or(|name| !recipes.contains(name.as_str())))
+        .filter(|(path, _)| path.starts_with("tests/ref/") && !lives(path))
         .map(|(path, _)| Breach::new(path, "belongs to no recipe in tests/suite"))
         .collect()
 }
@@ -117,8 +119,11 @@ mod tests {
             ("tests/ref/a.png", &large),
             ("tests/ref/a.snap", ""),
             ("tests/ref/b.snap", ""),
+            ("tests/suite/c.toml", "picture = \"out.png\"\n"),
+            ("tests/ref/c.png", ""),
         ]);
         assert_eq!(lines(&references(&tree)), ["tests/ref/a.png: 32769 bytes, 32768 at most"]);
-        assert_eq!(lines(&dead(&tree)), ["tests/ref/b.snap: belongs to no recipe in tests/suite"]);
+        let dead: Vec<String> = dead(&tree).into_iter().map(|breach| breach.place).collect();
+        assert_eq!(dead, ["tests/ref/a.png", "tests/ref/b.snap"]);
     }
 }

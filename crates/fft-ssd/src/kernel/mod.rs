@@ -20,11 +20,12 @@ pub(crate) const CHUNK: usize = 96;
 pub(crate) type Block = [[i32; CHUNK]; ROWS];
 
 /// A set of instructions that this machine has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Kernel(Level);
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Level {
+    #[default]
     Scalar,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -142,6 +143,24 @@ impl Kernel {
             Level::Scalar => scalar::finish(out, constant, corners, products),
             #[cfg(target_arch = "x86_64")]
             level => x86::finish(level, out, constant, corners, products),
+        }
+    }
+
+    /// The least value; [`Word::NONE`] of none.
+    pub(crate) fn least<W: Word>(self, values: &[W]) -> W {
+        match self.0 {
+            Level::Scalar => scalar::least(values),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::least(level, values),
+        }
+    }
+
+    /// Adds `weight * from`, modulo 2^64.
+    pub(crate) fn add(self, to: &mut [u64], from: &[u32], weight: u32) {
+        match self.0 {
+            Level::Scalar => scalar::add(to, from, weight),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::add(level, to, from, weight),
         }
     }
 }

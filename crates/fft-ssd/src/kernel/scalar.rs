@@ -70,3 +70,17 @@ pub(super) fn round<W: Word>(z: &[C64], scale: f64, to: &mut [[W; super::CHUNK];
     }
     f64::from_bits(worst)
 }
+
+/// See [`super::Kernel::least`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn least<W: Word>(values: &[W]) -> W {
+    values.iter().fold(W::NONE, |least, &v| least.min(v))
+}
+
+/// See [`super::Kernel::add`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn add(to: &mut [u64], from: &[u32], weight: u32) {
+    for (to, &v) in to.iter_mut().zip(from) {
+        *to = to.wrapping_add(u64::from(v) * u64::from(weight));
+    }
+}

@@ -65,6 +65,48 @@ pub(super) fn round<W: Word>(level: Level, z: &[C64], scale: f64, to: &mut [[W; 
     }
 }
 
+pub(super) fn least<W: Word>(level: Level, values: &[W]) -> W {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::least(values),
+            Level::Avx2 | Level::AvxVnni => least_avx2(values),
+            Level::Avx512 => least_avx512(values),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn least_avx2<W: Word>(values: &[W]) -> W {
+    scalar::least(values)
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn least_avx512<W: Word>(values: &[W]) -> W {
+    scalar::least(values)
+}
+
+pub(super) fn add(level: Level, to: &mut [u64], from: &[u32], weight: u32) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::add(to, from, weight),
+            Level::Avx2 | Level::AvxVnni => add_avx2(to, from, weight),
+            Level::Avx512 => add_avx512(to, from, weight),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn add_avx2(to: &mut [u64], from: &[u32], weight: u32) {
+    scalar::add(to, from, weight);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn add_avx512(to: &mut [u64], from: &[u32], weight: u32) {
+    scalar::add(to, from, weight);
+}
+
 /// `sum of conj(a) * b`: with `a = ar + i ai`, real and imaginary parts of all signals are summed as `ar * (br, bi)` and
 /// `ai * (bi, br)`, and joined at the end.
 macro_rules! multiply {

@@ -51,20 +51,13 @@ pub(crate) struct Candidate {
 /// Which candidates are passed over while there are others: by source and top left sample.
 pub(crate) type Avoid<'a> = &'a dyn Fn(usize, [u32; 2]) -> bool;
 
-/// Finds the blocks within a tolerance of the best and draws one.
+/// Finds the blocks within a tolerance of the best.
 pub(crate) trait Search {
     /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those whose error is at most
-    /// `1 + per_mille / 1000` times the least, in order of error, source and position: candidate number
-    /// `pick(how many)`, and how many. `None` if no valid block fits.
+    /// `1 + per_mille / 1000` times the least, in any order. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
-    fn draw(
-        &mut self,
-        terms: &[Term<'_>],
-        per_mille: u32,
-        avoid: Avoid<'_>,
-        pick: &mut dyn FnMut(u32) -> u32,
-    ) -> Result<Option<(Candidate, u32)>, Error>;
+    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error>;
 }
 
 /// The exact search of `selvedge-fft-ssd`.
@@ -72,10 +65,11 @@ pub(crate) struct FastSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
     scratch: Scratch,
-    /// The sum of the terms so far.
+    /// Each term.
+    parts: Vec<Costs<2>>,
+    /// Their sum.
     total: Costs<2>,
-    /// One term.
-    part: Costs<2>,
+    found: Vec<Candidate>,
 }
 
 impl<'e> FastSearch<'e> {
@@ -88,37 +82,39 @@ impl<'e> FastSearch<'e> {
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
         let guide = guide.map(of_guide).transpose()?;
-        Ok(Self { texture, guide, scratch: Scratch::new(), total: Costs::new(), part: Costs::new() })
+        Ok(Self { texture, guide, scratch: Scratch::new(), parts: Vec::new(), total: Costs::new(), found: Vec::new() })
     }
 
     /// The weighted sum of all terms, into `total`.
     fn sum(&mut self, terms: &[Term<'_>]) -> Result<(), Error> {
-        for (number, term) in terms.iter().enumerate() {
-            let searcher = match term.space {
-                Space::Texture => &self.texture,
-                Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
-            };
-            let template = term.template;
-            let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
-            let costs = if number == 0 { &mut self.total } else { &mut self.part };
-            searcher.search(&query, Placement::INSIDE, &mut self.scratch, costs)?;
-            if 0 < number {
-                let before = if number == 1 { terms[0].weight } else { 1 };
-                self.total.blend(before, &self.part, term.weight)?;
-            }
+        if let [only @ Term { weight: 1, .. }] = terms {
+            return self.search(only, None);
         }
-        Ok(())
+        while self.parts.len() < terms.len() {
+            self.parts.push(Costs::new());
+        }
+        for (number, term) in terms.iter().enumerate() {
+            self.search(term, Some(number))?;
+        }
+        let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(&self.parts).collect();
+        Ok(self.total.sum_of(&weighted)?)
+    }
+
+    /// One term, into that part or into `total`.
+    fn search(&mut self, term: &Term<'_>, part: Option<usize>) -> Result<(), Error> {
+        let searcher = match term.space {
+            Space::Texture => &self.texture,
+            Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
+        };
+        let template = term.template;
+        let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
+        let costs = part.map_or(&mut self.total, |number| &mut self.parts[number]);
+        Ok(searcher.search(&query, Placement::INSIDE, &mut self.scratch, costs)?)
     }
 }
 
 impl Search for FastSearch<'_> {
-    fn draw(
-        &mut self,
-        terms: &[Term<'_>],
-        per_mille: u32,
-        avoid: Avoid<'_>,
-        pick: &mut dyn FnMut(u32) -> u32,
-    ) -> Result<Option<(Candidate, u32)>, Error> {
+    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
         self.sum(terms)?;
         let tolerance = Tolerance::from(per_mille);
         let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
@@ -126,13 +122,11 @@ impl Search for FastSearch<'_> {
         if near.is_empty() {
             near = self.total.within(tolerance);
         }
-        let len = near.len();
-        if len == 0 {
-            return Ok(None);
-        }
-        let found = near.nth(pick(len));
-        let at = found.position.map(|p| p as u32);
-        Ok(Some((Candidate { error: found.error, source: found.source, at }, len)))
+        let found =
+            near.iter().map(|c| Candidate { error: c.error, source: c.source, at: c.position.map(|p| p as u32) });
+        self.found.clear();
+        self.found.extend(found);
+        Ok(&mut self.found)
     }
 }
 
@@ -161,10 +155,11 @@ mod tests {
         Template { shape, features, mask }
     }
 
-    /// The whole list, by drawing each of its members.
+    /// The whole list, in order.
     fn list(search: &mut dyn Search, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
-        let Some((_, len)) = search.draw(terms, per_mille, avoid, &mut |_| 0).unwrap() else { return Vec::new() };
-        (0..len).map(|k| search.draw(terms, per_mille, avoid, &mut |_| k).unwrap().unwrap().0).collect()
+        let found = search.near(terms, per_mille, avoid).unwrap();
+        found.sort_unstable();
+        found.clone()
     }
 
     fn texture(template: &Template) -> [Term<'_>; 1] {

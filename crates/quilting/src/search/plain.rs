@@ -8,11 +8,12 @@ use super::*;
 pub(crate) struct PlainSearch<'e> {
     exemplars: &'e Exemplars<2>,
     guide: Option<&'e Guide<2>>,
+    found: Vec<Candidate>,
 }
 
 impl<'e> PlainSearch<'e> {
     pub(crate) fn new(exemplars: &'e Exemplars<2>, guide: Option<&'e Guide<2>>) -> Self {
-        Self { exemplars, guide }
+        Self { exemplars, guide, found: Vec::new() }
     }
 
     fn all(&self, terms: &[Term<'_>]) -> Vec<Candidate> {
@@ -54,20 +55,13 @@ fn fits(source: &Source<2>, block: [u32; 2], at: [u32; 2]) -> bool {
 }
 
 impl Search for PlainSearch<'_> {
-    fn draw(
-        &mut self,
-        terms: &[Term<'_>],
-        per_mille: u32,
-        avoid: Avoid<'_>,
-        pick: &mut dyn FnMut(u32) -> u32,
-    ) -> Result<Option<(Candidate, u32)>, Error> {
+    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
         let all = self.all(terms);
-        let mut near = within(&all, per_mille, |c| !avoid(c.source, c.at));
-        if near.is_empty() {
-            near = within(&all, per_mille, |_| true);
+        self.found = within(&all, per_mille, |c| !avoid(c.source, c.at));
+        if self.found.is_empty() {
+            self.found = within(&all, per_mille, |_| true);
         }
-        let len = near.len() as u32;
-        Ok((len != 0).then(|| (near[pick(len) as usize], len)))
+        Ok(&mut self.found)
     }
 }
 

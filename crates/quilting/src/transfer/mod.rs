@@ -60,8 +60,7 @@ pub struct PassStats {
 /// Time `O(passes * output samples * candidates * channels)`, space `O(output + exemplars)`.
 ///
 /// # Determinism
-/// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point with 44 binary
-/// places). Block number `i` of pass `p` draws from `"quilting/pass"`, `p` and `"quilting/block"`, `i`.
+/// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point). Block number `i` of pass `p` draws from `"quilting/pass"`, `p` and `"quilting/block"`, `i`.
 pub fn transfer(
     exemplars: &Exemplars<2>,
     guide: &Guide<2>,
@@ -96,10 +95,13 @@ fn transfer_by(
         let pass = Pass {
             exemplars,
             grid,
+            block: plan.block,
             per_mille: per_mille(options.tolerance),
             stage: Stage::Cut,
             // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
             continuation: Continuation::Allow,
+            // The target says what is needed where.
+            spread: 0.0,
             steering: Some(Steering::new(guide, last.as_ref(), plan.alpha)),
             seed: run.seed.derive("quilting/pass", number as u64),
             progress: Progress { name: "transfer", before, of },
@@ -173,7 +175,8 @@ mod tests {
             let target = luminance(&noise(7, Domain { shape: [31, 26], periodic })).unwrap();
             let guide = Guide::new(&exemplars, &maps, target).unwrap();
             let guide = Guide::join(&[(guide.clone(), 1.0), (guide, 0.25)]).unwrap();
-            let options = TransferOptions { block: Some(11), passes: 3, ..TransferOptions::default() };
+            let alpha = if case == 2 { Some(1.0) } else { None };
+            let options = TransferOptions { block: Some(11), passes: 3, alpha, ..TransferOptions::default() };
             let run = Run::seeded(case as u64);
             let fast = transfer(&exemplars, &guide, &options, &run).unwrap();
             let plain = PlainSearch::new(&exemplars, Some(&guide));

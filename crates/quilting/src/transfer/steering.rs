@@ -5,10 +5,6 @@ use selvedge_core::{Domain, Exemplars, Guide, SourceMap};
 use crate::block_grid::Block;
 use crate::search::{Space, Template, Term};
 
-/// Fixed point: an error of 1 (one squared 8-bit step a sample and channel). With the greatest mean of 255^2, errors
-/// stay under 2^60.
-const ONE: u64 = 1 << 44;
-
 /// What blocks follow besides their neighbours. `[Efros01 3]`
 pub(crate) struct Steering<'a> {
     guide: &'a Guide<2>,
@@ -36,21 +32,23 @@ impl<'a> Steering<'a> {
         overlap: &'t Template,
     ) -> Vec<Term<'t>> {
         self.target.read_target(self.guide, block);
-        let mut terms = Vec::with_capacity(3);
         let mut samples = overlap.samples();
         if let Some(last) = self.last {
             self.under.read(exemplars, last, block, |_| true);
             samples += self.under.samples();
         }
-        let weight = mean_weight(self.alpha, samples, exemplars.weights());
+        let texture = samples * whole(exemplars.weights());
+        let guide = self.target.samples() * whole(self.guide.weights());
+        let [texture, guide] = mean_weights([(self.alpha, texture), (1000 - self.alpha, guide)]);
+
+        let mut terms = Vec::with_capacity(3);
         if 0 < overlap.samples() {
-            terms.push(Term { space: Space::Texture, template: overlap, weight });
+            terms.push(Term { space: Space::Texture, template: overlap, weight: texture });
         }
         if self.last.is_some() {
-            terms.push(Term { space: Space::Texture, template: &self.under, weight });
+            terms.push(Term { space: Space::Texture, template: &self.under, weight: texture });
         }
-        let weight = mean_weight(1000 - self.alpha, self.target.samples(), self.guide.weights());
-        terms.push(Term { space: Space::Guide, template: &self.target, weight });
+        terms.push(Term { space: Space::Guide, template: &self.target, weight: guide });
         terms
     }
 }
@@ -70,11 +68,23 @@ impl Template {
     }
 }
 
-/// What a squared difference counts towards `share` thousandths of a mean over so many samples, in units of
-/// [`ONE`], to the nearest.
-fn mean_weight(share: u32, samples: u64, weights: &[u8]) -> u64 {
-    let whole = 1000 * u128::from(samples) * weights.iter().map(|&w| u128::from(w)).sum::<u128>();
-    (u128::from(share) * u128::from(ONE) + whole / 2).checked_div(whole).unwrap_or(0) as u64
+/// All channels' weights together.
+fn whole(weights: &[u8]) -> u64 {
+    weights.iter().map(|&w| u64::from(w)).sum()
+}
+
+/// What a squared difference counts in each of two means, given as thousandths of the sum of both and as how much is
+/// averaged (samples times channels' weights): fixed point, to the nearest.
+///
+/// The unit is the same for both. It leaves weights 32 bits at most, which searches sum fastest, and sums of squared
+/// 8-bit steps 60.
+fn mean_weights(means: [(u32, u64); 2]) -> [u64; 2] {
+    let least = means.iter().map(|m| m.1).filter(|&n| n != 0).min().unwrap_or(1);
+    let unit = (u128::from(least) << 31).min(1 << 44);
+    means.map(|(share, n)| {
+        let n = 1000 * u128::from(n);
+        (u128::from(share) * unit + n / 2).checked_div(n).unwrap_or(0) as u64
+    })
 }
 
 #[cfg(test)]
@@ -82,13 +92,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_means_whatever_the_size() {
-        // 49 samples of 3 channels, all differing by 10: a mean of 100.
-        let texture = mean_weight(300, 49, &[1, 1, 1]) * 49 * 3 * 100;
-        let guide = mean_weight(700, 1600, &[2]) * 1600 * 2 * 100;
-        let off = (texture + guide).abs_diff(100 * ONE);
-        assert!(off < ONE >> 20, "{off}");
-        assert_eq!(mean_weight(1000, 0, &[1]), 0);
-        assert_eq!(mean_weight(0, 5, &[1]), 0);
+    fn shares_are_those_of_means_whatever_the_sizes() {
+        for (small, large) in [(1, 1), (3 * 49, 1600), (24, 3 * (1 << 30)), (1 << 40, 1 << 41)] {
+            let [texture, guide] = mean_weights([(300, small), (700, large)]);
+            assert!(texture <= u64::from(u32::MAX));
+            // Both means 65,025, the greatest there is.
+            let sums = [(texture, small), (guide, large)].map(|(w, n)| u128::from(w) * u128::from(n) * 65_025);
+            assert!(sums.iter().sum::<u128>() < 1 << 61);
+            // 3 : 7, as exactly as whole numbers allow.
+            let off = (sums[0] * 7).abs_diff(sums[1] * 3) as f64 / (sums[0] * 7) as f64;
+            assert!(off <= 1.0 / guide.min(texture) as f64, "{off} {texture} {guide}");
+        }
+        assert_eq!(mean_weights([(1000, 0), (0, 5)]), [0, 0]);
     }
 }
