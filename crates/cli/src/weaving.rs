@@ -70,7 +70,9 @@ impl Weaving {
         outputs::check_depth(&self.output, format, headers.depth)?;
         let domain = Tile::domain(self.tile, self.size.shape(headers.domains()[0].shape));
         check_size(session, domain)?;
-        let needed = memory::check(session.limits.memory, domain, &|d| self.need(&headers, transforms, d, estimate))?;
+        let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
+        let need = |domain| self.need(&headers, transforms, domain, estimate);
+        let needed = memory::check(session.limits.memory, only, domain, &need)?;
         let human = memory::human;
         session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
         let loaded = headers.load(session, transforms, &mut report)?;
