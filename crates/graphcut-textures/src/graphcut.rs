@@ -13,14 +13,20 @@ use crate::history::History;
 use crate::matching::Matcher;
 use crate::options::{Options, Placement};
 use crate::patch::Patch;
+use crate::period::periodicity;
 use crate::region::patches;
 use crate::window::Window;
+
+/// From this periodicity on, all of the exemplar is matched.
+const PERIODIC: f64 = 0.5;
 
 /// Counts of one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stats {
     /// The placement that was used: never [`Placement::Auto`].
     pub placement: Placement,
+    /// What [`Placement::Auto`] chose by: the exemplar's [`periodicity`].
+    pub periodicity: Option<f64>,
     /// Side of the error region that was used.
     pub region: u32,
     /// How far patches could reach beyond it.
@@ -50,6 +56,48 @@ pub struct Start<const D: usize> {
     pub sources: Option<Grid<u64, D>>,
 }
 
+impl<const D: usize> Start<D> {
+    /// Everything has the output's shape, and every hole a source.
+    fn check(&self, exemplars: &Exemplars<D>) -> Result<(), Error> {
+        let output = self.map.domain();
+        if output.is_empty() {
+            return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+        }
+        check_map(exemplars, &self.map)?;
+        let shapes = [
+            ("mask of fixed samples", self.fixed.as_ref().map(Grid::domain)),
+            ("field of sources", self.sources.as_ref().map(Grid::domain)),
+        ];
+        for (what, found) in shapes {
+            let Some(found) = found.filter(|f| f.shape != output.shape) else { continue };
+            return Err(Error::Shape { what, expected: output.shape.to_vec(), found: found.shape.to_vec() });
+        }
+        let Some(sources) = &self.sources else { return Ok(()) };
+        let usable = |s: &selvedge_core::Source<D>| s.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
+        let usable = exemplars.sources().iter().take(64).enumerate().filter(|(_, s)| usable(s));
+        let bits = usable.fold(0_u64, |bits, (s, _)| bits | 1 << s);
+        let ids = self.map.ids.plane(0);
+        let stuck = (0..ids.len()).find(|&i| !ids[i].is_assigned() && sources.plane(0)[i] & bits == 0);
+        match stuck {
+            Some(i) => Err(Error::NoSource { at: output.position(i).to_vec() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Bytes that a run holds at its fullest, about.
+pub fn estimate<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>, options: &Options) -> u64 {
+    let bytes = |n: usize, each: u64| (n as u64).saturating_mul(each);
+    let map = bytes(output.checked_len().unwrap_or(usize::MAX), 4 + 4);
+    let channels = exemplars.channels() as u64;
+    let samples = bytes(exemplars.table().len() as usize, channels + 1 + 2 * D as u64);
+    let largest = exemplars.sources().iter().map(|s| s.domain().len()).max().unwrap_or(0);
+    // A frame and a graph for each candidate that is tried; transforms of a box twice the exemplar's size.
+    let cuts = bytes(largest, 100).saturating_mul(u64::from(options.tries));
+    let search = bytes(largest, (16 * (channels + 3)) << D);
+    [map, samples, cuts, search].into_iter().fold(0, u64::saturating_add)
+}
+
 /// Synthesises an output from patches of the exemplars, cut along the best seams.
 pub fn graphcut<const D: usize>(
     exemplars: &Exemplars<D>,
@@ -57,9 +105,6 @@ pub fn graphcut<const D: usize>(
     options: &Options,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
-    if output.is_empty() {
-        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
-    }
     let map = SourceMap::unassigned(exemplars, output)?;
     graphcut_from(exemplars, Start { map, fixed: None, sources: None }, options, run)
 }
@@ -72,6 +117,11 @@ pub fn graphcut_from<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
     options.validate()?;
+    start.check(exemplars)?;
+    let needed = estimate(exemplars, start.map.domain(), options);
+    if run.limits.memory < needed {
+        return Err(Error::Memory { needed, limit: run.limits.memory });
+    }
     let mut weaver = Weaver::new(exemplars, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
@@ -80,6 +130,17 @@ pub fn graphcut_from<const D: usize>(
         Err(error) => return Err(error),
     };
     Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
+}
+
+/// A map names only samples that the exemplars hold.
+pub(crate) fn check_map<const D: usize>(exemplars: &Exemplars<D>, map: &SourceMap<D>) -> Result<(), Error> {
+    let samples = exemplars.table().len();
+    let foreign = map.ids.plane(0).iter().find(|id| id.is_assigned() && samples <= id.get());
+    match foreign {
+        Some(id) => Err(Error::ForeignMap { id: id.get(), samples }),
+        None if map.table.len() != samples => Err(Error::ForeignMap { id: map.table.len(), samples }),
+        None => Ok(()),
+    }
 }
 
 struct Weaver<'a, const D: usize> {
@@ -111,12 +172,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let side = region_side(exemplars, options)?;
         let region = std::array::from_fn(|a| side.min(output.shape[a]));
         let costs = SeamCosts::new(exemplars, options.seam)?;
+        let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
         let placement = match options.placement {
+            Placement::Auto if PERIODIC <= periodicity.unwrap_or(0.0) => Placement::Entire,
             Placement::Auto => Placement::Sub,
             chosen => chosen,
         };
         Ok(Self {
-            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, side / CELLS_A_REGION)?,
+            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, side / CELLS_A_REGION)?,
             matcher: Matcher::new(exemplars)?,
             options,
             run,
@@ -128,7 +191,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats { placement, region: side, reach: options.reach.unwrap_or(u32::MAX / 4), ..Stats::default() },
+            stats: Stats { placement, periodicity, region: side, reach: options.reach.unwrap_or(u32::MAX / 4), ..Stats::default() },
         })
     }
 
@@ -161,16 +224,34 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let mut shape = self.region;
         loop {
             let region = self.region_around(at, shape);
-            let candidates = self.candidates(&region, Some(at))?;
+            let hole = unwrapped(at, &region, self.canvas.domain());
+            let mut candidates = self.candidates(&region, hole)?;
+            if shape == [1; D] && candidates.is_empty() {
+                candidates = self.any_sample(hole);
+            }
             if let Some(patch) = self.choose(&candidates, &region, 1)?.first() {
                 return self.cover(patch, &region);
             }
-            // No source holds so large a region without masked samples.
             if shape == [1; D] {
                 return Err(Error::NoSource { at: at.to_vec() });
             }
+            // No source holds so large a region without masked samples.
             shape = shape.map(|n| n.div_ceil(2));
         }
+    }
+
+    /// Every patch that shows anything at a position.
+    fn any_sample(&self, at: [i32; D]) -> Vec<Candidate<D>> {
+        let mut found = Vec::new();
+        for (source, of) in self.canvas.exemplars.sources().iter().enumerate() {
+            let patches = of.domain().positions().map(|from| {
+                let offset = std::array::from_fn(|a| at[a] - from[a] as i32);
+                Patch { source, offset }
+            });
+            let shown = patches.filter(|patch| self.canvas.offered(patch, at).is_some());
+            found.extend(shown.map(|patch| Candidate { patch, cost: 0.0 }));
+        }
+        found
     }
 
     /// A region with a position in its middle, moved inside on open axes.
@@ -229,42 +310,32 @@ impl<'a, const D: usize> Weaver<'a, D> {
         near
     }
 
-    /// Patches that cover a region; with `hole`, at least that position of it.
-    fn candidates(&mut self, region: &Window<D>, hole: Option<[u32; D]>) -> Result<Vec<Candidate<D>>, Error> {
-        match self.placement {
-            Placement::Random => Ok(self.random(region, hole)),
+    /// Patches that cover a region and may show at a position of it.
+    fn candidates(&mut self, region: &Window<D>, at: [i32; D]) -> Result<Vec<Candidate<D>>, Error> {
+        let mut found = match self.placement {
+            Placement::Random => self.random(at),
             Placement::Entire => {
                 let near = self.near(region);
-                self.matcher.entire(&self.canvas.map, region, &near)
+                self.matcher.entire(&self.canvas.map, region, &near)?
             }
-            Placement::Sub | Placement::Auto => self.matcher.sub(&self.canvas.map, region),
-        }
+            Placement::Sub | Placement::Auto => self.matcher.sub(&self.canvas.map, region)?,
+        };
+        found.retain(|c| self.canvas.offered(&c.patch, at).is_some());
+        Ok(found)
     }
 
     /// Patches that show a random sample at a position.
-    fn random(&self, region: &Window<D>, hole: Option<[u32; D]>) -> Vec<Candidate<D>> {
+    fn random(&self, at: [i32; D]) -> Vec<Candidate<D>> {
         let exemplars = self.canvas.exemplars;
-        let output = self.canvas.domain();
-        let at: [i32; D] = match hole {
-            Some(at) => std::array::from_fn(|a| {
-                // The same turn of a periodic axis as the region's.
-                let mut p = at[a] as i32;
-                while output.periodic[a] && region.end(a) <= p {
-                    p -= output.shape[a] as i32;
-                }
-                p
-            }),
-            None => std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2),
-        };
         let mut rng = self.run.seed.derive("graphcut/random", self.step).rng();
         let candidate = |_| {
             let id = SampleId::new(rng.below(exemplars.table().len()));
             let (source, from) = exemplars.locate(id)?;
-            let valid = exemplars.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, from));
             let offset = std::array::from_fn(|a| at[a] - from[a] as i32);
-            valid.then_some(Candidate { patch: Patch { source, offset }, cost: 0.0 })
+            Some(Candidate { patch: Patch { source, offset }, cost: 0.0 })
         };
-        (0..1024).filter_map(candidate).take(16).collect()
+        // Masked samples and those used before are left out afterwards.
+        (0..64).filter_map(candidate).collect()
     }
 
     /// Draws up to `count` candidates; the draw is keyed by the step.
@@ -296,8 +367,9 @@ impl<'a, const D: usize> Weaver<'a, D> {
     /// Lays patches over the worst seams. False if it was cancelled.
     fn refine(&mut self) -> Result<bool, Error> {
         let (mut failures, mut failed) = (0, vec![false; self.canvas.cells.cells.len()]);
-        let limit = self.options.refine.unwrap_or(u32::MAX);
-        while self.stats.refinements < u64::from(limit) && failures < self.options.patience {
+        let most = self.stats.patches.max(4) * Options::REFINEMENTS_A_PATCH;
+        let limit = self.options.refine.map_or(most, u64::from);
+        while self.stats.refinements < limit && failures < self.options.patience {
             if self.run.observer.cancelled() {
                 return Ok(false);
             }
@@ -316,14 +388,15 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 failed[cell] = true;
             }
             self.stats.energy.push(self.canvas.energy());
-            self.tell("refine", self.stats.refinements, self.options.refine.map_or(0, u64::from));
+            self.tell("refine", self.stats.refinements, limit);
         }
         Ok(true)
     }
 
     /// Tries patches over a region and takes the best; answers with the window that changed, if seams became cheaper.
     fn improve(&mut self, region: &Window<D>) -> Result<Option<Window<D>>, Error> {
-        let candidates = self.candidates(region, None)?;
+        let middle = std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2);
+        let candidates = self.candidates(region, middle)?;
         let drawn = self.choose(&candidates, region, self.options.tries as usize)?;
         let cancelled = || self.run.observer.cancelled();
         let offers = par::map_indexed(drawn.len(), |i| {
@@ -342,6 +415,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
         self.history.note_vectors(&drawn[i], &neighbours);
         Ok(Some(offer.frame.window))
     }
+}
+
+/// A position of the output in the turn of its periodic axes that a window is in.
+fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>) -> [i32; D] {
+    std::array::from_fn(|a| {
+        let (p, side) = (at[a] as i32, output.shape[a] as i32);
+        if output.periodic[a] { window.start[a] + (p - window.start[a]).rem_euclid(side) } else { p }
+    })
 }
 
 /// The side of error regions: as asked, or a quarter of the exemplar.

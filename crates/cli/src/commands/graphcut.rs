@@ -191,6 +191,7 @@ impl Graphcut {
             "mirror": self.mirror,
         });
         report.stats = json!({
+            "periodicity": stats.periodicity,
             "patches": stats.patches,
             "refinements": stats.refinements,
             "improvements": stats.improvements,
