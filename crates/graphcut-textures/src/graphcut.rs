@@ -191,7 +191,13 @@ impl<'a, const D: usize> Weaver<'a, D> {
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats { placement, periodicity, region: side, reach: options.reach.unwrap_or(u32::MAX / 4), ..Stats::default() },
+            stats: Stats {
+                placement,
+                periodicity,
+                region: side,
+                reach: options.reach.unwrap_or(u32::MAX / 4),
+                ..Stats::default()
+            },
         })
     }
 

@@ -1,7 +1,9 @@
 //! Where exemplars fit: every translation that covers the error region, with its cost. `[Kwatra03 4]`
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Source, SourceMap, Transform};
-use selvedge_fft_ssd::{Costs, Cover, Engine, Options, Placement as Positions, Positions as Where, Scratch, SsdSearcher, Template};
+use selvedge_fft_ssd::{
+    Costs, Cover, Engine, Options, Placement as Positions, Positions as Where, Scratch, SsdSearcher, Template,
+};
 
 use crate::candidates::Candidate;
 use crate::error::Error;

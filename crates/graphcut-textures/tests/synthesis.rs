@@ -1,10 +1,12 @@
 //! The method through its public interface: what it promises whatever the exemplar.
 
 use selvedge_core::{
-    Domain, Encoder, ErrorKind, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts, SeamMeasure, Seed,
-    SourceMap, Transform,
+    Domain, Encoder, ErrorKind, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts, SeamMeasure,
+    Seed, SourceMap, Transform,
 };
-use selvedge_graphcut_textures::{Error, Feathered, Options, Placement, Splined, Start, Stats, graphcut, graphcut_from};
+use selvedge_graphcut_textures::{
+    Error, Feathered, Options, Placement, Splined, Start, Stats, graphcut, graphcut_from,
+};
 
 const PLACEMENTS: [Placement; 4] = [Placement::Auto, Placement::Random, Placement::Entire, Placement::Sub];
 
@@ -130,7 +132,18 @@ fn a_field_of_sources_is_obeyed() {
     let scales = [1.0, 0.5].map(|scale| Transform::Resampled { degrees: 0.0, scale });
     let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &scales).unwrap();
     let output = Domain::open([40, 40]);
-    let field = output.positions().map(|[y, _]| if y < 18 { 0b10 } else if y < 24 { 0b11 } else { 0b01 }).collect();
+    let field = output
+        .positions()
+        .map(|[y, _]| {
+            if y < 18 {
+                0b10
+            } else if y < 24 {
+                0b11
+            } else {
+                0b01
+            }
+        })
+        .collect();
     let field = Grid::from_vec(output, 1, field).unwrap();
     for placement in PLACEMENTS {
         let map = SourceMap::unassigned(&e, output).unwrap();

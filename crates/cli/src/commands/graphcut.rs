@@ -208,7 +208,9 @@ impl Graphcut {
 fn line(output: &Path, [w, h]: [u32; 2], stats: &Stats, seconds: f64) -> String {
     let (name, placement) = (shown(output), format!("{:?}", stats.placement).to_lowercase());
     let (patches, improvements) = (stats.patches, stats.improvements);
-    format!("{name}: {w}x{h} px from {patches} patches and {improvements} refinements, {placement} placement, in {seconds:.2} s")
+    format!(
+        "{name}: {w}x{h} px from {patches} patches and {improvements} refinements, {placement} placement, in {seconds:.2} s"
+    )
 }
 
 /// Errors about exemplars name the file.

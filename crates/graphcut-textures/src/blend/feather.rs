@@ -39,7 +39,10 @@ impl<const D: usize> Feathered<D> {
         let row = map.domain().shape[D - 1] as usize;
         let rows = par::map_indexed(near.len() / row.max(1), |r| {
             let found = (r * row..(r + 1) * row).filter(|&i| near[i]);
-            found.map(|i| (i as u32, kernel.meeting(exemplars, &map, i))).filter(|(_, m)| 1 < m.len()).collect::<Vec<_>>()
+            found
+                .map(|i| (i as u32, kernel.meeting(exemplars, &map, i)))
+                .filter(|(_, m)| 1 < m.len())
+                .collect::<Vec<_>>()
         });
         let mut feathered = Self { map, places: vec![], starts: vec![0], ids: vec![], weights: vec![] };
         for (place, meeting) in rows.into_iter().flatten() {
