@@ -168,7 +168,7 @@ pub(crate) fn plane<const D: usize>(plane: &Plane<D>, resampling: Resampling) ->
         Samples::U8(g) => Samples::U8(resample(g, resampling, f64::from, |v| integer(v, 255.0) as u8)?),
         Samples::U16(g) => Samples::U16(resample(g, resampling, f64::from, |v| integer(v, 65_535.0) as u16)?),
         Samples::F16(g) => {
-            let (read, write) = (|v| f16::from_bits(v).to_f64(), |v| f16::from_f64(v).to_bits());
+            let (read, write) = (|v| f16::from_bits(v).to_f64(), |v| f16::from_f32(v as f32).to_bits());
             Samples::F16(resample(g, resampling, read, write)?)
         }
         Samples::F32(g) => Samples::F32(resample(g, resampling, f64::from, |v| v as f32)?),
@@ -179,7 +179,7 @@ pub(crate) fn plane<const D: usize>(plane: &Plane<D>, resampling: Resampling) ->
             Samples::U8(g) => turn(g, resampling, 127.5, f64::from, |v| integer(v, 255.0) as u8),
             Samples::U16(g) => turn(g, resampling, 32_767.5, f64::from, |v| integer(v, 65_535.0) as u16),
             Samples::F16(g) => {
-                let (read, write) = (|v| f16::from_bits(v).to_f64(), |v| f16::from_f64(v).to_bits());
+                let (read, write) = (|v| f16::from_bits(v).to_f64(), |v| f16::from_f32(v as f32).to_bits());
                 turn(g, resampling, if signed { 0.0 } else { 0.5 }, read, write);
             }
             Samples::F32(g) => turn(g, resampling, if signed { 0.0 } else { 0.5 }, f64::from, |v| v as f32),

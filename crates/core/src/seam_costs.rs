@@ -94,7 +94,7 @@ impl<const D: usize> SeamCosts<D> {
         }
         let source = if self.strides.len() == 1 { 0 } else { self.table.source(id)? };
         let stride = self.strides[source][direction / 2];
-        Some(SampleId::new(if direction % 2 == 0 { id.get() + stride } else { id.get() - stride }))
+        Some(SampleId::new(if direction.is_multiple_of(2) { id.get() + stride } else { id.get() - stride }))
     }
 
     /// Around the border of a periodic source.
@@ -103,7 +103,7 @@ impl<const D: usize> SeamCosts<D> {
         let (source, at) = self.table.locate(id)?;
         let domain = self.table.sources()[source].1;
         let axis = direction / 2;
-        let border = if direction % 2 == 0 { domain.shape[axis] - 1 } else { 0 };
+        let border = if direction.is_multiple_of(2) { domain.shape[axis] - 1 } else { 0 };
         if !domain.periodic[axis] || at[axis] != border {
             return None;
         }

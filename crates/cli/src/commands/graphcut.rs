@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use selvedge_core::{Encoder, Exemplars, Plane, Render, SeamMeasure, Transform};
-use selvedge_graphcut_textures::{Error, Options, Placement, Stats, graphcut};
+use selvedge_core::{Encoder, Exemplars, Grid, Plane, Render, Role, Samples, SeamMeasure, Seed, SourceMap, Transform};
+use selvedge_graphcut_textures::{Error, Feathered, Options, Placement, Splined, Stats, graphcut};
 use serde_json::json;
 
 use crate::args::Synthesis;
@@ -49,6 +49,21 @@ pub(crate) struct Graphcut {
     /// Patches that are tried at each step, of which the best is taken.
     #[arg(long, value_name = "N", default_value_t = Options::default().tries)]
     tries: u32,
+    /// Feather seams with a kernel of this many pixels (sigma).
+    #[arg(long, value_name = "SIGMA", conflicts_with = "spline")]
+    feather: Option<f64>,
+    /// Spline seams over this many bands of detail, 1 to 5.
+    #[arg(long, value_name = "BANDS")]
+    spline: Option<u32>,
+    /// Also write a picture of the patches and their seams.
+    #[arg(long, value_name = "FILE")]
+    explain: Option<PathBuf>,
+    /// Use exemplars turned clockwise by these angles as well, in degrees.
+    #[arg(long, value_name = "DEGREES", value_delimiter = ',', allow_hyphen_values = true)]
+    rotate: Vec<f64>,
+    /// Use exemplars magnified by these factors as well.
+    #[arg(long, value_name = "FACTOR", value_delimiter = ',')]
+    scale: Vec<f64>,
     /// Turn exemplars as well, by quarter turns.
     #[arg(long)]
     turn: bool,
@@ -140,9 +155,20 @@ impl Graphcut {
     fn transforms(&self) -> Vec<Transform> {
         let turns = if self.turn { 0..4 } else { 0..1 };
         let mirrors: &[bool] = if self.mirror { &[false, true] } else { &[false] };
-        turns
-            .flat_map(|quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror }))
-            .collect()
+        let exact = turns
+            .flat_map(|quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror }));
+        let rotated = self.rotate.iter().map(|&degrees| Transform::Resampled { degrees, scale: 1.0 });
+        let scaled = self.scale.iter().map(|&scale| Transform::Resampled { degrees: 0.0, scale });
+        exact.chain(rotated).chain(scaled).collect()
+    }
+
+    /// The output's samples, with seams blended where that is asked for.
+    fn render(&self, exemplars: &Exemplars<2>, map: SourceMap<2>, planes: &[&Plane<2>]) -> Result<Plane<2>, Failure> {
+        Ok(match (self.feather, self.spline) {
+            (Some(sigma), _) => Feathered::new(exemplars, map, sigma)?.render(planes)?,
+            (None, Some(bands)) => Splined::new(exemplars, map, bands)?.render(planes)?,
+            (None, None) => map.render(planes)?,
+        })
     }
 
     /// Runs the command.
@@ -166,9 +192,13 @@ impl Graphcut {
         report.stage("synthesis");
 
         let payload: Vec<&Plane<2>> = planes.iter().map(|p| &p[0]).collect();
-        let plane = woven.result.render(&payload)?;
+        let explained = self.explain.as_ref().map(|_| patches(&woven.result)).transpose()?;
+        let plane = self.render(&exemplars, woven.result, &payload)?;
         report.stage("render");
         if !session.global.dry_run {
+            if let (Some(path), Some(explained)) = (&self.explain, &explained) {
+                files::write(session, path, explained, &inputs[0].picture.metadata, &mut report)?;
+            }
             files::write(session, output, &plane, &inputs[0].picture.metadata, &mut report)?;
         }
         report.stage("write");
@@ -189,6 +219,10 @@ impl Graphcut {
             "tries": options.tries,
             "turn": self.turn,
             "mirror": self.mirror,
+            "rotate": self.rotate,
+            "scale": self.scale,
+            "feather": self.feather,
+            "spline": self.spline,
         });
         report.stats = json!({
             "periodicity": stats.periodicity,
@@ -203,6 +237,19 @@ impl Graphcut {
         session.finish(&mut report, &line);
         Ok(0)
     }
+}
+
+/// A picture of a map: each patch in a colour of its own, seams in black.
+fn patches(map: &SourceMap<2>) -> Result<Plane<2>, Failure> {
+    let domain = map.domain();
+    let mut colours = Grid::try_filled(domain, 3, 0_u8)?;
+    for at in domain.positions().filter(|&at| !(0..2).any(|axis| map.is_seam(at, axis))) {
+        let Some((source, from)) = map.locate(at) else { continue };
+        let offset = (0..2).fold(source as u64, |key, a| (key << 20) ^ u64::from(at[a].wrapping_sub(from[a])));
+        let bytes = Seed(0).derive("explain/patch", offset).0.to_le_bytes();
+        (0..3).for_each(|c| colours.set(c, at, bytes[c] / 2 + 96));
+    }
+    Ok(Plane::new(Role::Color, Samples::U8(colours)))
 }
 
 fn line(output: &Path, [w, h]: [u32; 2], stats: &Stats, seconds: f64) -> String {

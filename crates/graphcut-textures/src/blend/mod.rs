@@ -26,7 +26,7 @@ fn set<const D: usize>(samples: &mut Samples<D>, channel: usize, index: usize, v
     match samples {
         Samples::U8(g) => g.plane_mut(channel)[index] = (value + 0.5) as u8,
         Samples::U16(g) => g.plane_mut(channel)[index] = (value + 0.5) as u16,
-        Samples::F16(g) => g.plane_mut(channel)[index] = f16::from_f64(value).to_bits(),
+        Samples::F16(g) => g.plane_mut(channel)[index] = f16::from_f32(value as f32).to_bits(),
         Samples::F32(g) => g.plane_mut(channel)[index] = value as f32,
     }
 }
