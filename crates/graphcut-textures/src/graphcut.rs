@@ -47,7 +47,17 @@ pub struct Stats {
     pub energy: Vec<i64>,
 }
 
-/// Synthesises an output from patches of the exemplars, cut along the best seams.
+/// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
+///
+/// # Errors
+/// Wrong options ([`Options::validate`]), an empty output, regions that no exemplar holds, and too little memory.
+///
+/// # Complexity
+/// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for entire-patch matching, and `P` maximum flows
+/// over at most `N` nodes each; `P` grows with the output's area. Space `O(output + N)`.
+///
+/// # Determinism
+/// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
 pub fn graphcut<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
@@ -59,6 +69,10 @@ pub fn graphcut<const D: usize>(
 }
 
 /// Like [`graphcut`], going on from what is there.
+///
+/// # Errors
+/// Those of [`graphcut`], [`Error::Shape`] and [`Error::ForeignMap`] for a start that does not fit, and
+/// [`Error::NoSource`] where a hole may not be filled.
 pub fn graphcut_from<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,
@@ -109,6 +123,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let output = start.map.domain();
         let side = region_side(exemplars, options)?;
         let region = std::array::from_fn(|a| side.min(output.shape[a]));
+        // Far beyond any output, and still far from the end of positions.
+        let reach = options.reach.unwrap_or(side * 2 / 3).min(1 << 24);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
         let placement = match options.placement {
@@ -123,19 +139,13 @@ impl<'a, const D: usize> Weaver<'a, D> {
             run,
             placement,
             region,
-            reach: options.reach.unwrap_or(u32::MAX / 4).min(u32::MAX / 4),
+            reach,
             scale: options.randomness * variance(exemplars),
             history: History::default(),
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats {
-                placement,
-                periodicity,
-                region: side,
-                reach: options.reach.unwrap_or(u32::MAX / 4),
-                ..Stats::default()
-            },
+            stats: Stats { placement, periodicity, region: side, reach, ..Stats::default() },
         })
     }
 

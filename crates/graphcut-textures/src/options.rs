@@ -30,8 +30,8 @@ pub struct Options {
     /// the exemplar's shortest side. Default: a fraction of the exemplar.
     pub region: Option<u32>,
     /// How far a patch may reach beyond the error region on each side, in samples; 0 lays the region alone. Large
-    /// patches keep more of the exemplar's structure, small ones repeat less of it. Default: as far as the exemplar does,
-    /// as in the paper.
+    /// patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's side on, patches
+    /// are whole exemplars, as in the paper. Default: two thirds of the region's side.
     pub reach: Option<u32>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.
@@ -71,7 +71,7 @@ impl Options {
     /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
     /// that is drawn is taken.
     pub fn paper() -> Self {
-        Self { variety: 0.0, tries: 1, ..Self::default() }
+        Self { reach: Some(u32::MAX), variety: 0.0, tries: 1, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.
