@@ -26,6 +26,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Image quilting: a larger texture from overlapping blocks of exemplars.
     Quilt(commands::quilt::Quilt),
+    /// Texture transfer: a picture drawn in the texture of exemplars.
+    Transfer(commands::transfer::Transfer),
     /// Graphcut textures: a larger texture from patches cut along the best seams.
     Graphcut(commands::graphcut::Graphcut),
     /// Apply a source map to other planes of the same exemplars, such as the maps of a material.

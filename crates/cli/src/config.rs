@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory};
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::args::Cli;
 use crate::failure::Failure;
@@ -21,7 +21,7 @@ use crate::typed::Typed;
 const LARGEST: u64 = 1 << 20;
 
 /// Options that say where a run writes and how it is watched, not what it makes.
-const NOT_SAVED: [&str; 8] = ["output", "map", "diff", "config", "save-config", "format", "help", "version"];
+const NOT_SAVED: [&str; 9] = ["output", "map", "explain", "diff", "config", "save-config", "format", "help", "version"];
 
 /// Options of a file, as words of the command line.
 pub(crate) struct FromFile {
@@ -109,10 +109,23 @@ fn words_of(arg: &Arg, value: &DeValue<'_>) -> Result<Vec<OsString>, String> {
         DeValue::Integer(number) => Ok(vec![word(&number.to_string())]),
         DeValue::Float(number) => Ok(vec![word(&number.to_string())]),
         DeValue::Array(values) if matches!(arg.get_action(), ArgAction::Append) => {
+            let several = arg.get_num_args().map_or(1, |n| n.min_values());
+            if 1 < several {
+                return words_of_several(long, several, values);
+            }
             values.iter().map(|v| words_of(arg, v.get_ref())).collect::<Result<Vec<_>, _>>().map(|w| w.concat())
         }
         _ => Err(format!("'{long}' takes text or a number; write it as on the command line")),
     }
+}
+
+/// `--option a b`, as often as there are so many values.
+fn words_of_several(long: &str, several: usize, values: &DeArray<'_>) -> Result<Vec<OsString>, String> {
+    let wrong = || format!("'{long}' takes {several} texts each time; write a list of a multiple of {several}");
+    let texts = values.iter().map(|v| v.get_ref().as_str().map(OsString::from)).collect::<Option<Vec<_>>>();
+    let texts = texts.filter(|t| t.len().is_multiple_of(several)).ok_or_else(wrong)?;
+    let option = OsString::from(format!("--{long}"));
+    Ok(texts.chunks(several).flat_map(|some| std::iter::once(option.clone()).chain(some.iter().cloned())).collect())
 }
 
 /// The options of a command as used, defaults among them, in the form that `--config` reads. What a run reads and

@@ -69,7 +69,6 @@ impl ExemplarArgs {
 
     /// Checks what can be checked without a file.
     fn validate(&self) -> Result<(), Failure> {
-        inputs::check_streams(&self.files())?;
         let (masks, exemplars) = (self.mask.len(), self.exemplars.len());
         if masks == 0 || masks == exemplars {
             return Ok(());

@@ -5,6 +5,7 @@ mod args;
 mod commands;
 mod config;
 mod exemplars;
+mod explain;
 mod failure;
 mod harmonise;
 mod inputs;

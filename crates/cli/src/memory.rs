@@ -53,6 +53,13 @@ pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file
     map.saturating_add(picture(domain, channels, depth).saturating_mul(3))
 }
 
+/// An upper bound of what an explanation takes: three panels, as samples and as a file, and the features of one.
+pub(crate) fn explained(sources: &[Domain<2>], output: Domain<2>) -> u64 {
+    let all: u64 = sources.iter().map(|d| samples(*d)).fold(samples(output).saturating_mul(4), u64::saturating_add);
+    // Panels of different heights leave some of the picture blank.
+    all.saturating_mul(4 * 3)
+}
+
 /// Refuses what exceeds the budget, and says what would fit: the largest output of the same shape, if any; else the
 /// exemplar is to blame.
 pub(crate) fn check(

@@ -40,10 +40,17 @@ fn typed(name: &str, value: &Value) -> Vec<String> {
     match value {
         Value::Null | Value::Bool(false) => Vec::new(),
         Value::Bool(true) => vec![flag],
-        Value::Array(values) => values.iter().flat_map(|v| typed(name, v)).collect(),
+        Value::Array(values) => values.iter().flat_map(|v| typed_once(name, v)).collect(),
         Value::String(text) => vec![flag, text.clone()],
         other => vec![flag, other.to_string()],
     }
+}
+
+/// An option that may be given several times, once: a list is its several values.
+fn typed_once(name: &str, value: &Value) -> Vec<String> {
+    let Value::Array(values) = value else { return typed(name, value) };
+    let words = values.iter().map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
+    std::iter::once(format!("--{name}")).chain(words).collect()
 }
 
 /// A word as a shell takes it.
@@ -68,11 +75,12 @@ mod tests {
             .with("paper", false)
             .with("fast", true)
             .with("tolerance", 0.1)
-            .with("mask", vec!["m 1.png", "none"]);
+            .with("mask", vec!["m 1.png", "none"])
+            .with("guide", vec![vec!["a.png", "b.png"], vec!["c.png", "d.png"]]);
         let files = ["some/where/it's.png".into(), "b.png".into()];
         assert_eq!(
             used.command("quilt", &files),
-            r"selvedge quilt 'it'\''s.png' b.png --size 64x48 --fast --tolerance 0.1 --mask 'm 1.png' --mask none"
+            r"selvedge quilt 'it'\''s.png' b.png --size 64x48 --fast --tolerance 0.1 --mask 'm 1.png' --mask none --guide a.png b.png --guide c.png d.png"
         );
         assert_eq!(used.json()["tile"], Value::Null);
     }

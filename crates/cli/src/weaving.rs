@@ -4,13 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Plane, Render, SourceMap, Transform};
-use selvedge_io::{Format, MapFile, Metadata, Provenance};
+use selvedge_core::{Depth, Domain, Plane, Render, Role, SourceMap, Transform};
+use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
 
 use crate::args::FormatArg;
 use crate::exemplars::{ExemplarArgs, Headers, Loaded};
+use crate::explain::explain;
 use crate::failure::{Failure, shown};
-use crate::inputs::STREAM;
+use crate::inputs::{self, Input, STREAM};
 use crate::memory;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
@@ -29,15 +30,42 @@ pub(crate) struct Weaving {
     /// Format of the output, whatever its extension.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) format: Option<FormatArg>,
-    /// Size of the output: 512, 512x384, or a factor of the first exemplar such as 2x.
-    #[arg(long, value_name = "SIZE", default_value = "2x")]
-    pub(crate) size: Size,
     /// Make the output tile without a seam along x, y or both.
     #[arg(long, value_enum, value_name = "AXES")]
     pub(crate) tile: Option<Tile>,
     /// Write the source map: which exemplar sample stands at each place. See 'selvedge apply'.
     #[arg(long, value_name = "FILE.exr", value_hint = ValueHint::FilePath)]
     pub(crate) map: Option<PathBuf>,
+    /// Write a picture of the seams and of where each part came from, for eyes.
+    #[arg(long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    pub(crate) explain: Option<PathBuf>,
+}
+
+/// The size of an output that may have any.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Sizing {
+    /// Size of the output: 512, 512x384, or a factor of the first exemplar such as 2x.
+    #[arg(long, value_name = "SIZE", default_value = "2x")]
+    size: Size,
+}
+
+impl Sizing {
+    /// Height and width for a first exemplar of this shape.
+    pub(crate) fn shape(self, exemplar: [u32; 2]) -> Result<[u32; 2], Failure> {
+        Ok(self.size.shape(exemplar))
+    }
+}
+
+/// What a command tells about itself before anything is read.
+pub(crate) struct Plan<'p> {
+    pub(crate) command: &'static str,
+    /// Files that it reads besides the exemplars and their masks.
+    pub(crate) others: Vec<PathBuf>,
+    /// Height and width of the output for a first exemplar of some shape.
+    pub(crate) shape: &'p dyn Fn([u32; 2]) -> Result<[u32; 2], Failure>,
+    /// The exemplars' orientations.
+    pub(crate) transforms: &'p [Transform],
+    pub(crate) estimate: Estimate<'p>,
 }
 
 /// A run that was checked and whose exemplars were read.
@@ -49,6 +77,8 @@ pub(crate) struct Loom<'a> {
     pub(crate) loaded: Loaded,
     /// Shape and topology of the output.
     pub(crate) domain: Domain<2>,
+    /// What was read besides the exemplars and their masks.
+    others: Vec<Fingerprint>,
 }
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
@@ -56,43 +86,48 @@ pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> u64
 
 impl Weaving {
     /// Refuses what cannot be done, in the order in which it is cheap to see, and reads the exemplars.
-    pub(crate) fn begin<'a>(
-        &'a self,
-        session: &'a Session<'a>,
-        command: &'static str,
-        transforms: &[Transform],
-        estimate: Estimate<'_>,
-    ) -> Result<Loom<'a>, Failure> {
-        let mut report = Report::new(command);
+    pub(crate) fn begin<'a>(&'a self, session: &'a Session<'a>, plan: &Plan<'_>) -> Result<Loom<'a>, Failure> {
+        let mut report = Report::new(plan.command);
         let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
-        outputs::check(session, &self.files_written(), &self.input.files())?;
+        let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
+        inputs::check_streams(&read)?;
+        outputs::check(session, &self.files_written(), &read)?;
         let headers = self.input.look(session)?;
         outputs::check_depth(&self.output, format, headers.depth)?;
-        let domain = Tile::domain(self.tile, self.size.shape(headers.domains()[0].shape));
+        if let Some(path) = &self.explain {
+            outputs::check_depth(path, outputs::format(path, None, None)?, Depth::U8)?;
+        }
+        let domain = Tile::domain(self.tile, (plan.shape)(headers.domains()[0].shape)?);
         check_size(session, domain)?;
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
-        let need = |domain| self.need(&headers, transforms, domain, estimate);
+        let need = |domain| self.need(&headers, plan, domain);
         let needed = memory::check(session.limits.memory, only, domain, &need)?;
         let human = memory::human;
         session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
-        let loaded = headers.load(session, transforms, &mut report)?;
+        let loaded = headers.load(session, plan.transforms, &mut report)?;
         report.estimate = Some(needed);
         report.stage("read");
-        Ok(Loom { session, args: self, format, report, loaded, domain })
+        Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new() })
+    }
+
+    /// How pictures are read.
+    pub(crate) fn read_options(&self, session: &Session<'_>) -> ReadOptions {
+        inputs::options(session.limits, Role::Color, self.input.nonfinite)
     }
 
     fn files_written(&self) -> Vec<&Path> {
-        std::iter::once(self.output.as_path()).chain(self.map.as_deref()).collect()
+        std::iter::once(self.output.as_path()).chain(self.map.as_deref()).chain(self.explain.as_deref()).collect()
     }
 
-    fn need(&self, headers: &Headers, transforms: &[Transform], domain: Domain<2>, estimate: Estimate<'_>) -> u64 {
+    fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> u64 {
         let sources: Vec<Domain<2>> =
-            headers.domains().iter().flat_map(|d| transforms.iter().map(|t| t.domain(*d))).collect();
+            headers.domains().iter().flat_map(|d| plan.transforms.iter().map(|t| t.domain(*d))).collect();
         let exemplars = memory::exemplars(&headers.infos, headers.depth)
             .saturating_add(memory::sources(&sources, headers.layout.colors));
         let output = memory::outputs(domain, headers.layout.channels(), headers.depth, self.map.is_some());
-        let method = estimate(&sources, headers.layout.colors, domain);
-        exemplars.saturating_add(output).saturating_add(method)
+        let explained = if self.explain.is_some() { memory::explained(&sources, domain) } else { 0 };
+        let method = (plan.estimate)(&sources, headers.layout.colors, domain);
+        [exemplars, output, explained, method].into_iter().fold(0, u64::saturating_add)
     }
 }
 
@@ -113,11 +148,22 @@ impl Loom<'_> {
         self.session.global.dry_run
     }
 
-    /// The options that all weaving commands have, as used, before a method's own.
-    pub(crate) fn used(&self) -> Used {
+    /// Reads a picture besides the exemplars.
+    pub(crate) fn read(&mut self, input: &Input) -> Result<Plane<2>, Failure> {
+        let picture = input.read(self.session, &self.args.read_options(self.session), &mut self.report)?;
+        self.others.push(inputs::fingerprint(&input.path, &picture));
+        Ok(picture.plane)
+    }
+
+    /// The size of the output, for commands that take one.
+    pub(crate) fn sized(&self) -> Used {
         let [h, w] = self.domain.shape;
-        let tile = self.args.tile.map(crate::args::typed_name);
-        self.args.input.used(Used::default().with("size", format!("{w}x{h}")).with("tile", tile))
+        Used::default().with("size", format!("{w}x{h}"))
+    }
+
+    /// Adds the options that all weaving commands have, as used, before a method's own.
+    pub(crate) fn used(&self, before: Used) -> Used {
+        self.args.input.used(before.with("tile", self.args.tile.map(crate::args::typed_name)))
     }
 
     /// Ends a dry run: what would be done, in a line that begins with the output's name.
@@ -167,6 +213,10 @@ impl Loom<'_> {
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::default();
         outputs.picture(output, self.format, &plane, &metadata)?;
+        if let Some(path) = self.args.explain.as_deref().filter(|_| provenance.is_some()) {
+            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
+            outputs.picture(path, outputs::format(path, None, None)?, &explain(&map, &plane)?, &metadata)?;
+        }
         drop(plane);
         if let Some(path) = map_file {
             let metadata = Metadata { provenance, ..Metadata::default() };
@@ -183,7 +233,7 @@ impl Loom<'_> {
         Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             seed,
-            inputs: self.loaded.all_fingerprints(),
+            inputs: self.loaded.all_fingerprints().into_iter().chain(self.others.iter().cloned()).collect(),
             command: options.clone().with("seed", seed).command(self.report.command(), &self.loaded.paths),
         }
     }

@@ -49,7 +49,7 @@ mod transfer;
 mod usage;
 
 pub use auto_block::suggest_block;
-pub use estimate::estimate;
+pub use estimate::{estimate, estimate_transfer};
 pub use options::{Continuation, Error, Options, Stage};
 pub use quilt::{Stats, quilt};
 pub use transfer::{PassStats, TransferOptions, TransferStats, transfer};

@@ -9,13 +9,15 @@ use crate::failure::Failure;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Weaving};
+use crate::weaving::{Loom, Plan, Sizing, Weaving};
 
 /// Options of `graphcut`.
 #[derive(Args, Debug)]
 pub(crate) struct Graphcut {
     #[command(flatten)]
     weaving: Weaving,
+    #[command(flatten)]
+    sizing: Sizing,
     /// How the next patch is found.
     #[arg(long, value_enum, default_value_t = PlacementArg::Auto)]
     placement: PlacementArg,
@@ -143,7 +145,16 @@ impl Graphcut {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
-        let loom = self.weaving.begin(session, "graphcut", &self.transforms(), &estimate)?;
+        let loom = self.weaving.begin(
+            session,
+            &Plan {
+                command: "graphcut",
+                others: Vec::new(),
+                shape: &|exemplar| self.sizing.shape(exemplar),
+                transforms: &self.transforms(),
+                estimate: &estimate,
+            },
+        )?;
         let exemplars = &loom.loaded.exemplars;
         if loom.is_dry() {
             // The least output tells whether options and exemplars go together.
@@ -162,7 +173,7 @@ impl Graphcut {
     fn used(&self, loom: &Loom<'_>, options: &Options, stats: Option<&Stats>) -> Used {
         let lower = |name: String| name.to_lowercase();
         let placement = stats.map_or(options.placement, |s| s.placement);
-        loom.used()
+        loom.used(loom.sized())
             .with("placement", lower(format!("{placement:?}")))
             .with("seam", lower(format!("{:?}", options.seam)))
             .with("region", stats.map_or(options.region, |s| Some(s.region)))

@@ -8,6 +8,7 @@ pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
 pub(crate) mod quilt;
+pub(crate) mod transfer;
 
 use crate::args::Command;
 use crate::failure::Failure;
@@ -46,6 +47,7 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
 fn execute(command: &Command, session: &Session<'_>) -> Result<Done, Failure> {
     match command {
         Command::Quilt(quilt) => quilt.run(session),
+        Command::Transfer(transfer) => transfer.run(session),
         Command::Graphcut(graphcut) => graphcut.run(session),
         Command::Apply(apply) => apply.run(session),
         Command::Info(info) => info.run(session),

@@ -9,13 +9,15 @@ use crate::failure::Failure;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Weaving};
+use crate::weaving::{Loom, Plan, Sizing, Weaving};
 
 /// Options of `quilt`.
 #[derive(Args, Debug)]
 pub(crate) struct Quilt {
     #[command(flatten)]
     weaving: Weaving,
+    #[command(flatten)]
+    sizing: Sizing,
     /// Side of the blocks in pixels, or auto; it should hold the largest structure of the texture.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     block: Auto,
@@ -31,16 +33,19 @@ pub(crate) struct Quilt {
     /// Whether blocks may continue their neighbours verbatim.
     #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Avoid)]
     continuation: ContinuationArg,
-    /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow.
-    #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation"])]
+    /// How evenly the exemplar is used: 0 takes whatever fits best, 0.3 shows a tenth more of it.
+    #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
+    spread: f64,
+    /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
+    #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread"])]
     paper: bool,
 }
 
 /// A number, or a choice by the program.
 #[derive(Clone, Copy, Debug)]
-struct Auto(Option<u32>);
+pub(super) struct Auto(pub(super) Option<u32>);
 
-fn auto_or_number(text: &str) -> Result<Auto, String> {
+pub(super) fn auto_or_number(text: &str) -> Result<Auto, String> {
     match text {
         "auto" => Ok(Auto(None)),
         _ => text.parse().map(|n| Auto(Some(n))).map_err(|_| "write a number of pixels, or auto".into()),
@@ -89,9 +94,16 @@ impl Quilt {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
-        let loom = self.weaving.begin(session, "quilt", &[Transform::IDENTITY], &|exemplars, channels, output| {
-            estimate(exemplars, channels, output, &options)
-        })?;
+        let loom = self.weaving.begin(
+            session,
+            &Plan {
+                command: "quilt",
+                others: Vec::new(),
+                shape: &|exemplar| self.sizing.shape(exemplar),
+                transforms: &[Transform::IDENTITY],
+                estimate: &|exemplars, channels, output| estimate(exemplars, channels, output, &options),
+            },
+        )?;
         let exemplars = &loom.loaded.exemplars;
         if loom.is_dry() {
             // The least output tells whether options and exemplars go together.
@@ -115,6 +127,7 @@ impl Quilt {
             tolerance: self.tolerance,
             stage: self.stage.into(),
             continuation: self.continuation.into(),
+            spread: self.spread,
             ..options
         }
     }
@@ -123,12 +136,13 @@ impl Quilt {
 /// The options as used.
 fn used(loom: &Loom<'_>, options: &Options, stats: &Stats) -> Used {
     let lower = |name: String| name.to_lowercase();
-    loom.used()
+    loom.used(loom.sized())
         .with("block", stats.block)
         .with("overlap", stats.overlap)
         .with("tolerance", options.tolerance)
         .with("stage", lower(format!("{:?}", options.stage)))
         .with("continuation", lower(format!("{:?}", options.continuation)))
+        .with("spread", options.spread)
 }
 
 fn counts(stats: &Stats) -> serde_json::Value {

@@ -1,0 +1,307 @@
+//! `selvedge transfer`: texture transfer. `[Efros01 3]`
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
+use selvedge_quilting::correspondence::{blur, encode_together, luminance, match_histogram, orientation};
+use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, transfer};
+use serde_json::json;
+
+use crate::commands::quilt::{Auto, auto_or_number};
+use crate::failure::{Failure, shown};
+use crate::inputs::Input;
+use crate::report::Done;
+use crate::session::Session;
+use crate::used::Used;
+use crate::weaving::{Loom, Plan, Weaving};
+
+/// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
+const LEAST_AVERAGE: f64 = 2.0;
+
+/// Options of `transfer`.
+#[derive(Args, Debug)]
+pub(crate) struct Transfer {
+    #[command(flatten)]
+    weaving: Weaving,
+    /// The picture to draw; the output has its size. Any depth, grey or colour.
+    #[arg(long, value_name = "PICTURE", required_unless_present = "guide", value_hint = ValueHint::FilePath)]
+    target: Option<PathBuf>,
+    /// What of the target to follow, each with its weight: luminance or orientation.
+    #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',', default_value = "luminance")]
+    correspondence: Vec<Correspondence>,
+    /// Blur what is followed by a Gaussian of this many pixels, in exemplar and target.
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.0)]
+    blur: f64,
+    /// Bring the target's luminance into the exemplar's range.
+    #[arg(long)]
+    match_histogram: bool,
+    /// Follow a picture of your own: one that lies under the exemplar, and one that lies under the output. With several
+    /// exemplars write theirs as one list, separated by commas. May be given several times.
+    #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
+    guide: Vec<PathBuf>,
+    /// Weight of each --guide, in order. Default: 1.
+    #[arg(long, value_name = "W", requires = "guide")]
+    weight: Vec<f64>,
+    /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third.
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
+    block: Auto,
+    /// Passes over the output; the paper took 3 to 5.
+    #[arg(long, value_name = "N", default_value_t = TransferOptions::default().passes)]
+    passes: u32,
+    /// Share of the texture, 0 to 1, in every pass. Default: from 0.1 in the first to 0.9 in the last.
+    #[arg(long, value_name = "A")]
+    alpha: Option<f64>,
+    /// Draw among blocks whose error is up to this fraction above the least.
+    #[arg(long, value_name = "T", default_value_t = TransferOptions::default().tolerance)]
+    tolerance: f64,
+}
+
+/// What of the target is followed, and how much it counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Correspondence {
+    what: What,
+    weight: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    Luminance,
+    Orientation,
+}
+
+impl FromStr for Correspondence {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("'{text}' is no correspondence; write luminance, orientation, or either with =WEIGHT");
+        let (what, weight) = text.split_once('=').unwrap_or((text, "1"));
+        let what = match what {
+            "luminance" => What::Luminance,
+            "orientation" => What::Orientation,
+            _ => return Err(wrong()),
+        };
+        Ok(Self { what, weight: weight.parse().map_err(|_| wrong())? })
+    }
+}
+
+impl std::fmt::Display for Correspondence {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", format!("{:?}", self.what).to_lowercase(), self.weight)
+    }
+}
+
+/// Files of one `--guide`.
+struct Pair {
+    /// One an exemplar.
+    sources: Vec<PathBuf>,
+    target: PathBuf,
+    weight: f64,
+}
+
+impl Transfer {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let options = self.options();
+        options.validate()?;
+        let pairs = self.pairs()?;
+        let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
+        let first = Input::new(session, first.expect("a target or a guide is required"))?;
+        let mut loom = self.weaving.begin(
+            session,
+            &Plan {
+                command: "transfer",
+                others: self.others(&pairs),
+                shape: &|_| {
+                    let info = first.probe(&self.weaving.read_options(session))?;
+                    Ok([info.height, info.width])
+                },
+                transforms: &[Transform::IDENTITY],
+                estimate: &|exemplars, channels, output| {
+                    let guides = self.correspondence.len() * 2 + pairs.len() * 3;
+                    estimate_transfer(exemplars, channels, guides, output, &options)
+                },
+            },
+        )?;
+        let guide = self.guides(&mut loom, session, first, &pairs)?;
+        let exemplars = &loom.loaded.exemplars;
+        if loom.is_dry() {
+            // The least output tells whether options and exemplars go together.
+            let least = Grid::try_filled(Domain::open([1, 1]), guide.weights().len(), 0)?;
+            let one = transfer(exemplars, &guide.with_target(least)?, &options, &Run::seeded(0));
+            let stats = one.map_err(|e| failure(&loom, e))?.stats;
+            let used = self.used(&loom, &stats);
+            return Ok(loom.would(used, &how(&stats, false)));
+        }
+        let woven = transfer(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let (used, stats) = (self.used(&loom, &woven.stats), woven.stats);
+        loom.finish(woven.result, woven.complete, used, counts(&stats), &how(&stats, true))
+    }
+
+    fn options(&self) -> TransferOptions {
+        TransferOptions { block: self.block.0, passes: self.passes, alpha: self.alpha, tolerance: self.tolerance }
+    }
+
+    fn pairs(&self) -> Result<Vec<Pair>, Failure> {
+        let (guides, weights) = (self.guide.len() / 2, self.weight.len());
+        if weights != 0 && weights != guides {
+            let what = format!("{weights} weights for {guides} guides");
+            return Err(Failure::new(2, what).remedy("give one --weight for each --guide, or none"));
+        }
+        let exemplars = self.weaving.input.exemplars.len();
+        let pair = |(i, files): (usize, &[PathBuf])| {
+            let sources = listed(&files[0], exemplars);
+            if sources.len() != exemplars {
+                let what = format!("'{}' names {} files for {exemplars} exemplars", shown(&files[0]), sources.len());
+                return Err(Failure::new(2, what).remedy("give --guide one SRC for each, separated by commas"));
+            }
+            let weight = self.weight.get(i).copied().unwrap_or(1.0);
+            Ok(Pair { sources, target: files[1].clone(), weight })
+        };
+        self.guide.chunks(2).enumerate().map(pair).collect()
+    }
+
+    /// Files that are read besides the exemplars and their masks.
+    fn others(&self, pairs: &[Pair]) -> Vec<PathBuf> {
+        let of_pairs = pairs.iter().flat_map(|p| p.sources.iter().chain(std::iter::once(&p.target)));
+        self.target.iter().chain(of_pairs).cloned().collect()
+    }
+
+    /// Everything that is followed, as one guide. `first` is the target, or that of the first pair.
+    fn guides(
+        &self,
+        loom: &mut Loom<'_>,
+        session: &Session<'_>,
+        first: Input,
+        pairs: &[Pair],
+    ) -> Result<Guide<2>, Failure> {
+        let mut guides = Vec::new();
+        let mut first = Some(first);
+        if let Some(path) = &self.target {
+            let target = loom.read(&first.take().expect("still there"))?;
+            guides = self.of_target(loom, path, target)?;
+        }
+        for pair in pairs {
+            let open = |path: &PathBuf| Input::new(session, path);
+            let sources = pair.sources.iter().map(|p| loom.read(&open(p)?)).collect::<Result<Vec<_>, Failure>>()?;
+            let target = loom.read(&first.take().map_or_else(|| open(&pair.target), Ok)?)?;
+            let guide = self.of_pair(loom, pair, &sources, target)?;
+            guides.push((guide, pair.weight));
+        }
+        Guide::join(&guides).map_err(|e| Failure::from(e).remedy("change --weight or --correspondence"))
+    }
+
+    /// Luminance and orientation, with their weights.
+    fn of_target(&self, loom: &Loom<'_>, path: &Path, target: Plane<2>) -> Result<Vec<(Guide<2>, f64)>, Failure> {
+        let about = |e: Error| Failure::from(e).about(path);
+        let mut planes: Vec<&Plane<2>> = loom.loaded.payload.iter().collect();
+        planes.push(&target);
+        let mut maps = Vec::new();
+        for features in encode_together(&planes).map_err(about)? {
+            maps.push(luminance(&features)?);
+        }
+        let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
+        let light = Guide::new(&loom.loaded.exemplars, &maps, target)?;
+        let of = |c: &Correspondence| -> Result<(Guide<2>, f64), Failure> {
+            let guide = match c.what {
+                What::Luminance => {
+                    let blurred = light.derive(|map| blur(map, self.blur))?;
+                    if self.match_histogram { match_histogram(&blurred, &loom.loaded.exemplars)? } else { blurred }
+                }
+                What::Orientation => light.derive(|map| orientation(map, self.blur.max(LEAST_AVERAGE)))?,
+            };
+            Ok((guide, c.weight))
+        };
+        self.correspondence.iter().map(of).collect()
+    }
+
+    /// A pair of the user's.
+    fn of_pair(
+        &self,
+        loom: &Loom<'_>,
+        pair: &Pair,
+        sources: &[Plane<2>],
+        target: Plane<2>,
+    ) -> Result<Guide<2>, Failure> {
+        for (i, plane) in sources.iter().enumerate() {
+            let exemplar = loom.loaded.payload[i].domain().shape;
+            check_shape(&pair.sources[i], plane, exemplar, &shown(&loom.loaded.paths[i]))?;
+        }
+        check_shape(&pair.target, &target, loom.domain.shape, "the output")?;
+        let planes: Vec<&Plane<2>> = sources.iter().chain(std::iter::once(&target)).collect();
+        let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&pair.target))?;
+        let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
+        let guide = Guide::new(&loom.loaded.exemplars, &maps, target)?;
+        Ok(guide.derive(|map| blur(map, self.blur))?)
+    }
+
+    /// The options as used.
+    fn used(&self, loom: &Loom<'_>, stats: &TransferStats) -> Used {
+        let name = |path: &PathBuf| selvedge_io::display_name(path);
+        let names =
+            |list: &PathBuf| listed(list, loom.loaded.paths.len()).iter().map(name).collect::<Vec<_>>().join(",");
+        let guides: Vec<Vec<String>> = self.guide.chunks(2).map(|g| vec![names(&g[0]), name(&g[1])]).collect();
+        let followed: Vec<String> = self.correspondence.iter().map(ToString::to_string).collect();
+        loom.used(Used::default())
+            .with("target", self.target.as_ref().map(name))
+            .with("correspondence", self.target.is_some().then(|| followed.join(",")))
+            .with("blur", self.blur)
+            .with("match-histogram", self.match_histogram)
+            .with("guide", guides)
+            .with("weight", self.weight.clone())
+            .with("block", stats.passes.first().map(|p| p.block))
+            .with("passes", self.passes)
+            .with("alpha", self.alpha)
+            .with("tolerance", self.tolerance)
+    }
+}
+
+/// The files of a SRC: a list with several exemplars, for one exemplar the name as it is.
+fn listed(sources: &Path, exemplars: usize) -> Vec<PathBuf> {
+    match sources.to_str() {
+        Some(text) if exemplars != 1 => text.split(',').map(PathBuf::from).collect(),
+        _ => vec![sources.to_path_buf()],
+    }
+}
+
+fn check_shape(path: &Path, plane: &Plane<2>, expected: [u32; 2], of: &str) -> Result<(), Failure> {
+    let ([h, w], [eh, ew]) = (plane.domain().shape, expected);
+    if [h, w] == [eh, ew] {
+        return Ok(());
+    }
+    let what = format!("{w}x{h} px, but {of} has {ew}x{eh} px");
+    Err(Failure::new(3, what).about(path).remedy("give a guide of the same size"))
+}
+
+fn counts(stats: &TransferStats) -> serde_json::Value {
+    let pass = |p: &selvedge_quilting::PassStats| {
+        json!({
+            "block": p.block,
+            "overlap": p.overlap,
+            "alpha": p.alpha,
+            "blocks": p.blocks,
+            "candidates": p.candidates,
+            "cut_error": p.cut_error,
+            "guide_error": p.guide_error,
+        })
+    };
+    json!({ "passes": stats.passes.iter().map(pass).collect::<Vec<_>>() })
+}
+
+fn how(stats: &TransferStats, done: bool) -> String {
+    let sides: Vec<String> = stats.passes.iter().map(|p| p.block.to_string()).collect();
+    let blocks: u64 = stats.passes.iter().map(|p| p.blocks).sum();
+    let blocks = if done { format!("{blocks} blocks") } else { "blocks".into() };
+    format!("from {blocks} of {} px", sides.join(", "))
+}
+
+/// Errors about exemplars name the file, and options by their flags.
+fn failure(loom: &Loom<'_>, error: Error) -> Failure {
+    let remedy = match &error {
+        Error::BlockExceedsExemplar { limit, .. } => format!("use --block {limit} or a larger exemplar"),
+        Error::Masked { .. } => "use a smaller --block or mask less".to_owned(),
+        _ => return Failure::from(error),
+    };
+    loom.loaded.about(Failure::from(error).remedy(remedy))
+}
