@@ -31,7 +31,9 @@ pub(crate) fn cargo(args: &[&str]) -> Outcome {
 /// Runs cargo in the project's root with these variables.
 pub(crate) fn cargo_with(args: &[&str], variables: &[(&str, &str)]) -> Outcome {
     eprintln!("xtask: cargo {}", args.join(" "));
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    // `+nightly` is understood by rustup's cargo alone, not by the one that runs us.
+    let ours = std::env::var_os("CARGO").filter(|_| !args[0].starts_with('+'));
+    let cargo = ours.unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     let status = command.args(args).envs(variables.iter().copied()).current_dir(crate::tree::root()).status();
     match status {

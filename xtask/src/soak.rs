@@ -1,4 +1,4 @@
-//! `soak`: what takes too long for every change. Each crate alone, random options, and runs killed half way.
+//! `soak`: what takes too long for every change. Each crate alone, random options, runs killed half way, and fuzzing.
 
 use std::fs;
 use std::path::Path;
@@ -17,14 +17,15 @@ const RUNS: i32 = 300;
 /// Runs that are killed.
 const KILLS: i32 = 40;
 
-/// Runs everything, or the one part that is named: `crates`, `options`, `kills`.
+/// Runs everything, or the one part that is named: `crates`, `options`, `kills`, `fuzz`.
 pub(crate) fn run(args: &[String]) -> Outcome {
     match args.first().map(String::as_str) {
-        None => crates().and_then(|()| options()).and_then(|()| kills()),
+        None => crates().and_then(|()| options()).and_then(|()| kills()).and_then(|()| fuzz()),
         Some("crates") => crates(),
         Some("options") => options(),
         Some("kills") => kills(),
-        Some(_) => Err("usage: cargo xtask soak [crates|options|kills]".into()),
+        Some("fuzz") => fuzz(),
+        Some(_) => Err("usage: cargo xtask soak [crates|options|kills|fuzz]".into()),
     }
 }
 
@@ -124,6 +125,21 @@ fn kills() -> Outcome {
     }
     eprintln!("xtask: {KILLS} kills, {interrupted} before the end, no half output");
     program::check(KILLS / 4 < interrupted, || "too few runs were caught in the middle to say anything".into())
+}
+
+/// A minute of every fuzz target, where the machine has cargo-fuzz and a nightly compiler.
+fn fuzz() -> Outcome {
+    if cargo(&["+nightly", "fuzz", "--version"]).is_err() {
+        eprintln!("xtask: LEFT OUT: fuzzing needs cargo-fuzz and a nightly compiler");
+        return Ok(());
+    }
+    let tree = Tree::of_project();
+    let targets =
+        tree.texts(".rs").filter_map(|(path, _)| path.strip_prefix("fuzz/fuzz_targets/")?.strip_suffix(".rs"));
+    for target in targets {
+        cargo(&["+nightly", "fuzz", "run", target, "--", "-max_total_time=60"])?;
+    }
+    Ok(())
 }
 
 fn start(program: &Path, out: &Path) -> Result<Child, String> {

@@ -20,7 +20,8 @@ const NO_MASK: &str = "none";
 /// Options of the commands that take exemplars.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ExemplarArgs {
-    /// Pictures of the texture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer.
+    /// Pictures of the texture.
+    #[arg(help = "Pictures of the texture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")]
     #[arg(required = true, value_name = "EXEMPLAR", value_hint = clap::ValueHint::FilePath)]
     pub(crate) exemplars: Vec<PathBuf>,
     /// Use an exemplar only where this picture is white. Give one for each exemplar, in order, or 'none'.

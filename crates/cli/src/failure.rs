@@ -1,11 +1,24 @@
 //! Errors as the user sees them: one line, a code, and with `--json` an object.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use selvedge_core::ErrorKind;
 use serde_json::json;
 
 use crate::stdio;
+
+/// Where the first panic was.
+static PLACE: OnceLock<String> = OnceLock::new();
+
+/// Panics are noted instead of told: whoever catches one tells it with [`Failure::internal`].
+pub(crate) fn catch_panics() {
+    std::panic::set_hook(Box::new(|info| {
+        if let Some(place) = info.location() {
+            let _ = PLACE.set(format!("{}:{}", place.file(), place.line()));
+        }
+    }));
+}
 
 /// What ended the program.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +88,8 @@ impl Failure {
     pub(crate) fn internal(panic: &(dyn std::any::Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
         let (text, version) = (text.unwrap_or("no message"), env!("CARGO_PKG_VERSION"));
-        let message = format!("internal error in version {version}: {text}");
+        let place = PLACE.get().map_or(String::new(), |place| format!(" at {place}"));
+        let message = format!("internal error in version {version}{place}: {text}");
         Self { exit: 70, path: None, message, remedy: None }.remedy("please report it with the command and its input")
     }
 

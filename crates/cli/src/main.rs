@@ -28,7 +28,7 @@ use crate::failure::Failure;
 
 fn main() -> ExitCode {
     // A net below everything: a broken promise of ours ends in one line and code 70, never in a stack trace.
-    std::panic::set_hook(Box::new(|_| {}));
+    failure::catch_panics();
     let words: Vec<OsString> = std::env::args_os().collect();
     ExitCode::from(run(&words))
 }

@@ -1,5 +1,7 @@
 //! How much memory a run will need, known from headers alone, and what would fit if it is too much.
 
+use std::path::Path;
+
 use selvedge_core::{Depth, Domain};
 use selvedge_io::Info;
 
@@ -58,17 +60,23 @@ pub(crate) fn explained(sources: &[Domain<2>], output: Domain<2>) -> u64 {
     all.saturating_mul(4 * 3)
 }
 
-/// Refuses what exceeds the budget, and says what would fit: the largest output of the same shape, if any.
-pub(crate) fn check(budget: u64, domain: Domain<2>, need: &dyn Fn(Domain<2>) -> u64) -> Result<u64, Failure> {
+/// Refuses what exceeds the budget, and says what would fit: the largest output of the same shape, if any; else the
+/// exemplar is to blame.
+pub(crate) fn check(
+    budget: u64,
+    exemplar: Option<&Path>,
+    domain: Domain<2>,
+    need: &dyn Fn(Domain<2>) -> u64,
+) -> Result<u64, Failure> {
     let needed = need(domain);
     if needed <= budget {
         return Ok(needed);
     }
-    let smaller = match fitting(budget, domain, need) {
-        Some([height, width]) => format!("--size {width}x{height}"),
-        None => "a smaller exemplar".to_owned(),
-    };
-    Err(exceeded(budget, needed, &smaller))
+    if let Some([height, width]) = fitting(budget, domain, need) {
+        return Err(exceeded(budget, needed, &format!("--size {width}x{height}")));
+    }
+    let failure = exceeded(budget, needed, "a smaller exemplar");
+    Err(exemplar.map_or(failure.clone(), |path| failure.about(path)))
 }
 
 /// Refuses what exceeds the budget where only the input can be made smaller.
@@ -128,14 +136,16 @@ mod tests {
     fn what_would_fit_fits() {
         let need = |d: Domain<2>| 1000 + samples(d) * 10;
         let domain = Domain::open([300, 600]);
-        assert_eq!(check(1_801_000, domain, &need), Ok(1_801_000));
-        let refused = check(1_000_000, domain, &need).unwrap_err();
+        assert_eq!(check(1_801_000, None, domain, &need), Ok(1_801_000));
+        let refused = check(1_000_000, None, domain, &need).unwrap_err();
         assert_eq!(refused.exit, 6);
         let size = refused.remedy.unwrap();
         let shape = size.strip_prefix("use --size ").unwrap().split_once(' ').unwrap().0.to_owned();
         let (w, h) = shape.split_once('x').unwrap();
         let (w, h): (u32, u32) = (w.parse().unwrap(), h.parse().unwrap());
         assert!(need(Domain::open([h, w])) <= 1_000_000 && 1_000_000 < need(Domain::open([h + 1, w + 2])), "{shape}");
-        assert!(check(900, domain, &need).unwrap_err().remedy.unwrap().starts_with("use a smaller exemplar"));
+        let refused = check(900, Some(Path::new("a.png")), domain, &need).unwrap_err();
+        assert_eq!(refused.path.as_deref(), Some("a.png"));
+        assert!(refused.remedy.unwrap().starts_with("use a smaller exemplar"));
     }
 }

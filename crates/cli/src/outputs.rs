@@ -28,13 +28,15 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
     Ok(())
 }
 
-/// The format of a picture file; standard output takes PNG unless `--format` says otherwise.
-pub(crate) fn format(path: &Path, chosen: Option<Format>) -> Result<Format, Failure> {
+/// The format of a picture file; standard output takes PNG unless `--format` says otherwise. What is wrong by itself
+/// is refused: an unknown extension, or a depth that was typed and that the format does not hold.
+pub(crate) fn format(path: &Path, chosen: Option<Format>, depth: Option<Depth>) -> Result<Format, Failure> {
     let stream = (path.as_os_str() == STREAM).then_some(Format::Png);
-    Ok(WriteOptions { format: chosen.or(stream), ..WriteOptions::default() }.format_of(path)?)
+    let options = WriteOptions { format: chosen.or(stream), depth, ..WriteOptions::default() };
+    options.format_of(path).map_err(|e| Failure { exit: 2, ..Failure::from(e) })
 }
 
-/// Refuses, before any work, a depth that the format does not hold.
+/// Refuses, before any work, a depth of files read that the format does not hold.
 pub(crate) fn check_depth(path: &Path, format: Format, depth: Depth) -> Result<(), Failure> {
     WriteOptions { format: Some(format), depth: Some(depth), ..WriteOptions::default() }.format_of(path)?;
     Ok(())

@@ -86,7 +86,7 @@ fn spliced(words: &[OsString], more: &[OsString]) -> Vec<OsString> {
 
 /// A usage error in one line.
 fn usage(error: &clap::Error) -> Failure {
-    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+    if matches!(error.kind(), ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand | ErrorKind::MissingSubcommand) {
         return Failure::new(2, "no command; see --help");
     }
     let text = error.to_string();

@@ -88,18 +88,20 @@ impl Weaving {
     /// Refuses what cannot be done, in the order in which it is cheap to see, and reads the exemplars.
     pub(crate) fn begin<'a>(&'a self, session: &'a Session<'a>, plan: &Plan<'_>) -> Result<Loom<'a>, Failure> {
         let mut report = Report::new(plan.command);
-        let format = outputs::format(&self.output, self.format.map(Format::from))?;
+        let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
         let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
         inputs::check_streams(&read)?;
         outputs::check(session, &self.files_written(), &read)?;
         let headers = self.input.look(session)?;
         outputs::check_depth(&self.output, format, headers.depth)?;
         if let Some(path) = &self.explain {
-            outputs::check_depth(path, outputs::format(path, None)?, Depth::U8)?;
+            outputs::check_depth(path, outputs::format(path, None, None)?, Depth::U8)?;
         }
         let domain = Tile::domain(self.tile, (plan.shape)(headers.domains()[0].shape)?);
         check_size(session, domain)?;
-        let needed = memory::check(session.limits.memory, domain, &|d| self.need(&headers, plan, d))?;
+        let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
+        let need = |domain| self.need(&headers, plan, domain);
+        let needed = memory::check(session.limits.memory, only, domain, &need)?;
         let human = memory::human;
         session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
         let loaded = headers.load(session, plan.transforms, &mut report)?;
@@ -213,7 +215,7 @@ impl Loom<'_> {
         outputs.picture(output, self.format, &plane, &metadata)?;
         if let Some(path) = self.args.explain.as_deref().filter(|_| provenance.is_some()) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None)?, &explain(&map, &plane)?, &metadata)?;
+            outputs.picture(path, outputs::format(path, None, None)?, &explain(&map, &plane)?, &metadata)?;
         }
         drop(plane);
         if let Some(path) = map_file {

@@ -155,8 +155,9 @@ fn guides_share_the_positions_of_their_exemplars() {
         guide.search(&template, Placement::INSIDE, &mut scratch, &mut b).unwrap();
         assert!(a.iter().map(|c| (c.source, c.position)).eq(b.iter().map(|c| (c.source, c.position))));
         let separate: Vec<u64> = a.iter().zip(b.iter()).map(|(a, b)| 2 * a.error + 3 * b.error).collect();
-        a.blend(2, &b, 3).unwrap();
-        assert!(a.iter().map(|c| c.error).eq(separate.iter().copied()));
+        let mut sum = Costs::new();
+        sum.sum_of(&[(2, &a), (3, &b)]).unwrap();
+        assert!(sum.iter().map(|c| c.error).eq(separate.iter().copied()));
         compared += separate.len();
         let fewer = SsdSearcher::of_guides(&case.exemplars, &guides[1..], &weights, Options::default());
         assert!(matches!(fewer, Err(Error::Count { what: "guides", .. })));

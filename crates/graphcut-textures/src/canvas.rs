@@ -1,6 +1,6 @@
 //! The output in the making.
 
-use selvedge_core::{Domain, Exemplars, Grid, SeamCosts, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, SampleId, SeamCosts, SourceMap};
 
 use crate::cut::{Cut, CutScratch, choices, cut};
 use crate::error::Error;
@@ -17,6 +17,8 @@ pub(crate) struct Canvas<'e, const D: usize> {
     pub(crate) map: SourceMap<D>,
     /// Positions whose sample stays.
     pub(crate) fixed: Option<Grid<bool, D>>,
+    /// By position, which sources may show.
+    pub(crate) allowed: Option<Grid<u64, D>>,
     pub(crate) cells: ErrorCells<D>,
     /// Positions without a sample.
     pub(crate) holes: usize,
@@ -46,12 +48,13 @@ impl<'e, const D: usize> Canvas<'e, D> {
         costs: SeamCosts<D>,
         map: SourceMap<D>,
         fixed: Option<Grid<bool, D>>,
+        allowed: Option<Grid<u64, D>>,
         cell: u32,
     ) -> Result<Self, Error> {
         let holes = map.holes();
         let mut cells = ErrorCells::new(map.domain(), cell)?;
         cells.update(&map, &costs, &Window::all(map.domain()));
-        Ok(Self { exemplars, costs, map, fixed, cells, holes })
+        Ok(Self { exemplars, costs, map, fixed, allowed, cells, holes })
     }
 
     pub(crate) fn domain(&self) -> Domain<D> {
@@ -61,6 +64,16 @@ impl<'e, const D: usize> Canvas<'e, D> {
     /// The cost of all seams.
     pub(crate) fn energy(&self) -> i64 {
         self.cells.total()
+    }
+
+    /// The sample that a patch may show at a position, given unwrapped.
+    pub(crate) fn offered(&self, patch: &Patch<D>, at: [i32; D]) -> Option<SampleId> {
+        let source = &self.exemplars.sources()[patch.source];
+        let from = source.domain().step([0; D], std::array::from_fn(|a| at[a] - patch.offset[a]))?;
+        let valid = source.valid.as_ref().is_none_or(|v| v.get(0, from));
+        let here = self.domain().step([0; D], at)?;
+        let allowed = self.allowed.as_ref().is_none_or(|a| a.get(0, here) >> patch.source & 1 == 1);
+        (valid && allowed).then(|| self.exemplars.table().id(patch.source, from))
     }
 
     /// Cuts a patch, seen through a window, into what is there.
@@ -74,7 +87,7 @@ impl<'e, const D: usize> Canvas<'e, D> {
         scratch: &mut CutScratch<D>,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Offer<D>, Error> {
-        let frame = Frame::new(self.exemplars, &self.map, patch, window);
+        let frame = Frame::new(self.exemplars, &self.map, self.allowed.as_ref(), patch, window);
         let choices = choices(&frame, self.fixed.as_ref().map(|f| f.plane(0)));
         let cut = cut(&frame, &choices, &self.costs, scratch, cancelled)?;
         Ok(Offer { frame, cut })

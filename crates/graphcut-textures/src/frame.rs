@@ -1,6 +1,6 @@
 //! What lies under a patch and what the patch would put there, side by side.
 
-use selvedge_core::{Exemplars, SampleId, SourceMap};
+use selvedge_core::{Exemplars, Grid, SampleId, SourceMap};
 
 use crate::patch::Patch;
 use crate::window::Window;
@@ -19,13 +19,27 @@ pub(crate) struct Frame<const D: usize> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// Looks at a patch through a window that lies in the output.
-    pub(crate) fn new(exemplars: &Exemplars<D>, map: &SourceMap<D>, patch: &Patch<D>, window: &Window<D>) -> Self {
+    /// Looks at a patch through a window that lies in the output; `allowed` says by position which sources may show.
+    pub(crate) fn new(
+        exemplars: &Exemplars<D>,
+        map: &SourceMap<D>,
+        allowed: Option<&Grid<u64, D>>,
+        patch: &Patch<D>,
+        window: &Window<D>,
+    ) -> Self {
         let framed = window.grown(map.domain(), [1; D], [1; D]);
         let places = framed.indices(map.domain());
         let ids = map.ids.plane(0);
         let old = places.iter().map(|&i| ids[i as usize]).collect();
-        Self { window: framed, places, old, new: offered(exemplars, patch, window, &framed) }
+        let mut new = offered(exemplars, patch, window, &framed);
+        if let Some(allowed) = allowed {
+            for (new, &place) in new.iter_mut().zip(&places) {
+                if allowed.plane(0)[place as usize] >> patch.source & 1 == 0 {
+                    *new = SampleId::UNASSIGNED;
+                }
+            }
+        }
+        Self { window: framed, places, old, new }
     }
 }
 

@@ -2,25 +2,33 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use selvedge_core::{Domain, Event, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap, Woven, par};
+use selvedge_core::{Domain, Event, Exemplars, Run, SampleId, SeamCosts, SourceMap, Woven, par};
 
 use crate::candidates::{Candidate, draw, variance};
 use crate::canvas::{Canvas, Offer};
 use crate::cut::CutScratch;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
+use crate::estimate::estimate;
 use crate::history::History;
 use crate::matching::Matcher;
 use crate::options::{Options, Placement};
 use crate::patch::Patch;
+use crate::period::periodicity;
 use crate::region::patches;
+use crate::start::Start;
 use crate::window::Window;
+
+/// From this periodicity on, all of the exemplar is matched.
+const PERIODIC: f64 = 0.5;
 
 /// Counts of one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stats {
     /// The placement that was used: never [`Placement::Auto`].
     pub placement: Placement,
+    /// What [`Placement::Auto`] chose by: the exemplar's [`periodicity`].
+    pub periodicity: Option<f64>,
     /// Side of the error region that was used.
     pub region: u32,
     /// How far patches could reach beyond it.
@@ -39,32 +47,32 @@ pub struct Stats {
     pub energy: Vec<i64>,
 }
 
-/// What is there before the first patch.
-#[derive(Clone, Debug)]
-pub struct Start<const D: usize> {
-    /// Samples that stand already; the rest is unassigned.
-    pub map: SourceMap<D>,
-    /// Positions whose sample stays; `None` for none. An unassigned one is filled once and may change.
-    pub fixed: Option<Grid<bool, D>>,
-    /// By position, bit `s` says whether source `s` may be used there; `None` for all everywhere.
-    pub sources: Option<Grid<u64, D>>,
-}
-
-/// Synthesises an output from patches of the exemplars, cut along the best seams.
+/// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
+///
+/// # Errors
+/// Wrong options ([`Options::validate`]), an empty output, regions that no exemplar holds, and too little memory.
+///
+/// # Complexity
+/// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for entire-patch matching, and `P` maximum flows
+/// over at most `N` nodes each; `P` grows with the output's area. Space `O(output + N)`.
+///
+/// # Determinism
+/// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
 pub fn graphcut<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
     options: &Options,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
-    if output.is_empty() {
-        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
-    }
     let map = SourceMap::unassigned(exemplars, output)?;
     graphcut_from(exemplars, Start { map, fixed: None, sources: None }, options, run)
 }
 
 /// Like [`graphcut`], going on from what is there.
+///
+/// # Errors
+/// Those of [`graphcut`], [`Error::Shape`] and [`Error::ForeignMap`] for a start that does not fit, and
+/// [`Error::NoSource`] where a hole may not be filled.
 pub fn graphcut_from<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,
@@ -72,6 +80,11 @@ pub fn graphcut_from<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
     options.validate()?;
+    start.check(exemplars)?;
+    let needed = estimate(exemplars, start.map.domain(), options);
+    if run.limits.memory < needed {
+        return Err(Error::Memory { needed, limit: run.limits.memory });
+    }
     let mut weaver = Weaver::new(exemplars, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
@@ -110,25 +123,29 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let output = start.map.domain();
         let side = region_side(exemplars, options)?;
         let region = std::array::from_fn(|a| side.min(output.shape[a]));
+        // Far beyond any output, and still far from the end of positions.
+        let reach = options.reach.unwrap_or(side * 2 / 3).min(1 << 24);
         let costs = SeamCosts::new(exemplars, options.seam)?;
+        let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
         let placement = match options.placement {
+            Placement::Auto if PERIODIC <= periodicity.unwrap_or(0.0) => Placement::Entire,
             Placement::Auto => Placement::Sub,
             chosen => chosen,
         };
         Ok(Self {
-            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, side / CELLS_A_REGION)?,
+            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, side / CELLS_A_REGION)?,
             matcher: Matcher::new(exemplars)?,
             options,
             run,
             placement,
             region,
-            reach: options.reach.unwrap_or(u32::MAX / 4).min(u32::MAX / 4),
+            reach,
             scale: options.randomness * variance(exemplars),
             history: History::default(),
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats { placement, region: side, reach: options.reach.unwrap_or(u32::MAX / 4), ..Stats::default() },
+            stats: Stats { placement, periodicity, region: side, reach, ..Stats::default() },
         })
     }
 
@@ -161,16 +178,34 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let mut shape = self.region;
         loop {
             let region = self.region_around(at, shape);
-            let candidates = self.candidates(&region, Some(at))?;
+            let hole = unwrapped(at, &region, self.canvas.domain());
+            let mut candidates = self.candidates(&region, hole)?;
+            if shape == [1; D] && candidates.is_empty() {
+                candidates = self.any_sample(hole);
+            }
             if let Some(patch) = self.choose(&candidates, &region, 1)?.first() {
                 return self.cover(patch, &region);
             }
-            // No source holds so large a region without masked samples.
             if shape == [1; D] {
                 return Err(Error::NoSource { at: at.to_vec() });
             }
+            // No source holds so large a region without masked samples.
             shape = shape.map(|n| n.div_ceil(2));
         }
+    }
+
+    /// Every patch that shows anything at a position.
+    fn any_sample(&self, at: [i32; D]) -> Vec<Candidate<D>> {
+        let mut found = Vec::new();
+        for (source, of) in self.canvas.exemplars.sources().iter().enumerate() {
+            let patches = of.domain().positions().map(|from| {
+                let offset = std::array::from_fn(|a| at[a] - from[a] as i32);
+                Patch { source, offset }
+            });
+            let shown = patches.filter(|patch| self.canvas.offered(patch, at).is_some());
+            found.extend(shown.map(|patch| Candidate { patch, cost: 0.0 }));
+        }
+        found
     }
 
     /// A region with a position in its middle, moved inside on open axes.
@@ -229,42 +264,32 @@ impl<'a, const D: usize> Weaver<'a, D> {
         near
     }
 
-    /// Patches that cover a region; with `hole`, at least that position of it.
-    fn candidates(&mut self, region: &Window<D>, hole: Option<[u32; D]>) -> Result<Vec<Candidate<D>>, Error> {
-        match self.placement {
-            Placement::Random => Ok(self.random(region, hole)),
+    /// Patches that cover a region and may show at a position of it.
+    fn candidates(&mut self, region: &Window<D>, at: [i32; D]) -> Result<Vec<Candidate<D>>, Error> {
+        let mut found = match self.placement {
+            Placement::Random => self.random(at),
             Placement::Entire => {
                 let near = self.near(region);
-                self.matcher.entire(&self.canvas.map, region, &near)
+                self.matcher.entire(&self.canvas.map, region, &near)?
             }
-            Placement::Sub | Placement::Auto => self.matcher.sub(&self.canvas.map, region),
-        }
+            Placement::Sub | Placement::Auto => self.matcher.sub(&self.canvas.map, region)?,
+        };
+        found.retain(|c| self.canvas.offered(&c.patch, at).is_some());
+        Ok(found)
     }
 
     /// Patches that show a random sample at a position.
-    fn random(&self, region: &Window<D>, hole: Option<[u32; D]>) -> Vec<Candidate<D>> {
+    fn random(&self, at: [i32; D]) -> Vec<Candidate<D>> {
         let exemplars = self.canvas.exemplars;
-        let output = self.canvas.domain();
-        let at: [i32; D] = match hole {
-            Some(at) => std::array::from_fn(|a| {
-                // The same turn of a periodic axis as the region's.
-                let mut p = at[a] as i32;
-                while output.periodic[a] && region.end(a) <= p {
-                    p -= output.shape[a] as i32;
-                }
-                p
-            }),
-            None => std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2),
-        };
         let mut rng = self.run.seed.derive("graphcut/random", self.step).rng();
         let candidate = |_| {
             let id = SampleId::new(rng.below(exemplars.table().len()));
             let (source, from) = exemplars.locate(id)?;
-            let valid = exemplars.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, from));
             let offset = std::array::from_fn(|a| at[a] - from[a] as i32);
-            valid.then_some(Candidate { patch: Patch { source, offset }, cost: 0.0 })
+            Some(Candidate { patch: Patch { source, offset }, cost: 0.0 })
         };
-        (0..1024).filter_map(candidate).take(16).collect()
+        // Masked samples and those used before are left out afterwards.
+        (0..64).filter_map(candidate).collect()
     }
 
     /// Draws up to `count` candidates; the draw is keyed by the step.
@@ -296,8 +321,9 @@ impl<'a, const D: usize> Weaver<'a, D> {
     /// Lays patches over the worst seams. False if it was cancelled.
     fn refine(&mut self) -> Result<bool, Error> {
         let (mut failures, mut failed) = (0, vec![false; self.canvas.cells.cells.len()]);
-        let limit = self.options.refine.unwrap_or(u32::MAX);
-        while self.stats.refinements < u64::from(limit) && failures < self.options.patience {
+        let most = self.stats.patches.max(4) * Options::REFINEMENTS_A_PATCH;
+        let limit = self.options.refine.map_or(most, u64::from);
+        while self.stats.refinements < limit && failures < self.options.patience {
             if self.run.observer.cancelled() {
                 return Ok(false);
             }
@@ -316,14 +342,15 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 failed[cell] = true;
             }
             self.stats.energy.push(self.canvas.energy());
-            self.tell("refine", self.stats.refinements, self.options.refine.map_or(0, u64::from));
+            self.tell("refine", self.stats.refinements, limit);
         }
         Ok(true)
     }
 
     /// Tries patches over a region and takes the best; answers with the window that changed, if seams became cheaper.
     fn improve(&mut self, region: &Window<D>) -> Result<Option<Window<D>>, Error> {
-        let candidates = self.candidates(region, None)?;
+        let middle = std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2);
+        let candidates = self.candidates(region, middle)?;
         let drawn = self.choose(&candidates, region, self.options.tries as usize)?;
         let cancelled = || self.run.observer.cancelled();
         let offers = par::map_indexed(drawn.len(), |i| {
@@ -342,6 +369,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
         self.history.note_vectors(&drawn[i], &neighbours);
         Ok(Some(offer.frame.window))
     }
+}
+
+/// A position of the output in the turn of its periodic axes that a window is in.
+fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>) -> [i32; D] {
+    std::array::from_fn(|a| {
+        let (p, side) = (at[a] as i32, output.shape[a] as i32);
+        if output.periodic[a] { window.start[a] + (p - window.start[a]).rem_euclid(side) } else { p }
+    })
 }
 
 /// The side of error regions: as asked, or a quarter of the exemplar.

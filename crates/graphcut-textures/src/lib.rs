@@ -1,20 +1,70 @@
-//! Graphcut textures.
+//! Graphcut textures: synthesis from patches of any shape, cut along the best seams (Kwatra et al. 2003).
+//!
+//! # Usage
+//! Encode one or more exemplars, choose the output's domain, call [`graphcut`], and render the map that it answers with.
+//!
+//! ```
+//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_graphcut_textures::{Options, graphcut};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // A checkerboard with squares of four samples.
+//! let board = |y: u32, x: u32| if (y / 4 + x / 4) % 2 == 0 { b'#' } else { b'.' };
+//! let domain = Domain::open([20, 20]);
+//! let samples = domain.positions().map(|[y, x]| board(y, x)).collect();
+//! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//!
+//! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
+//! let woven = graphcut(&exemplars, Domain::open([8, 44]), &Options::default(), &Run::seeded(0))?;
+//! // The board goes on across every seam, so that seams cost nothing.
+//! assert_eq!(woven.stats.energy.last(), Some(&0));
+//! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
+//! assert!(out.plane(0).chunks(44).all(|row| String::from_utf8_lossy(row).contains("####....####....####")));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # How it works
+//! 1. While the output has holes, the error region is laid around the first one, so that it holds both filled and empty
+//!    samples, and a patch is drawn from all translations of all sources that cover it ([`Placement`]). Then patches go
+//!    over the regions whose seams cost most.
+//! 2. A minimum cut decides where the patch shows. Old seams, and the two patches that each of them parts, are read off
+//!    the map; the cut may cover them, keep them or replace them.
+//! 3. [`Feathered`] and [`Splined`] render a map with its seams blended; without them samples are copied bit for bit.
+//!
+//! Everything is written over the number of axes: clips are woven by the same code as pictures. Outputs may be periodic
+//! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
+//!
+//! # Features
+//! `rayon` (default): candidates are searched and cut on the caller's pool; the output is the same either way.
+//!
+//! # Papers
+//! `[Kwatra03]`: V. Kwatra, A. Schödl, I. Essa, G. Turk, A. Bobick, *Graphcut Textures: Image and Video Synthesis Using
+//! Graph Cuts*, SIGGRAPH 2003.
 #![forbid(unsafe_code)]
 
+mod blend;
 mod candidates;
 mod canvas;
 mod cut;
 mod error;
 mod error_cells;
+mod estimate;
 mod frame;
 mod graphcut;
 mod history;
 mod matching;
 mod options;
 mod patch;
+mod period;
 mod region;
+mod start;
 mod window;
 
+pub use blend::{Feathered, Splined};
 pub use error::Error;
-pub use graphcut::{Start, Stats, graphcut, graphcut_from};
+pub use estimate::estimate;
+pub use graphcut::{Stats, graphcut, graphcut_from};
 pub use options::{Options, Placement};
+pub use period::periodicity;
+pub use start::Start;
+pub(crate) use start::check_map;

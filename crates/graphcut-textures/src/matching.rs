@@ -1,7 +1,9 @@
 //! Where exemplars fit: every translation that covers the error region, with its cost. `[Kwatra03 4]`
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Source, SourceMap, Transform};
-use selvedge_fft_ssd::{Costs, Cover, Placement as Positions, Positions as Where, Scratch, SsdSearcher, Template};
+use selvedge_fft_ssd::{
+    Costs, Cover, Engine, Options, Placement as Positions, Positions as Where, Scratch, SsdSearcher, Template,
+};
 
 use crate::candidates::Candidate;
 use crate::error::Error;
@@ -96,7 +98,9 @@ impl<'e, const D: usize> Matcher<'e, D> {
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         let output = Exemplars::from_sources(vec![output], self.exemplars.weights().to_vec())?;
-        let searcher = SsdSearcher::new(&output)?;
+        // What is filled has any shape: transforms sum over it at no extra cost, the direct search sample by sample.
+        let engine = Options { engine: Engine::Fft, ..Options::default() };
+        let searcher = SsdSearcher::with_options(&output, engine)?;
         let template = Template::of(&source.features);
         let template = source.valid.as_ref().map_or(template, |v| template.masked(v.samples()));
         let placement = Positions { positions: Where::Inside, cover: Cover::AtLeast(1) };

@@ -29,8 +29,9 @@ pub struct Options {
     /// Side of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
     /// the exemplar's shortest side. Default: a fraction of the exemplar.
     pub region: Option<u32>,
-    /// How far a patch may reach beyond the error region, in samples; 0 lays the region alone. Default: as far as the
-    /// exemplar does, as in the paper.
+    /// How far a patch may reach beyond the error region on each side, in samples; 0 lays the region alone. Large
+    /// patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's side on, patches
+    /// are whole exemplars, as in the paper. Default: two thirds of the region's side.
     pub reach: Option<u32>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.
@@ -38,7 +39,8 @@ pub struct Options {
     /// How much a patch is avoided that stands to its neighbours as others stand to theirs already, in units of
     /// `randomness`: what keeps copies from forming a lattice. From 0.
     pub variety: f64,
-    /// Patches laid over the worst seams after everything is covered; `None` goes on until seams stop falling.
+    /// Patches laid over the worst seams after everything is covered. Default: until seams stop falling, but at most
+    /// [`REFINEMENTS_A_PATCH`](Self::REFINEMENTS_A_PATCH) times as many as patches were needed to cover everything.
     pub refine: Option<u32>,
     /// Refinements in a row that bring nothing before seams count as settled. At least 1.
     pub patience: u32,
@@ -63,10 +65,13 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Bounds refinement where no number is asked for: by then seams fall slowly.
+    pub const REFINEMENTS_A_PATCH: u64 = 2;
+
     /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
     /// that is drawn is taken.
     pub fn paper() -> Self {
-        Self { variety: 0.0, tries: 1, ..Self::default() }
+        Self { reach: Some(u32::MAX), variety: 0.0, tries: 1, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.

@@ -1,6 +1,6 @@
 //! What lies in a region: features for the search, and the patches that meet there.
 
-use selvedge_core::{Domain, Exemplars, SampleId, SourceMap};
+use selvedge_core::{Domain, Exemplars, SourceMap};
 
 use crate::patch::Patch;
 use crate::window::Window;
@@ -54,21 +54,14 @@ pub(crate) fn patches<const D: usize>(map: &SourceMap<D>, window: &Window<D>) ->
     let mut found: Vec<Patch<D>> = Vec::new();
     let local = Domain::open(window.shape);
     let ids = map.ids.plane(0);
-    let mut previous = (SampleId::UNASSIGNED, usize::MAX);
     for (i, place) in places(map.domain(), window, window).into_iter().enumerate() {
-        let Some(id) = place.map(|p| ids[p as usize]).filter(|id| id.is_assigned()) else { continue };
-        // Along a row patches mostly go on: no need to look them up.
-        let goes_on =
-            previous.1 + 1 == i && previous.0.get() + 1 == id.get() && !i.is_multiple_of(window.shape[D - 1] as usize);
-        previous = (id, i);
-        if goes_on {
-            continue;
-        }
+        let Some(id) = place.map(|p| ids[p as usize]) else { continue };
         let Some((source, from)) = map.table.locate(id) else { continue };
         let at = local.position(i);
         let offset = std::array::from_fn(|a| window.start[a] + at[a] as i32 - from[a] as i32);
         let patch = Patch { source, offset };
-        if !found.contains(&patch) {
+        // Neighbours mostly belong to the patch found last.
+        if !found.iter().rev().any(|f| *f == patch) {
             found.push(patch);
         }
     }

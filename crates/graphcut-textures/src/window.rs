@@ -32,12 +32,16 @@ impl<const D: usize> Window<D> {
         let mut grown = *self;
         for axis in 0..D {
             let side = output.shape[axis];
-            let (mut start, mut end) = (self.start[axis] - before[axis] as i32, self.end(axis) + after[axis] as i32);
+            // Around a periodic axis there is only so much more: positions must not come twice.
+            let spare = if output.periodic[axis] { side.saturating_sub(self.shape[axis]) } else { u32::MAX };
+            let before = before[axis].min(spare);
+            let after = after[axis].min(spare - before);
+            let (mut start, mut end) = (self.start[axis] - before as i32, self.end(axis) + after as i32);
             if !output.periodic[axis] {
                 (start, end) = (start.max(0), end.min(side as i32));
             }
             grown.start[axis] = start;
-            grown.shape[axis] = ((end - start) as u32).min(side);
+            grown.shape[axis] = (end - start) as u32;
         }
         grown
     }
@@ -104,6 +108,8 @@ mod tests {
         assert_eq!(w.indices(output), [13, 14, 10, 18, 19, 15]);
         let grown = w.grown(output, [1, 1], [1, 1]);
         assert_eq!(grown, Window { start: [1, 2], shape: [3, 5] });
+        let all = Window { start: [0, 3], shape: [4, 5] };
+        assert_eq!(all.grown(output, [1, 1], [1, 1]), all);
         assert!(w.meets(&Window { start: [3, 0], shape: [1, 1] }, output));
         assert!(!w.meets(&Window { start: [3, 1], shape: [1, 1] }, output));
         assert!(!w.meets(&Window { start: [0, 3], shape: [2, 1] }, output));

@@ -17,7 +17,7 @@ const A_MAP: u64 = 64;
 /// Bytes that are kept for each block laid.
 const A_BLOCK: u64 = 128;
 
-/// An upper bound of the bytes that [`quilt`](crate::quilt) holds beside the exemplars' features, known before anything is read:
+/// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before anything is read:
 /// shapes of the exemplars, feature channels, the output.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
     let samples: u64 = exemplars.iter().map(len).fold(0, u64::saturating_add);

@@ -84,3 +84,25 @@ pub(crate) fn ramp(lo: f64, hi: f64, x: f64) -> f64 {
     let t = ((x - lo) / (hi - lo)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smooth_noise_is_smooth_and_stays_in_its_range() {
+        let noise = Noise::new(9);
+        let at = |i: i32| noise.smooth(f64::from(i) / 50.0, 0.37);
+        let values: Vec<f64> = (0..5000).map(at).collect();
+        assert!(values.iter().all(|v| v.abs() <= 1.2));
+        assert!(values.windows(2).all(|w| (w[1] - w[0]).abs() < 0.12));
+        assert!(values.iter().any(|v| 0.5 < v.abs()), "and is not flat");
+    }
+
+    #[test]
+    fn fields_of_other_names_are_unlike() {
+        let (a, b) = (Noise::new(1), Noise::new(1).other(1));
+        let correlation: f64 = (0..10_000).map(|i| a.signed(i, 3) * b.signed(i, 3)).sum::<f64>() / 10_000.0;
+        assert!(correlation.abs() < 0.02, "{correlation}");
+    }
+}

@@ -191,3 +191,47 @@ fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = dot(v, v).sqrt();
     v.map(|x| x / length)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::bytes;
+
+    const SUN_FROM_THE_LEFT: Light = Light { towards: [-1.0, 0.0, 1.0], sun: [0.5; 3], sky: [0.1; 3], gloss: 0.0 };
+
+    fn grey(height: f64) -> Texel {
+        Texel { height, albedo: [1.0; 3], roughness: 1.0 }
+    }
+
+    #[test]
+    fn a_table_is_flat_and_evenly_lit() {
+        let table = Relief::of(6, 4, |_, _| grey(2.0));
+        let normal = table.normal();
+        assert!(bytes(&normal)[..48].iter().all(|&v| v == 128) && bytes(&normal)[48..].iter().all(|&v| v == 255));
+        let lit = table.lit(&SUN_FROM_THE_LEFT);
+        assert!(bytes(&lit).iter().all(|&v| v == bytes(&lit)[0]));
+    }
+
+    #[test]
+    fn slopes_face_where_they_fall() {
+        let normal = Relief::of(4, 4, |x, y| grey(x - 0.5 * y)).normal();
+        let (x, y) = (bytes(&normal)[5], bytes(&normal)[16 + 5]);
+        assert!(x < 64 && y < 128, "rises to the right and upwards, so x and y point away: {x} {y}");
+    }
+
+    #[test]
+    fn a_wall_throws_its_shadow_away_from_the_sun() {
+        let wall = Relief::of(32, 4, |x, _| grey(if (14.0..16.0).contains(&x) { 6.0 } else { 0.0 }));
+        let lit = wall.lit(&SUN_FROM_THE_LEFT);
+        let row = &bytes(&lit)[..32];
+        assert!(row[19] + 40 < row[4], "behind {} before {}", row[19], row[4]);
+        assert!(row[27].abs_diff(row[4]) < 12, "far behind {} before {}", row[27], row[4]);
+    }
+
+    #[test]
+    fn heights_span_16_bits() {
+        let ramp = Relief::of(2, 1, |x, _| grey(if x < 1.0 { -3.0 } else { 5.0 })).height16(-3.0, 5.0);
+        let selvedge_core::Samples::U16(levels) = ramp.samples else { panic!("16 bits") };
+        assert_eq!(levels.samples(), [0, 65_535]);
+    }
+}

@@ -93,7 +93,7 @@ impl Apply {
                 let what = format!("{} outputs would have this name", given / n);
                 return Err(Failure::new(2, what).about(&output).remedy("use '{name}' or '{stem}' in it"));
             }
-            let format = outputs::format(&output, self.format.map(Format::from))?;
+            let format = outputs::format(&output, self.format.map(Format::from), self.depth.map(Depth::from))?;
             Ok(Layer { planes, roles: (0..n).map(|e| role(i * n + e)).collect(), output, format })
         };
         self.planes.chunks(n).enumerate().map(|(i, planes)| layer(i, planes)).collect()

@@ -59,7 +59,7 @@ impl Compare {
         let mut report = Report::new("compare");
         let files = [self.a.clone(), self.b.clone()];
         inputs::check_streams(&files)?;
-        let format = self.diff.as_ref().map(|path| outputs::format(path, None)).transpose()?;
+        let format = self.diff.as_ref().map(|path| outputs::format(path, None, None)).transpose()?;
         outputs::check(session, self.diff.as_slice(), &files)?;
         let [a, b] = self.read(session, &mut report)?;
         report.stage("read");

@@ -198,6 +198,7 @@ fn estimate(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
 
 fn counts(stats: &Stats) -> serde_json::Value {
     json!({
+        "periodicity": stats.periodicity,
         "patches": stats.patches,
         "refinements": stats.refinements,
         "improvements": stats.improvements,

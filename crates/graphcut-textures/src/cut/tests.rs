@@ -37,7 +37,7 @@ fn stack(exemplars: &Exemplars<2>, output: Domain<2>, rng: &mut Rng, patches: us
     for i in 0..patches {
         let patch = covering(exemplars, output, rng);
         let window = if i == 0 { Window::all(output) } else { random_window(output, rng) };
-        let frame = Frame::new(exemplars, &map, &patch, &window);
+        let frame = Frame::new(exemplars, &map, None, &patch, &window);
         for (&place, &new) in frame.places.iter().zip(&frame.new).filter(|(_, n)| n.is_assigned()) {
             map.ids.plane_mut(0)[place as usize] = new;
         }
@@ -73,7 +73,7 @@ fn tiny_cuts_are_as_cheap_as_any_labelling() {
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
         let map = stack(&e, output, &mut rng, 3);
         let (patch, window) = (covering(&e, output, &mut rng), random_window(output, &mut rng));
-        let frame = Frame::new(&e, &map, &patch, &window);
+        let frame = Frame::new(&e, &map, None, &patch, &window);
         let choices = choices(&frame, None);
         let free: Vec<usize> = (0..choices.len()).filter(|&i| choices[i] == Choice::Free).collect();
         if 14 < free.len() {
@@ -143,7 +143,7 @@ fn seam_nodes_are_not_needed() {
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
         let map = stack(&e, output, &mut rng, 5);
         let (patch, window) = (covering(&e, output, &mut rng), random_window(output, &mut rng));
-        let frame = Frame::new(&e, &map, &patch, &window);
+        let frame = Frame::new(&e, &map, None, &patch, &window);
         let choices = choices(&frame, None);
         let decided = cut(&frame, &choices, &costs, &mut CutScratch::default(), &|| false).unwrap();
         assert_eq!(decided.after as u64, literal_flow(&frame, &choices, &costs), "case {case}");
@@ -161,7 +161,7 @@ fn seams_never_become_dearer() {
         for measure in [SeamMeasure::Difference, SeamMeasure::Gradient] {
             let map = stack(&e, output, &mut rng, 4);
             let costs = SeamCosts::new(&e, measure).unwrap();
-            let mut canvas = Canvas::new(&e, costs.clone(), map, None, 3).unwrap();
+            let mut canvas = Canvas::new(&e, costs.clone(), map, None, None, 3).unwrap();
             for _ in 0..3 {
                 // Anywhere, also sticking out of the output and around its borders.
                 let offset = std::array::from_fn(|a| rng.below(16 + output.shape[a]) as i32 - 16);
@@ -194,7 +194,7 @@ fn a_patch_on_its_own_place_changes_nothing() {
     let (e, output) = (exemplars([12, 12], 5), Domain::open([8, 8]));
     let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
     let patch = Patch { source: 0, offset: [-2, -3] };
-    let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, 2).unwrap();
+    let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, None, 2).unwrap();
     for expected in [64, 0] {
         let offer = canvas.offer(&patch, &Window::all(output), &mut CutScratch::default(), &|| false).unwrap();
         assert_eq!((offer.cut.filled, offer.cut.before, offer.cut.after), (expected, 0, 0));
@@ -210,7 +210,7 @@ fn both_patches_are_defined_on_both_sides_of_a_seam() {
     let (e, output) = (exemplars([10, 10], 6), Domain::open([16, 16]));
     let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
     let map = SourceMap::unassigned(&e, output).unwrap();
-    let mut canvas = Canvas::new(&e, costs, map, None, 2).unwrap();
+    let mut canvas = Canvas::new(&e, costs, map, None, None, 2).unwrap();
     for offset in [[0, 0], [1, 6], [6, 1], [6, 6], [3, 3]] {
         let patch = Patch { source: 0, offset };
         let window = patch.footprint(&e, &Window::all(output)).shared(&Window::all(output)).unwrap();
@@ -239,7 +239,7 @@ fn a_cut_costs_at_most_the_boundary_cut() {
         let output = Domain::open([h as u32, 16]);
         let e = exemplars([40, 40], case);
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
-        let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, 2).unwrap();
+        let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, None, 2).unwrap();
         let old = covering(&e, output, &mut rng);
         let new = covering(&e, output, &mut rng);
         let left = Window { start: [0, 0], shape: [h as u32, w as u32 + 2] };

@@ -1,0 +1,78 @@
+//! Every exit code, each with one line on standard error and, with `--json`, one object on standard output.
+
+use crate::program::Folder;
+
+/// Command lines that fail, their codes, and what their lines name.
+const REFUSED: [(&str, i32, &[&str]); 27] = [
+    ("", 2, &["no command", "see --help"]),
+    ("weave a.png", 2, &["unrecognized subcommand 'weave'"]),
+    ("quilt @/weave.png", 2, &["--output <OUT>"]),
+    ("quilt @/weave.png -o a.png --sise 3", 2, &["'--sise'", "a similar argument exists: '--size'"]),
+    ("quilt @/weave.png -o a.png --size 0x5", 2, &["'0x5' is no size; write 512, 512x384 or 2x"]),
+    ("quilt @/weave.png -o a.png --threads -1", 2, &["-1"]),
+    ("quilt @/weave.png -o a.png --seed 18446744073709551616", 2, &["--seed"]),
+    ("quilt @/weave.png -o a.png --block 0", 2, &["0 px"]),
+    ("quilt @/weave.png -o a.png --tolerance nan", 2, &["NaN"]),
+    ("quilt @/weave.png -o a.png --paper --stage random", 2, &["--paper", "--stage"]),
+    ("quilt @/weave.png -o a.png -q -v", 2, &["--quiet", "--verbose"]),
+    ("quilt @/weave.png -o a.xyz", 2, &["'a.xyz'", "png, jpeg, tiff, exr, hdr, webp"]),
+    ("quilt @/weave.png -o a.jpg --depth u16", 2, &["'a.jpg'", "u16", "--depth u8"]),
+    ("quilt @/weave.png -o a.png --mask none --mask none", 2, &["2 masks for 1 exemplars"]),
+    ("quilt - - -o a.png", 2, &["standard input is named twice"]),
+    ("quilt @/weave.png -o a.png --map a.png", 2, &["'a.png'", "two outputs"]),
+    ("quilt @/weave.png -o a.png --block 500", 3, &["weave.png'", "192x192 px", "500 px", "use --block 192"]),
+    ("quilt @/bricks/height.png -o a.jpg", 3, &["'a.jpg'", "u16", "--depth u8"]),
+    ("quilt @/weave.png -o a.png --size 70000x1", 3, &["70000x1 px", "65535"]),
+    ("quilt @/bad/err-text-as.png -o a.png", 3, &["err-text-as.png'"]),
+    ("quilt @/weave.png -o a.png --mask @/stars.png", 3, &["stars.png'", "128x128 px", "192x192 px"]),
+    ("apply @/weave.png @/weave.png -o a.png", 3, &["weave.png'", "no source map"]),
+    ("compare @/weave.png @/stars.png", 3, &["stars.png'", "128x128 px", "192x192 px"]),
+    ("quilt missing.png -o a.png", 4, &["'missing.png'", "not found"]),
+    ("quilt @/weave.png -o none/a.png", 4, &["'none/a.png'", "folder does not exist"]),
+    ("quilt @/bricks -o a.png", 4, &["bricks'", "is a folder"]),
+    ("quilt @/weave.png -o a.png --size 9000 --max-memory 64MiB", 6, &["64 MiB", "use --size", "--max-memory"]),
+];
+
+#[test]
+fn failures_are_one_line_one_object_and_no_file() {
+    let folder = Folder::new("refused");
+    for (line, exit, parts) in REFUSED {
+        let said = folder.run(line).refused(exit, parts);
+        assert!(said.stdout.is_empty(), "{line}: {said:?}");
+
+        let error = folder.run(&format!("{line} --json")).refused(exit, parts).json()["error"].clone();
+        let text = |key: &str| error[key].as_str().unwrap_or_default().to_owned();
+        assert_eq!(error["exit"], exit, "{line}");
+        assert!(!text("message").is_empty() && !text("remedy").is_empty(), "{line}: {error}");
+        let path = if error["path"].is_null() { String::new() } else { format!("'{}': ", text("path")) };
+        let said_again = format!("error: {path}{}; {}\n", text("message"), text("remedy"));
+        assert_eq!(said_again, said.stderr, "the object says what the line says");
+        assert_eq!(folder.names(), Vec::<String>::new(), "{line}");
+    }
+}
+
+#[test]
+fn compare_exits_with_1_over_its_thresholds() {
+    let folder = Folder::new("compare");
+    let pair = "compare @/weave.png @/scales.png";
+    let exit = |line: &str| folder.run(line).exit;
+    assert_eq!(exit("compare @/weave.png @/weave.png"), Some(0));
+    assert_eq!(exit(pair), Some(1));
+    assert_eq!(exit(&format!("{pair} --fail 1")), Some(0));
+    assert_eq!(exit(&format!("{pair} --fail-percent 100")), Some(0));
+    assert_eq!(exit(&format!("{pair} --fail 1 --hard-fail 0.1")), Some(1));
+    assert_eq!(exit(&format!("{pair} --fail 1 --psnr 90")), Some(1));
+    let said = folder.run(&format!("{pair} --json"));
+    assert_eq!((said.exit, said.json()["stats"]["over"].as_bool()), (Some(1), Some(true)));
+    assert!(said.stderr.is_empty(), "{said:?}");
+}
+
+#[test]
+fn help_and_versions_are_answers() {
+    let folder = Folder::new("help");
+    for line in ["--help", "--version", "help quilt", "quilt --help", "man --help"] {
+        let said = folder.run(line).done();
+        assert!(!said.stdout.is_empty() && said.stderr.is_empty(), "{line}");
+        assert!(!said.stdout.contains(&0x1b), "{line}: escapes where nobody asked for colours");
+    }
+}

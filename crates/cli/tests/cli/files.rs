@@ -1,0 +1,155 @@
+//! What is written where, and what is left alone.
+
+use std::fs;
+
+use crate::program::{Folder, fixtures};
+
+#[test]
+fn an_output_that_is_an_input_is_refused() {
+    let folder = Folder::new("same");
+    fs::copy(fixtures() + "/stars.png", folder.path("a.png")).unwrap();
+    fs::hard_link(folder.path("a.png"), folder.path("hard.png")).unwrap();
+    let before = folder.files();
+    folder.run("quilt a.png -o ./a.png").refused(4, &["'./a.png'", "same file as the input 'a.png'"]);
+    folder.run("quilt a.png -o hard.png").refused(4, &["'hard.png'", "'a.png'"]);
+    folder.run("quilt @/weave.png --mask a.png -o a.png").refused(4, &["'a.png'"]);
+    folder.run("compare a.png @/stars.png --diff a.png").refused(4, &["'a.png'"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("a.png", folder.path("soft.png")).unwrap();
+        folder.run("quilt a.png -o soft.png").refused(4, &["'soft.png'"]);
+        fs::remove_file(folder.path("soft.png")).unwrap();
+    }
+    assert_eq!(folder.files(), before);
+}
+
+#[test]
+fn nothing_is_replaced_with_no_clobber() {
+    let folder = Folder::new("clobber");
+    for name in ["a.png", "m.exr", "c.toml"] {
+        fs::write(folder.path(name), b"old").unwrap();
+    }
+    let before = folder.files();
+    let refused = |line: &str, name: &str| {
+        folder.run(&format!("quilt @/stars.png {line} --no-clobber")).refused(4, &[name, "exists"]);
+    };
+    refused("-o a.png", "'a.png'");
+    refused("-o b.png --map m.exr", "'m.exr'");
+    refused("-o b.png --save-config c.toml", "'c.toml'");
+    assert_eq!(folder.files(), before);
+    folder.run("quilt @/stars.png -o a.png --size 20").done();
+    assert_ne!(folder.files()["a.png".as_ref() as &std::path::Path], b"old");
+}
+
+#[test]
+fn a_dry_run_writes_nothing_and_tells_what_it_would_do() {
+    let folder = Folder::new("dry");
+    folder.run("quilt @/stars.png -o map.png --size 40 --map map.exr").done();
+    let before = folder.files();
+    let lines = [
+        "quilt @/stars.png -o a.png --map m.exr --save-config c.toml",
+        "graphcut @/stars.png -o a.png --size 20",
+        "apply map.exr @/stars.png -o a.png",
+        "compare @/stars.png @/stars.png --diff a.png",
+        "man .",
+    ];
+    for line in lines {
+        let said = folder.run(&format!("{line} --dry-run")).done();
+        assert!(line.starts_with("compare") || said.stderr.contains("would be"), "{said:?}");
+        assert_eq!(folder.files(), before, "{line}");
+    }
+    let object = folder.run("quilt @/stars.png -o a.png --dry-run --json").done().json();
+    assert!(1 << 20 < object["estimated_memory_bytes"].as_u64().unwrap(), "{object}");
+    assert_eq!(object["outputs"].as_array().map(Vec::len), Some(0));
+    // What a run would refuse, a dry run refuses too.
+    folder.run("quilt @/stars.png -o a.png --dry-run --block 200").refused(3, &["200 px"]);
+    folder.run("quilt @/stars.png -o a.png --dry-run --max-memory 1MiB").refused(6, &["1.0 MiB"]);
+}
+
+#[test]
+fn the_estimate_is_no_less_than_the_peak() {
+    let folder = Folder::new("estimate");
+    for line in [
+        "quilt @/cobbles.png -o a.png --size 300 --map m.exr",
+        "quilt @/scales-hdr.exr -o a.exr --size 1500x900 --depth float --block 48",
+        "quilt @/weave.png @/scales.png @/bricks/height.png -o a.tiff --size 700 --tile xy",
+        "quilt @/stars.png -o a.png --size 2000 --block 24 --map m.exr",
+    ] {
+        let estimate = folder.run(&format!("{line} --dry-run --json")).done().json()["estimated_memory_bytes"].as_u64();
+        let object = folder.run(&format!("{line} --json -j 2")).done().json();
+        let Some(peak) = object["peak_memory_bytes"].as_u64() else {
+            eprintln!("SKIPPED: this system does not tell the peak");
+            return;
+        };
+        assert!(peak <= estimate.unwrap(), "{line}: {peak} bytes, {estimate:?} estimated");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn names_may_be_any_bytes() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = Folder::new("names");
+    for (i, name) in [&b"a\xff\xfeb.png"[..], b"line\nfeed.png", b"-rf.png", b"it's.png"].into_iter().enumerate() {
+        let (input, output) = (folder.path(OsStr::from_bytes(name)), format!("out-{i}.png"));
+        fs::copy(fixtures() + "/stars.png", &input).unwrap();
+        let bare = OsStr::from_bytes(name);
+        let words =
+            ["quilt".as_ref(), "--size".as_ref(), "16".as_ref(), "-o".as_ref(), output.as_ref(), "--".as_ref(), bare];
+        folder.run_words(words as [&OsStr; 7]).done();
+        let refused = folder.run_words(["quilt".as_ref(), input.as_os_str(), "-o".as_ref(), input.as_os_str()]);
+        refused.refused(4, &["same file"]);
+        let said = folder.run_words(["info".as_ref(), OsStr::new(&output)]).done();
+        assert!(String::from_utf8(said.stdout).unwrap().contains("selvedge quilt "));
+    }
+    let odd = OsStr::from_bytes(b"out\xff.png");
+    folder
+        .run_words([
+            "quilt".as_ref(),
+            OsStr::new(&(fixtures() + "/stars.png")),
+            "--size".as_ref(),
+            "16".as_ref(),
+            "-o".as_ref(),
+            odd,
+        ])
+        .done();
+    assert!(folder.path(odd).exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_cannot_be_written_is_refused_before_the_work() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = Folder::new("read-only");
+    if std::path::Path::new("/dev/full").exists() {
+        folder.run("quilt @/stars.png -o /dev/full --format png --size 16").refused(5, &["'/dev/full'", "no space"]);
+    }
+    fs::create_dir(folder.path("closed")).unwrap();
+    fs::set_permissions(folder.path("closed"), fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(folder.path("closed/probe"), b"").is_ok() {
+        eprintln!("SKIPPED: this user may write into read-only folders");
+    } else {
+        // This would take minutes if it were begun.
+        let line = "quilt @/stars.png -o closed/a.png --size 9000 --block 8 --max-memory 100GiB";
+        folder.run(line).refused(4, &["'closed/a.png'", "permission denied"]);
+    }
+    fs::set_permissions(folder.path("closed"), fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn manual_pages_and_completions_know_every_command() {
+    let folder = Folder::new("man");
+    folder.run("man .").done();
+    let names = folder.names();
+    for command in ["quilt", "graphcut", "apply", "info", "inspect", "compare", "completions", "man"] {
+        assert!(names.contains(&format!("selvedge-{command}.1")), "{command}: {names:?}");
+        for shell in ["bash", "zsh", "fish"] {
+            let script = folder.run(&format!("completions {shell}")).done().stdout;
+            assert!(String::from_utf8(script).unwrap().contains(command), "{shell}: {command}");
+        }
+    }
+    assert!(names.contains(&"selvedge.1".to_owned()));
+    let page = fs::read_to_string(folder.path("selvedge-quilt.1")).unwrap();
+    assert!(page.contains("tolerance") && page.contains("keep\\-partial"), "{page}");
+}

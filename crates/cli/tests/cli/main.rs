@@ -1,0 +1,12 @@
+//! The program from outside: exit codes, streams, files, options in files, signals, and samples bit for bit.
+#![forbid(unsafe_code)]
+
+mod config;
+mod degenerate;
+mod exit_codes;
+mod files;
+mod program;
+mod samples;
+#[cfg(unix)]
+mod signals;
+mod streams;

@@ -1,0 +1,92 @@
+//! Signals: runs end soon, with the right code, and leave nothing behind or what was asked for.
+
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Child, Command, Stdio};
+
+use crate::program::{Folder, Said, fixtures};
+
+/// Would take minutes.
+const LONG: &str =
+    "quilt @/cobbles.png -o out.png --size 8000 --block 12 --map map.exr --max-memory 100GiB --progress json";
+
+/// Starts a run and waits for its first step.
+fn begun(folder: &Folder, line: &str) -> (Child, BufReader<std::process::ChildStderr>) {
+    let words = line.split(' ').map(|word| word.replace('@', &fixtures()));
+    let mut child = folder.command().args(words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut step = String::new();
+    stderr.read_line(&mut step).unwrap();
+    assert!(step.starts_with('{'), "{step}");
+    (child, stderr)
+}
+
+fn send(child: &Child, signal: &str) {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+}
+
+/// Waits for the end; the last line of standard error is what was said at the end.
+fn ended(child: Child, mut stderr: BufReader<std::process::ChildStderr>) -> Said {
+    let mut said = String::new();
+    stderr.read_to_string(&mut said).unwrap();
+    let last = said.lines().filter(|line| !line.starts_with('{')).map(|line| format!("{line}\n")).collect();
+    Said { stderr: last, ..Said::from(child.wait_with_output().unwrap()) }
+}
+
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    let folder = Folder::new("interrupted");
+    for (signal, exit) in [("-INT", 130), ("-TERM", 143)] {
+        let (child, stderr) = begun(&folder, &format!("{LONG} --json"));
+        send(&child, signal);
+        let said = ended(child, stderr).refused(exit, &["interrupted; nothing was written"]);
+        assert_eq!(said.json()["error"]["exit"], exit);
+        assert_eq!(folder.names(), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn the_best_so_far_is_kept_when_asked_for() {
+    let folder = Folder::new("partial");
+    let (child, stderr) = begun(&folder, &format!("{LONG} --keep-partial").replace("8000", "2000"));
+    send(&child, "-INT");
+    ended(child, stderr).refused(130, &["interrupted; the best so far is in 'out.partial.png'"]);
+    assert_eq!(folder.names(), ["map.partial.exr", "out.partial.png"]);
+    let map = selvedge_io::read_map(folder.path("map.partial.exr"), &Default::default()).unwrap().map;
+    let assigned = map.ids.plane(0).iter().filter(|id| id.is_assigned()).count();
+    assert!(0 < assigned && assigned < map.domain().len(), "{assigned}");
+    folder.run("apply map.partial.exr @/cobbles.png -o again.png").done();
+    folder.run("compare out.partial.png again.png").done();
+}
+
+#[test]
+fn a_second_signal_ends_at_once_and_cleans_up() {
+    let folder = Folder::new("twice");
+    let (child, stderr) = begun(&folder, &format!("{LONG} --keep-partial"));
+    send(&child, "-INT");
+    std::thread::sleep(std::time::Duration::from_millis(60));
+    send(&child, "-INT");
+    let said = ended(child, stderr);
+    assert_eq!(said.exit, Some(130), "{said:?}");
+    assert!(folder.names().iter().all(|name| !name.ends_with(".part")), "{:?}", folder.names());
+}
+
+#[test]
+fn a_run_that_waits_for_its_input_can_be_ended() {
+    let folder = Folder::new("waiting");
+    let mut child = folder
+        .command()
+        .args(["quilt", "-", "-o", "a.png"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The program listens before it reads; its input is held open.
+    let held = child.stdin.take();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    send(&child, "-TERM");
+    let said = Said::from(child.wait_with_output().unwrap());
+    drop(held);
+    assert_eq!(said.exit, Some(143), "{said:?}");
+    assert_eq!(folder.names(), Vec::<String>::new());
+}

@@ -1,0 +1,102 @@
+//! Standard input, standard output, and who listens.
+
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::process::Stdio;
+
+use crate::program::{Folder, Said, fixtures};
+
+#[test]
+fn pictures_go_through_streams() {
+    let folder = Folder::new("streams");
+    let bytes = fs::read(fixtures() + "/weave.png").unwrap();
+    let piped = |line: &str| {
+        let mut child =
+            folder.command().args(line.split(' ')).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(&bytes).unwrap();
+        Said::from(child.wait_with_output().unwrap()).done().stdout
+    };
+    folder.run("quilt @/weave.png -o file.png --size 50 --map map.exr").done();
+    let picture = |bytes: &[u8]| selvedge_io::decode(bytes, "a", &Default::default()).unwrap();
+    let file = picture(&fs::read(folder.path("file.png")).unwrap());
+    let stream = picture(&piped("quilt - -o - --size 50"));
+    assert_eq!((&stream.plane, stream.format), (&file.plane, selvedge_io::Format::Png));
+    let tiff = picture(&piped("quilt - -o - --size 50 --format tiff"));
+    assert_eq!((&tiff.plane, tiff.format), (&file.plane, selvedge_io::Format::Tiff));
+    assert_eq!(picture(&piped("apply map.exr - -o -")).plane, file.plane);
+    assert!(String::from_utf8(piped("info -")).unwrap().contains("192x192 px"));
+    folder.run("quilt - -o a.png").refused(3, &["'-'", "empty"]);
+    folder.run("quilt @/weave.png -o - --json").refused(2, &["--json", "standard output"]);
+    folder.run("quilt @/weave.png -o - --map -").refused(2, &["'-'", "two outputs"]);
+}
+
+#[test]
+fn with_json_there_is_exactly_one_object() {
+    let folder = Folder::new("json");
+    folder.run("quilt @/weave.png -o w.png --size 40 --map map.exr").done();
+    for line in [
+        "quilt @/weave.png -o a.png --size 40 --map m.exr -v --progress json",
+        "apply map.exr @/weave.png @/scales.png -o out-{stem}.png",
+        "info w.png",
+        "info map.exr",
+        "inspect @/weave.png",
+        "compare @/weave.png @/weave.png",
+        "completions bash",
+        "man .",
+    ] {
+        let object = folder.run(&format!("{line} --json")).done().json();
+        let command = line.split(' ').next().unwrap();
+        assert_eq!(object["command"], command);
+        assert_eq!(object["version"], env!("CARGO_PKG_VERSION"));
+        for key in ["seed", "options", "inputs", "outputs", "seconds", "threads", "peak_memory_bytes", "stats"] {
+            assert!(object.get(key).is_some(), "{line}: no {key}");
+        }
+        assert!(0.0 < object["seconds"]["total"].as_f64().unwrap());
+        for output in object["outputs"].as_array().unwrap() {
+            let path = folder.path(output["path"].as_str().unwrap());
+            let hash = blake3::hash(&fs::read(path).unwrap()).to_hex();
+            assert_eq!(output["blake3"], hash.as_str(), "{line}");
+        }
+    }
+    // Even where the wish stands in a file of options.
+    fs::write(folder.path("c.toml"), "json = true\n").unwrap();
+    folder.run("quilt none.png -o a.png --config c.toml").refused(4, &["'none.png'"]).json();
+}
+
+#[test]
+fn progress_is_one_object_a_line_when_asked_for() {
+    let folder = Folder::new("progress");
+    let said = folder.run("quilt @/weave.png -o a.png --size 80 --progress json -q").done();
+    let steps: Vec<serde_json::Value> = said.stderr.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(!steps.is_empty());
+    assert_eq!(steps[steps.len() - 1]["done"], steps[steps.len() - 1]["of"]);
+    let quiet = folder.run("quilt @/weave.png -o a.png --size 80 -q").done();
+    assert!(quiet.stderr.is_empty() && quiet.stdout.is_empty(), "{quiet:?}");
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_failure() {
+    let folder = Folder::new("pipe");
+    for line in ["completions bash", "quilt @/weave.png -o - --size 600", "info @/weave.png --json"] {
+        let words = line.split(' ').map(|word| word.replace('@', &fixtures()));
+        let mut child = folder.command().args(words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let mut stderr = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{line}: {stderr}");
+        assert!(!stderr.contains("error"), "{stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_no_space() {
+    let folder = Folder::new("full");
+    for line in ["quilt @/stars.png -o - --size 16", "info @/stars.png", "completions zsh"] {
+        let words = line.split(' ').map(|word| word.replace('@', &fixtures()));
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let said = Said::from(folder.command().args(words).stdout(full).stderr(Stdio::piped()).output().unwrap());
+        assert_eq!(said.exit, Some(5), "{line}: {said:?}");
+        assert!(said.stderr.lines().last().unwrap().starts_with("error: 'standard output': "), "{said:?}");
+    }
+}

@@ -1,0 +1,304 @@
+//! The method through its public interface: what it promises whatever the exemplar.
+
+use selvedge_core::{
+    Domain, Encoder, ErrorKind, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts, SeamMeasure,
+    Seed, SourceMap, Transform,
+};
+use selvedge_graphcut_textures::{
+    Error, Feathered, Options, Placement, Splined, Start, Stats, graphcut, graphcut_from,
+};
+
+const PLACEMENTS: [Placement; 4] = [Placement::Auto, Placement::Random, Placement::Entire, Placement::Sub];
+
+/// Blobs: a texture with structure of about eight samples.
+fn blobs<const D: usize>(shape: [u32; D], seed: u64) -> Plane<D> {
+    let domain = Domain::open(shape);
+    let noise = |at: [u32; D]| {
+        let key = at.iter().fold(0_u64, |k, &p| k * 1009 + u64::from(p / 4));
+        (Seed(seed).derive("blob", key).0 % 200) as u8
+    };
+    let fine = |at: [u32; D]| at.iter().map(|p| p * 7 % 5).sum::<u32>() as u8;
+    let samples = (0..3).flat_map(|c| domain.positions().map(move |at| noise(at) / (c + 1) + fine(at) * 4)).collect();
+    Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 3, samples).unwrap()))
+}
+
+fn of<const D: usize>(plane: &Plane<D>) -> Exemplars<D> {
+    Exemplars::of(&[std::slice::from_ref(plane)]).unwrap()
+}
+
+fn weave<const D: usize>(e: &Exemplars<D>, output: Domain<D>, options: &Options) -> (SourceMap<D>, Stats) {
+    let woven = graphcut(e, output, options, &Run::seeded(3)).unwrap();
+    assert!(woven.complete);
+    assert_eq!(woven.result.holes(), 0, "{options:?}");
+    (woven.result, woven.stats)
+}
+
+#[test]
+fn everything_is_covered_and_seams_never_become_dearer() {
+    let e = of(&blobs([24, 30], 1));
+    for placement in PLACEMENTS {
+        for seam in [SeamMeasure::Difference, SeamMeasure::Gradient] {
+            for periodic in [[false, false], [true, true], [false, true]] {
+                let options = Options { placement, seam, refine: Some(12), ..Options::default() };
+                let (map, stats) = weave(&e, Domain { shape: [50, 41], periodic }, &options);
+                assert!(stats.energy.is_sorted_by(|a, b| a >= b), "{:?}", stats.energy);
+                let total = SeamCosts::new(&e, seam).unwrap().total(&map);
+                assert_eq!(stats.energy.last(), Some(&total), "the energy is the price of the map's seams");
+                assert_ne!(stats.placement, Placement::Auto);
+            }
+        }
+    }
+}
+
+#[test]
+fn clips_are_woven_by_the_same_code() {
+    let e = of(&blobs([6, 12, 14], 2));
+    for placement in [Placement::Random, Placement::Sub, Placement::Entire] {
+        let output = Domain { shape: [9, 16, 18], periodic: [true, false, false] };
+        let options = Options { placement, refine: Some(4), ..Options::default() };
+        let (map, stats) = weave(&e, output, &options);
+        assert!(stats.energy.is_sorted_by(|a, b| a >= b), "{:?}", stats.energy);
+        assert!((0..9).any(|t| map.is_seam([t, 0, 0], 0)) || 0 < stats.patches);
+    }
+}
+
+#[test]
+fn wrapped_seams_are_no_worse_than_inner_ones() {
+    let e = of(&blobs([40, 40], 3));
+    let output = Domain::periodic([56, 56]);
+    let (map, _) = weave(&e, output, &Options { placement: Placement::Sub, ..Options::default() });
+    let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+    let column = |x: u32| (0..56).map(|y| i64::from(costs.at(&map, [y, x], 1))).sum::<i64>();
+    let mut columns: Vec<i64> = (0..55).map(column).collect();
+    columns.sort_unstable();
+    // No dearer than the dearest of the others.
+    assert!(column(55) <= columns[54], "{} of {columns:?}", column(55));
+}
+
+#[test]
+fn the_map_does_not_depend_on_threads() {
+    let e = of(&blobs([32, 32], 4));
+    for placement in PLACEMENTS {
+        let options = Options { placement, tries: 3, refine: Some(6), ..Options::default() };
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| weave(&e, Domain::periodic([48, 56]), &options))
+        };
+        assert_eq!(on(1), on(4));
+    }
+}
+
+#[test]
+fn masked_samples_are_never_used() {
+    let plane = blobs([30, 30], 5);
+    let valid = Domain::open([30, 30]).positions().map(|[y, x]| (y + 2 * x) % 41 > 2 && x < 27).collect();
+    let valid = Grid::from_vec(Domain::open([30, 30]), 1, valid).unwrap();
+    let planes = [std::slice::from_ref(&plane)];
+    let encoder = Encoder::fit(&planes).unwrap();
+    let e = Exemplars::masked(&encoder, &planes, &[Some(valid.clone())], &[Transform::IDENTITY]).unwrap();
+    for placement in PLACEMENTS {
+        let (map, _) = weave(&e, Domain::open([40, 44]), &Options { placement, refine: Some(8), ..Options::default() });
+        assert!(map.domain().positions().all(|p| map.locate(p).is_some_and(|(_, at)| valid.get(0, at))));
+    }
+}
+
+#[test]
+fn fixed_samples_stay_to_the_bit() {
+    let e = of(&blobs([28, 28], 6));
+    let output = Domain::open([40, 40]);
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    let mut fixed = Grid::try_filled(output, 1, false).unwrap();
+    for y in 10..20 {
+        for x in 15..30 {
+            map.ids.set(0, [y, x], SampleId::new((y - 8) * 28 + x - 12));
+            fixed.set(0, [y, x], true);
+        }
+    }
+    for placement in PLACEMENTS {
+        let start = Start { map: map.clone(), fixed: Some(fixed.clone()), sources: None };
+        let options = Options { placement, refine: Some(10), ..Options::default() };
+        let woven = graphcut_from(&e, start, &options, &Run::seeded(1)).unwrap();
+        assert_eq!(woven.result.holes(), 0);
+        for p in output.positions().filter(|&p| fixed.get(0, p)) {
+            assert_eq!(woven.result.ids.get(0, p), map.ids.get(0, p));
+        }
+    }
+}
+
+#[test]
+fn a_field_of_sources_is_obeyed() {
+    let plane = blobs([32, 32], 7);
+    let planes = [std::slice::from_ref(&plane)];
+    let scales = [1.0, 0.5].map(|scale| Transform::Resampled { degrees: 0.0, scale });
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &scales).unwrap();
+    let output = Domain::open([40, 40]);
+    let field = output
+        .positions()
+        .map(|[y, _]| {
+            if y < 18 {
+                0b10
+            } else if y < 24 {
+                0b11
+            } else {
+                0b01
+            }
+        })
+        .collect();
+    let field = Grid::from_vec(output, 1, field).unwrap();
+    for placement in PLACEMENTS {
+        let map = SourceMap::unassigned(&e, output).unwrap();
+        let start = Start { map, fixed: None, sources: Some(field.clone()) };
+        let options = Options { placement, refine: Some(6), ..Options::default() };
+        let woven = graphcut_from(&e, start, &options, &Run::seeded(1)).unwrap();
+        for p in output.positions() {
+            let (source, _) = woven.result.locate(p).unwrap();
+            assert_eq!(field.get(0, p) >> source & 1, 1, "{p:?}");
+        }
+    }
+}
+
+#[test]
+fn several_exemplars_and_orientations_are_used() {
+    let (a, b) = (blobs([26, 20], 8), blobs([20, 30], 8));
+    let planes = [std::slice::from_ref(&a), std::slice::from_ref(&b)];
+    let turns: Vec<Transform> = (0..4).map(|quarter_turns| Transform::Exact { quarter_turns, mirror: false }).collect();
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &turns).unwrap();
+    let options = Options { placement: Placement::Random, refine: Some(0), ..Options::default() };
+    let (map, _) = weave(&e, Domain::open([90, 90]), &options);
+    let used: std::collections::BTreeSet<usize> =
+        map.domain().positions().filter_map(|p| map.locate(p)).map(|(s, _)| s).collect();
+    assert!(6 <= used.len(), "{used:?} of 8");
+    map.render(&[&a, &b]).unwrap();
+}
+
+#[test]
+fn constant_and_tiny_exemplars_end() {
+    let constant = |shape| {
+        let grid = Grid::try_filled(Domain::open(shape), 1, 9_u8).unwrap();
+        of(&Plane::new(Role::Scalar, Samples::U8(grid)))
+    };
+    for placement in PLACEMENTS {
+        let options = Options { placement, ..Options::default() };
+        for (shape, output) in [([16, 16], [40, 40]), ([1, 1], [7, 5]), ([1, 9], [6, 20]), ([3, 2], [3, 2])] {
+            let (_, stats) = weave(&constant(shape), Domain::open(output), &options);
+            assert_eq!(stats.energy, [0], "{shape:?}");
+            weave(&constant(shape), Domain::periodic(output), &options);
+        }
+    }
+}
+
+#[test]
+fn wrong_input_is_an_error_with_its_numbers() {
+    let e = of(&blobs([16, 20], 9));
+    let run = Run::seeded(0);
+    let fails = |output, options: &Options| graphcut(&e, output, options, &run).unwrap_err();
+    let output = Domain::open([20, 20]);
+    let options = Options::default();
+    let region = fails(output, &Options { region: Some(17), ..options });
+    assert_eq!(region, Error::RegionExceedsExemplar { region: 17, largest: vec![16, 20] });
+    assert_eq!(region.kind(), ErrorKind::Input);
+    assert!(matches!(fails(Domain::open([0, 5]), &options), Error::EmptyOutput { .. }));
+    for wrong in [
+        Options { randomness: f64::NAN, ..options },
+        Options { randomness: -1.0, ..options },
+        Options { variety: f64::INFINITY, ..options },
+        Options { region: Some(0), ..options },
+        Options { tries: 0, ..options },
+        Options { patience: 0, ..options },
+    ] {
+        assert_eq!(fails(output, &wrong).kind(), ErrorKind::Option);
+    }
+    let start = |fixed: Option<Grid<bool, 2>>, sources: Option<Grid<u64, 2>>| {
+        let map = SourceMap::unassigned(&e, output).unwrap();
+        graphcut_from(&e, Start { map, fixed, sources }, &options, &run).unwrap_err()
+    };
+    let other = Domain::open([20, 21]);
+    assert!(matches!(start(Grid::try_filled(other, 1, true).ok(), None), Error::Shape { .. }));
+    assert!(matches!(start(None, Grid::try_filled(other, 1, 1).ok()), Error::Shape { .. }));
+    assert_eq!(start(None, Grid::try_filled(output, 1, 2).ok()), Error::NoSource { at: vec![0, 0] });
+    let small = Run { limits: selvedge_core::Limits { memory: 1000, ..run.limits }, ..run };
+    assert_eq!(graphcut(&e, output, &options, &small).unwrap_err().kind(), ErrorKind::Memory);
+    let foreign = SourceMap::unassigned(&of(&blobs([5, 5], 1)), output).unwrap();
+    assert!(matches!(Feathered::new(&e, foreign, 1.0), Err(Error::ForeignMap { .. })));
+}
+
+struct Stop(std::sync::atomic::AtomicU32);
+impl selvedge_core::Observer<2> for Stop {
+    fn cancelled(&self) -> bool {
+        use std::sync::atomic::Ordering;
+        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_err()
+    }
+}
+
+#[test]
+fn a_cancelled_run_answers_with_its_best_so_far() {
+    let e = of(&blobs([16, 16], 10));
+    let stop = Stop(5.into());
+    let run = Run { observer: &stop, ..Run::seeded(0) };
+    let woven = graphcut(&e, Domain::open([60, 60]), &Options::default(), &run).unwrap();
+    assert!(!woven.complete && 0 < woven.result.holes());
+}
+
+/// A map of two patches side by side, with a straight seam, and the exemplar as floats.
+fn two_halves() -> (Exemplars<2>, SourceMap<2>, Plane<2>) {
+    let domain = Domain::open([12, 40]);
+    let samples = domain.positions().map(|[_, x]| x as f32).collect();
+    let plane = Plane::new(Role::Scalar, Samples::F32(Grid::from_vec(domain, 1, samples).unwrap()));
+    let e = of(&plane);
+    let mut map = SourceMap::unassigned(&e, Domain::open([12, 24])).unwrap();
+    for [y, x] in map.domain().positions() {
+        map.ids.set(0, [y, x], e.table().id(0, [y, if x < 12 { x } else { x + 8 }]));
+    }
+    (e, map, plane)
+}
+
+#[test]
+fn blending_goes_monotonely_from_one_patch_to_the_other() {
+    let (e, map, plane) = two_halves();
+    let feathered = Feathered::new(&e, map.clone(), 2.0).unwrap().render(&[&plane]).unwrap();
+    let splined = Splined::new(&e, map.clone(), 3).unwrap().render(&[&plane]).unwrap();
+    let plain = map.render(&[&plane]).unwrap();
+    for (name, out) in [("feathered", feathered), ("splined", splined)] {
+        let row: Vec<f64> = (0..24).map(|x| out.samples.value(0, 5 * 24 + x)).collect();
+        assert!(row.is_sorted(), "{name} {row:?}");
+        let step = row.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+        assert!(step < 4.0, "{name}: the step of 9 is spread out, {row:?}");
+        // In the middle both patches weigh the same: x and x + 8.
+        assert!((row[11] + row[12] - (11.0 + 12.0 + 8.0)).abs() < 1e-3, "{name} {row:?}");
+        if name == "feathered" {
+            assert!((0..7).chain(17..24).all(|x| row[x] == plain.samples.value(0, 5 * 24 + x)));
+        }
+    }
+}
+
+#[test]
+fn maps_without_seams_are_copied_bit_for_bit() {
+    let plane = blobs([80, 90], 11);
+    let e = of(&plane);
+    let mut map = SourceMap::unassigned(&e, Domain::open([70, 75])).unwrap();
+    for [y, x] in map.domain().positions() {
+        map.ids.set(0, [y, x], e.table().id(0, [y + 3, x + 5]));
+    }
+    let plain = map.render(&[&plane]).unwrap();
+    let feathered = Feathered::new(&e, map.clone(), 3.0).unwrap();
+    assert_eq!(feathered.blended(), 0);
+    assert_eq!(feathered.render(&[&plane]).unwrap(), plain);
+    assert_eq!(Splined::new(&e, map.clone(), 4).unwrap().render(&[&plane]).unwrap(), plain);
+    assert!(Feathered::new(&e, map.clone(), f64::NAN).is_err());
+    assert!(Splined::new(&e, map, 6).is_err());
+}
+
+#[test]
+fn splines_of_equal_patches_are_the_patch() {
+    // Two exemplars with the same samples: any blend of them is the same picture.
+    let plane = blobs([40, 40], 12);
+    let planes = [std::slice::from_ref(&plane), std::slice::from_ref(&plane)];
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &[Transform::IDENTITY]).unwrap();
+    let mut map = SourceMap::unassigned(&e, Domain::periodic([40, 40])).unwrap();
+    for [y, x] in map.domain().positions() {
+        map.ids.set(0, [y, x], e.table().id(usize::from((y / 7 + x / 9) % 2 == 1), [y, x]));
+    }
+    let plain = map.render(&[&plane, &plane]).unwrap();
+    assert_eq!(Splined::new(&e, map.clone(), 4).unwrap().render(&[&plane, &plane]).unwrap(), plain);
+    assert_eq!(Feathered::new(&e, map, 2.0).unwrap().render(&[&plane, &plane]).unwrap(), plain);
+}
