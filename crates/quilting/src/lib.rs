@@ -24,12 +24,15 @@
 //! # }
 //! ```
 //!
+//! [`transfer`] draws a target in an exemplar's texture: a [`Guide`](selvedge_core::Guide), made of maps from [`correspondence`],
+//! says what has to lie where.
+//!
 //! # Features
 //! `rayon` (default): candidates are searched on the caller's pool; the output is the same either way.
 //!
 //! # Current state
-//! Synthesis (section 2 of the paper) in full, with periodic outputs, masks and several exemplars. Every block of every
-//! source is searched, exactly, by `selvedge-fft-ssd`.
+//! Synthesis and transfer (sections 2 and 3 of the paper) in full, with periodic outputs, masks and several exemplars.
+//! Every block of every source is searched, exactly, by `selvedge-fft-ssd`.
 //!
 //! # Papers
 //! `[Efros01]`: A. A. Efros, W. T. Freeman, *Image Quilting for Texture Synthesis and Transfer*, SIGGRAPH 2001.

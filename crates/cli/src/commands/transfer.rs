@@ -25,8 +25,8 @@ const LEAST_AVERAGE: f64 = 2.0;
 pub(crate) struct Transfer {
     #[command(flatten)]
     weaving: Weaving,
-    /// The picture to draw; the output has its size. Any depth, grey or colour.
-    #[arg(long, value_name = "PICTURE", required_unless_present = "guide", value_hint = ValueHint::FilePath)]
+    /// The picture to draw, of any depth, grey or colour; the output has its size. May be left out if there is a --guide.
+    #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     target: Option<PathBuf>,
     /// What of the target to follow, each with its weight: luminance or orientation.
     #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',', default_value = "luminance")]
@@ -42,7 +42,7 @@ pub(crate) struct Transfer {
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
     /// Weight of each --guide, in order. Default: 1.
-    #[arg(long, value_name = "W", requires = "guide")]
+    #[arg(long, value_name = "W")]
     weight: Vec<f64>,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
@@ -107,7 +107,8 @@ impl Transfer {
         options.validate()?;
         let pairs = self.pairs()?;
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
-        let first = Input::new(session, first.expect("a target or a guide is required"))?;
+        let nothing = || Failure::new(2, "nothing to follow; give a --target or a --guide");
+        let first = Input::new(session, first.ok_or_else(nothing)?)?;
         let mut loom = self.weaving.begin(
             session,
             &Plan {

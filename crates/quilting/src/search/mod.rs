@@ -3,7 +3,7 @@
 #[cfg(test)]
 pub(crate) mod plain;
 
-use selvedge_core::{Exemplars, Guide, SimdLevel};
+use selvedge_core::{Exemplars, Guide, SimdLevel, par};
 use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Tolerance};
 
 use crate::options::Error;
@@ -64,12 +64,19 @@ pub(crate) trait Search {
 pub(crate) struct FastSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
-    scratch: Scratch,
     /// Each term.
-    parts: Vec<Costs<2>>,
+    parts: Vec<Part>,
     /// Their sum.
     total: Costs<2>,
     found: Vec<Candidate>,
+}
+
+/// One term's errors.
+#[derive(Default)]
+struct Part {
+    scratch: Scratch,
+    costs: Costs<2>,
+    failed: Option<selvedge_fft_ssd::Error>,
 }
 
 impl<'e> FastSearch<'e> {
@@ -82,50 +89,59 @@ impl<'e> FastSearch<'e> {
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
         let guide = guide.map(of_guide).transpose()?;
-        Ok(Self { texture, guide, scratch: Scratch::new(), parts: Vec::new(), total: Costs::new(), found: Vec::new() })
+        Ok(Self { texture, guide, parts: Vec::new(), total: Costs::new(), found: Vec::new() })
     }
 
-    /// The weighted sum of all terms, into `total`.
-    fn sum(&mut self, terms: &[Term<'_>]) -> Result<(), Error> {
-        if let [only @ Term { weight: 1, .. }] = terms {
-            return self.search(only, None);
+    /// The weighted sum of all terms.
+    fn sum(&mut self, terms: &[Term<'_>]) -> Result<&mut Costs<2>, Error> {
+        if self.parts.len() < terms.len() {
+            self.parts.resize_with(terms.len(), Part::default);
         }
-        while self.parts.len() < terms.len() {
-            self.parts.push(Costs::new());
+        let parts = &mut self.parts[..terms.len()];
+        let (texture, guide) = (&self.texture, self.guide.as_ref());
+        // Searches of small blocks are too short to be split, but not too short to run beside each other.
+        par::for_rows(parts, 1, |number, part| part[0].search(texture, guide, &terms[number]));
+        if let Some(error) = parts.iter_mut().find_map(|part| part.failed.take()) {
+            return Err(error.into());
         }
-        for (number, term) in terms.iter().enumerate() {
-            self.search(term, Some(number))?;
+        if let [Term { weight: 1, .. }] = terms {
+            return Ok(&mut parts[0].costs);
         }
-        let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(&self.parts).collect();
-        Ok(self.total.sum_of(&weighted)?)
+        let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(parts.iter().map(|p| &p.costs)).collect();
+        self.total.sum_of(&weighted)?;
+        Ok(&mut self.total)
     }
+}
 
-    /// One term, into that part or into `total`.
-    fn search(&mut self, term: &Term<'_>, part: Option<usize>) -> Result<(), Error> {
+impl Part {
+    fn search(&mut self, texture: &SsdSearcher<'_, 2>, guide: Option<&SsdSearcher<'_, 2>>, term: &Term<'_>) {
         let searcher = match term.space {
-            Space::Texture => &self.texture,
-            Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
+            Space::Texture => texture,
+            Space::Guide => guide.expect("guide terms come with a guide"),
         };
         let template = term.template;
         let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
-        let costs = part.map_or(&mut self.total, |number| &mut self.parts[number]);
-        Ok(searcher.search(&query, Placement::INSIDE, &mut self.scratch, costs)?)
+        self.failed = searcher.search(&query, Placement::INSIDE, &mut self.scratch, &mut self.costs).err();
     }
 }
 
 impl Search for FastSearch<'_> {
     fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
-        self.sum(terms)?;
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        let costs = self.sum(terms)?;
         let tolerance = Tolerance::from(per_mille);
         let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
-        let mut near = self.total.within_where(tolerance, allowed);
+        let mut near = costs.within_where(tolerance, allowed);
         if near.is_empty() {
-            near = self.total.within(tolerance);
+            near = costs.within(tolerance);
         }
-        let found =
-            near.iter().map(|c| Candidate { error: c.error, source: c.source, at: c.position.map(|p| p as u32) });
-        self.found.clear();
-        self.found.extend(found);
+        found.extend(near.iter().map(|c| Candidate {
+            error: c.error,
+            source: c.source,
+            at: c.position.map(|p| p as u32),
+        }));
+        self.found = found;
         Ok(&mut self.found)
     }
 }
