@@ -188,7 +188,7 @@ impl Graphcut {
     }
 }
 
-/// An upper bound of what the method holds, measured: searches over sources and output, the graph, old seams.
+/// A rough upper bound of what the method holds: searches over sources and output, the graph, old seams.
 fn estimate(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
     let len = |domain: &Domain<2>| domain.shape.iter().fold(1, |n, &side| u64::saturating_mul(n, side.into()));
     let sources = sources.iter().map(len).fold(0, u64::saturating_add);
