@@ -45,6 +45,7 @@
 mod blend;
 mod candidates;
 mod canvas;
+mod choice;
 mod cut;
 mod error;
 mod error_cells;
@@ -56,8 +57,10 @@ mod matching;
 mod options;
 mod patch;
 mod period;
+mod refine;
 mod region;
 mod start;
+mod weaver;
 mod window;
 
 pub use blend::{Feathered, Splined};
