@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts};
+use selvedge_fft_ssd::feature_size;
 
 use crate::candidates::variance;
 use crate::canvas::{Canvas, Offer};
@@ -54,7 +55,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let side = region_side(exemplars, options)?;
         let region = std::array::from_fn(|a| side.min(output.shape[a]));
         // Far beyond any output, and still far from the end of positions.
-        let reach = options.reach.unwrap_or(side * 2 / 3).min(1 << 24);
+        let reach = options.reach.unwrap_or(side.div_ceil(2)).min(1 << 24);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
         let placement = match options.placement {
@@ -184,7 +185,9 @@ fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>
     })
 }
 
-/// The side of error regions: as asked, or a quarter of the exemplar.
+/// The side of error regions: as asked, or three fifths of the largest structures, so that a region with its
+/// surroundings holds one of them; but no less than an eighth of the exemplar's shortest side (at most 28), for
+/// repetitions of small patches are seen, and no more than a quarter of it (at most 76), for few large ones fit.
 fn region_side<const D: usize>(exemplars: &Exemplars<D>, options: &Options) -> Result<u32, Error> {
     let shortest = |s: &selvedge_core::Source<D>| s.domain().shape.into_iter().min().unwrap_or(0);
     let largest = exemplars.sources().iter().max_by_key(|s| shortest(s)).map(|s| s.domain().shape).unwrap_or([0; D]);
@@ -192,6 +195,9 @@ fn region_side<const D: usize>(exemplars: &Exemplars<D>, options: &Options) -> R
     match options.region {
         Some(region) if most < region => Err(Error::RegionExceedsExemplar { region, largest: largest.to_vec() }),
         Some(region) => Ok(region),
-        None => Ok((most / 4).clamp(most.min(8), 64).max(1)),
+        None => {
+            let least = (most / 8).min(28).max(most.min(8));
+            Ok((feature_size(exemplars)? * 3 / 5).clamp(least, (most / 4).clamp(least, 76)).max(1))
+        }
     }
 }
