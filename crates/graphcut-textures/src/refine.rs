@@ -16,26 +16,24 @@ impl<const D: usize> Weaver<'_, D> {
     /// # Errors
     /// [`Error::Search`], [`Error::Cut`].
     pub(crate) fn refine(&mut self) -> Result<bool, Error> {
-        let (mut failures, mut failed) = (0, vec![false; self.canvas.cells.cells.len()]);
+        let mut failures = 0;
         let most = self.stats.patches.max(4) * Options::REFINEMENTS_A_PATCH;
         let limit = self.options.refine.map_or(most, u64::from);
         while self.stats.refinements < limit && failures < self.options.patience {
             if self.run.observer.cancelled() {
                 return Ok(false);
             }
-            let Some((cell, _)) = self.canvas.cells.worst(|cell| !failed[cell]) else { break };
+            let Some(cell) = self.canvas.cells.worst() else { break };
             let region = self.canvas.cells.region(cell, self.region);
             let improved = self.improve(&region)?;
             self.stats.refinements += 1;
             if let Some(window) = improved {
                 self.stats.improvements += 1;
                 failures = 0;
-                for (cell, failed) in failed.iter_mut().enumerate().filter(|(_, f)| **f) {
-                    *failed = !self.canvas.cells.region(cell, self.region).meets(&window, self.canvas.domain());
-                }
+                self.canvas.cells.readmit(&window, self.region);
             } else {
                 failures += 1;
-                failed[cell] = true;
+                self.canvas.cells.leave_out(cell);
             }
             self.stats.energy.push(self.canvas.energy());
             self.tell("refine", self.stats.refinements, limit);
