@@ -39,8 +39,8 @@ pub struct Stats {
 /// Wrong options ([`Options::validate`]), an empty output, regions that no exemplar holds, and too little memory.
 ///
 /// # Complexity
-/// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for entire-patch matching, and `P` maximum flows
-/// over at most `N` nodes each; `P` grows with the output's area. Space `O(output + N)`.
+/// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for the searches, and `P` maximum flows over at most
+/// a region with its reach, or `N` nodes, whichever is less; `P` grows with the output's area. Space `O(output + N)`.
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
