@@ -129,7 +129,7 @@ fn fixed_samples_stay_to_the_bit() {
 fn a_field_of_sources_is_obeyed() {
     let plane = blobs([32, 32], 7);
     let planes = [std::slice::from_ref(&plane)];
-    let scales = [1.0, 0.5].map(|scale| Transform::Resampled { degrees: 0.0, scale });
+    let scales = [1.0, 0.5].map(|scale| Transform::new(0.0, scale, false));
     let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &scales).unwrap();
     let output = Domain::open([40, 40]);
     let field = output
