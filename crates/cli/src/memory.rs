@@ -46,6 +46,11 @@ pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> u64 {
     sources.iter().map(one).fold(0, u64::saturating_add)
 }
 
+/// An upper bound of what resampled sources take while a map is rendered: their samples, in the depth of the output.
+pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> u64 {
+    resampled.iter().map(|domain| picture(*domain, channels, depth)).fold(0, u64::saturating_add)
+}
+
 /// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,
 /// and twice the size of each as a file that was not compressed.
 pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> u64 {
