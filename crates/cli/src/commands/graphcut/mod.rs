@@ -172,7 +172,7 @@ impl Graphcut {
                     // A bit for each source at each place.
                     let field = if steered { bits_of_sources(output) } else { 0 };
                     let method = estimate(sources, channels, output, &options);
-                    method.saturating_add(field).saturating_add(self.blending.memory(output))
+                    method.saturating_add(field).saturating_add(self.blending.memory(output, channels + 1))
                 },
             },
         )?;
