@@ -67,7 +67,8 @@ pub fn graphcut_from<const D: usize>(
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
     options.validate()?;
     start.check(exemplars)?;
-    let needed = estimate(exemplars, start.map.domain(), options);
+    let sources: Vec<Domain<D>> = exemplars.table().sources().iter().map(|(_, domain)| *domain).collect();
+    let needed = estimate(&sources, exemplars.channels(), start.map.domain(), options);
     if run.limits.memory < needed {
         return Err(Error::Memory { needed, limit: run.limits.memory });
     }

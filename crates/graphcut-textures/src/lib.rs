@@ -90,4 +90,3 @@ pub use graphcut::{Stats, graphcut, graphcut_from};
 pub use options::{Options, Placement};
 pub use period::periodicity;
 pub use start::Start;
-pub(crate) use start::check_map;
