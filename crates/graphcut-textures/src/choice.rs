@@ -24,17 +24,17 @@ impl<const D: usize> Weaver<'_, D> {
             Placement::Entire => self.matcher.search(&self.canvas.map, region, &self.near(region))?,
             Placement::Sub | Placement::Auto => self.matcher.search(&self.canvas.map, region, region)?,
         }
-        let mut list = self.shortlist(at);
+        let neighbours = patches(&self.canvas.map, region);
+        let mut list = self.shortlist(region, &neighbours, at);
         if list.is_empty() {
-            // Every offset that fits was used.
+            // Every offset that fits was used, or reflects what is there.
             self.history.forget_used();
-            list = self.shortlist(at);
+            list = self.shortlist(region, &[], at);
         }
         if list.is_empty() && region.shape == [1; D] {
             // What shows here agrees with nothing around: any sample is better than none.
-            list = self.fresh(self.everything(at), at);
+            list = self.fresh(self.everything(at), region, &[], at);
         }
-        let neighbours = patches(&self.canvas.map, region);
         for c in &mut list {
             c.cost += self.scale * self.options.variety * f64::from(self.history.repeats(&c.patch, &neighbours));
         }
@@ -48,18 +48,28 @@ impl<const D: usize> Weaver<'_, D> {
     }
 
     /// The patches that have a chance in the draw.
-    fn shortlist(&self, at: [i32; D]) -> Vec<Candidate<D>> {
+    fn shortlist(&self, region: &Window<D>, neighbours: &[Patch<D>], at: [i32; D]) -> Vec<Candidate<D>> {
         match self.placement {
-            Placement::Random => self.fresh(self.random(at), at),
-            _ => self.fresh(self.matcher.found(), at),
+            Placement::Random => self.fresh(self.random(at), region, neighbours, at),
+            _ => self.fresh(self.matcher.found(), region, neighbours, at),
         }
     }
 
-    /// The cheapest of some candidates that show at a position and were not used before.
-    fn fresh(&self, candidates: impl IntoIterator<Item = Candidate<D>>, at: [i32; D]) -> Vec<Candidate<D>> {
+    /// The cheapest of some candidates that show at a position, were not used before and reflect none of the neighbours.
+    fn fresh(
+        &self,
+        candidates: impl IntoIterator<Item = Candidate<D>>,
+        region: &Window<D>,
+        neighbours: &[Patch<D>],
+        at: [i32; D],
+    ) -> Vec<Candidate<D>> {
         let output = self.canvas.domain();
         let mut list = Shortlist::new(self.scale * NOTHING);
-        let fresh = |patch: &Patch<D>| self.canvas.offered(patch, at).is_some() && !self.history.is_used(patch, output);
+        let fresh = |patch: &Patch<D>| {
+            self.canvas.offered(patch, at).is_some()
+                && !self.history.is_used(patch, output)
+                && !neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, region))
+        };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()
     }
