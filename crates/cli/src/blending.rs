@@ -51,10 +51,18 @@ impl Blending {
         Ok(map.render(planes)?)
     }
 
-    /// An upper bound of what blending takes besides the picture: marks of what is near seams, and some boxes.
-    pub(crate) fn memory(self, output: Domain<2>) -> u64 {
+    /// An upper bound of what blending takes besides the picture: marks of what is near seams, some boxes of 64 by 64
+    /// pixels until they are written, and one with what is around it a thread.
+    pub(crate) fn memory(self, output: Domain<2>, channels: usize) -> u64 {
+        if self.is_none() {
+            return 0;
+        }
+        let around = self.spline.map_or(64, |bands| 4 << bands.min(Splined::<2>::MOST));
         let [h, w] = output.shape.map(u64::from);
-        if self.is_none() { 0 } else { h.saturating_mul(w).saturating_mul(2).saturating_add(48 << 20) }
+        let one = h.min(64 + around) * w.min(64 + around) * (32 * channels as u64 + 64);
+        let pixels = h.saturating_mul(w);
+        let held = pixels.min(64 * 64 * 64) * (8 * channels as u64 + 4);
+        pixels.saturating_mul(2).saturating_add(held).saturating_add(one * rayon::current_num_threads() as u64)
     }
 
     /// The options that change samples.

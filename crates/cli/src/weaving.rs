@@ -158,7 +158,7 @@ impl Weaving {
         let output = memory::outputs(domain, channels, headers.depth, self.map.is_some());
         let explained = if self.explain.is_some() { memory::explained(&sources, domain) } else { 0 };
         let method = (plan.estimate)(&sources, headers.layout.colors, domain);
-        [exemplars, output, explained, method].into_iter().fold(0, u64::saturating_add)
+        exemplars.saturating_add(memory::stages(method, output.saturating_add(explained)))
     }
 }
 

@@ -3,7 +3,7 @@
 use half::f16;
 
 use crate::plane::Samples;
-use crate::{Domain, Error, Grid, NormalCoding, Plane, Role, try_vec};
+use crate::{Domain, Error, Grid, NormalCoding, Plane, Role, par, try_vec};
 
 /// A mirror, a turn about the centre and a magnification, over the last two axes.
 #[derive(Clone, Copy, Debug)]
@@ -120,25 +120,27 @@ fn last_two<const D: usize>(domain: Domain<D>) -> [u32; 2] {
 }
 
 /// Resamples each channel of each frame; `read` and `write` are to and from numbers.
-pub(crate) fn resample<T: Copy, const D: usize>(
+pub(crate) fn resample<T: Copy + Send + Sync, const D: usize>(
     grid: &Grid<T, D>,
     resampling: Resampling,
-    read: impl Fn(T) -> f64,
-    write: impl Fn(f64) -> T,
+    read: impl Fn(T) -> f64 + Sync,
+    write: impl Fn(f64) -> T + Sync,
 ) -> Result<Grid<T, D>, Error> {
     let domain = resampling.domain(grid.domain());
     let (from, to) = (last_two(grid.domain()), last_two(domain));
     let frame = (from[0] * from[1]) as usize;
-    let mut samples = Vec::new();
-    samples.try_reserve_exact(domain.len() * grid.channels()).map_err(|_| Error::Allocation { bytes: u64::MAX })?;
+    let Some(&first) = grid.samples().first() else { return Grid::from_vec(domain, grid.channels(), Vec::new()) };
+    let mut samples = try_vec(domain.len() * grid.channels(), first)?;
     let spots = f64::from(resampling.spots().pow(2));
-    for pixels in grid.samples().chunks_exact(frame.max(1)) {
-        for at in Domain::open(to).positions() {
+    par::for_rows(&mut samples, to[1] as usize, |row, samples| {
+        let pixels = &grid.samples()[row / to[0] as usize * frame..][..frame];
+        for (x, sample) in (0..).zip(samples) {
             let mut sum = 0.0;
+            let at = [row as u32 % to[0], x];
             resampling.each_spot(from, to, at, |taps| sum += taps.value(from, |i| read(pixels[i])));
-            samples.push(write(sum / spots));
+            *sample = write(sum / spots);
         }
-    }
+    });
     Grid::from_vec(domain, grid.channels(), samples)
 }
 
@@ -152,14 +154,14 @@ pub(crate) fn validity<const D: usize>(
     let (from, to) = (last_two(exemplar), last_two(domain));
     let frame = (from[0] * from[1]) as usize;
     let mut all = try_vec(domain.len(), true)?;
-    let size = (to[0] * to[1]) as usize;
-    for (i, is_valid) in all.iter_mut().enumerate() {
-        let at = Domain::open(to).position(i % size);
-        let first = i / size * frame;
-        resampling.each_spot(from, to, at, |taps| {
-            *is_valid &= taps.is_valid(from, |j| valid.is_none_or(|v| v.samples()[first + j]));
-        });
-    }
+    par::for_rows(&mut all, to[1] as usize, |row, all| {
+        let first = row / to[0] as usize * frame;
+        for (x, is_valid) in (0..).zip(all) {
+            resampling.each_spot(from, to, [row as u32 % to[0], x], |taps| {
+                *is_valid &= taps.is_valid(from, |j| valid.is_none_or(|v| v.samples()[first + j]));
+            });
+        }
+    });
     Grid::from_vec(domain, 1, all)
 }
 

@@ -258,7 +258,7 @@ impl Run<'_> {
             memory::exemplars(infos, depth),
             memory::shown(&resampled.collect::<Vec<_>>(), layout.channels(), depth),
             memory::outputs(domain, layout.channels(), depth, false),
-            self.args.blending.memory(domain),
+            self.args.blending.memory(domain, layout.channels()),
         ];
         let needed = needed.into_iter().fold(0, u64::saturating_add);
         memory::check_fixed(self.session.limits.memory, needed)?;

@@ -34,10 +34,12 @@ pub(crate) struct Graphcut {
     #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
     seam: SeamArg,
     /// Side of the regions that patches are found for, in pixels, or auto.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>)]
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>,
+        allow_negative_numbers = true)]
     region: Auto,
     /// How far patches may reach beyond their region, in pixels; auto chooses, all is as far as the exemplar does.
-    #[arg(long, value_name = "N|auto|all", default_value = "auto", value_parser = number_or::<Reach>)]
+    #[arg(long, value_name = "N|auto|all", default_value = "auto", value_parser = number_or::<Reach>,
+        allow_negative_numbers = true)]
     reach: Reach,
     /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1.
     #[arg(long, value_name = "K", default_value_t = Options::default().randomness)]
@@ -46,7 +48,8 @@ pub(crate) struct Graphcut {
     #[arg(long, value_name = "V", default_value_t = Options::default().variety)]
     variety: f64,
     /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>)]
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>,
+        allow_negative_numbers = true)]
     refine: Auto,
     /// Refinements in a row that bring nothing before the seams count as settled.
     #[arg(long, value_name = "N", default_value_t = Options::default().patience)]
@@ -68,7 +71,7 @@ pub(crate) struct Graphcut {
     #[arg(long, value_name = "DEGREES", value_delimiter = ',', allow_hyphen_values = true, value_parser = angle)]
     rotate: Vec<f64>,
     /// Magnify exemplars by these factors as well, from 0.0625 to 16.
-    #[arg(long, value_name = "FACTOR", value_delimiter = ',', value_parser = scales::scale, conflicts_with = "scale_field")]
+    #[arg(long, value_name = "FACTOR", value_delimiter = ',', value_parser = scales::scale, allow_negative_numbers = true, conflicts_with = "scale_field")]
     scale: Vec<f64>,
     /// How large the texture is at each place, for perspective: top=0.5,bottom=1.5 (and left=, right=) from side to side,
     /// or a picture that is stretched over the output.
@@ -78,7 +81,8 @@ pub(crate) struct Graphcut {
     #[arg(long, value_name = "LOW..HIGH", requires = "scale_field")]
     scale_range: Option<Range>,
     /// The factor between scales that a field is made of. Each place copies from those nearest to its own.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.2, value_parser = scales::step)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.2, value_parser = scales::step,
+        allow_negative_numbers = true)]
     scale_step: f64,
 }
 
@@ -168,7 +172,7 @@ impl Graphcut {
                     // A bit for each source at each place.
                     let field = if steered { bits_of_sources(output) } else { 0 };
                     let method = estimate(sources, channels, output, &options);
-                    method.saturating_add(field).saturating_add(self.blending.memory(output))
+                    method.saturating_add(field).saturating_add(self.blending.memory(output, channels + 1))
                 },
             },
         )?;
@@ -205,10 +209,12 @@ impl Graphcut {
         levels: usize,
     ) -> Result<Option<Grid<u64, 2>>, Failure> {
         let Some(field) = field else {
-            // The backdrop stands where it is, and nowhere else.
-            let all = (1 << (loom.loaded.exemplars.sources().len() - 1)) - 1;
-            let steered = self.start.backdrop().is_some();
-            return Ok(steered.then(|| Grid::try_filled(loom.domain, 1, all)).transpose()?);
+            if self.start.backdrop().is_none() {
+                return Ok(None);
+            }
+            // It stands where it is, and nowhere else.
+            let others = loom.loaded.exemplars.sources().len() - 1;
+            return Ok(Some(Grid::try_filled(loom.domain, 1, (1 << others) - 1)?));
         };
         let (given, orientations) = (loom.loaded.given().len(), self.orientations().len());
         let each = orientations * levels;
@@ -254,7 +260,7 @@ impl Graphcut {
 /// Bytes of one set of sources a position.
 fn bits_of_sources(output: Domain<2>) -> u64 {
     let [h, w] = output.shape.map(u64::from);
-    h.saturating_mul(w).saturating_mul(8)
+    h.saturating_mul(w).saturating_mul(u64::BITS.into()) / 8
 }
 
 fn counts(stats: &Stats) -> serde_json::Value {
