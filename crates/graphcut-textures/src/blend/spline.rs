@@ -152,16 +152,49 @@ fn accumulate<const D: usize>(
 }
 
 /// Burt and Adelson's kernel, 1 4 6 4 1 sixteenths, with gaps, along each axis; the last sample goes on beyond a border.
-fn blurred<const D: usize>(values: &[f64], shape: [u32; D], gap: i64) -> Vec<f64> {
-    let mut now = values.to_vec();
+fn blurred<const D: usize>(values: &[f64], shape: [u32; D], gap: usize) -> Vec<f64> {
+    let (mut now, mut before) = (values.to_vec(), values.to_vec());
     for (axis, stride) in Domain::open(shape).strides().into_iter().enumerate() {
-        let side = i64::from(shape[axis]);
-        let before = now.clone();
-        for (i, to) in now.iter_mut().enumerate() {
-            let p = (i / stride) as i64 % side;
-            let tap = |d: i64| before[(i as i64 + ((p + d * gap).clamp(0, side - 1) - p) * stride as i64) as usize];
-            *to = (6.0 * tap(0) + 4.0 * (tap(-1) + tap(1)) + tap(-2) + tap(2)) / 16.0;
+        let side = shape[axis] as usize;
+        before.copy_from_slice(&now);
+        for (to, from) in now.chunks_exact_mut(side * stride).zip(before.chunks_exact(side * stride)) {
+            if stride == 1 { blur_line(to, from, gap) } else { blur_lines(to, from, side, stride, gap) }
         }
     }
     now
+}
+
+fn kernel(middle: f64, near: [f64; 2], far: [f64; 2]) -> f64 {
+    (6.0 * middle + 4.0 * (near[0] + near[1]) + far[0] + far[1]) / 16.0
+}
+
+/// Along one line.
+fn blur_line(to: &mut [f64], from: &[f64], gap: usize) {
+    let last = from.len() - 1;
+    let at = |p: usize, back: usize, ahead: usize| from[(p + ahead).saturating_sub(back).min(last)];
+    let border = |p| kernel(from[p], [at(p, gap, 0), at(p, 0, gap)], [at(p, 2 * gap, 0), at(p, 0, 2 * gap)]);
+    let inside = (2 * gap).min(from.len())..from.len().saturating_sub(2 * gap);
+    for p in (0..inside.start).chain(inside.end.max(inside.start)..from.len()) {
+        to[p] = border(p);
+    }
+    if inside.is_empty() {
+        return;
+    }
+    let n = inside.len();
+    let shifted = [0, 1, 2, 3, 4].map(|i| &from[i * gap..][..n]);
+    for (i, to) in to[inside].iter_mut().enumerate() {
+        *to = kernel(shifted[2][i], [shifted[1][i], shifted[3][i]], [shifted[0][i], shifted[4][i]]);
+    }
+}
+
+/// Across `side` lines of `stride` samples.
+fn blur_lines(to: &mut [f64], from: &[f64], side: usize, stride: usize, gap: usize) {
+    let line = |p: usize| &from[p.min(side - 1) * stride..][..stride];
+    for (p, to) in to.chunks_exact_mut(stride).enumerate() {
+        let [a, b, c, d, e] =
+            [line(p.saturating_sub(2 * gap)), line(p.saturating_sub(gap)), line(p), line(p + gap), line(p + 2 * gap)];
+        for (i, to) in to.iter_mut().enumerate() {
+            *to = kernel(c[i], [b[i], d[i]], [a[i], e[i]]);
+        }
+    }
 }
