@@ -138,3 +138,14 @@ pub(crate) fn refill<T: Clone>(values: &mut Vec<T>, value: T, len: usize) -> boo
     }
     fits
 }
+
+/// Adds a value to a vector. Returns whether there was memory.
+#[inline]
+#[must_use]
+pub(crate) fn push<T>(values: &mut Vec<T>, value: T) -> bool {
+    let fits = values.len() < values.capacity() || values.try_reserve(1).is_ok();
+    if fits {
+        values.push(value);
+    }
+    fits
+}

@@ -7,6 +7,7 @@ mod between;
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
 pub(crate) mod strip;
+mod strong;
 pub(crate) mod tree;
 
 use crate::error::{MaxflowError, Result};
@@ -36,20 +37,20 @@ pub(crate) enum Outcome {
     Done,
     /// The caller wants to stop; the pseudoflow is valid.
     Cancelled,
-    /// There is no memory for what the engine notes of the nodes; nothing changed.
+    /// There is no memory for what the engine notes of the nodes; the pseudoflow is valid.
     OutOfMemory,
 }
 
-/// Memory of the engines, kept from solve to solve.
+/// Memory of the engines, kept from solve to solve. `A` names arcs, `S` are engine P's notes of them.
 #[derive(Clone, Debug)]
-pub(crate) struct Scratch<A> {
+pub(crate) struct Scratch<A, S> {
     tree: TreeScratch<A>,
-    pseudo: PseudoScratch<A>,
+    pseudo: PseudoScratch<A, S>,
     marks: Vec<u8>,
     stack: Vec<u32>,
 }
 
-impl<A> Default for Scratch<A> {
+impl<A, S> Default for Scratch<A, S> {
     fn default() -> Self {
         Self { tree: TreeScratch::default(), pseudo: PseudoScratch::default(), marks: Vec::new(), stack: Vec::new() }
     }
@@ -63,7 +64,7 @@ pub(crate) fn maximize<N: Network>(
     net: &mut N,
     engine: Engine,
     solved: bool,
-    scratch: &mut Scratch<N::Arc>,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Result<()> {
     saturate_pins(net);
@@ -79,7 +80,7 @@ pub(crate) fn maximize<N: Network>(
 
 /// Few paths are left to be found: engine T finds them in one growth of its trees, where engine P would first have to
 /// give up all the excess that did not get through last time.
-fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc>, cancelled: &dyn Fn() -> bool) -> Outcome {
+fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc, N::Notes>, cancelled: &dyn Fn() -> bool) -> Outcome {
     match between::mark(net, &mut scratch.marks, &mut scratch.stack) {
         None => return Outcome::OutOfMemory,
         Some(false) => return Outcome::Done,
@@ -92,7 +93,7 @@ fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc>, cancelled: &dyn 
 fn run<N: Network>(
     net: &mut N,
     engine: Engine,
-    scratch: &mut Scratch<N::Arc>,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     let supply = Supply::of(net);
@@ -110,7 +111,7 @@ fn run<N: Network>(
 fn run_pseudoflow<N: Network>(
     net: &mut N,
     supply: &Supply,
-    scratch: &mut Scratch<N::Arc>,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     if supply.lack < supply.excess / 2 {

@@ -10,7 +10,7 @@ use crate::error::{MaxflowError, Result, filled};
 use crate::lattice::{EDGE_PATTERNS, Lattice};
 use crate::network::Role;
 pub(crate) use residual::GridNet;
-use residual::{EDGE_MASK, ROLE_SHIFT, role};
+use residual::{Children, EDGE_MASK, ROLE_SHIFT, role};
 
 /// A diagonal of a two-dimensional grid, seen from the node it starts at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub struct GridGraph<const D: usize> {
     /// Solved since the graph was new or cleared: the flow is nearly maximum.
     solved: bool,
     engine: Engine,
-    scratch: Scratch<u8>,
+    scratch: Scratch<u8, Children>,
     stack: Vec<u32>,
     distance: Vec<i64>,
 }

@@ -6,7 +6,7 @@ use crate::cut::{MinCut, Side};
 use crate::engine::{self, Engine, Scratch, closure};
 use crate::error::{MaxflowError, Result, filled};
 use crate::network::Role;
-use residual::{Edge, Rows, SparseNet};
+use residual::{Cursors, Edge, Rows, SparseNet};
 
 /// Names an arc of a [`Graph`]: the number of arcs added before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -45,7 +45,7 @@ pub struct Graph {
     /// Solved before: the flow is nearly maximum.
     solved: bool,
     engine: Engine,
-    scratch: Scratch<u32>,
+    scratch: Scratch<u32, Cursors>,
     stack: Vec<u32>,
 }
 

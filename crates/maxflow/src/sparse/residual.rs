@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::error::{MaxflowError, Result, filled};
-use crate::network::{Network, Role};
+use crate::network::{ArcNotes, Network, Role};
 
 /// Half of an edge.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,6 +71,25 @@ impl Rows {
     }
 }
 
+/// How many arcs of a node each of engine P's searches has passed over.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cursors {
+    down: u32,
+    child: u32,
+}
+
+impl ArcNotes<u32> for Cursors {
+    #[inline]
+    fn rewind_down(&mut self) {
+        self.down = 0;
+    }
+
+    #[inline]
+    fn rewind_children(&mut self) {
+        self.child = 0;
+    }
+}
+
 /// Rows and excess together.
 pub(super) struct SparseNet<'a> {
     pub(super) rows: &'a mut Rows,
@@ -82,6 +101,7 @@ impl Network for SparseNet<'_> {
     type Cap = i64;
     type Arc = u32;
     type Arcs = Range<u32>;
+    type Notes = Cursors;
     const ROOT: u32 = u32::MAX;
     const ORPHAN: u32 = u32::MAX - 1;
 
@@ -91,21 +111,6 @@ impl Network for SparseNet<'_> {
 
     fn nodes(&self) -> Range<usize> {
         0..self.excess.len()
-    }
-
-    #[inline]
-    fn first_arc(&self, v: usize) -> u32 {
-        self.rows.first[v]
-    }
-
-    #[inline]
-    fn end_arc(&self, v: usize) -> u32 {
-        self.rows.first[v + 1]
-    }
-
-    #[inline]
-    fn next_arc(a: u32) -> u32 {
-        a + 1
     }
 
     #[inline]
@@ -149,5 +154,28 @@ impl Network for SparseNet<'_> {
     #[inline]
     fn role(&self, v: usize) -> Role {
         self.roles[v]
+    }
+
+    #[inline]
+    fn find_down(&self, v: usize, notes: &mut Cursors, wanted: impl Fn(&Self, u32, usize) -> bool) -> Option<u32> {
+        let Range { start, end } = self.arcs(v);
+        let found = (start + notes.down..end).find(|&a| wanted(self, a, self.head(v, a)));
+        notes.down = found.unwrap_or(end) - start;
+        found
+    }
+
+    #[inline]
+    fn find_child(
+        &self,
+        v: usize,
+        notes: &mut Cursors,
+        parents: &[u32],
+        wanted: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let Range { start, end } = self.arcs(v);
+        let is_child = |&(a, w): &(u32, usize)| wanted(w) && parents[w] == self.twin(a);
+        let found = (start + notes.child..end).map(|a| (a, self.head(v, a))).find(is_child);
+        notes.child = found.map_or(end, |(a, _)| a + 1) - start;
+        found.map(|(_, w)| w)
     }
 }
