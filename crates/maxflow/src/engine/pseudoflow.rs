@@ -44,13 +44,14 @@ impl<A, S> Default for PseudoScratch<A, S> {
     }
 }
 
-/// Runs engine P until the flow is maximum or `cancelled` says stop.
+/// Runs engine P on the `relevant` nodes until their flow is maximum or `cancelled` says stop.
 pub(crate) fn solve<N: Network>(
     net: &mut N,
     scratch: &mut PseudoScratch<N::Arc, N::Notes>,
+    relevant: impl Fn(usize) -> bool,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let Some(mut forest) = Forest::plant(net, scratch) else { return Outcome::OutOfMemory };
+    let Some(mut forest) = Forest::plant(net, scratch, relevant) else { return Outcome::OutOfMemory };
     let mut processed = 0_u64;
     while let Some(root) = forest.pop_highest() {
         if !forest.strong.reach(forest.label[root] + 1) {
@@ -77,8 +78,13 @@ struct Forest<'a, N: Network> {
 }
 
 impl<'a, N: Network> Forest<'a, N> {
-    /// Every node a tree; those with positive excess are at least one away from negative excess. `None` without memory.
-    fn plant(net: &'a mut N, scratch: &'a mut PseudoScratch<N::Arc, N::Notes>) -> Option<Self> {
+    /// Every relevant node a tree; those with positive excess are at least one away from negative excess. `None` without
+    /// memory.
+    fn plant(
+        net: &'a mut N,
+        scratch: &'a mut PseudoScratch<N::Arc, N::Notes>,
+        relevant: impl Fn(usize) -> bool,
+    ) -> Option<Self> {
         let slots = net.slots();
         let fits = refill(&mut scratch.label, DEAD, slots)
             && refill(&mut scratch.next, 0, slots)
@@ -90,7 +96,7 @@ impl<'a, N: Network> Forest<'a, N> {
         if !fits || !forest.strong.reach(0) || !forest.strong.reach(1) {
             return None;
         }
-        for v in forest.net.nodes().filter(|&v| forest.net.role(v) == Role::Free) {
+        for v in forest.net.nodes().filter(|&v| forest.net.role(v) == Role::Free && relevant(v)) {
             let strong = forest.net.excess(v) > N::Cap::ZERO;
             let label = u32::from(strong);
             forest.label[v] = label;

@@ -119,13 +119,7 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
     }
 
     #[inline]
-    fn find_child(
-        &self,
-        v: usize,
-        notes: &mut Children,
-        _: &[u8],
-        wanted: impl Fn(usize) -> bool,
-    ) -> Option<usize> {
+    fn find_child(&self, v: usize, notes: &mut Children, _: &[u8], wanted: impl Fn(usize) -> bool) -> Option<usize> {
         let mut children = notes.0;
         while children != 0 {
             let w = self.head(v, children.trailing_zeros() as u8);
