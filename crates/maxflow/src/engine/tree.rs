@@ -53,8 +53,8 @@ impl<A> Default for TreeScratch<A> {
     }
 }
 
-/// How many augmentations pass between two looks at `cancelled`.
-const CANCEL_PERIOD: u32 = 1024;
+/// How much work is done between two looks at `cancelled`.
+const CANCEL_PERIOD: u64 = 1 << 14;
 
 /// Runs engine T on the `relevant` nodes until their flow is maximum, mending has looked at more than `budget` arcs and
 /// ancestors, or `cancelled` says stop.
@@ -65,7 +65,7 @@ pub(crate) fn solve<N: Network>(
     budget: u64,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut trees = Trees { net, scratch, time: 1, budget, stop: None, cancelled };
+    let mut trees = Trees { net, scratch, time: 1, budget, unasked: 0, stop: None, cancelled };
     if !trees.plant(relevant) {
         return Outcome::OutOfMemory;
     }
@@ -80,6 +80,8 @@ struct Trees<'a, N: Network> {
     time: u32,
     /// Arcs and ancestors that mending may still look at.
     budget: u64,
+    /// Work done since the last look at `cancelled`.
+    unasked: u64,
     stop: Option<Outcome>,
     cancelled: &'a dyn Fn() -> bool,
 }
@@ -246,23 +248,29 @@ impl<N: Network> Trees<'_, N> {
         }
     }
 
-    /// A new time for the marks, and now and then a look at the caller's wish.
+    /// A new time for the marks.
     fn tick(&mut self) {
         self.time += 1;
         if self.time == u32::MAX {
             // No more times: new trees have to be planted.
             self.stop = Some(Outcome::OverBudget);
-        } else if self.time.is_multiple_of(CANCEL_PERIOD) && (self.cancelled)() {
-            self.stop = Some(Outcome::Cancelled);
         }
+        self.spend(1);
     }
 
-    /// Counts work against the budget.
+    /// Counts work against the budget, and now and then asks the caller's wish.
     #[inline]
     fn spend(&mut self, work: u64) {
         match self.budget.checked_sub(work) {
             Some(left) => self.budget = left,
             None => self.stop = self.stop.or(Some(Outcome::OverBudget)),
+        }
+        self.unasked += work;
+        if self.unasked >= CANCEL_PERIOD {
+            self.unasked = 0;
+            if (self.cancelled)() {
+                self.stop = Some(Outcome::Cancelled);
+            }
         }
     }
 
