@@ -10,7 +10,8 @@ impl<const D: usize> GridGraph<D> {
     /// The minimum cut with the smallest source side.
     ///
     /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. `cancelled` is
-    /// polled now and then.
+    /// polled now and then. Time is at worst `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured
+    /// to grow as `nodes^1.1` to `nodes^1.3`.
     ///
     /// # Errors
     ///

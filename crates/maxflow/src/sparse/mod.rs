@@ -230,7 +230,8 @@ impl Graph {
         Ok(())
     }
 
-    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow.
+    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow. Time is
+    /// at worst `O(nodes^2 arcs)`, unless [`Engine::Trees`] is named.
     ///
     /// # Errors
     ///
