@@ -68,6 +68,18 @@ fn whole<W: Word>(job: &Job<'_>, scratch: &mut CoverScratch, map: &mut [W]) -> R
     Ok(())
 }
 
+/// Excludes positions at which a part of the template, by its start and shape, does not stand on valid samples alone.
+pub(crate) fn require<W: Word>(valid: &Table<u32>, count: Shape, start: Shape, part: Shape, map: &mut [W]) {
+    let all: usize = part.iter().product();
+    for (i, cost) in map.iter_mut().enumerate() {
+        let at = crate::axes::position(count, i);
+        let under = [0, 1, 2].map(|a: usize| at[a] + start[a]..at[a] + start[a] + part[a]);
+        if (valid.over(&under) as usize) < all {
+            *cost = W::NONE;
+        }
+    }
+}
+
 /// Valid samples under the corners' mask at a position.
 fn counted(table: &Table<u32>, corners: &Corners, at: Shape) -> u32 {
     let from = (at[0] * table.shape[1] + at[1]) * table.shape[2] + at[2];

@@ -141,8 +141,8 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     }
 
     /// The error of the template wherever one part of it lies inside: a box that starts at `start`, of shape `part`.
-    /// What sticks out of a source, or stands on samples that are not valid, is not compared; at least `least` unmasked
-    /// samples must be ([`Cover::AtLeast`]). Along an axis on which a source is periodic, all `N` shifts are searched.
+    /// All samples of the part are valid; what else sticks out of a source, or stands on samples that are not, is not
+    /// compared, but at least `least` unmasked samples are ([`Cover::AtLeast`]). Along an axis on which a source is periodic, all `N` shifts are searched.
     ///
     /// Thus a patch is found that covers the part, by all that is known around it: `[Kwatra03 eq. 2]`.
     ///
@@ -167,7 +167,19 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let range = |s: &SourceView<'_>| Range::of_part(s.shape, s.periodic, start, part);
         scratch.ranges.clear();
         scratch.ranges.extend(self.sources.iter().map(range));
-        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)
+        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)?;
+        for (number, source) in self.sources.iter().enumerate().filter(|(_, s)| s.valid.is_some()) {
+            let range = scratch.ranges[number];
+            let prepared = self.cache.get(number, source, &range, template.shape, self.options.cache);
+            let table = prepared.valid(source)?;
+            let map = costs.sources[number].start..costs.sources[number].start + costs.sources[number].len();
+            if costs.is_wide {
+                cover::require(table, range.count, start, part, &mut costs.wide[map]);
+            } else {
+                cover::require(table, range.count, start, part, &mut costs.narrow[map]);
+            }
+        }
+        Ok(())
     }
 
     /// Searches the ranges that lie in `scratch`.

@@ -10,8 +10,9 @@ use crate::region::patches;
 use crate::weaver::Weaver;
 use crate::window::Window;
 
-/// Positions that [`Placement::Random`] draws from.
+/// Patches that [`Placement::Random`] draws from, and draws after which it takes fewer.
 const RANDOM: usize = 64;
+const MOST_DRAWS: usize = 4096;
 
 impl<const D: usize> Weaver<'_, D> {
     /// Draws up to `count` patches that cover a region and show at a position of it; the draw is keyed by the step.
@@ -36,13 +37,14 @@ impl<const D: usize> Weaver<'_, D> {
             list = self.fresh(self.everything(at), region, &[], at);
         }
         for c in &mut list {
-            c.cost += self.scale * self.options.variety * f64::from(self.history.repeats(&c.patch, &neighbours));
+            c.cost += self.scale * self.options.variety * self.history.repeats(&c.patch, &neighbours);
         }
         let seed = self.run.seed.derive("graphcut/draw", self.step);
         self.step += 1;
         let drawn = draw(&list, self.scale, count, &mut seed.rng());
         for patch in &drawn {
-            self.history.note_used(patch, self.canvas.domain());
+            let source = self.canvas.exemplars.sources()[patch.source].domain();
+            self.history.note_used(patch, source, self.canvas.domain());
         }
         Ok(drawn)
     }
@@ -50,7 +52,7 @@ impl<const D: usize> Weaver<'_, D> {
     /// The patches that have a chance in the draw.
     fn shortlist(&self, region: &Window<D>, neighbours: &[Patch<D>], at: [i32; D]) -> Vec<Candidate<D>> {
         match self.placement {
-            Placement::Random => self.fresh(self.random(at), region, neighbours, at),
+            Placement::Random => self.fresh(self.random(region), region, neighbours, at),
             _ => self.fresh(self.matcher.found(), region, neighbours, at),
         }
     }
@@ -67,18 +69,32 @@ impl<const D: usize> Weaver<'_, D> {
         let mut list = Shortlist::new(self.scale * NOTHING);
         let fresh = |patch: &Patch<D>| {
             self.canvas.offered(patch, at).is_some()
-                && !self.history.is_used(patch, output)
+                && !self.history.is_used(patch, self.canvas.exemplars.sources()[patch.source].domain(), output)
                 && !neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, region))
         };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()
     }
 
-    /// Patches that show a random sample at a position. Masked samples and those used before are left out afterwards.
-    fn random(&self, at: [i32; D]) -> Vec<Candidate<D>> {
-        let samples = self.canvas.exemplars.table().len();
+    /// Patches that cover a region, anywhere; if none was found that was not used before, some that were.
+    fn random(&self, region: &Window<D>) -> Vec<Candidate<D>> {
+        let (samples, output) = (self.canvas.exemplars.table().len(), self.canvas.domain());
         let mut rng = self.run.seed.derive("graphcut/random", self.step).rng();
-        (0..RANDOM).filter_map(|_| self.showing(SampleId::new(rng.below(samples)), at)).collect()
+        let (mut fresh, mut used) = (Vec::new(), Vec::new());
+        for _ in 0..MOST_DRAWS {
+            let Some(candidate) = self.showing(SampleId::new(rng.below(samples)), region.start) else { continue };
+            let source = self.canvas.exemplars.sources()[candidate.patch.source].domain();
+            let end = std::array::from_fn::<_, D, _>(|a| region.end(a) - candidate.patch.offset[a]);
+            if (0..D).any(|a| !source.periodic[a] && (source.shape[a] as i32) < end[a]) {
+                continue;
+            }
+            let is_used = self.history.is_used(&candidate.patch, source, output);
+            if is_used { &mut used } else { &mut fresh }.push(candidate);
+            if fresh.len() == RANDOM {
+                break;
+            }
+        }
+        if fresh.is_empty() { used } else { fresh }
     }
 
     /// Every patch that shows anything at a position.

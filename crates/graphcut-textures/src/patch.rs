@@ -25,11 +25,19 @@ impl<const D: usize> Patch<D> {
         footprint
     }
 
-    /// The same patch with its offset wrapped into the output on periodic axes: equal keys are equal placements.
-    pub(crate) fn wrapped(&self, output: Domain<D>) -> Self {
+    /// The same patch with its offset wrapped around periodic axes of its source and of the output: equal keys are
+    /// equal placements. (Around a source whose side does not go into the output's, only the source counts.)
+    pub(crate) fn wrapped(&self, source: Domain<D>, output: Domain<D>) -> Self {
         let mut patch = *self;
-        for axis in (0..D).filter(|&a| output.periodic[a]) {
-            patch.offset[axis] = patch.offset[axis].rem_euclid(output.shape[axis] as i32);
+        for axis in 0..D {
+            let side = if source.periodic[axis] {
+                source.shape[axis]
+            } else if output.periodic[axis] {
+                output.shape[axis]
+            } else {
+                continue;
+            };
+            patch.offset[axis] = patch.offset[axis].rem_euclid(side as i32);
         }
         patch
     }
