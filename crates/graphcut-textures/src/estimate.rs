@@ -19,7 +19,7 @@ pub fn estimate<const D: usize>(sources: &[Domain<D>], channels: usize, output: 
     let shortest = sources.iter().map(|s| s.shape.into_iter().min().unwrap_or(0)).max().unwrap_or(0);
     // No less than what the run may choose.
     let side = options.region.unwrap_or_else(|| largest_region(shortest));
-    let reach = options.reach.unwrap_or(side * 3 / 4);
+    let reach = options.reach.unwrap_or(side.div_ceil(2));
     let region = output.shape.map(|n| n.min(side).max(1));
     let window: [u32; D] =
         std::array::from_fn(|a| region[a].saturating_add(reach.min(output.shape[a]).saturating_mul(2)));

@@ -61,9 +61,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
             Placement::Auto => Placement::Sub,
             chosen => chosen,
         };
-        let usual = if placement == Placement::Entire { side * 3 / 4 } else { side.div_ceil(2) };
         // At most far beyond any output, and still far from the end of positions.
-        let reach = options.reach.unwrap_or(usual).min(1 << 24);
+        let reach = options.reach.unwrap_or(side.div_ceil(2)).min(1 << 24);
         Ok(Self {
             canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, side / CELLS_A_REGION)?,
             matcher: Matcher::new(exemplars, run.simd)?,
