@@ -296,8 +296,14 @@ impl Problem {
                 );
             }
             Self::UnknownContent => return format!("give one of {}", Format::read()),
-            Self::ChannelsNotHeld { .. } => "write one or three channels, with or without alpha",
-            Self::SideNotHeld { .. } => "write png, tiff or exr",
+            Self::ChannelsNotHeld { format, channels: 1 | 3, alpha: true } => {
+                return format!("write {}", format.instead(|other| other.holds_alpha()));
+            }
+            Self::ChannelsNotHeld { .. } => "write one or three channels",
+            Self::SideNotHeld { format, width, height, .. } => {
+                let (side, depth) = ((*width).max(*height), format.depths()[0]);
+                return format!("write {}", format.instead(|other| other.check([1, side], 3, false, depth).is_ok()));
+            }
             Self::Empty | Self::Damaged { .. } => "write or copy the file again",
             Self::Unsupported { .. } => "convert it to png, tiff or exr first",
             Self::NoSamples { .. } => "give a picture with samples",
