@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod available;
 mod commands;
 mod config;
 mod exemplars;

@@ -55,6 +55,9 @@ impl Watch {
 /// Notes the first signal for the run to see. Ends the program where the run does not do so soon (a codec asks nobody
 /// whether to go on), or when a second signal comes; a run that is to keep its best so far is given all the time.
 fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
+    // A file over the limit of sizes then fails to be written, and does not end the program.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let raised = Arc::new(AtomicUsize::new(0));
     for number in [SIGINT, SIGTERM] {
         // Where signals cannot be had, runs just go on.

@@ -11,6 +11,7 @@ use crate::args::FormatArg;
 use crate::exemplars::{ExemplarArgs, Headers, Loaded};
 use crate::explain::explain;
 use crate::failure::{Failure, shown};
+use crate::harmonise::Layout;
 use crate::inputs::{self, Input, STREAM};
 use crate::memory;
 use crate::outputs::{self, Outputs};
@@ -30,6 +31,9 @@ pub(crate) struct Weaving {
     /// Format of the output, whatever its extension.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) format: Option<FormatArg>,
+    /// Quality of a JPEG file, 1 to 100.
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) quality: Option<u8>,
     /// Make the output tile without a seam along x, y or both.
     #[arg(long, value_enum, value_name = "AXES")]
     pub(crate) tile: Option<Tile>,
@@ -91,14 +95,19 @@ impl Weaving {
         let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
         let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
         inputs::check_streams(&read)?;
-        outputs::check(session, &self.files_written(), &read)?;
+        outputs::check(session, &self.files_written(session), &read)?;
+        self.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
         let headers = self.input.look(session)?;
-        outputs::check_depth(&self.output, format, headers.depth)?;
+        let first = headers.domains()[0].shape;
+        let domain = Tile::domain(self.tile, (plan.shape)(first)?);
+        // Where another exemplar would have another output, the exemplar is to blame for its size.
+        let follows = first != [1, 1] && (plan.shape)([1, 1])? != domain.shape;
+        check_size(session, domain).map_err(|f| if follows { f.about(&self.input.exemplars[0]) } else { f })?;
+        headers.check_held((&self.output, format), domain.shape)?;
         if let Some(path) = &self.explain {
-            outputs::check_depth(path, outputs::format(path, None, None)?, Depth::U8)?;
+            let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
+            outputs::check_held((path, outputs::format(path, None, None)?), domain.shape, rgb, None)?;
         }
-        let domain = Tile::domain(self.tile, (plan.shape)(headers.domains()[0].shape)?);
-        check_size(session, domain)?;
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
         let need = |domain| self.need(&headers, plan, domain);
         let needed = memory::check(session.limits.memory, only, domain, &need)?;
@@ -115,8 +124,12 @@ impl Weaving {
         inputs::options(session.limits, Role::Color, self.input.nonfinite)
     }
 
-    fn files_written(&self) -> Vec<&Path> {
-        std::iter::once(self.output.as_path()).chain(self.map.as_deref()).chain(self.explain.as_deref()).collect()
+    /// All files that a run may write, were it interrupted.
+    fn files_written(&self, session: &Session<'_>) -> Vec<PathBuf> {
+        let made = std::iter::once(&self.output).chain(&self.map);
+        let kept = made.clone().filter(|_| session.global.keep_partial && self.output.as_os_str() != STREAM);
+        let partial: Vec<PathBuf> = kept.map(|path| outputs::partial(path)).collect();
+        made.chain(&self.explain).cloned().chain(partial).collect()
     }
 
     fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> u64 {
@@ -163,7 +176,11 @@ impl Loom<'_> {
 
     /// Adds the options that all weaving commands have, as used, before a method's own.
     pub(crate) fn used(&self, before: Used) -> Used {
-        self.args.input.used(before.with("tile", self.args.tile.map(crate::args::typed_name)))
+        let used = self.args.input.used(before.with("tile", self.args.tile.map(crate::args::typed_name)));
+        match self.args.quality {
+            Some(quality) => used.with("quality", quality),
+            None => used,
+        }
     }
 
     /// Ends a dry run: what would be done, in a line that begins with the output's name.
@@ -211,7 +228,7 @@ impl Loom<'_> {
         let plane = map.render(&payload)?;
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
-        let mut outputs = Outputs::default();
+        let mut outputs = Outputs::with_quality(self.args.quality);
         outputs.picture(output, self.format, &plane, &metadata)?;
         if let Some(path) = self.args.explain.as_deref().filter(|_| provenance.is_some()) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
@@ -240,13 +257,14 @@ impl Loom<'_> {
 
     /// Keeps the best so far if that is wanted. It says nothing of how it was made: no command makes it again.
     fn interrupted(&mut self, map: SourceMap<2>, output: &Path, map_file: Option<&Path>) -> Failure {
-        let failure = Failure::interrupted(self.session.watch.signal().unwrap_or(2));
+        let signal = self.session.watch.signal().unwrap_or(2);
+        let failure = Failure::interrupted(signal);
         if !self.session.global.keep_partial || output.as_os_str() == STREAM {
             return failure;
         }
         let (output, map_file) = (outputs::partial(output), map_file.map(outputs::partial));
         match self.write(map, &output, map_file.as_deref(), None) {
-            Ok(()) => failure.remedy(format!("the best so far is in '{}'", shown(&output))),
+            Ok(()) => Failure::kept(signal, &output),
             Err(e) => e,
         }
     }

@@ -5,7 +5,7 @@ use selvedge_core::{Domain, Run, Transform};
 use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
 use serde_json::json;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
@@ -155,7 +155,7 @@ fn counts(stats: &Stats) -> serde_json::Value {
 }
 
 fn how(stats: &Stats) -> String {
-    format!("from {} blocks of {} px, overlap {} px", stats.blocks, stats.block, stats.overlap)
+    format!("from {} of {} px, overlap {} px", n("block", stats.blocks as usize), stats.block, stats.overlap)
 }
 
 /// Errors about exemplars name the file, and options by their flags.

@@ -6,6 +6,7 @@ mod degenerate;
 mod exit_codes;
 mod files;
 mod program;
+mod safety;
 mod samples;
 #[cfg(unix)]
 mod signals;
