@@ -64,7 +64,7 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
         let _ = signal_hook::flag::register_usize(number, raised.clone(), number as usize);
     }
     let (signal, patient, json) = (signal.clone(), global.keep_partial, global.json);
-    std::thread::spawn(move || {
+    let listener = std::thread::Builder::new().spawn(move || {
         let next = || {
             std::thread::sleep(TICK);
             raised.swap(0, Ordering::Relaxed)
@@ -83,6 +83,8 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
             std::process::exit(Failure::interrupted(first as u8).tell(json).into());
         }
     });
+    // Nor where there is no room for one more thread.
+    drop(listener);
 }
 
 /// True for whoever asks first: the run that came to its end, or the signal that ended it.

@@ -6,6 +6,9 @@ use std::io::{self, Seek, SeekFrom, Write};
 use crate::Format;
 use crate::error::Problem;
 
+/// Bytes that stay free while a file grows: encoders take some for themselves, and cannot be refused them.
+const SPARE: usize = 6 << 20;
+
 /// A file in memory. Where the system gives no more of it, writing fails; a plain `Vec` would abort.
 #[derive(Debug, Default)]
 pub(crate) struct Sink {
@@ -36,8 +39,12 @@ impl Sink {
 
     fn reserve(&mut self, more: usize) -> io::Result<()> {
         // Twice what there is makes writing cheap; what is needed is enough.
+        if more <= self.bytes.capacity() - self.bytes.len() {
+            return Ok(());
+        }
         let given = self.bytes.try_reserve(more).or_else(|_| self.bytes.try_reserve_exact(more));
-        given.map_err(|_| self.refuse(self.bytes.len().saturating_add(more)))
+        given.map_err(|_| self.refuse(self.bytes.len().saturating_add(more)))?;
+        self.ask_for(SPARE)
     }
 
     fn refuse(&mut self, bytes: usize) -> io::Error {
@@ -81,8 +88,8 @@ pub(crate) fn encoded<E: Display>(
     encode: impl FnOnce(&mut Sink) -> Result<(), E>,
 ) -> Result<Vec<u8>, Problem> {
     let mut sink = Sink::default();
-    let outcome = encode(&mut sink);
-    match (outcome, sink.refused) {
+    let outcome = sink.ask_for(SPARE).map(|()| encode(&mut sink));
+    match (outcome.unwrap_or(Ok(())), sink.refused) {
         (_, Some(bytes)) => Err(selvedge_core::Error::Allocation { bytes }.into()),
         (Err(e), None) => Err(Problem::encoder(format, e)),
         (Ok(()), None) => Ok(sink.bytes),

@@ -28,7 +28,8 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
         session.say(&format!("note: {} threads are too many; using {MOST_THREADS}", global.threads));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(global.threads.min(MOST_THREADS)).build();
-    let pool = pool.map_err(|e| Failure::new(70, format!("no threads: {e}; use --threads 1")))?;
+    let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("use fewer --threads");
+    let pool = pool.map_err(refused)?;
     let outcome: Result<Done, Failure> = pool.install(|| {
         // What cannot be saved is known before the work.
         let saved = global.save_config.as_ref().map(|_| config::saved(typed)).transpose()?;

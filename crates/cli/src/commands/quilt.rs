@@ -24,7 +24,7 @@ pub(crate) struct Quilt {
     /// Width of the overlap of blocks in pixels, or auto: a sixth of the block.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     overlap: Auto,
-    /// Draw among blocks whose overlap error is up to this fraction above the least.
+    /// Draw among blocks whose overlap error is up to this fraction above the least, both as --spread makes them count.
     #[arg(long, value_name = "T", default_value_t = 0.1)]
     tolerance: f64,
     /// How far to go: random blocks, agreeing blocks, or agreeing blocks with cut edges.

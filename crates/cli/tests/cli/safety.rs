@@ -33,7 +33,7 @@ fn no_output_of_any_option_is_an_input_or_another_output() {
         ("inspect g.png --save-config g.png", 4, "same file"),
         ("info g.png --save-config g.png", 4, "same file"),
         ("compare g.png x.partial.png --save-config g.png", 4, "same file"),
-        ("completions bash --config c.toml --save-config c.toml", 4, "same file"),
+        ("quilt g.png -o a.png --config c.toml --save-config c.toml", 4, "same file"),
         ("quilt x.partial.png -o x.png --keep-partial", 4, "'x.partial.png': is the same file as the input"),
         ("quilt g.png -o x.png --keep-partial --no-clobber", 4, "'x.partial.png': exists already"),
         ("quilt g.png -o a.png --explain x.partial.png -o x.png --keep-partial", 2, ""),
@@ -96,8 +96,8 @@ fn memory_that_is_refused_is_one_line_and_no_abort() {
     let folder = Folder::new("address-space");
     let mut refused = 0;
     // From what the program itself needs to what the run needs, in steps smaller than any of its large buffers.
-    for mib in (40..200).step_by(9) {
-        let format = ["out.png", "out.tiff", "out.webp", "out.jpg"][mib % 4];
+    for mib in (18..66).step_by(4) {
+        let format = ["out.png", "out.tiff", "out.webp", "out.jpg"][mib / 4 % 4];
         let line = format!(
             "quilt @/cobbles.png -o {format} --map map.exr --size 2000 --block 96 --stage random -j 1 --max-memory 9GiB"
         );
@@ -108,8 +108,8 @@ fn memory_that_is_refused_is_one_line_and_no_abort() {
             }
             continue;
         }
-        // Under the least of them the program cannot even begin.
-        if said.exit == Some(127) || said.stderr.contains("shared libraries") {
+        // With the least of them some systems cannot even begin.
+        if said.stderr.contains("shared libraries") || said.stderr.contains("starts no threads") {
             continue;
         }
         said.refused(6, &["no memory for"]);

@@ -12,7 +12,7 @@ use crate::metadata::Metadata;
 use crate::sink::encoded;
 
 /// Packed bytes of one chunk.
-const CHUNK: usize = 1 << 20;
+const CHUNK: usize = 1 << 16;
 
 /// The whole file. Equal planes and metadata give equal bytes.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
