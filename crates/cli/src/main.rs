@@ -12,6 +12,7 @@ mod harmonise;
 mod inputs;
 mod memory;
 mod outputs;
+mod page;
 mod report;
 mod session;
 mod size;

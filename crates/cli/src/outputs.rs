@@ -127,6 +127,11 @@ impl Outputs {
         self.made.push(Made { path: path.to_path_buf(), bytes, size: None });
     }
 
+    /// What the report will say of them.
+    pub(crate) fn noted(&self) -> Vec<Value> {
+        self.made.iter().map(Made::noted).collect()
+    }
+
     /// Writes all of them, or none if one of them cannot be written, and notes them in the report.
     pub(crate) fn write(self, session: &Session<'_>, report: &mut Report) -> Result<(), Failure> {
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
@@ -134,7 +139,7 @@ impl Outputs {
         let staged = staged.collect::<Result<Vec<_>, _>>()?;
         streams.iter().try_for_each(|made| stdio::picture(&made.bytes))?;
         staged.into_iter().try_for_each(Staged::finish)?;
-        report.outputs.extend(self.made.iter().map(Made::noted));
+        report.outputs.extend(self.noted());
         Ok(())
     }
 }

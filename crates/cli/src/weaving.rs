@@ -15,6 +15,7 @@ use crate::harmonise::Layout;
 use crate::inputs::{self, Input, STREAM};
 use crate::memory;
 use crate::outputs::{self, Outputs};
+use crate::page;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::size::{Size, Tile};
@@ -43,6 +44,9 @@ pub(crate) struct Weaving {
     /// Write a picture of the seams and of where each part came from, for eyes.
     #[arg(long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) explain: Option<PathBuf>,
+    /// Write a page about the run with its pictures inside: DIR/index.html.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) report: Option<PathBuf>,
 }
 
 /// The size of an output that may have any.
@@ -97,6 +101,7 @@ impl Weaving {
         inputs::check_streams(&read)?;
         outputs::check(session, &self.files_written(session), &read)?;
         self.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
+        self.report.as_deref().map_or(Ok(()), page::check)?;
         let headers = self.input.look(session)?;
         let first = headers.domains()[0].shape;
         let domain = Tile::domain(self.tile, (plan.shape)(first)?);
@@ -129,7 +134,8 @@ impl Weaving {
         let made = std::iter::once(&self.output).chain(&self.map);
         let kept = made.clone().filter(|_| session.global.keep_partial && self.output.as_os_str() != STREAM);
         let partial: Vec<PathBuf> = kept.map(|path| outputs::partial(path)).collect();
-        made.chain(&self.explain).cloned().chain(partial).collect()
+        let page = self.report.as_deref().map(page::checked);
+        made.chain(&self.explain).cloned().chain(partial).chain(page).collect()
     }
 
     fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> u64 {
@@ -138,7 +144,8 @@ impl Weaving {
         let exemplars = memory::exemplars(&headers.infos, headers.depth)
             .saturating_add(memory::sources(&sources, headers.layout.colors));
         let output = memory::outputs(domain, headers.layout.channels(), headers.depth, self.map.is_some());
-        let explained = if self.explain.is_some() { memory::explained(&sources, domain) } else { 0 };
+        let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
+        let explained = explained.saturating_mul(memory::explained(&sources, domain));
         let method = (plan.estimate)(&sources, headers.layout.colors, domain);
         [exemplars, output, explained, method].into_iter().fold(0, u64::saturating_add)
     }
@@ -230,18 +237,50 @@ impl Loom<'_> {
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);
         outputs.picture(output, self.format, &plane, &metadata)?;
-        if let Some(path) = self.args.explain.as_deref().filter(|_| provenance.is_some()) {
+        // Of a partial result there is nothing to explain: it says not how it was made.
+        let shown = provenance.as_ref().filter(|_| self.args.explain.is_some() || self.args.report.is_some());
+        let shown = shown.map(|made| Ok::<_, Failure>((made.command.clone(), explain(&map, &plane)?))).transpose()?;
+        if let (Some(path), Some((_, explained))) = (&self.args.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, &explain(&map, &plane)?, &metadata)?;
+            outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
         }
-        drop(plane);
         if let Some(path) = map_file {
             let metadata = Metadata { provenance, ..Metadata::default() };
             outputs.map(path, &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
         }
-        outputs.write(self.session, &mut self.report)?;
+        self.report.stage("encode");
+        let new_folder = self.args.report.clone().filter(|folder| !folder.is_dir());
+        if let (Some(folder), Some((command, explained))) = (&self.args.report, &shown) {
+            let page = self.page(command, &outputs, &plane, explained)?;
+            outputs.bytes(&page::file(folder)?, page.into_bytes());
+        }
+        drop((plane, shown));
+        outputs.write(self.session, &mut self.report).inspect_err(|_| {
+            // Of a folder that was made for the page nothing is left either.
+            let _ = new_folder.map(std::fs::remove_dir);
+        })?;
         self.report.stage("write");
         Ok(())
+    }
+
+    /// The page of `--report`.
+    fn page(
+        &self,
+        command: &str,
+        outputs: &Outputs,
+        picture: &Plane<2>,
+        explained: &Plane<2>,
+    ) -> Result<String, Failure> {
+        let threads = rayon::current_num_threads();
+        let mut run = self.report.json(self.session.global.seed, threads, false);
+        run["outputs"] = outputs.noted().into();
+        run["made"] = ["version", "seed", "threads", "peak_memory_bytes"]
+            .into_iter()
+            .map(|key| (key.to_owned(), run[key].clone()))
+            .collect::<serde_json::Map<_, _>>()
+            .into();
+        let what = "Seams; the places that each part came from; the exemplars in the colours of those places";
+        page::page(&run, command, &[("The output", picture), (what, explained)])
     }
 
     /// How the picture was made: nothing that differs between equal runs.

@@ -332,7 +332,7 @@ impl Problem {
 
     /// A decoder's complaint.
     pub(crate) fn damaged(format: Format, cause: impl fmt::Display) -> Self {
-        Self::Damaged { format, cause: cause.to_string() }
+        Self::Damaged { format, cause: plain(&cause.to_string()) }
     }
 
     /// The most frequent damage.
@@ -365,6 +365,20 @@ impl Problem {
     }
 }
 
+/// A decoder's words without the quotes, full stops and insides of types that some of them have.
+fn plain(cause: &str) -> String {
+    let mut text = cause.trim_matches(|c: char| c == '"' || c == '.' || c.is_whitespace()).to_owned();
+    while let Some((before, rest)) = text.split_once("ChunkType { type: ")
+        && let Some((kind, after)) = rest.split_once(", critical")
+        && let Some((_, after)) = after.split_once(" }")
+    {
+        text = format!("{before}{kind}{after}");
+    }
+    let text = text.replace("Reason:", "reason: ");
+    let sentence = text.starts_with(char::is_uppercase) && text[1..].starts_with(char::is_lowercase);
+    if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
+}
+
 /// Message and remedy of an error that carries both in one line.
 fn in_two(error: &selvedge_core::Error) -> (String, String) {
     let line = error.to_string();
@@ -384,6 +398,17 @@ mod tests {
         let error = Error::new(Path::new("a"), selvedge_core::Error::Allocation { bytes: 9 });
         assert_eq!(error.to_string(), "'a': no memory for 9 bytes; use a smaller size");
         assert_eq!(error.kind(), ErrorKind::Memory);
+    }
+
+    #[test]
+    fn decoders_speak_plainly() {
+        let crc = "CRC error: expected 0x1 have 0x2 while decoding ChunkType { type: IDAT, critical: true, private: false, \
+                   reserved: false, safecopy: false } chunk.";
+        assert_eq!(plain(crc), "CRC error: expected 0x1 have 0x2 while decoding IDAT chunk");
+        assert_eq!(plain("\"Missing samples\""), "missing samples");
+        assert_eq!(plain("Invalid color type 1."), "invalid color type 1");
+        assert_eq!(plain("ChunkType { type: "), "ChunkType { type:");
+        assert_eq!([plain(""), plain("É"), plain("A")], ["", "É", "A"]);
     }
 
     #[test]

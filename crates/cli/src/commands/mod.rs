@@ -18,7 +18,7 @@ use crate::typed::Typed;
 use crate::{config, watch};
 
 /// More threads than this help nobody.
-const MOST_THREADS: usize = 1024;
+const MOST_THREADS: usize = 256;
 
 /// Runs what was typed; answers with the exit code.
 pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
