@@ -16,7 +16,7 @@ use crate::session::Session;
 use crate::used::Used;
 
 /// The mask of an exemplar that has none.
-const NO_MASK: &str = "none";
+pub(crate) const NO_MASK: &str = "none";
 
 /// Options of the commands that take exemplars.
 #[derive(Args, Clone, Debug)]
@@ -36,10 +36,20 @@ pub(crate) struct ExemplarArgs {
     pub(crate) nonfinite: NonFiniteArg,
 }
 
+/// A picture that is one more exemplar, after all others and only as it is, used where its mask is white.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Backdrop<'a> {
+    pub(crate) picture: &'a Path,
+    pub(crate) mask: Option<&'a Path>,
+}
+
 /// Exemplars of which the headers were read.
 pub(crate) struct Headers {
     inputs: Vec<Input>,
+    /// One each.
     masks: Vec<Option<Input>>,
+    /// How many were given as exemplars.
+    given: usize,
     options: ReadOptions,
     pub(crate) infos: Vec<Info>,
     /// Whether the depth was typed.
@@ -58,8 +68,11 @@ pub(crate) struct Loaded {
     pub(crate) payload: Vec<Plane<2>>,
     /// Of the exemplars.
     pub(crate) fingerprints: Vec<Fingerprint>,
-    /// Of their masks.
-    pub(crate) masks: Vec<Fingerprint>,
+    /// Where each may be used, as its mask says.
+    pub(crate) masks: Vec<Option<Grid<bool, 2>>>,
+    /// Of the masks.
+    mask_fingerprints: Vec<Fingerprint>,
+    given: usize,
     /// What the first exemplar says besides its samples.
     pub(crate) metadata: Metadata,
 }
@@ -81,21 +94,25 @@ impl ExemplarArgs {
     }
 
     /// Reads headers: how large the exemplars are, and what their samples become.
-    pub(crate) fn look(&self, session: &Session<'_>) -> Result<Headers, Failure> {
+    pub(crate) fn look(&self, session: &Session<'_>, backdrop: Option<Backdrop<'_>>) -> Result<Headers, Failure> {
         self.validate()?;
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let open = |path: &PathBuf| Input::new(session, path);
-        let inputs = self.exemplars.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        let mask = |path: &PathBuf| (path.as_os_str() != NO_MASK).then(|| open(path)).transpose();
-        let masks = self.mask.iter().map(mask).collect::<Result<Vec<_>, _>>()?;
+        let open = |path: &Path| Input::new(session, path);
+        let paths = self.exemplars.iter().map(PathBuf::as_path).chain(backdrop.map(|b| b.picture));
+        let inputs = paths.map(open).collect::<Result<Vec<_>, _>>()?;
+        let masks = self.mask.iter().map(|path| Some(path.as_path()).filter(|path| path.as_os_str() != NO_MASK));
+        let given = self.exemplars.len();
+        let masks = masks.chain(std::iter::repeat(None)).take(given).chain(backdrop.map(|b| b.mask));
+        let masks = masks.map(|mask| mask.map(open).transpose()).collect::<Result<Vec<_>, _>>()?;
         let infos = inputs.iter().map(|input| input.probe(&options)).collect::<Result<Vec<_>, _>>()?;
-        let of_each = || self.exemplars.iter().map(PathBuf::as_path).zip(&infos);
+        let of_each = || inputs.iter().map(|input| input.path.as_path()).zip(&infos);
         let depth = match self.depth {
             Some(depth) => depth.into(),
             None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
-        Ok(Headers { inputs, masks, options, infos, converts: self.depth.is_some(), depth, layout })
+        let converts = self.depth.is_some();
+        Ok(Headers { given, options, converts, depth, layout, infos, masks, inputs })
     }
 
     /// The options that change samples.
@@ -123,6 +140,30 @@ impl Headers {
         outputs::check_held(output, shape, (self.layout, self.depth), None)
     }
 
+    /// The domain of each source.
+    pub(crate) fn sources(&self, transforms: &[Transform]) -> Vec<Domain<2>> {
+        self.each_source(transforms).map(|(transform, domain)| transform.domain(domain)).collect()
+    }
+
+    /// The domain of each source that is resampled.
+    pub(crate) fn resampled(&self, transforms: &[Transform]) -> Vec<Domain<2>> {
+        let resampled = |(t, _): &(Transform, Domain<2>)| matches!(t, Transform::Resampled { .. });
+        self.each_source(transforms).filter(resampled).map(|(transform, domain)| transform.domain(domain)).collect()
+    }
+
+    /// How each source is made, and of what.
+    fn each_source(&self, transforms: &[Transform]) -> impl Iterator<Item = (Transform, Domain<2>)> {
+        let of = |(i, domain): (usize, Domain<2>)| {
+            self.transforms(i, transforms).iter().map(|t| (*t, domain)).collect::<Vec<_>>()
+        };
+        self.domains().into_iter().enumerate().flat_map(of)
+    }
+
+    /// The backdrop is not turned.
+    fn transforms<'t>(&self, exemplar: usize, transforms: &'t [Transform]) -> &'t [Transform] {
+        if exemplar < self.given { transforms } else { &[Transform::IDENTITY] }
+    }
+
     /// Reads the pictures, and turns each of them in every way that is asked for.
     pub(crate) fn load(
         self,
@@ -142,14 +183,17 @@ impl Headers {
         }
         let (masks, mask_fingerprints) = self.read_masks(session, &planes, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
-        let exemplars = encoded(&planes, &masks, transforms).map_err(|e| named(&paths, e))?;
+        let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
+        let exemplars = encoded(&planes, &masks, &transforms).map_err(|e| named(&paths, e))?;
         let payload = paths.iter().zip(planes).map(|(path, plane)| converted(session, path, plane, self.depth));
         Ok(Loaded {
             exemplars,
             payload: payload.collect::<Result<_, _>>()?,
             paths,
             fingerprints,
-            masks: mask_fingerprints,
+            masks,
+            mask_fingerprints,
+            given: self.given,
             metadata: metadata.swap_remove(0),
         })
     }
@@ -189,10 +233,10 @@ fn check_mask(path: &Path, mask: &Plane<2>, exemplar: &Path, plane: &Plane<2>) -
 fn encoded(
     planes: &[Plane<2>],
     masks: &[Option<Grid<bool, 2>>],
-    transforms: &[Transform],
+    transforms: &[&[Transform]],
 ) -> Result<Exemplars<2>, selvedge_core::Error> {
     let each: Vec<&[Plane<2>]> = planes.iter().map(std::slice::from_ref).collect();
-    Exemplars::masked(&Encoder::fit(&each)?, &each, masks, transforms)
+    Exemplars::oriented(&Encoder::fit(&each)?, &each, masks, transforms)
 }
 
 /// An error of the core about an exemplar, with the name of its file.
@@ -235,9 +279,14 @@ pub(crate) fn converted(
 }
 
 impl Loaded {
+    /// Names of what was given as exemplars.
+    pub(crate) fn given(&self) -> &[PathBuf] {
+        &self.paths[..self.given]
+    }
+
     /// An error about the exemplars, with the name of the file if there is just one.
     pub(crate) fn about(&self, failure: Failure) -> Failure {
-        match self.paths.as_slice() {
+        match self.given() {
             [only] => failure.about(only),
             _ => failure,
         }
@@ -245,6 +294,6 @@ impl Loaded {
 
     /// All that was read, by name and content.
     pub(crate) fn all_fingerprints(&self) -> Vec<Fingerprint> {
-        self.fingerprints.iter().chain(&self.masks).cloned().collect()
+        self.fingerprints.iter().chain(&self.mask_fingerprints).cloned().collect()
     }
 }

@@ -60,17 +60,13 @@ impl Input {
         Ok(picture)
     }
 
-    /// Reads a source map and notes it in the report.
-    pub(crate) fn read_map(
-        &self,
-        session: &Session<'_>,
-        report: &mut Report,
-    ) -> Result<(MapFile, Fingerprint), Failure> {
+    /// Reads a source map.
+    pub(crate) fn read_map(&self, session: &Session<'_>) -> Result<ReadMap, Failure> {
         let file = self.map(session)??;
         let [height, width] = file.map.domain().shape;
         let blake3 = self.hash();
-        report.inputs.push(noted(&self.path, [width, height], 3, "u32", &blake3));
-        Ok((file, Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }))
+        let entry = noted(&self.path, [width, height], 3, "u32", &blake3);
+        Ok(ReadMap { file, fingerprint: Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }, entry })
     }
 
     /// Reads a source map; the inner error says whether it is one at all.
@@ -89,7 +85,11 @@ impl Input {
         if may_be_map {
             match self.map(session)? {
                 Err(e) if matches!(e.problem, Problem::NotAMap { .. }) => {}
-                _ => return Ok(Either::Map(self.read_map(session, report)?.0)),
+                _ => {
+                    let map = self.read_map(session)?;
+                    report.inputs.push(map.entry);
+                    return Ok(Either::Map(map.file));
+                }
             }
         }
         let header = header?;
@@ -111,6 +111,15 @@ impl Input {
         };
         read.map_or(String::new(), |()| hasher.finalize().to_hex().to_string())
     }
+}
+
+/// A source map that was read.
+pub(crate) struct ReadMap {
+    pub(crate) file: MapFile,
+    /// By name and content.
+    pub(crate) fingerprint: Fingerprint,
+    /// Its entry in the report's inputs.
+    pub(crate) entry: Value,
 }
 
 /// What a file turned out to be.

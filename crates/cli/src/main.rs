@@ -3,6 +3,7 @@
 
 mod args;
 mod available;
+mod blending;
 mod commands;
 mod config;
 mod exemplars;

@@ -7,8 +7,8 @@ use selvedge_io::Info;
 
 use crate::failure::Failure;
 
-/// The program itself: code, stacks of its threads, small things.
-const PROGRAM: u64 = 32 << 20;
+/// The program itself: code, stacks of its threads, small things. About 13 MiB are seen.
+const PROGRAM: u64 = 18 << 20;
 
 /// Bytes of a picture's samples.
 pub(crate) fn picture(domain: Domain<2>, channels: usize, depth: Depth) -> u64 {
@@ -46,11 +46,22 @@ pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> u64 {
     sources.iter().map(one).fold(0, u64::saturating_add)
 }
 
+/// An upper bound of what resampled sources take while a map is rendered: their samples, in the depth of the output.
+pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> u64 {
+    resampled.iter().map(|domain| picture(*domain, channels, depth)).fold(0, u64::saturating_add)
+}
+
 /// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,
 /// and twice the size of each as a file that was not compressed.
 pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> u64 {
     let map = samples(domain).saturating_mul(4 + if map_file { 24 } else { 0 });
     map.saturating_add(picture(domain, channels, depth).saturating_mul(3))
+}
+
+/// Of two stages of which the one ends before the other begins: the greater, and some of the other, since not all that
+/// is freed is given back.
+pub(crate) fn stages(one: u64, other: u64) -> u64 {
+    one.max(other).saturating_add(one.min(other) / 4)
 }
 
 /// An upper bound of what an explanation takes: three panels, as samples and as a file, and the features of one.

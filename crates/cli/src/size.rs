@@ -68,6 +68,16 @@ impl Tile {
         let periodic = [matches!(tile, Some(Self::Y | Self::Xy)), matches!(tile, Some(Self::X | Self::Xy))];
         Domain { shape, periodic }
     }
+
+    /// The axes along which a domain tiles.
+    pub(crate) fn of(domain: Domain<2>) -> Option<Self> {
+        match domain.periodic {
+            [false, false] => None,
+            [false, true] => Some(Self::X),
+            [true, false] => Some(Self::Y),
+            [true, true] => Some(Self::Xy),
+        }
+    }
 }
 
 /// An amount of memory.

@@ -4,15 +4,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Plane, Render, Role, SourceMap, Transform};
+use selvedge_core::{Depth, Domain, Grid, Plane, Role, SourceMap, Transform};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
 
 use crate::args::FormatArg;
-use crate::exemplars::{ExemplarArgs, Headers, Loaded};
+use crate::blending::Blending;
+use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
 use crate::explain::explain;
 use crate::failure::{Failure, shown};
 use crate::harmonise::Layout;
-use crate::inputs::{self, Input, STREAM};
+use crate::inputs::{self, Input, ReadMap, STREAM};
 use crate::memory;
 use crate::outputs::{self, Outputs};
 use crate::page;
@@ -52,15 +53,21 @@ pub(crate) struct Weaving {
 /// The size of an output that may have any.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Sizing {
-    /// Size of the output: 512, 512x384, or a factor of the first exemplar such as 2x.
-    #[arg(long, value_name = "SIZE", default_value = "2x")]
-    size: Size,
+    /// Size of the output: 512, 512x384, or a factor of the first exemplar such as 2x. Default: 2x, or the size of what
+    /// the output starts from.
+    #[arg(long, value_name = "SIZE")]
+    size: Option<Size>,
 }
 
 impl Sizing {
     /// Height and width for a first exemplar of this shape.
-    pub(crate) fn shape(self, exemplar: [u32; 2]) -> Result<[u32; 2], Failure> {
-        Ok(self.size.shape(exemplar))
+    pub(crate) fn shape(self, exemplar: [u32; 2]) -> [u32; 2] {
+        self.typed(exemplar).unwrap_or_else(|| Size::Factor(2.0).shape(exemplar))
+    }
+
+    /// The same, if it was asked for.
+    pub(crate) fn typed(self, exemplar: [u32; 2]) -> Option<[u32; 2]> {
+        Some(self.size?.shape(exemplar))
     }
 }
 
@@ -69,10 +76,12 @@ pub(crate) struct Plan<'p> {
     pub(crate) command: &'static str,
     /// Files that it reads besides the exemplars and their masks.
     pub(crate) others: Vec<PathBuf>,
-    /// Height and width of the output for a first exemplar of some shape.
-    pub(crate) shape: &'p dyn Fn([u32; 2]) -> Result<[u32; 2], Failure>,
+    /// Shape and topology of the output for exemplars of these domains, the backdrop last.
+    pub(crate) domain: &'p dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
     /// The exemplars' orientations.
     pub(crate) transforms: &'p [Transform],
+    /// A picture that is one more exemplar, after all others and only as it is.
+    pub(crate) backdrop: Option<Backdrop<'p>>,
     pub(crate) estimate: Estimate<'p>,
 }
 
@@ -89,6 +98,21 @@ pub(crate) struct Loom<'a> {
     others: Vec<Fingerprint>,
 }
 
+/// What a method made, and how it is laid over the payload.
+pub(crate) struct Outcome {
+    pub(crate) map: SourceMap<2>,
+    /// False if it was interrupted.
+    pub(crate) complete: bool,
+    pub(crate) blending: Blending,
+    /// Positions that no blending changes.
+    pub(crate) kept: Option<Grid<bool, 2>>,
+    /// The options as used.
+    pub(crate) options: Used,
+    pub(crate) stats: serde_json::Value,
+    /// How it was made, for people.
+    pub(crate) how: String,
+}
+
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
 pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> u64;
 
@@ -102,12 +126,15 @@ impl Weaving {
         outputs::check(session, &self.files_written(session), &read)?;
         self.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
         self.report.as_deref().map_or(Ok(()), page::check)?;
-        let headers = self.input.look(session)?;
-        let first = headers.domains()[0].shape;
-        let domain = Tile::domain(self.tile, (plan.shape)(first)?);
-        // Where another exemplar would have another output, the exemplar is to blame for its size.
-        let follows = first != [1, 1] && (plan.shape)([1, 1])? != domain.shape;
-        check_size(session, domain).map_err(|f| if follows { f.about(&self.input.exemplars[0]) } else { f })?;
+        let headers = self.input.look(session, plan.backdrop)?;
+        let domains = headers.domains();
+        let domain = (plan.domain)(&domains)?;
+        check_size(session, domain).map_err(|refused| {
+            // Where another exemplar would have another output, the exemplar is to blame for its size.
+            let small: Vec<Domain<2>> = domains.iter().map(|_| Domain::open([1, 1])).collect();
+            let follows = (plan.domain)(&small).is_ok_and(|other| other != domain);
+            if follows { refused.about(&self.input.exemplars[0]) } else { refused }
+        })?;
         headers.check_held((&self.output, format), domain.shape)?;
         if let Some(path) = &self.explain {
             let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
@@ -122,6 +149,11 @@ impl Weaving {
         report.estimate = Some(needed);
         report.stage("read");
         Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new() })
+    }
+
+    /// An output of a shape, with the topology asked for.
+    pub(crate) fn tiled(&self, shape: [u32; 2]) -> Domain<2> {
+        Tile::domain(self.tile, shape)
     }
 
     /// How pictures are read.
@@ -139,15 +171,17 @@ impl Weaving {
     }
 
     fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> u64 {
-        let sources: Vec<Domain<2>> =
-            headers.domains().iter().flat_map(|d| plan.transforms.iter().map(|t| t.domain(*d))).collect();
+        let sources = headers.sources(plan.transforms);
         let exemplars = memory::exemplars(&headers.infos, headers.depth)
             .saturating_add(memory::sources(&sources, headers.layout.colors));
-        let output = memory::outputs(domain, headers.layout.channels(), headers.depth, self.map.is_some());
+        let channels = headers.layout.channels();
+        let exemplars =
+            exemplars.saturating_add(memory::shown(&headers.resampled(plan.transforms), channels, headers.depth));
+        let output = memory::outputs(domain, channels, headers.depth, self.map.is_some());
         let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = explained.saturating_mul(memory::explained(&sources, domain));
         let method = (plan.estimate)(&sources, headers.layout.colors, domain);
-        [exemplars, output, explained, method].into_iter().fold(0, u64::saturating_add)
+        exemplars.saturating_add(memory::stages(method, output.saturating_add(explained)))
     }
 }
 
@@ -175,6 +209,12 @@ impl Loom<'_> {
         Ok(picture.plane)
     }
 
+    /// Notes a source map that was read.
+    pub(crate) fn note(&mut self, map: &ReadMap) {
+        self.report.inputs.push(map.entry.clone());
+        self.others.push(map.fingerprint.clone());
+    }
+
     /// The size of the output, for commands that take one.
     pub(crate) fn sized(&self) -> Used {
         let [h, w] = self.domain.shape;
@@ -183,7 +223,7 @@ impl Loom<'_> {
 
     /// Adds the options that all weaving commands have, as used, before a method's own.
     pub(crate) fn used(&self, before: Used) -> Used {
-        let used = self.args.input.used(before.with("tile", self.args.tile.map(crate::args::typed_name)));
+        let used = self.args.input.used(before.with("tile", Tile::of(self.domain).map(crate::args::typed_name)));
         match self.args.quality {
             Some(quality) => used.with("quality", quality),
             None => used,
@@ -201,38 +241,34 @@ impl Loom<'_> {
     }
 
     /// Renders and writes what was woven; a run that was interrupted ends here.
-    pub(crate) fn finish(
-        mut self,
-        map: SourceMap<2>,
-        complete: bool,
-        options: Used,
-        stats: serde_json::Value,
-        how: &str,
-    ) -> Result<Done, Failure> {
+    pub(crate) fn finish(mut self, outcome: Outcome) -> Result<Done, Failure> {
         self.session.watch.finish();
         self.report.stage("synthesis");
-        self.report.options = options;
-        self.report.stats = stats;
+        self.report.options = outcome.options.clone();
+        self.report.stats = outcome.stats.clone();
         let (output, map_file) = (self.args.output.clone(), self.args.map.clone());
-        if !complete {
-            return Err(self.interrupted(map, &output, map_file.as_deref()));
+        if !outcome.complete {
+            return Err(self.interrupted(outcome, &output, map_file.as_deref()));
         }
         self.session.check_signal()?;
-        self.write(map, &output, map_file.as_deref(), Some(self.provenance()))?;
-        let ([h, w], name) = (self.domain.shape, shown(&output));
+        let ([h, w], name, how) = (self.domain.shape, shown(&output), outcome.how.clone());
+        self.write(outcome, &output, map_file.as_deref(), Some(self.provenance()))?;
         let line = format!("{name}: {w}x{h} px {how}, in {:.2} s", self.report.elapsed());
         Ok(Done::made(self.report, line))
     }
 
     fn write(
         &mut self,
-        map: SourceMap<2>,
+        outcome: Outcome,
         output: &Path,
         map_file: Option<&Path>,
         provenance: Option<Provenance>,
     ) -> Result<(), Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let plane = map.render(&payload)?;
+        let Outcome { map, blending, kept, complete, .. } = outcome;
+        // What is not whole is not blended: holes would darken what is around them.
+        let blending = if complete { blending } else { Blending::default() };
+        let plane = blending.render(&map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?;
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);
@@ -290,19 +326,19 @@ impl Loom<'_> {
             version: env!("CARGO_PKG_VERSION").into(),
             seed,
             inputs: self.loaded.all_fingerprints().into_iter().chain(self.others.iter().cloned()).collect(),
-            command: options.clone().with("seed", seed).command(self.report.command(), &self.loaded.paths),
+            command: options.clone().with("seed", seed).command(self.report.command(), self.loaded.given()),
         }
     }
 
     /// Keeps the best so far if that is wanted. It says nothing of how it was made: no command makes it again.
-    fn interrupted(&mut self, map: SourceMap<2>, output: &Path, map_file: Option<&Path>) -> Failure {
+    fn interrupted(&mut self, outcome: Outcome, output: &Path, map_file: Option<&Path>) -> Failure {
         let signal = self.session.watch.signal().unwrap_or(2);
         let failure = Failure::interrupted(signal);
         if !self.session.global.keep_partial || output.as_os_str() == STREAM {
             return failure;
         }
         let (output, map_file) = (outputs::partial(output), map_file.map(outputs::partial));
-        match self.write(map, &output, map_file.as_deref(), None) {
+        match self.write(outcome, &output, map_file.as_deref(), None) {
             Ok(()) => Failure::kept(signal, &output),
             Err(e) => e,
         }

@@ -22,13 +22,48 @@ impl<const D: usize> Source<D> {
     }
 
     fn new(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>, origin: Origin) -> Result<Self, Error> {
-        if let Some(resampling) = origin.transform.resampling() {
-            let valid = Some(resample::validity(features.domain(), valid, resampling)?);
-            let features = resample::resample(features, resampling, f64::from, |v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
-            return Ok(Self { features, valid, origin });
-        }
-        let valid = valid.map(|v| oriented(v, origin.transform, false)).transpose()?;
-        Ok(Self { features: oriented(features, origin.transform, 0)?, valid, origin })
+        let valid = shown_validity(features.domain(), valid, origin.transform)?;
+        let features = match origin.transform.resampling() {
+            Some(by) => resample::resample(features, by, f64::from, |v| (v + 0.5).clamp(0.0, 255.0) as u8)?,
+            None => oriented(features, origin.transform, 0)?,
+        };
+        Ok(Self { features, valid, origin })
+    }
+}
+
+/// What of an exemplar is valid, as a transform shows it.
+fn shown_validity<const D: usize>(
+    exemplar: Domain<D>,
+    valid: Option<&Grid<bool, D>>,
+    transform: Transform,
+) -> Result<Option<Grid<bool, D>>, Error> {
+    match transform.resampling() {
+        Some(resampling) => resample::validity(exemplar, valid, resampling).map(Some),
+        None => valid.map(|v| oriented(v, transform, false)).transpose(),
+    }
+}
+
+impl<const D: usize> SourceTable<D> {
+    /// Which samples of each source may be used, `None` for all: those that the exemplar's plane (its alpha) and its mask
+    /// leave, as the source shows them.
+    ///
+    /// # Errors
+    /// [`Error::PlaneCount`] without a plane for each exemplar, [`Error::Shape`] for a mask of another size.
+    pub fn validity(
+        &self,
+        planes: &[&Plane<D>],
+        masks: &[Option<Grid<bool, D>>],
+    ) -> Result<Vec<Option<Grid<bool, D>>>, Error> {
+        let of = |(e, plane): (usize, &&Plane<D>)| {
+            validity(e, std::slice::from_ref(*plane), masks.get(e).and_then(Option::as_ref))
+        };
+        let valid = planes.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
+        let shown = |(origin, _): &(Origin, Domain<D>)| {
+            let e = usize::from(origin.exemplar);
+            let plane = planes.get(e).ok_or(Error::PlaneCount { expected: e + 1, found: planes.len() })?;
+            shown_validity(plane.domain(), valid[e].as_ref(), origin.transform)
+        };
+        self.sources().iter().map(shown).collect()
     }
 }
 
@@ -79,11 +114,24 @@ impl<const D: usize> Exemplars<D> {
         masks: &[Option<Grid<bool, D>>],
         transforms: &[Transform],
     ) -> Result<Self, Error> {
+        Self::oriented(encoder, exemplars, masks, &vec![transforms; exemplars.len()])
+    }
+
+    /// Like [`masked`](Self::masked), with orientations for each exemplar.
+    ///
+    /// # Errors
+    /// Those of [`masked`](Self::masked).
+    pub fn oriented(
+        encoder: &Encoder,
+        exemplars: &[&[Plane<D>]],
+        masks: &[Option<Grid<bool, D>>],
+        transforms: &[&[Transform]],
+    ) -> Result<Self, Error> {
         let mut sources = Vec::new();
-        for (e, planes) in exemplars.iter().enumerate() {
+        for (e, (planes, transforms)) in exemplars.iter().zip(transforms).enumerate() {
             let features = encoder.encode(planes)?;
             let valid = validity(e, planes, masks.get(e).and_then(Option::as_ref))?;
-            for &transform in transforms {
+            for &transform in *transforms {
                 if !transform.is_valid() {
                     return Err(Error::Transform { transform });
                 }
@@ -129,6 +177,11 @@ impl<const D: usize> Exemplars<D> {
     /// The numbering of samples.
     pub fn table(&self) -> &SourceTable<D> {
         &self.table
+    }
+
+    /// Which samples of each source may be used; `None` for all.
+    pub fn validity(&self) -> Vec<Option<&Grid<bool, D>>> {
+        self.sources.iter().map(|s| s.valid.as_ref()).collect()
     }
 
     /// Weight of each feature channel.

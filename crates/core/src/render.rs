@@ -3,7 +3,7 @@
 use crate::plane::Plane;
 use crate::resample;
 use crate::source_map::SourceTable;
-use crate::{Domain, Error, Grid, Role, SampleId, Samples, SourceMap, Transform, try_vec};
+use crate::{Domain, Error, Grid, NormalCoding, Role, SampleId, Samples, SourceMap, Transform, try_vec};
 
 /// What can be laid over registered planes.
 pub trait Render<const D: usize> {
@@ -18,20 +18,51 @@ impl<const D: usize> Render<D> for SourceMap<D> {
     /// Copies samples bit for bit; unassigned positions are 0. Normals are turned with their source. Samples of resampled
     /// sources are interpolated.
     fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
-        let first = check(&self.table, planes)?;
-        let gather = Gather::new(&self.table)?;
-        let resampled = resampled(&self.table, planes)?;
-        let of_source = |s: usize| {
-            let exemplar = usize::from(self.table.sources()[s].0.exemplar);
-            resampled[s].as_ref().map_or(&planes[exemplar].samples, |p| &p.samples)
-        };
+        Payload::new(&self.table, planes)?.gather(&self.ids)
+    }
+}
+
+/// A plane of each exemplar, ready to be looked up by sample numbers: for those who render more than copies.
+#[derive(Debug)]
+pub struct Payload<'a, const D: usize> {
+    table: &'a SourceTable<D>,
+    planes: Vec<&'a Plane<D>>,
+    /// The plane of each source that is resampled.
+    resampled: Vec<Option<Plane<D>>>,
+    /// For turned sources the exemplar's index of each sample; `None` where it is the sample's own.
+    turned: Vec<Option<Vec<u32>>>,
+}
+
+impl<'a, const D: usize> Payload<'a, D> {
+    /// Takes a plane of each exemplar, in the exemplars' order, and resamples it for the sources that are.
+    ///
+    /// # Errors
+    /// Those of [`Render::render`].
+    pub fn new(table: &'a SourceTable<D>, planes: &[&'a Plane<D>]) -> Result<Self, Error> {
+        check(table, planes)?;
+        let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
+        let turned = turned.collect::<Result<_, _>>()?;
+        Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes)?, turned })
+    }
+
+    /// The planes, as they were given.
+    pub fn planes(&self) -> &[&'a Plane<D>] {
+        &self.planes
+    }
+
+    /// The samples of these numbers; 0 where none is assigned.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn gather(&self, ids: &Grid<SampleId, D>) -> Result<Plane<D>, Error> {
+        let first = self.planes[0];
         macro_rules! copy {
             ($depth:ident, $negate:expr) => {{
-                let grids = (0..self.table.sources().len()).map(|s| match of_source(s) {
+                let grids = (0..self.table.sources().len()).map(|s| match &self.of_source(s).samples {
                     Samples::$depth(g) => g,
                     _ => unreachable!("layouts were compared"),
                 });
-                Samples::$depth(gather.copy(&self.ids, &grids.collect::<Vec<_>>(), first.role, $negate)?)
+                Samples::$depth(self.copy(ids, &grids.collect::<Vec<_>>(), first.role, $negate)?)
             }};
         }
         let samples = match &first.samples {
@@ -42,51 +73,10 @@ impl<const D: usize> Render<D> for SourceMap<D> {
         };
         Ok(Plane { role: first.role, samples, alpha: first.alpha })
     }
-}
 
-/// A plane for each exemplar, of one layout, each of its exemplar's shape.
-fn check<'a, const D: usize>(table: &SourceTable<D>, planes: &[&'a Plane<D>]) -> Result<&'a Plane<D>, Error> {
-    let expected = table.sources().iter().map(|(o, _)| usize::from(o.exemplar) + 1).max().unwrap_or(0);
-    if planes.len() != expected || planes.is_empty() {
-        return Err(Error::PlaneCount { expected, found: planes.len() });
-    }
-    let first = planes[0];
-    for (e, plane) in planes.iter().enumerate() {
-        if (plane.role, plane.layout()) != (first.role, first.layout()) {
-            return Err(Error::Layout { exemplar: e, expected: first.layout(), found: plane.layout() });
-        }
-    }
-    for (origin, domain) in table.sources() {
-        let plane = planes[usize::from(origin.exemplar)];
-        let found = origin.transform.domain(plane.domain()).shape;
-        if found != domain.shape {
-            let (expected, found) = (domain.shape.to_vec(), found.to_vec());
-            return Err(Error::Shape { exemplar: origin.exemplar.into(), plane: 0, expected, found });
-        }
-    }
-    Ok(first)
-}
-
-/// The plane of each source that is resampled.
-fn resampled<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<Vec<Option<Plane<D>>>, Error> {
-    let of = |(origin, _): &(crate::Origin, Domain<D>)| {
-        let plane = planes[usize::from(origin.exemplar)];
-        origin.transform.resampling().map(|r| resample::plane(plane, r)).transpose()
-    };
-    table.sources().iter().map(of).collect()
-}
-
-/// Where each sample's payload lies.
-struct Gather<'a, const D: usize> {
-    table: &'a SourceTable<D>,
-    /// For turned sources the exemplar's index of each sample; `None` where it is the sample's own.
-    turned: Vec<Option<Vec<u32>>>,
-}
-
-impl<'a, const D: usize> Gather<'a, D> {
-    fn new(table: &'a SourceTable<D>) -> Result<Self, Error> {
-        let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
-        Ok(Self { table, turned: turned.collect::<Result<_, _>>()? })
+    fn of_source(&self, source: usize) -> &Plane<D> {
+        let exemplar = usize::from(self.table.sources()[source].0.exemplar);
+        self.resampled[source].as_ref().unwrap_or(self.planes[exemplar])
     }
 
     /// Copies each sample of each channel from the grid of its source; `negate` mirrors one component of a normal.
@@ -125,6 +115,39 @@ impl<'a, const D: usize> Gather<'a, D> {
         let own = (id.get() - self.table.first(source)) as usize;
         self.turned[source].as_ref().map_or(own, |t| t[own] as usize)
     }
+}
+
+/// A plane for each exemplar, of one layout, each of its exemplar's shape.
+fn check<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<(), Error> {
+    let expected = table.sources().iter().map(|(o, _)| usize::from(o.exemplar) + 1).max().unwrap_or(0);
+    if planes.len() != expected || planes.is_empty() {
+        return Err(Error::PlaneCount { expected, found: planes.len() });
+    }
+    let first = planes[0];
+    for (e, plane) in planes.iter().enumerate() {
+        if (plane.role, plane.layout()) != (first.role, first.layout()) {
+            return Err(Error::Layout { exemplar: e, expected: first.layout(), found: plane.layout() });
+        }
+    }
+    for (origin, domain) in table.sources() {
+        let plane = planes[usize::from(origin.exemplar)];
+        let found = origin.transform.domain(plane.domain()).shape;
+        if found != domain.shape {
+            let (expected, found) = (domain.shape.to_vec(), found.to_vec());
+            return Err(Error::Shape { exemplar: origin.exemplar.into(), plane: 0, expected, found });
+        }
+    }
+    Ok(())
+}
+
+/// The plane of each source that is resampled.
+fn resampled<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<Vec<Option<Plane<D>>>, Error> {
+    let normals = NormalCoding::of(planes);
+    let of = |(origin, _): &(crate::Origin, Domain<D>)| {
+        let plane = planes[usize::from(origin.exemplar)];
+        origin.transform.resampling().map(|r| resample::plane(plane, r, normals)).transpose()
+    };
+    table.sources().iter().map(of).collect()
 }
 
 /// Which component stands in channel `c` of a turned plane, and whether it is negated.

@@ -1,17 +1,18 @@
-//! Sources turned by any angle and scaled: the only transforms that do not copy samples bit for bit.
+//! Sources mirrored, turned by any angle and scaled: the only transforms that do not copy samples bit for bit.
 
 use half::f16;
 
 use crate::plane::Samples;
-use crate::{Domain, Error, Grid, Plane, Role, try_vec};
+use crate::{Domain, Error, Grid, NormalCoding, Plane, Role, par, try_vec};
 
-/// A turn about the centre and a magnification, over the last two axes.
+/// A mirror, a turn about the centre and a magnification, over the last two axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Resampling {
     /// Cosine and sine of the clockwise angle.
     cos: f64,
     sin: f64,
     scale: f64,
+    mirror: bool,
 }
 
 /// Where a sample comes from: a place between exemplar samples, on the last two axes.
@@ -21,9 +22,9 @@ struct Taps {
 }
 
 impl Resampling {
-    pub(crate) fn new(degrees: f64, scale: f64) -> Self {
+    pub(crate) fn new(degrees: f64, scale: f64, mirror: bool) -> Self {
         let (sin, cos) = libm::sincos(degrees.to_radians());
-        Self { cos, sin, scale }
+        Self { cos, sin, scale, mirror }
     }
 
     /// The box around the turned and scaled exemplar. Only axes that stay as they are keep their period.
@@ -43,7 +44,8 @@ impl Resampling {
         let (to, from) = (centre(exemplar), centre(source));
         let (y, x) = ((at[0] - from[0]) / self.scale, (at[1] - from[1]) / self.scale);
         // Undoing a clockwise turn of a picture whose y axis points down.
-        [to[0] - x * self.sin + y * self.cos, to[1] + x * self.cos + y * self.sin]
+        let across = x * self.cos + y * self.sin;
+        [to[0] - x * self.sin + y * self.cos, to[1] + if self.mirror { -across } else { across }]
     }
 
     /// Places averaged to one sample along an axis: more where the exemplar shrinks.
@@ -118,25 +120,27 @@ fn last_two<const D: usize>(domain: Domain<D>) -> [u32; 2] {
 }
 
 /// Resamples each channel of each frame; `read` and `write` are to and from numbers.
-pub(crate) fn resample<T: Copy, const D: usize>(
+pub(crate) fn resample<T: Copy + Send + Sync, const D: usize>(
     grid: &Grid<T, D>,
     resampling: Resampling,
-    read: impl Fn(T) -> f64,
-    write: impl Fn(f64) -> T,
+    read: impl Fn(T) -> f64 + Sync,
+    write: impl Fn(f64) -> T + Sync,
 ) -> Result<Grid<T, D>, Error> {
     let domain = resampling.domain(grid.domain());
     let (from, to) = (last_two(grid.domain()), last_two(domain));
     let frame = (from[0] * from[1]) as usize;
-    let mut samples = Vec::new();
-    samples.try_reserve_exact(domain.len() * grid.channels()).map_err(|_| Error::Allocation { bytes: u64::MAX })?;
+    let Some(&first) = grid.samples().first() else { return Grid::from_vec(domain, grid.channels(), Vec::new()) };
+    let mut samples = try_vec(domain.len() * grid.channels(), first)?;
     let spots = f64::from(resampling.spots().pow(2));
-    for pixels in grid.samples().chunks_exact(frame.max(1)) {
-        for at in Domain::open(to).positions() {
+    par::for_rows(&mut samples, to[1] as usize, |row, samples| {
+        let pixels = &grid.samples()[row / to[0] as usize * frame..][..frame];
+        for (x, sample) in (0..).zip(samples) {
             let mut sum = 0.0;
+            let at = [row as u32 % to[0], x];
             resampling.each_spot(from, to, at, |taps| sum += taps.value(from, |i| read(pixels[i])));
-            samples.push(write(sum / spots));
+            *sample = write(sum / spots);
         }
-    }
+    });
     Grid::from_vec(domain, grid.channels(), samples)
 }
 
@@ -150,60 +154,64 @@ pub(crate) fn validity<const D: usize>(
     let (from, to) = (last_two(exemplar), last_two(domain));
     let frame = (from[0] * from[1]) as usize;
     let mut all = try_vec(domain.len(), true)?;
-    let size = (to[0] * to[1]) as usize;
-    for (i, is_valid) in all.iter_mut().enumerate() {
-        let at = Domain::open(to).position(i % size);
-        let first = i / size * frame;
-        resampling.each_spot(from, to, at, |taps| {
-            *is_valid &= taps.is_valid(from, |j| valid.is_none_or(|v| v.samples()[first + j]));
-        });
-    }
+    par::for_rows(&mut all, to[1] as usize, |row, all| {
+        let first = row / to[0] as usize * frame;
+        for (x, is_valid) in (0..).zip(all) {
+            resampling.each_spot(from, to, [row as u32 % to[0], x], |taps| {
+                *is_valid &= taps.is_valid(from, |j| valid.is_none_or(|v| v.samples()[first + j]));
+            });
+        }
+    });
     Grid::from_vec(domain, 1, all)
 }
 
-/// A plane as a resampled source shows it; normals are turned with it.
-pub(crate) fn plane<const D: usize>(plane: &Plane<D>, resampling: Resampling) -> Result<Plane<D>, Error> {
+/// A plane as a resampled source shows it; normals are turned with it and keep their length.
+pub(crate) fn plane<const D: usize>(
+    plane: &Plane<D>,
+    resampling: Resampling,
+    normals: NormalCoding,
+) -> Result<Plane<D>, Error> {
     let integer = |v: f64, most: f64| (v + 0.5).clamp(0.0, most);
-    let mut samples = match &plane.samples {
-        Samples::U8(g) => Samples::U8(resample(g, resampling, f64::from, |v| integer(v, 255.0) as u8)?),
-        Samples::U16(g) => Samples::U16(resample(g, resampling, f64::from, |v| integer(v, 65_535.0) as u16)?),
-        Samples::F16(g) => {
-            let (read, write) = (|v| f16::from_bits(v).to_f64(), |v| f16::from_f32(v as f32).to_bits());
-            Samples::F16(resample(g, resampling, read, write)?)
-        }
-        Samples::F32(g) => Samples::F32(resample(g, resampling, f64::from, |v| v as f32)?),
-    };
-    if plane.role == Role::Normal && 2 <= plane.color_channels() {
-        let signed = !matches!(plane.samples.depth(), crate::Depth::U8 | crate::Depth::U16) && has_negative(plane);
-        match &mut samples {
-            Samples::U8(g) => turn(g, resampling, 127.5, f64::from, |v| integer(v, 255.0) as u8),
-            Samples::U16(g) => turn(g, resampling, 32_767.5, f64::from, |v| integer(v, 65_535.0) as u16),
-            Samples::F16(g) => {
-                let (read, write) = (|v| f16::from_bits(v).to_f64(), |v| f16::from_f32(v as f32).to_bits());
-                turn(g, resampling, if signed { 0.0 } else { 0.5 }, read, write);
+    let turned = plane.role == Role::Normal && 2 <= plane.color_channels();
+    macro_rules! shown {
+        ($depth:ident, $grid:expr, $read:expr, $write:expr) => {{
+            let mut grid = resample($grid, resampling, $read, $write)?;
+            if turned {
+                turn(&mut grid, 3 <= plane.color_channels(), resampling, normals, $read, $write);
             }
-            Samples::F32(g) => turn(g, resampling, if signed { 0.0 } else { 0.5 }, f64::from, |v| v as f32),
-        }
+            Samples::$depth(grid)
+        }};
     }
+    let samples = match &plane.samples {
+        Samples::U8(g) => shown!(U8, g, f64::from, |v| integer(v, 255.0) as u8),
+        Samples::U16(g) => shown!(U16, g, f64::from, |v| integer(v, 65_535.0) as u16),
+        Samples::F16(g) => {
+            shown!(F16, g, |v| f16::from_bits(v).to_f64(), |v| f16::from_f32(v as f32).to_bits())
+        }
+        Samples::F32(g) => shown!(F32, g, f64::from, |v| v as f32),
+    };
     Ok(Plane { role: plane.role, samples, alpha: plane.alpha })
 }
 
-fn has_negative<const D: usize>(plane: &Plane<D>) -> bool {
-    (0..plane.domain().len()).any(|i| (0..2).any(|c| plane.samples.value(c, i) < 0.0))
-}
-
-/// Turns the first two components (x right, y up) about their zero.
+/// Turns the first two components (x right, y up) about their zero, and makes normals with a third one as long as they
+/// were: interpolation shortens them.
 fn turn<T: Copy, const D: usize>(
     grid: &mut Grid<T, D>,
+    has_z: bool,
     resampling: Resampling,
-    zero: f64,
+    normals: NormalCoding,
     read: impl Fn(T) -> f64,
     write: impl Fn(f64) -> T,
 ) {
+    let Resampling { cos, sin, mirror, .. } = resampling;
     for i in 0..grid.domain().len() {
-        let (x, y) = (read(grid.plane(0)[i]) - zero, read(grid.plane(1)[i]) - zero);
-        grid.plane_mut(0)[i] = write(x * resampling.cos + y * resampling.sin + zero);
-        grid.plane_mut(1)[i] = write(y * resampling.cos - x * resampling.sin + zero);
+        let (x, y) = (read(grid.plane(0)[i]) - normals.zero, read(grid.plane(1)[i]) - normals.zero);
+        let x = if mirror { -x } else { x };
+        let (x, y) = (x * cos + y * sin + normals.zero, y * cos - x * sin + normals.zero);
+        let stored = if has_z { normals.unit_length([x, y, read(grid.plane(2)[i])]) } else { [x, y, 0.0] };
+        for (c, &v) in stored.iter().enumerate().take(if has_z { 3 } else { 2 }) {
+            grid.plane_mut(c)[i] = write(v);
+        }
     }
 }
 
@@ -219,7 +227,7 @@ mod tests {
     }
 
     fn resampled(grid: &Grid<f32, 2>, degrees: f64, scale: f64) -> Grid<f32, 2> {
-        resample(grid, Resampling::new(degrees, scale), f64::from, |v| v as f32).unwrap()
+        resample(grid, Resampling::new(degrees, scale, false), f64::from, |v| v as f32).unwrap()
     }
 
     #[test]
@@ -232,7 +240,7 @@ mod tests {
             let expected = grid.get(0, exact.origin(turned.domain(), at));
             assert!((turned.get(0, at) - expected).abs() < 1e-4, "{at:?}");
         }
-        let valid = validity(grid.domain(), None, Resampling::new(90.0, 1.0)).unwrap();
+        let valid = validity(grid.domain(), None, Resampling::new(90.0, 1.0, false)).unwrap();
         assert!(valid.samples().iter().all(|&v| v));
     }
 
@@ -251,7 +259,7 @@ mod tests {
 
     #[test]
     fn corners_outside_of_the_exemplar_are_not_valid() {
-        let resampling = Resampling::new(45.0, 1.0);
+        let resampling = Resampling::new(45.0, 1.0, false);
         let valid = validity(Domain::open([20, 20]), None, resampling).unwrap();
         let [h, w] = valid.domain().shape;
         assert_eq!([h, w], [29, 29]);
@@ -261,13 +269,33 @@ mod tests {
     }
 
     #[test]
-    fn normals_turn_with_the_picture() {
-        let grid = Grid::from_vec(Domain::open([1, 1]), 3, vec![-0.25_f32, 0.5, 0.75]).unwrap();
-        let normals = Plane::new(Role::Normal, Samples::F32(grid));
-        let Samples::F32(out) = plane(&normals, Resampling::new(90.0, 1.0)).unwrap().samples else { panic!("depth") };
-        // Clockwise: x takes y, y takes -x.
-        for (v, expected) in out.samples().iter().zip([0.5, 0.25, 0.75]) {
-            assert!((v - expected).abs() < 1e-6, "{:?}", out.samples());
+    fn mirrored_and_quarter_turned_is_as_exact_as_it_can_be() {
+        let grid = ramp([3, 5]);
+        let exact = Transform::Exact { quarter_turns: 1, mirror: true };
+        let turned = resample(&grid, Resampling::new(90.0, 1.0, true), f64::from, |v| v as f32).unwrap();
+        for at in turned.domain().positions() {
+            let expected = grid.get(0, exact.origin(turned.domain(), at));
+            assert!((turned.get(0, at) - expected).abs() < 1e-4, "{at:?}");
         }
+    }
+
+    /// One normal, shown by a resampled source.
+    fn normal(stored: [f32; 3], resampling: Resampling) -> Vec<f32> {
+        let grid = Grid::from_vec(Domain::open([1, 1]), 3, stored.to_vec()).unwrap();
+        let normals = Plane::new(Role::Normal, Samples::F32(grid));
+        let coding = NormalCoding::of(&[&normals]);
+        let Samples::F32(out) = plane(&normals, resampling, coding).unwrap().samples else { panic!("depth") };
+        out.into_vec()
+    }
+
+    #[test]
+    fn normals_turn_with_the_picture() {
+        let close = |found: Vec<f32>, expected: [f32; 3]| {
+            assert!(found.iter().zip(expected).all(|(v, e)| (v - e).abs() < 1e-6), "{found:?}, not {expected:?}");
+        };
+        // Clockwise: x takes y, y takes -x.
+        close(normal([-0.36, 0.48, 0.8], Resampling::new(90.0, 1.0, false)), [0.48, 0.36, 0.8]);
+        close(normal([-0.36, 0.48, 0.8], Resampling::new(90.0, 1.0, true)), [0.48, -0.36, 0.8]);
+        close(normal([-0.36, 0.0, 0.48], Resampling::new(0.0, 1.0, false)), [-0.6, 0.0, 0.8]);
     }
 }

@@ -14,14 +14,16 @@ pub enum Transform {
         /// Mirrored left to right before turning.
         mirror: bool,
     },
-    /// Turned about its centre by any angle and magnified, over the last two axes: samples are interpolated
-    /// (Catmull-Rom, averaged over several spots where it shrinks), and the corners that the turned exemplar does not
-    /// reach are not valid.
+    /// Mirrored left to right or not, then turned about its centre by any angle and magnified, over the last two axes:
+    /// samples are interpolated (Catmull-Rom, averaged over several spots where it shrinks), and the corners that the
+    /// turned exemplar does not reach are not valid.
     Resampled {
         /// Clockwise angle in degrees.
         degrees: f64,
         /// Magnification, `1/16` to 16.
         scale: f64,
+        /// Mirrored left to right before turning.
+        mirror: bool,
     },
 }
 
@@ -29,11 +31,22 @@ impl Transform {
     /// The exemplar as it is.
     pub const IDENTITY: Self = Self::Exact { quarter_turns: 0, mirror: false };
 
+    /// Mirrored left to right or not, turned clockwise by `degrees` and magnified: exact wherever that copies samples.
+    pub fn new(degrees: f64, scale: f64, mirror: bool) -> Self {
+        let degrees = degrees.rem_euclid(360.0);
+        if scale == 1.0 && degrees % 90.0 == 0.0 {
+            // A full turn is what a tiny negative angle is rounded to.
+            Self::Exact { quarter_turns: (degrees / 90.0) as u8 % 4, mirror }
+        } else {
+            Self::Resampled { degrees, scale, mirror }
+        }
+    }
+
     /// True if angle and magnification are numbers in their range.
     pub fn is_valid(self) -> bool {
         match self {
             Self::Exact { .. } => true,
-            Self::Resampled { degrees, scale } => degrees.is_finite() && (1.0 / 16.0..=16.0).contains(&scale),
+            Self::Resampled { degrees, scale, .. } => degrees.is_finite() && (1.0 / 16.0..=16.0).contains(&scale),
         }
     }
 
@@ -41,7 +54,7 @@ impl Transform {
     pub(crate) fn resampling(self) -> Option<Resampling> {
         match self {
             Self::Exact { .. } => None,
-            Self::Resampled { degrees, scale } => Some(Resampling::new(degrees, scale)),
+            Self::Resampled { degrees, scale, mirror } => Some(Resampling::new(degrees, scale, mirror)),
         }
     }
 
@@ -49,7 +62,9 @@ impl Transform {
     pub fn domain<const D: usize>(self, mut exemplar: Domain<D>) -> Domain<D> {
         let quarter_turns = match self {
             Self::Exact { quarter_turns, .. } => quarter_turns,
-            Self::Resampled { degrees, scale } => return Resampling::new(degrees, scale).domain(exemplar),
+            Self::Resampled { degrees, scale, mirror } => {
+                return Resampling::new(degrees, scale, mirror).domain(exemplar);
+            }
         };
         if quarter_turns % 2 == 1 {
             exemplar.shape.swap(D - 2, D - 1);
@@ -113,6 +128,18 @@ mod tests {
         assert_eq!(turn.origin(source, [0, 1]), [0, 0], "the top left sample stands at the top right");
         assert_eq!(turn.origin(source, [0, 0]), [1, 0]);
         assert_eq!(turn.origin(source, [2, 1]), [0, 2]);
+    }
+
+    #[test]
+    fn only_quarter_turns_at_full_size_are_exact() {
+        let exact = |quarter_turns, mirror| Transform::Exact { quarter_turns, mirror };
+        assert_eq!(Transform::new(0.0, 1.0, true), exact(0, true));
+        assert_eq!(Transform::new(-90.0, 1.0, false), exact(3, false));
+        assert_eq!(Transform::new(720.0 + 180.0, 1.0, true), exact(2, true));
+        assert_eq!(Transform::new(-1e-30, 1.0, false), exact(0, false));
+        let half = Transform::Resampled { degrees: 90.0, scale: 0.5, mirror: false };
+        assert_eq!(Transform::new(-270.0, 0.5, false), half);
+        assert!(!Transform::new(f64::NAN, 1.0, false).is_valid());
     }
 
     #[test]

@@ -33,21 +33,8 @@ pub fn periods<const D: usize>(
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
 ) -> Result<Vec<Period<D>>, Error> {
-    if weights.len() != features.channels() {
-        return Err(Error::Count { what: "weights", expected: features.channels(), found: weights.len() });
-    }
-    let features = &middle(features)?;
-    let valid = valid.map(middle).transpose()?;
-    let mask = valid.as_ref().map(Grid::samples);
-    let twice_variance = twice_variance(features, mask, weights);
-    if twice_variance.0 == 0 {
-        return Ok(Vec::new());
-    }
-    let costs = differences(features, valid.as_ref(), weights)?;
-    let strengths = Strengths { costs: &costs, twice_variance };
-    let mut found: Vec<Period<D>> = costs.iter().filter_map(|c| strengths.peak(c.position)).collect();
-    rank(&mut found);
-    Ok(found)
+    let strengths = Strengths::of(features, valid, weights)?;
+    Ok(strengths.map_or_else(Vec::new, |s| s.periods()))
 }
 
 /// The sums of squared differences at every translation of at most half the exemplar, one of each pair of opposites.
@@ -86,16 +73,41 @@ fn twice_variance<const D: usize>(features: &Grid<u8, D>, mask: Option<&[bool]>,
     (2 * variance, u128::from(n) * u128::from(n))
 }
 
-/// How alike the exemplar is to itself at each translation.
-struct Strengths<'c, const D: usize> {
-    costs: &'c Costs<D>,
+/// How alike an exemplar is to itself at each translation.
+pub(crate) struct Strengths<const D: usize> {
+    costs: Costs<D>,
     /// Numerator and denominator.
     twice_variance: (u128, u128),
 }
 
-impl<const D: usize> Strengths<'_, D> {
+impl<const D: usize> Strengths<D> {
+    /// `None` for a flat exemplar.
+    pub(crate) fn of(
+        features: &Grid<u8, D>,
+        valid: Option<&Grid<bool, D>>,
+        weights: &[u8],
+    ) -> Result<Option<Self>, Error> {
+        if weights.len() != features.channels() {
+            return Err(Error::Count { what: "weights", expected: features.channels(), found: weights.len() });
+        }
+        let features = &middle(features)?;
+        let valid = valid.map(middle).transpose()?;
+        let twice_variance = twice_variance(features, valid.as_ref().map(Grid::samples), weights);
+        if twice_variance.0 == 0 {
+            return Ok(None);
+        }
+        Ok(Some(Self { costs: differences(features, valid.as_ref(), weights)?, twice_variance }))
+    }
+
+    /// See [`periods`].
+    pub(crate) fn periods(&self) -> Vec<Period<D>> {
+        let mut found: Vec<Period<D>> = self.costs.iter().filter_map(|c| self.peak(c.position)).collect();
+        rank(&mut found);
+        found
+    }
+
     /// In thousandths; `None` beyond the translations looked at.
-    fn at(&self, vector: [i32; D]) -> Option<i64> {
+    pub(crate) fn at(&self, vector: [i32; D]) -> Option<i64> {
         let vector = if vector[0] < 0 { vector.map(|v| -v) } else { vector };
         let c = self.costs.get(0, vector)?;
         let (variance, n2) = self.twice_variance;

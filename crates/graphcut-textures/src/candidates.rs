@@ -4,12 +4,43 @@ use selvedge_core::{Exemplars, Rng};
 
 use crate::patch::Patch;
 
+/// An excess in units of the scale beyond which nothing is left of a probability in units of 2^-32.
+pub(crate) const NOTHING: f64 = 22.5;
+
 /// A patch and how well it agrees with the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Candidate<const D: usize> {
     pub(crate) patch: Patch<D>,
     /// Mean squared difference a sample, plus whatever is held against it.
     pub(crate) cost: f64,
+}
+
+/// Candidates whose cost is within `slack` of the least: nothing else is ever drawn.
+#[derive(Debug)]
+pub(crate) struct Shortlist<const D: usize> {
+    slack: f64,
+    least: f64,
+    kept: Vec<Candidate<D>>,
+}
+
+impl<const D: usize> Shortlist<D> {
+    pub(crate) fn new(slack: f64) -> Self {
+        Self { slack, least: f64::INFINITY, kept: Vec::new() }
+    }
+
+    /// Keeps a candidate that may be drawn; only one that is cheap enough is asked whether it is `admissible`.
+    pub(crate) fn offer(&mut self, candidate: Candidate<D>, admissible: impl FnOnce() -> bool) {
+        if candidate.cost - self.least <= self.slack && admissible() {
+            self.least = self.least.min(candidate.cost);
+            self.kept.push(candidate);
+        }
+    }
+
+    pub(crate) fn finish(self) -> Vec<Candidate<D>> {
+        let Self { slack, least, mut kept } = self;
+        kept.retain(|c| c.cost - least <= slack);
+        kept
+    }
 }
 
 /// `sigma^2` of eq. 3: the sum of the channels' variances over all valid samples, in the units of squared differences.
@@ -64,8 +95,7 @@ fn weight(excess: f64, scale: f64) -> u64 {
         return 1 << 32;
     }
     let x = excess / scale;
-    // Beyond 22, nothing is left of 2^32.
-    if x < 22.5 { (libm::exp(-x) * (1_u64 << 32) as f64) as u64 } else { 0 }
+    if x < NOTHING { (libm::exp(-x) * (1_u64 << 32) as f64) as u64 } else { 0 }
 }
 
 #[cfg(test)]

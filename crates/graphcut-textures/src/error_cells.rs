@@ -18,6 +18,9 @@ pub(crate) struct ErrorCells<const D: usize> {
     pub(crate) cells: Domain<D>,
     sums: Vec<i64>,
     total: i64,
+    /// Sums over regions, by their first cell; 0 for those left out.
+    regions: Tournament,
+    left_out: Vec<bool>,
 }
 
 impl<const D: usize> ErrorCells<D> {
@@ -27,7 +30,8 @@ impl<const D: usize> ErrorCells<D> {
         let side = side.max(1);
         let cells = Domain { shape: output.shape.map(|n| n.div_ceil(side)), periodic: output.periodic };
         let len = cells.checked_len().unwrap_or(usize::MAX);
-        Ok(Self { side, output, cells, sums: try_vec(len, 0)?, total: 0 })
+        let (regions, left_out) = (Tournament::new(len)?, try_vec(len, false)?);
+        Ok(Self { side, output, cells, sums: try_vec(len, 0)?, total: 0, regions, left_out })
     }
 
     /// The cost of all seams.
@@ -41,6 +45,45 @@ impl<const D: usize> ErrorCells<D> {
             let sum = self.sum(map, costs, cell);
             self.total += sum - self.sums[cell];
             self.sums[cell] = sum;
+        }
+        // Regions begin up to their own side before a cell that they hold.
+        let before = [1 + (CELLS_A_REGION - 1) * self.side; D];
+        for first in self.cells_of(&window.grown(self.output, before, [0; D])) {
+            self.note(first);
+        }
+    }
+
+    /// Enters a region's sum.
+    fn note(&mut self, first: usize) {
+        let sum = if self.left_out[first] { 0 } else { self.region_sum(first) };
+        self.regions.set(first, sum);
+    }
+
+    /// Costs in the region that starts at a cell; regions shrink at open ends.
+    fn region_sum(&self, first: usize) -> i64 {
+        let from = self.cells.position(first);
+        let shape = self.cells.shape.map(|n| n.min(CELLS_A_REGION));
+        let cells = Domain::open(shape).positions();
+        cells
+            .filter_map(|by| self.cells.step(from, by.map(|b| b as i32)))
+            .map(|at| self.sums[self.cells.index(at)])
+            .sum()
+    }
+
+    /// Leaves the region that starts at a cell out of the search for the worst.
+    pub(crate) fn leave_out(&mut self, first: usize) {
+        self.left_out[first] = true;
+        self.note(first);
+    }
+
+    /// Takes regions of a shape in again that meet a window.
+    pub(crate) fn readmit(&mut self, window: &Window<D>, shape: [u32; D]) {
+        let around = shape.map(|n| n + self.side);
+        for first in self.cells_of(&window.grown(self.output, around, around)) {
+            if self.left_out[first] && self.region(first, shape).meets(window, self.output) {
+                self.left_out[first] = false;
+                self.note(first);
+            }
         }
     }
 
@@ -82,33 +125,10 @@ impl<const D: usize> ErrorCells<D> {
         sum
     }
 
-    /// The region (its first cell) with the largest sum among those that `allowed` lets pass, and that sum; the first
-    /// of several. `None` if no sum is above 0.
-    ///
-    /// Sums over regions come from prefix sums axis by axis (a summed-area table): time `O(cells * axes)`.
-    pub(crate) fn worst(&self, allowed: impl Fn(usize) -> bool) -> Option<(usize, i64)> {
-        let mut sums = self.sums.clone();
-        for axis in 0..D {
-            self.sum_along(axis, &mut sums);
-        }
-        let best = sums.iter().enumerate().filter(|&(cell, &sum)| 0 < sum && allowed(cell));
-        best.max_by_key(|&(cell, &sum)| (sum, std::cmp::Reverse(cell))).map(|(cell, &sum)| (cell, sum))
-    }
-
-    /// Replaces each cell by the sum of it and the next cells of a region; regions shrink at open ends.
-    fn sum_along(&self, axis: usize, sums: &mut [i64]) {
-        let (stride, side) = (self.cells.strides()[axis], self.cells.shape[axis] as usize);
-        let reach = (CELLS_A_REGION as usize).min(side);
-        let mut prefix = vec![0_i64; side + reach + 1];
-        for line in (0..sums.len()).filter(|i| (i / stride).is_multiple_of(side)) {
-            for i in 0..side + reach {
-                let inside = i < side || self.cells.periodic[axis];
-                prefix[i + 1] = prefix[i] + if inside { sums[line + i % side * stride] } else { 0 };
-            }
-            for i in 0..side {
-                sums[line + i * stride] = prefix[i + reach] - prefix[i];
-            }
-        }
+    /// The region (its first cell) with the largest sum among those not left out; the first of several. `None` if no
+    /// sum is above 0. Time `O(1)`: sums are entered in `O(log(cells))` where seams change.
+    pub(crate) fn worst(&self) -> Option<usize> {
+        self.regions.best()
     }
 
     /// The region that starts at a cell, of a given shape; moved inside on open axes.
@@ -120,5 +140,87 @@ impl<const D: usize> ErrorCells<D> {
             (if self.output.periodic[a] { p } else { p.min(most) }) as i32
         });
         Window { start, shape }
+    }
+}
+
+/// Keeps the largest of many numbers: a binary tree of pairwise comparisons.
+#[derive(Clone, Debug)]
+struct Tournament {
+    /// Numbers from the middle on; before them, each node's larger child.
+    nodes: Vec<i64>,
+}
+
+impl Tournament {
+    fn new(len: usize) -> Result<Self, Error> {
+        Ok(Self { nodes: try_vec(2 * len.next_power_of_two(), 0)? })
+    }
+
+    fn set(&mut self, index: usize, value: i64) {
+        let mut node = self.nodes.len() / 2 + index;
+        self.nodes[node] = value;
+        while 1 < node {
+            node /= 2;
+            self.nodes[node] = self.nodes[2 * node].max(self.nodes[2 * node + 1]);
+        }
+    }
+
+    /// The first place of the largest number, if that is above 0.
+    fn best(&self) -> Option<usize> {
+        let leaves = self.nodes.len() / 2;
+        let mut node = 1;
+        while node < leaves {
+            node = 2 * node + usize::from(self.nodes[2 * node] < self.nodes[2 * node + 1]);
+        }
+        (0 < self.nodes[node]).then(|| node - leaves)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Exemplars, Grid, Origin, SampleId, SeamMeasure, Seed, Source, Transform};
+
+    /// The definition: every region summed anew.
+    fn worst_of<const D: usize>(cells: &ErrorCells<D>) -> Option<usize> {
+        let sums = (0..cells.cells.len()).map(|first| if cells.left_out[first] { 0 } else { cells.region_sum(first) });
+        let best = sums.enumerate().filter(|&(_, sum)| 0 < sum);
+        best.max_by_key(|&(first, sum)| (sum, std::cmp::Reverse(first))).map(|(first, _)| first)
+    }
+
+    #[test]
+    fn the_worst_region_is_kept_up_to_date() {
+        for (i, periodic) in [[false; 2], [true, false], [true; 2]].into_iter().enumerate() {
+            let mut rng = Seed(3).derive("cells", i as u64).rng();
+            let noise = (0..64).map(|_| rng.below(256) as u8).collect();
+            let features = Grid::from_vec(Domain::open([8, 8]), 1, noise).unwrap();
+            let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+            let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+            let costs = SeamCosts::new(&exemplars, SeamMeasure::Difference).unwrap();
+            let mut map = SourceMap::unassigned(&exemplars, Domain { shape: [23, 31], periodic }).unwrap();
+            map.ids.plane_mut(0).fill(SampleId::new(9));
+            let mut cells = ErrorCells::new(map.domain(), 3).unwrap();
+            cells.update(&map, &costs, &Window::all(map.domain()));
+            for _ in 0..200 {
+                let at = [rng.below(23), rng.below(31)];
+                let place = map.domain().index(at);
+                map.ids.plane_mut(0)[place] = SampleId::new(rng.below(64));
+                let window = Window { start: at.map(|a| a as i32), shape: [1, 1] };
+                cells.update(&map, &costs, &window);
+                assert_eq!(cells.worst(), worst_of(&cells));
+                match (rng.below(3), cells.worst()) {
+                    (0, Some(first)) => cells.leave_out(first),
+                    (1, _) => cells.readmit(&window, [12, 12]),
+                    _ => {}
+                }
+                assert_eq!(cells.worst(), worst_of(&cells));
+            }
+            let met: Vec<usize> = (0..cells.cells.len()).collect();
+            met.iter().for_each(|&first| cells.leave_out(first));
+            let window = Window { start: [20, 2], shape: [5, 1] };
+            cells.readmit(&window, [12, 12]);
+            for first in met {
+                assert_eq!(cells.left_out[first], !cells.region(first, [12, 12]).meets(&window, map.domain()));
+            }
+        }
     }
 }

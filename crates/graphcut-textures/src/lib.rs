@@ -34,6 +34,26 @@
 //! Everything is written over the number of axes: clips are woven by the same code as pictures. Outputs may be periodic
 //! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
 //!
+//! # Speed and growth
+//! Processor time of `selvedge graphcut --refine 10 -j 1` on an exemplar of 192^2 (radishes, sub-patch placement, regions
+//! of 35 samples), with reading and writing of the files, and the largest memory of the process:
+//!
+//! | output | seconds | MiB |
+//! |---|---|---|
+//! | 512^2 | 0.47 | 19 |
+//! | 1024^2 | 1.7 | 23 |
+//! | 2048^2 | 6.5 | 68 |
+//! | 4096^2 | 25 | 229 |
+//!
+//! Time grows with the output's area: a cut sees a window of the output, never all of it, and the worst region is kept
+//! up to date in a tree. By default refinement goes on until seams settle, which takes two to three times as long. Cuts take
+//! about half of the time, searches a fifth.
+//!
+//! Sizes of regions and reach were chosen by measure on ten textures at 1024^2: with them no texture repeats itself more
+//! than image quilting does, and seams cost less than quilting's on eight (eq. 1, relative to random joins). Regions of a
+//! quarter of the exemplar, with a reach of two thirds of that, cost less still, but windows of 32 samples then come again
+//! in a third of the output.
+//!
 //! # Features
 //! `rayon` (default): candidates are searched and cut on the caller's pool; the output is the same either way.
 //!
@@ -45,6 +65,7 @@
 mod blend;
 mod candidates;
 mod canvas;
+mod choice;
 mod cut;
 mod error;
 mod error_cells;
@@ -56,8 +77,10 @@ mod matching;
 mod options;
 mod patch;
 mod period;
+mod refine;
 mod region;
 mod start;
+mod weaver;
 mod window;
 
 pub use blend::{Feathered, Splined};
@@ -67,4 +90,3 @@ pub use graphcut::{Stats, graphcut, graphcut_from};
 pub use options::{Options, Placement};
 pub use period::periodicity;
 pub use start::Start;
-pub(crate) use start::check_map;

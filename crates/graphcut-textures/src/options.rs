@@ -27,11 +27,11 @@ pub struct Options {
     /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
     pub seam: SeamMeasure,
     /// Side of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
-    /// the exemplar's shortest side. Default: a fraction of the exemplar.
+    /// the exemplar's shortest side. Default: three fifths of the exemplar's largest structures.
     pub region: Option<u32>,
     /// How far a patch may reach beyond the error region on each side, in samples; 0 lays the region alone. Large
     /// patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's side on, patches
-    /// are whole exemplars, as in the paper. Default: two thirds of the region's side.
+    /// are whole exemplars, as in the paper. Default: half of the region's side.
     pub reach: Option<u32>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.

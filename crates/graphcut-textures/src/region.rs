@@ -11,18 +11,12 @@ pub(crate) struct Patchwork {
     pub(crate) known: Vec<bool>,
 }
 
-/// Looks at the output through a window. Positions outside of open axes, holes, and positions outside of `inside` are
-/// unknown.
-pub(crate) fn look<const D: usize>(
-    exemplars: &Exemplars<D>,
-    map: &SourceMap<D>,
-    window: &Window<D>,
-    inside: &Window<D>,
-) -> Patchwork {
+/// Looks at the output through a window. Positions outside of open axes and holes are unknown.
+pub(crate) fn look<const D: usize>(exemplars: &Exemplars<D>, map: &SourceMap<D>, window: &Window<D>) -> Patchwork {
     let len = window.len();
     let mut patchwork = Patchwork { features: vec![0; len * exemplars.channels()], known: vec![false; len] };
     let ids = map.ids.plane(0);
-    for (i, place) in places(map.domain(), window, inside).into_iter().enumerate() {
+    for (i, place) in places(map.domain(), window).into_iter().enumerate() {
         let Some(id) = place.map(|p| ids[p as usize]).filter(|id| id.is_assigned()) else { continue };
         let Some(source) = exemplars.table().source(id) else { continue };
         let index = (id.get() - exemplars.table().first(source)) as usize;
@@ -34,16 +28,11 @@ pub(crate) fn look<const D: usize>(
     patchwork
 }
 
-/// Place in the output of each position of a window; `None` outside of the output or of `inside`.
-fn places<const D: usize>(output: Domain<D>, window: &Window<D>, inside: &Window<D>) -> Vec<Option<u32>> {
+/// Place in the output of each position of a window; `None` outside of the output.
+fn places<const D: usize>(output: Domain<D>, window: &Window<D>) -> Vec<Option<u32>> {
     let mut places = vec![Some(0_u32)];
     for axis in 0..D {
-        let shown = |l: usize| {
-            let p = window.start[axis] + l as i32;
-            inside.start[axis] <= p && p < inside.end(axis)
-        };
-        let along: Vec<Option<u32>> =
-            window.places(output, axis).enumerate().map(|(l, place)| place.filter(|_| shown(l))).collect();
+        let along: Vec<Option<u32>> = window.places(output, axis).collect();
         places = places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect();
     }
     places
@@ -54,7 +43,7 @@ pub(crate) fn patches<const D: usize>(map: &SourceMap<D>, window: &Window<D>) ->
     let mut found: Vec<Patch<D>> = Vec::new();
     let local = Domain::open(window.shape);
     let ids = map.ids.plane(0);
-    for (i, place) in places(map.domain(), window, window).into_iter().enumerate() {
+    for (i, place) in places(map.domain(), window).into_iter().enumerate() {
         let Some(id) = place.map(|p| ids[p as usize]) else { continue };
         let Some((source, from)) = map.table.locate(id) else { continue };
         let at = local.position(i);

@@ -46,6 +46,17 @@ impl<const D: usize> Window<D> {
         grown
     }
 
+    /// As far as it lies in the output: cut off at the ends of open axes. It must meet the output.
+    pub(crate) fn inside(&self, output: Domain<D>) -> Self {
+        let mut inside = *self;
+        for axis in (0..D).filter(|&a| !output.periodic[a]) {
+            let end = self.end(axis).min(output.shape[axis] as i32);
+            inside.start[axis] = self.start[axis].max(0);
+            inside.shape[axis] = (end - inside.start[axis]) as u32;
+        }
+        inside
+    }
+
     /// What two windows share; positions are compared unwrapped. `None` if nothing.
     pub(crate) fn shared(&self, other: &Self) -> Option<Self> {
         let mut shared = *self;

@@ -4,9 +4,7 @@ use selvedge_core::{
     Domain, Encoder, ErrorKind, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts, SeamMeasure,
     Seed, SourceMap, Transform,
 };
-use selvedge_graphcut_textures::{
-    Error, Feathered, Options, Placement, Splined, Start, Stats, graphcut, graphcut_from,
-};
+use selvedge_graphcut_textures::{Error, Options, Placement, Start, Stats, graphcut, graphcut_from};
 
 const PLACEMENTS: [Placement; 4] = [Placement::Auto, Placement::Random, Placement::Entire, Placement::Sub];
 
@@ -129,7 +127,7 @@ fn fixed_samples_stay_to_the_bit() {
 fn a_field_of_sources_is_obeyed() {
     let plane = blobs([32, 32], 7);
     let planes = [std::slice::from_ref(&plane)];
-    let scales = [1.0, 0.5].map(|scale| Transform::Resampled { degrees: 0.0, scale });
+    let scales = [1.0, 0.5].map(|scale| Transform::new(0.0, scale, false));
     let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &scales).unwrap();
     let output = Domain::open([40, 40]);
     let field = output
@@ -218,8 +216,9 @@ fn wrong_input_is_an_error_with_its_numbers() {
     assert_eq!(start(None, Grid::try_filled(output, 1, 2).ok()), Error::NoSource { at: vec![0, 0] });
     let small = Run { limits: selvedge_core::Limits { memory: 1000, ..run.limits }, ..run };
     assert_eq!(graphcut(&e, output, &options, &small).unwrap_err().kind(), ErrorKind::Memory);
-    let foreign = SourceMap::unassigned(&of(&blobs([5, 5], 1)), output).unwrap();
-    assert!(matches!(Feathered::new(&e, foreign, 1.0), Err(Error::ForeignMap { .. })));
+    let map = SourceMap::unassigned(&of(&blobs([5, 5], 1)), output).unwrap();
+    let foreign = graphcut_from(&e, Start { map, fixed: None, sources: None }, &options, &run);
+    assert!(matches!(foreign, Err(Error::ForeignMap { .. })));
 }
 
 struct Stop(std::sync::atomic::AtomicU32);
@@ -237,68 +236,4 @@ fn a_cancelled_run_answers_with_its_best_so_far() {
     let run = Run { observer: &stop, ..Run::seeded(0) };
     let woven = graphcut(&e, Domain::open([60, 60]), &Options::default(), &run).unwrap();
     assert!(!woven.complete && 0 < woven.result.holes());
-}
-
-/// A map of two patches side by side, with a straight seam, and the exemplar as floats.
-fn two_halves() -> (Exemplars<2>, SourceMap<2>, Plane<2>) {
-    let domain = Domain::open([12, 40]);
-    let samples = domain.positions().map(|[_, x]| x as f32).collect();
-    let plane = Plane::new(Role::Scalar, Samples::F32(Grid::from_vec(domain, 1, samples).unwrap()));
-    let e = of(&plane);
-    let mut map = SourceMap::unassigned(&e, Domain::open([12, 24])).unwrap();
-    for [y, x] in map.domain().positions() {
-        map.ids.set(0, [y, x], e.table().id(0, [y, if x < 12 { x } else { x + 8 }]));
-    }
-    (e, map, plane)
-}
-
-#[test]
-fn blending_goes_monotonely_from_one_patch_to_the_other() {
-    let (e, map, plane) = two_halves();
-    let feathered = Feathered::new(&e, map.clone(), 2.0).unwrap().render(&[&plane]).unwrap();
-    let splined = Splined::new(&e, map.clone(), 3).unwrap().render(&[&plane]).unwrap();
-    let plain = map.render(&[&plane]).unwrap();
-    for (name, out) in [("feathered", feathered), ("splined", splined)] {
-        let row: Vec<f64> = (0..24).map(|x| out.samples.value(0, 5 * 24 + x)).collect();
-        assert!(row.is_sorted(), "{name} {row:?}");
-        let step = row.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
-        assert!(step < 4.0, "{name}: the step of 9 is spread out, {row:?}");
-        // In the middle both patches weigh the same: x and x + 8.
-        assert!((row[11] + row[12] - (11.0 + 12.0 + 8.0)).abs() < 1e-3, "{name} {row:?}");
-        if name == "feathered" {
-            assert!((0..7).chain(17..24).all(|x| row[x] == plain.samples.value(0, 5 * 24 + x)));
-        }
-    }
-}
-
-#[test]
-fn maps_without_seams_are_copied_bit_for_bit() {
-    let plane = blobs([80, 90], 11);
-    let e = of(&plane);
-    let mut map = SourceMap::unassigned(&e, Domain::open([70, 75])).unwrap();
-    for [y, x] in map.domain().positions() {
-        map.ids.set(0, [y, x], e.table().id(0, [y + 3, x + 5]));
-    }
-    let plain = map.render(&[&plane]).unwrap();
-    let feathered = Feathered::new(&e, map.clone(), 3.0).unwrap();
-    assert_eq!(feathered.blended(), 0);
-    assert_eq!(feathered.render(&[&plane]).unwrap(), plain);
-    assert_eq!(Splined::new(&e, map.clone(), 4).unwrap().render(&[&plane]).unwrap(), plain);
-    assert!(Feathered::new(&e, map.clone(), f64::NAN).is_err());
-    assert!(Splined::new(&e, map, 6).is_err());
-}
-
-#[test]
-fn splines_of_equal_patches_are_the_patch() {
-    // Two exemplars with the same samples: any blend of them is the same picture.
-    let plane = blobs([40, 40], 12);
-    let planes = [std::slice::from_ref(&plane), std::slice::from_ref(&plane)];
-    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &[Transform::IDENTITY]).unwrap();
-    let mut map = SourceMap::unassigned(&e, Domain::periodic([40, 40])).unwrap();
-    for [y, x] in map.domain().positions() {
-        map.ids.set(0, [y, x], e.table().id(usize::from((y / 7 + x / 9) % 2 == 1), [y, x]));
-    }
-    let plain = map.render(&[&plane, &plane]).unwrap();
-    assert_eq!(Splined::new(&e, map.clone(), 4).unwrap().render(&[&plane, &plane]).unwrap(), plain);
-    assert_eq!(Feathered::new(&e, map, 2.0).unwrap().render(&[&plane, &plane]).unwrap(), plain);
 }

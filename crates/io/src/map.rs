@@ -2,8 +2,9 @@
 //!
 //! Three channels of 32-bit integers: `source`, and `x` and `y` in it; 2^32 - 1 in all three where nothing is assigned.
 //! The attribute `selvedge.sources` has one line a source, in order:
-//! `exemplar=0 turns=1 mirror=0 width=64 height=48 wrap=x blake3=00ff name=brick.png`. The standard attribute
-//! `wrapmodes` tells the periodic axes of the output.
+//! `exemplar=0 turns=1 mirror=0 width=64 height=48 wrap=x blake3=00ff name=brick.png`. A source that was resampled has
+//! `degrees=30 scale=0.5` (clockwise, as decimals that are read back exactly) instead of `turns`; `width`, `height` and
+//! `wrap` are the source's, not its exemplar's. The standard attribute `wrapmodes` tells the periodic axes of the output.
 
 use std::path::Path;
 
@@ -87,15 +88,18 @@ fn sources(file: &MapFile) -> Result<String, Problem> {
     let mut text = String::new();
     for (origin, domain) in file.map.table.sources() {
         let exemplar = usize::from(origin.exemplar);
-        let Transform::Exact { quarter_turns, mirror } = origin.transform else {
-            return Err(Problem::unsupported(Format::Exr, format!("a source map with {:?}", origin.transform)));
+        let how = match origin.transform {
+            Transform::Exact { quarter_turns, mirror } => format!("turns={quarter_turns} mirror={}", u8::from(mirror)),
+            Transform::Resampled { degrees, scale, mirror } => {
+                format!("degrees={degrees} scale={scale} mirror={}", u8::from(mirror))
+            }
+            other => return Err(Problem::unsupported(Format::Exr, format!("a source map with {other:?}"))),
         };
         let missing = Problem::ExemplarCount { found: file.exemplars.len(), needed: exemplar + 1 };
         let Fingerprint { name, blake3 } = file.exemplars.get(exemplar).ok_or(missing)?;
         let [height, width] = domain.shape;
         let line = format!(
-            "exemplar={exemplar} turns={quarter_turns} mirror={} width={width} height={height} wrap={} blake3={} name={}\n",
-            u8::from(mirror),
+            "exemplar={exemplar} {how} width={width} height={height} wrap={} blake3={} name={}\n",
             wrap(domain),
             escaped(blake3.as_bytes()),
             escaped(name.as_bytes())
@@ -123,8 +127,14 @@ fn parse(text: &str) -> Option<(SourceTable<2>, Vec<Fingerprint>)> {
         let field = |key: &str| fields.split(' ').find_map(|f| f.strip_prefix(key)?.strip_prefix('='));
         let number = |key| field(key)?.parse::<u32>().ok();
         let exemplar = u16::try_from(number("exemplar")?).ok()?;
-        let quarter_turns = u8::try_from(number("turns")?).ok().filter(|t| *t < 4)?;
-        let transform = Transform::Exact { quarter_turns, mirror: number("mirror")? == 1 };
+        let mirror = number("mirror")? == 1;
+        let transform = if let Some(turns) = number("turns") {
+            Transform::Exact { quarter_turns: u8::try_from(turns).ok().filter(|t| *t < 4)?, mirror }
+        } else {
+            let decimal = |key| field(key)?.parse::<f64>().ok();
+            let transform = Transform::Resampled { degrees: decimal("degrees")?, scale: decimal("scale")?, mirror };
+            Some(transform).filter(|t| t.is_valid())?
+        };
         let wrap = field("wrap")?;
         let periodic = [wrap.contains('y'), wrap.contains('x')];
         let domain = Domain { shape: [number("height")?, number("width")?], periodic };

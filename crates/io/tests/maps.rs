@@ -9,10 +9,14 @@ use selvedge_io::{Fingerprint, MapFile, Problem, ReadOptions, decode, decode_map
 fn map(periodic: [bool; 2]) -> MapFile {
     let origin =
         |exemplar, quarter_turns, mirror| Origin { exemplar, transform: Transform::Exact { quarter_turns, mirror } };
+    let resampled =
+        |exemplar, degrees, scale, mirror| Origin { exemplar, transform: Transform::new(degrees, scale, mirror) };
     let sources = vec![
         (origin(0, 0, false), Domain::open([5, 7])),
         (origin(0, 1, true), Domain { shape: [7, 5], periodic: [true, false] }),
         (origin(2, 3, false), Domain::periodic([300, 200])),
+        (resampled(0, 29.999_999_999_999_996, 0.1 + 0.2, true), Domain::open([4, 5])),
+        (resampled(2, 0.0, 1.0 / 3.0, false), Domain::open([1, 1])),
     ];
     let table = SourceTable::new(sources).unwrap();
     let domain = Domain { shape: [40, 30], periodic };
@@ -50,6 +54,18 @@ fn a_map_is_no_picture_and_a_picture_no_map() {
     );
     assert!(decode_map(b"\x89PNG\r\n\x1a\n", "p.png", &Limits::default()).is_err());
     assert!(decode_map(b"", "p.png", &Limits::default()).is_err());
+}
+
+#[test]
+fn sources_that_cannot_be_are_refused() {
+    // A scale of 0 as long as the one that was written.
+    let bytes = encode_map(&map([false; 2]), "m.exr").unwrap();
+    let (from, to) = (b"scale=0.3333333333333333", b"scale=0.0000000000000000");
+    let at = bytes.windows(from.len()).position(|w| w == from).expect("attributes are not packed");
+    let mut wrong = bytes;
+    wrong[at..at + to.len()].copy_from_slice(to);
+    let refused = decode_map(&wrong, "m.exr", &Limits::default()).unwrap_err().to_string();
+    assert!(refused.contains("its list of sources"), "{refused}");
 }
 
 #[test]

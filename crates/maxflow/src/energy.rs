@@ -69,6 +69,13 @@ struct Lowered {
     by: i64,
 }
 
+/// A pairwise term as a constant, what label 1 adds at either node, and the capacities there and back.
+struct Parts {
+    constant: i64,
+    unaries: [i64; 2],
+    arcs: [i32; 2],
+}
+
 impl<const D: usize> BinaryEnergy<D> {
     /// An energy without terms over a grid, see [`GridGraph::new`].
     ///
@@ -123,11 +130,12 @@ impl<const D: usize> BinaryEnergy<D> {
 
     /// Adds a term for a node and the next along `axis`. Terms with a masked node are dropped.
     ///
-    /// By Kolmogorov and Zabih's construction, `e00 + (e10 - e00) x + (e11 - e10) y + w (1 - x) y` with
-    /// `w = e01 + e10 - e00 - e11`: two unary terms and one arc of capacity `w`. If `w` is negative the term is not
-    /// regular; then its `e00` is *lowered* to `e01 + e10 - e11` and the term is counted. Only the energy of keeping
-    /// label 0 at both is ever under-estimated, so a labelling that improves on 0 everywhere in the model improves at
-    /// least as much in truth.
+    /// By Kolmogorov and Zabih's construction, `e00 + u x + v y + a (1 - x) y + b x (1 - y)` with `u + v = e11 - e00`,
+    /// `a = e01 - e00 - v` and `b = e10 - e00 - u`: two unary terms and an arc each way. Where there is a choice, `u`
+    /// and `v` share their sum, so that a symmetric term is two equal arcs and nothing else: what goes through the
+    /// terminals has to be sent through the graph. If `a + b` is negative the term is not regular; then its `e00` is
+    /// *lowered* to `e01 + e10 - e11` and the term is counted. Only the energy of keeping label 0 at both is ever
+    /// under-estimated, so a labelling that improves on 0 everywhere in the model improves at least as much in truth.
     ///
     /// # Errors
     ///
@@ -135,35 +143,40 @@ impl<const D: usize> BinaryEnergy<D> {
     #[inline]
     pub fn pairwise(&mut self, node: usize, axis: usize, term: PairwiseTerm) -> Result<()> {
         let next = self.graph.neighbour(node, axis)?;
-        let (term, w) = self.regular(node, next, term)?;
+        let parts = self.parts(node, next, term)?;
         if next != node {
-            self.graph.link(node, axis, w, 0)?;
+            self.graph.link(node, axis, parts.arcs[0], parts.arcs[1])?;
         }
-        self.unaries_of(node, next, term)
+        self.unaries_of(node, next, &parts)
     }
 
-    /// The term with `e00` lowered where needed, its arc, and a note of it.
+    /// The parts of a term with `e00` lowered where needed, and a note of it.
     #[inline]
-    fn regular(&mut self, first: usize, second: usize, term: PairwiseTerm) -> Result<([i64; 3], i32)> {
+    fn parts(&mut self, first: usize, second: usize, term: PairwiseTerm) -> Result<Parts> {
         let [e00, e01, e10, e11] = [term.e00, term.e01, term.e10, term.e11].map(i64::from);
-        let w = e01 + e10 - e00 - e11;
-        let by = (-w).max(0);
-        if by > 0 && first != second && !self.graph.masked(first) && !self.graph.masked(second) {
+        if first == second {
+            return Ok(Parts { constant: e00, unaries: [0, e11 - e00], arcs: [0, 0] });
+        }
+        let by = (e00 + e11 - e01 - e10).max(0);
+        if by > 0 && !self.graph.masked(first) && !self.graph.masked(second) {
             self.lowered.push(Lowered { first, second, by });
         }
+        let constant = e00 - by;
+        let (both, least, most) = (e11 - constant, e11 - e01, e10 - constant);
+        let u = (both / 2).clamp(least, most);
         let max = GridGraph::<D>::MAX_LINK.into();
-        let arc = i32::try_from(w.max(0)).map_err(|_| MaxflowError::CapacityTooLarge { node: first, value: w, max })?;
-        Ok(([if first == second { e00 } else { e00 - by }, e10, e11], arc))
+        let fit = |value| i32::try_from(value).map_err(|_| MaxflowError::CapacityTooLarge { node: first, value, max });
+        Ok(Parts { constant, unaries: [u, both - u], arcs: [fit(u - least)?, fit(most - u)?] })
     }
 
-    /// Everything of a term but its arc.
+    /// Everything of a term but its arcs.
     #[inline]
-    fn unaries_of(&mut self, first: usize, second: usize, [e00, e10, e11]: [i64; 3]) -> Result<()> {
+    fn unaries_of(&mut self, first: usize, second: usize, parts: &Parts) -> Result<()> {
         if self.graph.masked(first) || self.graph.masked(second) {
             return Ok(());
         }
-        self.unary_wide(first, e00, e10)?;
-        self.unary_wide(second, 0, e11 - e10)
+        self.unary_wide(first, parts.constant, parts.constant + parts.unaries[0])?;
+        self.unary_wide(second, 0, parts.unaries[1])
     }
 
     /// The energy, of the terms as they were given, of a labelling: `true` for label 0.
@@ -220,10 +233,10 @@ impl BinaryEnergy<2> {
     /// As [`GridGraph::link_diagonal`].
     pub fn pairwise_diagonal(&mut self, node: usize, diagonal: crate::Diagonal, term: PairwiseTerm) -> Result<()> {
         let next = self.graph.diagonal_neighbour(node, diagonal)?;
-        let (term, w) = self.regular(node, next, term)?;
+        let parts = self.parts(node, next, term)?;
         if next != node {
-            self.graph.link_diagonal(node, diagonal, w, 0)?;
+            self.graph.link_diagonal(node, diagonal, parts.arcs[0], parts.arcs[1])?;
         }
-        self.unaries_of(node, next, term)
+        self.unaries_of(node, next, &parts)
     }
 }

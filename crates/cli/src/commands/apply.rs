@@ -4,14 +4,15 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Render, Role};
-use selvedge_io::{Fingerprint, Format, Info, MapFile, Metadata, Provenance, ReadOptions};
+use selvedge_core::{Depth, Domain, Grid, Plane, Render, Role, Transform};
+use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance, ReadOptions};
 
 use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
-use crate::exemplars::converted;
+use crate::blending::Blending;
+use crate::exemplars::{NO_MASK, converted};
 use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::{Layout, common_depth, common_layout, widened};
-use crate::inputs::{self, Input};
+use crate::inputs::{self, Input, ReadMap};
 use crate::memory;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
@@ -35,6 +36,15 @@ pub(crate) struct Apply {
     /// colour is encoded when depths change.
     #[arg(long, value_enum, value_name = "ROLE", default_value = "color")]
     role: Vec<RoleArg>,
+    #[command(flatten)]
+    blending: Blending,
+    /// The masks that the exemplars were woven with: what is black does not show where seams are blended. Give one for each
+    /// exemplar of the map, in order, or 'none'.
+    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
+    mask: Vec<PathBuf>,
+    /// Where this picture is white, nothing is blended.
+    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
+    fixed: Option<PathBuf>,
     /// Format of the output, whatever its extension.
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<FormatArg>,
@@ -61,7 +71,9 @@ impl Apply {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("apply");
-        let files: Vec<PathBuf> = std::iter::once(&self.map).chain(&self.planes).cloned().collect();
+        self.blending.validate()?;
+        let masks = self.mask.iter().filter(|mask| mask.as_os_str() != NO_MASK).chain(&self.fixed);
+        let files: Vec<PathBuf> = std::iter::once(&self.map).chain(&self.planes).chain(masks).cloned().collect();
         inputs::check_streams(&files)?;
         let (roles, planes) = (self.role.len(), self.planes.len());
         if roles != 1 && roles != planes {
@@ -70,13 +82,15 @@ impl Apply {
                 format!("{} for {}; give one --role, or one for each", count("role", roles), count("plane", planes)),
             ));
         }
-        let (file, map) = Input::new(session, &self.map)?.read_map(session, &mut report)?;
+        let ReadMap { file, fingerprint, entry } = Input::new(session, &self.map)?.read_map(session)?;
+        report.inputs.push(entry);
+        let masks = self.masks(session, &file, &mut report)?;
         let layers = self.layers(&file)?;
         let written: Vec<&Path> = layers.iter().map(|layer| layer.output.as_path()).collect();
         outputs::check(session, &written, &files)?;
         report.options = self.used();
         report.stage("read");
-        let mut run = Run { args: self, session, file, map, report };
+        let mut run = Run { args: self, session, file, map: fingerprint, masks, report };
         // Whatever can be refused is, before the first picture is made, and nothing is written before the last one is.
         let looked = layers.iter().map(|layer| run.look(layer)).collect::<Result<Vec<_>, Failure>>()?;
         run.check_memory(&looked)?;
@@ -114,10 +128,44 @@ impl Apply {
         self.planes.chunks(n).enumerate().map(|(i, planes)| layer(i, planes)).collect()
     }
 
+    /// The masks of the exemplars, and what is not blended.
+    fn masks(&self, session: &Session<'_>, file: &MapFile, report: &mut Report) -> Result<Masks, Failure> {
+        let (n, given) = (file.exemplars.len(), self.mask.len());
+        if given != 0 && given != n {
+            let what = format!("was made from {n} exemplar(s), and {given} mask(s) are given");
+            return Err(Failure::new(3, what).about(&self.map).remedy("give one --mask for each, or '--mask none'"));
+        }
+        let mut fingerprints = Vec::new();
+        let mut read = |path: &PathBuf| -> Result<Option<Grid<bool, 2>>, Failure> {
+            if path.as_os_str() == NO_MASK {
+                return Ok(None);
+            }
+            let options = inputs::options(session.limits, Role::Scalar, self.nonfinite);
+            let picture = Input::new(session, path)?.read(session, &options, report)?;
+            fingerprints.push(inputs::fingerprint(path, &picture));
+            let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
+            mask.map(Some).map_err(|p| Failure::from_problem(path, p))
+        };
+        let of_exemplars = self.mask.iter().map(&mut read).collect::<Result<Vec<_>, _>>()?;
+        let fixed = self.fixed.as_ref().map(&mut read).transpose()?.flatten();
+        if let Some((path, mask)) = self.fixed.as_ref().zip(fixed.as_ref()) {
+            let ([h, w], [eh, ew]) = (mask.domain().shape, file.map.domain().shape);
+            if [h, w] != [eh, ew] {
+                let what = format!("{w}x{h} px, but the map has {ew}x{eh} px");
+                return Err(Failure::new(3, what).about(path).remedy("give a mask of that size"));
+            }
+        }
+        Ok(Masks { of_exemplars, fixed, fingerprints })
+    }
+
     /// The options that change samples.
     fn used(&self) -> Used {
         let roles: Vec<String> = self.role.iter().map(|role| typed_name(*role)).collect();
-        Used::default()
+        let masks: Vec<String> = self.mask.iter().map(|mask| selvedge_io::display_name(mask)).collect();
+        self.blending
+            .used(Used::default())
+            .with("mask", masks)
+            .with("fixed", self.fixed.as_deref().map(selvedge_io::display_name))
             .with("role", if roles == ["color"] { Vec::new() } else { roles })
             .with("depth", self.depth.map(typed_name))
             .with("nonfinite", (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite)))
@@ -151,12 +199,21 @@ struct Looked<'a> {
     layout: Layout,
 }
 
+/// Masks that were read.
+struct Masks {
+    of_exemplars: Vec<Option<Grid<bool, 2>>>,
+    /// What is not blended.
+    fixed: Option<Grid<bool, 2>>,
+    fingerprints: Vec<Fingerprint>,
+}
+
 /// A map that was read, and what became of it so far.
 struct Run<'a> {
     args: &'a Apply,
     session: &'a Session<'a>,
     file: MapFile,
     map: Fingerprint,
+    masks: Masks,
     report: Report,
 }
 
@@ -179,8 +236,16 @@ impl Run<'_> {
     /// Refuses what does not fit: the planes of one output at a time, and all outputs until they are written.
     fn check_memory(&self, looked: &[Looked<'_>]) -> Result<(), Failure> {
         let domain = self.file.map.domain();
+        let sources = self.file.map.table.sources().iter();
+        let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
+        let resampled: Vec<Domain<2>> = resampled.collect();
         let made = |l: &Looked<'_>| memory::outputs(domain, l.layout.channels(), l.depth, false);
-        let read = looked.iter().map(|l| memory::exemplars(&l.infos, l.depth)).max().unwrap_or(0);
+        let laid = |l: &Looked<'_>| {
+            memory::exemplars(&l.infos, l.depth)
+                .saturating_add(memory::shown(&resampled, l.layout.channels(), l.depth))
+                .saturating_add(self.args.blending.memory(domain, l.layout.channels()))
+        };
+        let read = looked.iter().map(laid).max().unwrap_or(0);
         memory::check_fixed(self.session.limits.memory, looked.iter().map(made).fold(read, u64::saturating_add))
     }
 
@@ -213,7 +278,7 @@ impl Run<'_> {
         if self.session.global.dry_run {
             return Ok(());
         }
-        let rendered = self.file.map.render(&planes.iter().collect::<Vec<_>>())?;
+        let rendered = self.rendered(layer, &planes.iter().collect::<Vec<_>>())?;
         drop(planes);
         self.report.stage("render");
         let provenance = Some(self.provenance(layer, read_files));
@@ -221,6 +286,19 @@ impl Run<'_> {
         to.picture(&layer.output, layer.format, &rendered, &metadata)?;
         self.report.stage("encode");
         self.session.check_signal()
+    }
+
+    /// The map laid over the planes.
+    fn rendered(&self, layer: &Layer<'_>, planes: &[&Plane<2>]) -> Result<Plane<2>, Failure> {
+        let map = &self.file.map;
+        if self.args.blending.is_none() {
+            return Ok(map.render(planes)?);
+        }
+        let valid = map.table.validity(planes, &self.masks.of_exemplars);
+        let valid =
+            valid.map_err(|e| Failure::from(e).about(&layer.planes[0]).remedy("give masks of the planes' size"))?;
+        let valid = valid.iter().map(Option::as_ref).collect();
+        self.args.blending.render(map, valid, self.masks.fixed.as_ref(), planes)
     }
 
     /// Refuses planes that are not the size of their exemplars, and outputs that cannot hold them.
@@ -248,11 +326,16 @@ impl Run<'_> {
         let sources = self.file.map.table.sources().iter().filter(|(o, _)| usize::from(o.exemplar) == exemplar);
         for (origin, domain) in sources {
             if origin.transform.domain(found).shape != domain.shape {
-                // A transform that turned the exemplar turns it back as far as its sides go.
-                let [h, w] = origin.transform.domain(*domain).shape;
                 let name = &self.file.exemplars[exemplar].name;
+                let ([h, w], how) = match origin.transform {
+                    Transform::Resampled { degrees, scale, .. } => {
+                        (domain.shape, format!("turned by {degrees} degrees and scaled by {scale} to"))
+                    }
+                    // A transform that turned the exemplar turns it back as far as its sides go.
+                    turned => (turned.domain(*domain).shape, "of".to_owned()),
+                };
                 let what =
-                    format!("{}x{} px, but the map was made from '{name}' of {w}x{h} px", info.width, info.height);
+                    format!("{}x{} px, but the map was made from '{name}' {how} {w}x{h} px", info.width, info.height);
                 return Err(Failure::new(3, what).about(path).remedy("give a plane of the same size"));
             }
         }
@@ -262,6 +345,7 @@ impl Run<'_> {
     fn provenance(&self, layer: &Layer<'_>, inputs: Vec<Fingerprint>) -> Provenance {
         let seed = self.file.metadata.provenance.as_ref().map_or(0, |p| p.seed);
         let files: Vec<PathBuf> = std::iter::once(&self.args.map).chain(layer.planes).cloned().collect();
+        let inputs = inputs.into_iter().chain(self.masks.fingerprints.iter().cloned()).collect();
         let command = self.report.options.command("apply", &files);
         Provenance { version: env!("CARGO_PKG_VERSION").into(), seed, inputs, command }
     }

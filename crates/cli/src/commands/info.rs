@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::SourceMap;
+use selvedge_core::{SourceMap, Transform};
 use selvedge_io::{DensityUnit, Fingerprint, Info as Header, MapFile, Metadata};
 use serde_json::{Value, json};
 
@@ -83,7 +83,24 @@ fn source_map(file: &MapFile) -> Facts {
         .iter()
         .map(|(origin, domain)| {
             let [h, w] = domain.shape;
-            json!({"exemplar": origin.exemplar, "size": format!("{w}x{h} px")})
+            let mut source = json!({"exemplar": origin.exemplar, "size": format!("{w}x{h} px")});
+            let (degrees, scale, mirror) = match origin.transform {
+                Transform::Exact { quarter_turns, mirror } => (90.0 * f64::from(quarter_turns), 1.0, mirror),
+                Transform::Resampled { degrees, scale, mirror } => (degrees, scale, mirror),
+                _ => (0.0, 1.0, false),
+            };
+            // Only what was done to the exemplar.
+            let done = [
+                ("degrees", (degrees != 0.0).then(|| degrees.into())),
+                ("scale", (scale != 1.0).then(|| scale.into())),
+                ("mirror", mirror.then(|| mirror.into())),
+            ];
+            done.into_iter().for_each(|(name, value)| {
+                if let Some(value) = value {
+                    source[name] = value;
+                }
+            });
+            source
         })
         .collect();
     vec![

@@ -5,11 +5,12 @@ use selvedge_core::{Domain, Run, Transform};
 use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
 use serde_json::json;
 
+use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Plan, Sizing, Weaving};
+use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
 
 /// Options of `quilt`.
 #[derive(Args, Debug)]
@@ -99,8 +100,9 @@ impl Quilt {
             &Plan {
                 command: "quilt",
                 others: Vec::new(),
-                shape: &|exemplar| self.sizing.shape(exemplar),
+                domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
                 transforms: &[Transform::IDENTITY],
+                backdrop: None,
                 estimate: &|exemplars, channels, output| estimate(exemplars, channels, output, &options),
             },
         )?;
@@ -114,8 +116,16 @@ impl Quilt {
         }
         let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
-        let used = used(&loom, &options, &stats);
-        loom.finish(woven.result, woven.complete, used, counts(&stats), &how(&stats))
+        let outcome = Outcome {
+            map: woven.result,
+            complete: woven.complete,
+            blending: Blending::default(),
+            kept: None,
+            options: used(&loom, &options, &stats),
+            stats: counts(&stats),
+            how: how(&stats),
+        };
+        loom.finish(outcome)
     }
 
     fn options(&self) -> Options {

@@ -9,13 +9,14 @@ use selvedge_quilting::correspondence::{blur, encode_together, luminance, match_
 use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, transfer};
 use serde_json::json;
 
+use crate::blending::Blending;
 use crate::commands::quilt::{Auto, auto_or_number};
 use crate::failure::{Failure, shown};
 use crate::inputs::Input;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Plan, Weaving};
+use crate::weaving::{Loom, Outcome, Plan, Weaving};
 
 /// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
 const LEAST_AVERAGE: f64 = 2.0;
@@ -114,11 +115,12 @@ impl Transfer {
             &Plan {
                 command: "transfer",
                 others: self.others(&pairs),
-                shape: &|_| {
+                domain: &|_| {
                     let info = first.probe(&self.weaving.read_options(session))?;
-                    Ok([info.height, info.width])
+                    Ok(self.weaving.tiled([info.height, info.width]))
                 },
                 transforms: &[Transform::IDENTITY],
+                backdrop: None,
                 estimate: &|exemplars, channels, output| {
                     let guides = self.correspondence.len() * 2 + pairs.len() * 3;
                     estimate_transfer(exemplars, channels, guides, output, &options)
@@ -136,8 +138,16 @@ impl Transfer {
             return Ok(loom.would(used, &how(&stats, false)));
         }
         let woven = transfer(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
-        let (used, stats) = (self.used(&loom, &woven.stats), woven.stats);
-        loom.finish(woven.result, woven.complete, used, counts(&stats), &how(&stats, true))
+        let outcome = Outcome {
+            map: woven.result,
+            complete: woven.complete,
+            blending: Blending::default(),
+            kept: None,
+            options: self.used(&loom, &woven.stats),
+            stats: counts(&woven.stats),
+            how: how(&woven.stats, true),
+        };
+        loom.finish(outcome)
     }
 
     fn options(&self) -> TransferOptions {

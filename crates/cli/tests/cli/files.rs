@@ -99,6 +99,11 @@ fn the_estimate_is_no_less_than_the_peak() {
         "quilt @/scales-hdr.exr -o a.exr --size 1500x900 --depth float --block 48",
         "quilt @/weave.png @/scales.png @/bricks/height.png -o a.tiff --size 700 --tile xy",
         "quilt @/stars.png -o a.png --size 2000 --block 24 --map m.exr",
+        "graphcut @/cobbles.png -o a.png --size 300 --placement entire --refine 4 --map m.exr",
+        "graphcut @/stars.png -o a.png --size 512 --placement sub --refine 4 --tries 8",
+        "graphcut @/cobbles.png -o a.png --size 256 --placement sub --refine 4 --scale-field top=0.5,bottom=2",
+        "graphcut @/stars.png -o a.png --size 1500 --placement random --region 100 --refine 0 --feather 3",
+        "graphcut @/bricks/albedo.png -o a.png --over @/bricks/albedo.png --fixed @/bricks/height.png --refine 0 --spline 4",
     ] {
         let estimate = folder.run(&format!("{line} --dry-run --json")).done().json()["estimated_memory_bytes"].as_u64();
         let object = folder.run(&format!("{line} --json -j 2")).done().json();
@@ -106,7 +111,10 @@ fn the_estimate_is_no_less_than_the_peak() {
             eprintln!("SKIPPED: this system does not tell the peak");
             return;
         };
-        assert!(peak <= estimate.unwrap(), "{line}: {peak} bytes, {estimate:?} estimated");
+        let estimate = estimate.unwrap();
+        assert!(peak <= estimate, "{line}: {peak} bytes, {estimate} estimated");
+        // Enough to refuse what cannot be done, and little more.
+        assert!(line.starts_with("quilt") || estimate <= 3 * peak, "{line}: {peak} bytes, {estimate} estimated");
     }
 }
 

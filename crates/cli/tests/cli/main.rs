@@ -5,6 +5,7 @@ mod config;
 mod degenerate;
 mod exit_codes;
 mod files;
+mod graphcut;
 mod program;
 mod safety;
 mod samples;

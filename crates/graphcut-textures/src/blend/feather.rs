@@ -1,150 +1,146 @@
 //! Feathering: near a seam, a weighted sum of all patches that meet there. `[Kwatra03 5]`
 
-use selvedge_core::{Domain, Error, Exemplars, Plane, Render, SampleId, SourceMap, par};
+use selvedge_core::{Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap};
 
-use super::{gathered, set};
+use super::mixing::Mixing;
+use super::{Laid, Mixed, Part, gathered, render};
 
 /// A source map whose seams are feathered with a Gaussian kernel.
 ///
 /// Each patch that shows within reach of a position weighs as much there as the kernel's share of the positions that
-/// it covers. Positions that only one patch reaches are copied bit for bit. Values are averaged as they are stored.
+/// it covers. Positions that only one patch reaches are copied bit for bit. Values are averaged as they are stored, colours
+/// weighed by their alpha; normals keep their length.
 #[derive(Clone, Debug)]
-pub struct Feathered<const D: usize> {
-    map: SourceMap<D>,
-    /// Positions that are blended.
-    places: Vec<u32>,
-    /// Where each one's samples begin in the lists below, and their end.
-    starts: Vec<u32>,
-    ids: Vec<SampleId>,
-    /// They sum to 1 at each position.
-    weights: Vec<f32>,
+pub struct Feathered<'m, const D: usize> {
+    laid: Laid<'m, D>,
+    reach: u32,
+    /// The kernel: steps from a position, and their weights.
+    taps: Vec<([i32; D], f64)>,
 }
 
-impl<const D: usize> Feathered<D> {
-    /// Feathers seams with a kernel of `sigma` samples, from 0 (no feathering) to 16; it ends at two sigma. Patches only
-    /// count where their source is valid.
+impl<'m, const D: usize> Feathered<'m, D> {
+    /// The greatest sigma.
+    pub const MOST: f64 = 16.0;
+
+    /// Feathers seams with a kernel of `sigma` samples, from 0 (no feathering) to 16; it ends at two sigma. Patches count
+    /// where their source is `valid`: see [`Exemplars::validity`](selvedge_core::Exemplars::validity) and
+    /// [`SourceTable::validity`](selvedge_core::SourceTable::validity).
     ///
     /// # Errors
-    /// [`crate::Error::Range`] for other values, [`crate::Error::ForeignMap`] if the map names unknown samples.
+    /// Those of [`validate`](Self::validate), [`crate::Error::ForeignMap`] if the map names unknown samples,
+    /// [`crate::Error::Shape`] for validity of other shapes than the sources.
+    pub fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>, sigma: f64) -> Result<Self, crate::Error> {
+        Self::validate(sigma)?;
+        let reach = (2.0 * sigma).ceil() as u32;
+        Ok(Self { laid: Laid::new(map, valid)?, reach, taps: taps(sigma, reach) })
+    }
+
+    /// Checks a sigma.
     ///
-    /// # Complexity
-    /// Time `O(positions near seams * (4 sigma + 1)^D)`.
-    pub fn new(exemplars: &Exemplars<D>, map: SourceMap<D>, sigma: f64) -> Result<Self, crate::Error> {
-        if !(0.0..=16.0).contains(&sigma) {
-            return Err(crate::Error::Range { option: "feather", value: sigma, range: "0 to 16" });
-        }
-        crate::check_map(exemplars, &map)?;
-        let kernel = Kernel::new(sigma);
-        let near = near_seams(&map, kernel.reach);
-        let row = map.domain().shape[D - 1] as usize;
-        let rows = par::map_indexed(near.len() / row.max(1), |r| {
-            let found = (r * row..(r + 1) * row).filter(|&i| near[i]);
-            found
-                .map(|i| (i as u32, kernel.meeting(exemplars, &map, i)))
-                .filter(|(_, m)| 1 < m.len())
-                .collect::<Vec<_>>()
-        });
-        let mut feathered = Self { map, places: vec![], starts: vec![0], ids: vec![], weights: vec![] };
-        for (place, meeting) in rows.into_iter().flatten() {
-            let sum: f64 = meeting.iter().map(|m| m.1).sum();
-            feathered.places.push(place);
-            feathered.ids.extend(meeting.iter().map(|m| m.0));
-            feathered.weights.extend(meeting.iter().map(|m| (m.1 / sum) as f32));
-            feathered.starts.push(feathered.ids.len() as u32);
-        }
-        Ok(feathered)
+    /// # Errors
+    /// [`crate::Error::Range`] unless it is from 0 to [`MOST`](Self::MOST).
+    pub fn validate(sigma: f64) -> Result<(), crate::Error> {
+        let in_range = (0.0..=Self::MOST).contains(&sigma);
+        let wrong = || crate::Error::Range { option: "feather", value: sigma, range: "0 to 16" };
+        if in_range { Ok(()) } else { Err(wrong()) }
     }
 
-    /// Positions that are blended.
-    pub fn blended(&self) -> usize {
-        self.places.len()
+    /// The same, but positions where `kept` is true are copied, whatever is near.
+    ///
+    /// # Errors
+    /// [`crate::Error::Shape`] if it has another shape than the map.
+    pub fn keeping(self, kept: &'m Grid<bool, D>) -> Result<Self, crate::Error> {
+        Ok(Self { laid: self.laid.keeping(kept)?, ..self })
     }
-}
 
-impl<const D: usize> Render<D> for Feathered<D> {
-    fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
-        let mut plane = self.map.render(planes)?;
-        if self.places.is_empty() {
-            return Ok(plane);
-        }
-        let samples = gathered(&self.map.table, self.ids.clone(), planes)?;
-        for (place, range) in self.places.iter().zip(self.starts.windows(2)) {
-            for c in 0..samples.channels() {
-                let of = |i: u32| samples.value(c, i as usize) * f64::from(self.weights[i as usize]);
-                set(&mut plane.samples, c, *place as usize, (range[0]..range[1]).map(of).sum());
+    fn blend(&self, payload: &Payload<'_, D>, mixing: &Mixing, part: &Part<D>) -> Result<Mixed, Error> {
+        let near = Near::new(&self.laid, part, self.reach);
+        let (mut mixed, mut ids, mut weights) = (Mixed::default(), Vec::new(), vec![]);
+        for &(at, place) in &part.wanted {
+            let meeting = near.meeting(at, &self.taps);
+            if 1 < meeting.len() {
+                let sum: f64 = meeting.iter().map(|m| m.1).sum();
+                mixed.places.push(place);
+                ids.extend(meeting.iter().map(|m| m.0));
+                weights.push(meeting.into_iter().map(|m| m.1 / sum).collect::<Vec<f64>>());
             }
         }
-        Ok(plane)
+        let samples = gathered(payload, mixing, ids)?;
+        let mut first = 0;
+        for weights in weights {
+            for channel in &samples {
+                mixed.values.push(channel[first..].iter().zip(&weights).map(|(v, w)| v * w).sum());
+            }
+            first += weights.len();
+        }
+        Ok(mixed)
     }
 }
 
-/// A Gaussian, sampled; the same along each axis.
-struct Kernel {
-    reach: i32,
-    /// By distance.
-    weights: Vec<f64>,
+impl<const D: usize> Render<D> for Feathered<'_, D> {
+    /// # Complexity
+    /// Time `O(positions near seams * (4 sigma + 1)^D)`.
+    fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
+        render(&self.laid, planes, self.reach, |payload, mixing, part| self.blend(payload, mixing, part))
+    }
 }
 
-impl Kernel {
-    fn new(sigma: f64) -> Self {
-        let reach = (2.0 * sigma).ceil() as i32;
-        let weight = |d: i32| if d == 0 { 1.0 } else { libm::exp(-f64::from(d * d) / (2.0 * sigma * sigma)) };
-        Self { reach, weights: (0..=reach).map(weight).collect() }
+/// A Gaussian, sampled, the same along each axis.
+fn taps<const D: usize>(sigma: f64, reach: u32) -> Vec<([i32; D], f64)> {
+    let weight = |d: i32| if d == 0 { 1.0 } else { libm::exp(-f64::from(d * d) / (2.0 * sigma * sigma)) };
+    let by = |local: [u32; D]| local.map(|l| l as i32 - reach as i32);
+    let positions = Domain::open([2 * reach + 1; D]).positions().map(by);
+    positions.map(|by| (by, by.iter().map(|&b| weight(b)).product())).collect()
+}
+
+/// What shows in a part of the output and around it.
+struct Near<'a, const D: usize> {
+    laid: &'a Laid<'a, D>,
+    domain: Domain<D>,
+    /// Where the part begins in the domain.
+    corner: [i32; D],
+    /// Source and position of each sample.
+    located: Vec<Option<(usize, [u32; D])>>,
+}
+
+impl<'a, const D: usize> Near<'a, D> {
+    fn new(laid: &'a Laid<'a, D>, part: &Part<D>, reach: u32) -> Self {
+        let outer = laid.around(&part.window, reach);
+        let ids = laid.map.ids.plane(0);
+        let places = outer.indices(laid.map.domain()).into_iter();
+        Self {
+            laid,
+            domain: Domain::open(outer.shape),
+            corner: std::array::from_fn(|a| part.window.start[a] - outer.start[a]),
+            located: places.map(|i| laid.map.table.locate(ids[i as usize])).collect(),
+        }
     }
 
-    /// The samples that patches within reach have at a position, each with its weight, the heaviest first.
-    fn meeting<const D: usize>(&self, exemplars: &Exemplars<D>, map: &SourceMap<D>, i: usize) -> Vec<(SampleId, f64)> {
+    /// The samples that patches within reach have at a position of the part, each with its weight.
+    fn meeting(&self, at: [u32; D], taps: &[([i32; D], f64)]) -> Vec<(SampleId, f64)> {
+        let at: [i32; D] = std::array::from_fn(|a| at[a] as i32 + self.corner[a]);
+        // By source, and the place in it that a patch has here, not wrapped.
+        let mut patches: Vec<(usize, [i32; D], f64)> = Vec::new();
+        for (by, weight) in taps {
+            let Some(there) = self.domain.step([0; D], std::array::from_fn(|a| at[a] + by[a])) else { continue };
+            let Some((source, from)) = self.located[self.domain.index(there)] else { continue };
+            let here = std::array::from_fn(|a| from[a] as i32 - by[a]);
+            match patches.iter_mut().find(|(s, p, _)| (*s, *p) == (source, here)) {
+                Some((_, _, sum)) => *sum += weight,
+                None => patches.push((source, here, *weight)),
+            }
+        }
+        let table = &self.laid.map.table;
         let mut meeting: Vec<(SampleId, f64)> = Vec::new();
-        let at = map.domain().position(i);
-        for local in Domain::open([2 * self.reach as u32 + 1; D]).positions() {
-            let by: [i32; D] = local.map(|l| l as i32 - self.reach);
-            let Some(there) = map.domain().step(at, by) else { continue };
-            let id = map.ids.get(0, there);
-            let Some(id) = map.table.step(id, by.map(|b| -b)).filter(|&id| is_valid(exemplars, id)) else { continue };
-            let weight: f64 = by.iter().map(|b| self.weights[b.unsigned_abs() as usize]).product();
+        for (source, here, weight) in patches {
+            let place = table.sources()[source].1.step([0; D], here);
+            let Some(place) = place.filter(|&p| self.laid.is_valid(source, p)) else { continue };
+            let id = table.id(source, place);
             match meeting.iter_mut().find(|m| m.0 == id) {
                 Some(m) => m.1 += weight,
                 None => meeting.push((id, weight)),
             }
         }
-        meeting.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         meeting
     }
-}
-
-pub(super) fn is_valid<const D: usize>(exemplars: &Exemplars<D>, id: SampleId) -> bool {
-    let Some(source) = exemplars.table().source(id) else { return false };
-    let index = (id.get() - exemplars.table().first(source)) as usize;
-    exemplars.sources()[source].valid.as_ref().is_none_or(|v| v.samples()[index])
-}
-
-/// Positions from which a seam is within reach along every axis.
-fn near_seams<const D: usize>(map: &SourceMap<D>, reach: i32) -> Vec<bool> {
-    let domain = map.domain();
-    let mut near = vec![false; domain.len()];
-    if reach == 0 {
-        return near;
-    }
-    for at in domain.positions() {
-        for axis in (0..D).filter(|&axis| map.is_seam(at, axis)) {
-            near[domain.index(at)] = true;
-            if let Some(next) = domain.next(at, axis) {
-                near[domain.index(next)] = true;
-            }
-        }
-    }
-    for axis in 0..D {
-        let before = near.clone();
-        for (i, at) in domain.positions().enumerate().filter(|&(i, _)| before[i]) {
-            debug_assert_eq!(domain.index(at), i);
-            for d in -reach..=reach {
-                let mut by = [0; D];
-                by[axis] = d;
-                if let Some(to) = domain.step(at, by) {
-                    near[domain.index(to)] = true;
-                }
-            }
-        }
-    }
-    near
 }

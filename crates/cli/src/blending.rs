@@ -1,0 +1,72 @@
+//! `--feather` and `--spline`: seams hidden where a map is rendered. `[Kwatra03 5]`
+
+use clap::Args;
+use selvedge_core::{Domain, Grid, Plane, Render, SourceMap};
+use selvedge_graphcut_textures::{Feathered, Splined};
+
+use crate::failure::Failure;
+use crate::used::Used;
+
+/// How seams are hidden.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct Blending {
+    /// Feather seams with a Gaussian kernel of this many pixels (its sigma), up to 16.
+    #[arg(long, value_name = "SIGMA", conflicts_with = "spline")]
+    feather: Option<f64>,
+    /// Spline seams over this many bands of detail, up to 5: coarse detail is blended widely, fine detail closely.
+    #[arg(long, value_name = "BANDS")]
+    spline: Option<u32>,
+}
+
+impl Blending {
+    /// Checks what can be checked without a file.
+    pub(crate) fn validate(self) -> Result<(), Failure> {
+        self.feather.map_or(Ok(()), Feathered::<2>::validate)?;
+        Ok(self.spline.map_or(Ok(()), Splined::<2>::validate)?)
+    }
+
+    /// True if samples are copied.
+    pub(crate) fn is_none(self) -> bool {
+        self.feather.is_none() && self.spline.is_none()
+    }
+
+    /// The map laid over planes; `valid` says by source what may show, and what is `kept` stays as it is.
+    pub(crate) fn render(
+        self,
+        map: &SourceMap<2>,
+        valid: Vec<Option<&Grid<bool, 2>>>,
+        kept: Option<&Grid<bool, 2>>,
+        planes: &[&Plane<2>],
+    ) -> Result<Plane<2>, Failure> {
+        if let Some(sigma) = self.feather {
+            let feathered = Feathered::new(map, valid, sigma)?;
+            let feathered = if let Some(kept) = kept { feathered.keeping(kept)? } else { feathered };
+            return Ok(feathered.render(planes)?);
+        }
+        if let Some(bands) = self.spline {
+            let splined = Splined::new(map, valid, bands)?;
+            let splined = if let Some(kept) = kept { splined.keeping(kept)? } else { splined };
+            return Ok(splined.render(planes)?);
+        }
+        Ok(map.render(planes)?)
+    }
+
+    /// An upper bound of what blending takes besides the picture: marks of what is near seams, some boxes of 64 by 64
+    /// pixels until they are written, and one with what is around it a thread.
+    pub(crate) fn memory(self, output: Domain<2>, channels: usize) -> u64 {
+        if self.is_none() {
+            return 0;
+        }
+        let around = self.spline.map_or(64, |bands| 4 << bands.min(Splined::<2>::MOST));
+        let [h, w] = output.shape.map(u64::from);
+        let one = h.min(64 + around) * w.min(64 + around) * (32 * channels as u64 + 64);
+        let pixels = h.saturating_mul(w);
+        let held = pixels.min(64 * 64 * 64) * (8 * channels as u64 + 4);
+        pixels.saturating_mul(2).saturating_add(held).saturating_add(one * rayon::current_num_threads() as u64)
+    }
+
+    /// The options that change samples.
+    pub(crate) fn used(self, used: Used) -> Used {
+        used.with("feather", self.feather).with("spline", self.spline)
+    }
+}

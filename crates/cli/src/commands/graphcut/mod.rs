@@ -1,0 +1,295 @@
+//! `selvedge graphcut`: graphcut textures. `[Kwatra03 3-6]`
+
+mod choices;
+mod scales;
+mod start;
+
+use clap::Args;
+use selvedge_core::{Domain, Grid, Run, Transform};
+use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
+use serde_json::json;
+
+use self::choices::{Auto, PlacementArg, Reach, SeamArg, number_or};
+use self::scales::{Field, Range, Scales};
+use self::start::StartArgs;
+use crate::blending::Blending;
+use crate::failure::Failure;
+use crate::inputs::Input;
+use crate::report::Done;
+use crate::session::Session;
+use crate::used::Used;
+use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+
+/// Options of `graphcut`.
+#[derive(Args, Debug)]
+pub(crate) struct Graphcut {
+    #[command(flatten)]
+    weaving: Weaving,
+    #[command(flatten)]
+    sizing: Sizing,
+    /// How the next patch is found.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = PlacementArg::Auto)]
+    placement: PlacementArg,
+    /// How seams are priced: by their difference, or by difference over gradient.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
+    seam: SeamArg,
+    /// Side of the regions that patches are found for, in pixels, or auto.
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>,
+        allow_negative_numbers = true)]
+    region: Auto,
+    /// How far patches may reach beyond their region, in pixels; auto chooses, all is as far as the exemplar does.
+    #[arg(long, value_name = "N|auto|all", default_value = "auto", value_parser = number_or::<Reach>,
+        allow_negative_numbers = true)]
+    reach: Reach,
+    /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1.
+    #[arg(long, value_name = "K", default_value_t = Options::default().randomness)]
+    randomness: f64,
+    /// How much patches avoid to stand to each other as others do already.
+    #[arg(long, value_name = "V", default_value_t = Options::default().variety)]
+    variety: f64,
+    /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>,
+        allow_negative_numbers = true)]
+    refine: Auto,
+    /// Refinements in a row that bring nothing before the seams count as settled.
+    #[arg(long, value_name = "N", default_value_t = Options::default().patience)]
+    patience: u32,
+    /// Patches that are tried at each step, of which the best is taken.
+    #[arg(long, value_name = "N", default_value_t = Options::default().tries)]
+    tries: u32,
+    #[command(flatten)]
+    start: StartArgs,
+    #[command(flatten)]
+    blending: Blending,
+    /// Turn exemplars by quarter turns as well.
+    #[arg(long)]
+    turn: bool,
+    /// Mirror exemplars as well.
+    #[arg(long)]
+    mirror: bool,
+    /// Turn exemplars clockwise by these angles in degrees as well; their samples are interpolated.
+    #[arg(long, value_name = "DEGREES", value_delimiter = ',', allow_hyphen_values = true, value_parser = angle)]
+    rotate: Vec<f64>,
+    /// Magnify exemplars by these factors as well, from 0.0625 to 16.
+    #[arg(long, value_name = "FACTOR", value_delimiter = ',', value_parser = scales::scale, allow_negative_numbers = true, conflicts_with = "scale_field")]
+    scale: Vec<f64>,
+    /// How large the texture is at each place, for perspective: top=0.5,bottom=1.5 (and left=, right=) from side to side,
+    /// or a picture that is stretched over the output.
+    #[arg(long, value_name = "FIELD")]
+    scale_field: Option<Field>,
+    /// The scales that black and white of a picture of scales stand for.
+    #[arg(long, value_name = "LOW..HIGH", requires = "scale_field")]
+    scale_range: Option<Range>,
+    /// The factor between scales that a field is made of. Each place copies from those nearest to its own.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.2, value_parser = scales::step,
+        allow_negative_numbers = true)]
+    scale_step: f64,
+}
+
+/// An angle in degrees.
+fn angle(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|a: &f64| a.is_finite());
+    angle.ok_or_else(|| format!("'{text}' is no angle; write degrees, such as 30"))
+}
+
+/// One way to turn exemplars: clockwise degrees, and whether they are mirrored before.
+type Orientation = (f64, bool);
+
+impl Graphcut {
+    fn options(&self) -> Options {
+        Options {
+            placement: self.placement.into(),
+            seam: self.seam.into(),
+            region: self.region.0,
+            reach: self.reach.0,
+            randomness: self.randomness,
+            variety: self.variety,
+            refine: self.refine.0,
+            patience: self.patience,
+            tries: self.tries,
+        }
+    }
+
+    /// The orientations asked for, each once, as they are first.
+    fn orientations(&self) -> Vec<Orientation> {
+        let mut all: Vec<Orientation> = Vec::new();
+        for degrees in std::iter::once(0.0).chain(self.rotate.iter().copied()) {
+            for turn in if self.turn { 0..4 } else { 0..1 } {
+                for mirror in if self.mirror { vec![false, true] } else { vec![false] } {
+                    let orientation = ((degrees + 90.0 * f64::from(turn)).rem_euclid(360.0), mirror);
+                    if !all.contains(&orientation) {
+                        all.push(orientation);
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Every orientation at every scale, scale by scale.
+    fn transforms(&self, scales: &[f64]) -> Vec<Transform> {
+        let mut all: Vec<Transform> = Vec::new();
+        for scale in scales {
+            let turned =
+                self.orientations().into_iter().map(|(degrees, mirror)| Transform::new(degrees, *scale, mirror));
+            let fresh: Vec<Transform> = turned.filter(|transform| !all.contains(transform)).collect();
+            all.extend(fresh);
+        }
+        all
+    }
+
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let options = self.options();
+        options.validate()?;
+        self.blending.validate()?;
+        let field = self.scale_field.clone().map(|f| Scales::new(f, self.scale_range, self.scale_step)).transpose()?;
+        let levels = match &field {
+            Some(field) => field.levels(),
+            None => std::iter::once(1.0).chain(self.scale.iter().copied()).collect(),
+        };
+        let (exemplars, backdrop) = (self.weaving.input.exemplars.len(), self.start.backdrop());
+        if field.is_some() || backdrop.is_some() {
+            scales::check_number(exemplars, self.orientations().len(), levels.len(), backdrop.is_some())?;
+        }
+        let begun = self.start.begin(session)?;
+        let steered = field.is_some() || backdrop.is_some();
+        let mut loom = self.weaving.begin(
+            session,
+            &Plan {
+                command: "graphcut",
+                others: self.start.files().into_iter().chain(field.iter().filter_map(Scales::file).cloned()).collect(),
+                domain: &|exemplars| {
+                    let (first, sizing) = (exemplars[0].shape, self.sizing);
+                    let output =
+                        begun.domain(exemplars, sizing.typed(first), self.weaving.tiled(sizing.shape(first)))?;
+                    field.as_ref().map_or(Ok(()), |field| field.check(output))?;
+                    Ok(output)
+                },
+                transforms: &self.transforms(&levels),
+                backdrop,
+                estimate: &|sources, channels, output| {
+                    // A bit for each source at each place.
+                    let field = if steered { bits_of_sources(output) } else { 0 };
+                    let method = estimate(sources, channels, output, &options);
+                    method.saturating_add(field).saturating_add(self.blending.memory(output, channels + 1))
+                },
+            },
+        )?;
+        let (map, fixed) = begun.stand(&mut loom, session)?;
+        let sources = self.sources(&mut loom, session, field.as_ref(), levels.len())?;
+        let exemplars = &loom.loaded.exemplars;
+        if loom.is_dry() {
+            // The least output tells whether options and exemplars go together.
+            let one = graphcut(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0));
+            one.map_err(|e| failure(&loom, e))?;
+            let used = self.used(&loom, field.as_ref(), &options, None);
+            return Ok(loom.would(used, "from patches"));
+        }
+        let start = Start { map, fixed: fixed.clone(), sources };
+        let woven = graphcut_from(exemplars, start, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let outcome = Outcome {
+            map: woven.result,
+            complete: woven.complete,
+            blending: self.blending,
+            kept: fixed,
+            options: self.used(&loom, field.as_ref(), &options, Some(&woven.stats)),
+            stats: counts(&woven.stats),
+            how: how(&woven.stats),
+        };
+        loom.finish(outcome)
+    }
+
+    /// By position, which sources may be copied from; `None` for all everywhere.
+    fn sources(
+        &self,
+        loom: &mut Loom<'_>,
+        session: &Session<'_>,
+        field: Option<&Scales>,
+        levels: usize,
+    ) -> Result<Option<Grid<u64, 2>>, Failure> {
+        let Some(field) = field else {
+            if self.start.backdrop().is_none() {
+                return Ok(None);
+            }
+            // It stands where it is, and nowhere else.
+            let others = loom.loaded.exemplars.sources().len() - 1;
+            return Ok(Some(Grid::try_filled(loom.domain, 1, (1 << others) - 1)?));
+        };
+        let (given, orientations) = (loom.loaded.given().len(), self.orientations().len());
+        let each = orientations * levels;
+        let picture = field.file().map(|path| loom.read(&Input::new(session, path)?)).transpose()?;
+        let mut allowed = field.allowed(loom.domain, picture.as_ref())?;
+        let of_level = |level: usize| {
+            let sources = (0..given * each).filter(|s| s % each / orientations == level);
+            sources.fold(0_u64, |bits, source| bits | 1 << source)
+        };
+        let of_levels: Vec<u64> = (0..levels).map(of_level).collect();
+        for bits in allowed.plane_mut(0) {
+            let set = (0..levels).filter(|level| *bits >> level & 1 == 1);
+            *bits = set.fold(0, |sources, level| sources | of_levels[level]);
+        }
+        Ok(Some(allowed))
+    }
+
+    /// The options as used; what the program chose is known after the run.
+    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, options: &Options, stats: Option<&Stats>) -> Used {
+        let lower = |name: String| name.to_lowercase();
+        let list = |numbers: &[f64]| {
+            let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+            (!words.is_empty()).then(|| words.join(","))
+        };
+        let placement = stats.map_or(options.placement, |s| s.placement);
+        let used = loom
+            .used(loom.sized())
+            .with("placement", lower(format!("{placement:?}")))
+            .with("seam", lower(format!("{:?}", options.seam)))
+            .with("region", stats.map_or(options.region, |s| Some(s.region)))
+            .with("reach", stats.map_or(options.reach, |s| Some(s.reach)))
+            .with("randomness", options.randomness)
+            .with("variety", options.variety)
+            .with("refine", options.refine)
+            .with("patience", options.patience)
+            .with("tries", options.tries);
+        let used = self.blending.used(self.start.used(used)).with("turn", self.turn).with("mirror", self.mirror);
+        let used = used.with("rotate", list(&self.rotate)).with("scale", list(&self.scale));
+        field.map_or(used.clone(), |field| field.used(used))
+    }
+}
+
+/// Bytes of one set of sources a position.
+fn bits_of_sources(output: Domain<2>) -> u64 {
+    let [h, w] = output.shape.map(u64::from);
+    h.saturating_mul(w).saturating_mul(u64::BITS.into()) / 8
+}
+
+fn counts(stats: &Stats) -> serde_json::Value {
+    json!({
+        "periodicity": stats.periodicity,
+        "patches": stats.patches,
+        "refinements": stats.refinements,
+        "improvements": stats.improvements,
+        "cuts": stats.cuts,
+        "cut_nodes": stats.cut_nodes,
+        "energy": stats.energy,
+    })
+}
+
+fn how(stats: &Stats) -> String {
+    let placement = format!("{:?}", stats.placement).to_lowercase();
+    let (patches, improvements) = (stats.patches, stats.improvements);
+    format!("from {patches} patches and {improvements} refinements, {placement} placement")
+}
+
+/// Errors about exemplars name the file, and options by their flags.
+fn failure(loom: &Loom<'_>, error: Error) -> Failure {
+    match &error {
+        Error::RegionExceedsExemplar { largest, .. } => {
+            let most = largest.iter().min().copied().unwrap_or(0);
+            let remedy = format!("use --region {most} or a larger exemplar");
+            loom.loaded.about(Failure::from(error).remedy(remedy))
+        }
+        Error::NoSource { .. } => Failure::from(error).remedy("mask less of the exemplars"),
+        _ => Failure::from(error),
+    }
+}

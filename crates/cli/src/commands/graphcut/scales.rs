@@ -1,0 +1,302 @@
+//! `--scale-field`: texture that is larger here than there, for perspective. `[Kwatra03 6A]`
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use selvedge_core::{Depth, Domain, Grid, Plane};
+
+use crate::failure::Failure;
+use crate::used::Used;
+
+/// What textures can be magnified by.
+const LIMITS: Range = Range { low: 1.0 / 16.0, high: 16.0 };
+/// Sides of an output, in the order of [`Field::Sides`].
+const SIDES: [&str; 4] = ["top", "bottom", "left", "right"];
+/// A place takes sources whose scale is up to this many steps from its own: neighbours overlap by half a step, so that
+/// there is room for a seam.
+const OVERLAP: f64 = 0.75;
+
+/// The scale of the texture at each place of the output.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Field {
+    /// From side to side in equal steps; what goes down times what goes across.
+    Sides([f64; 4]),
+    /// A picture, stretched over the output.
+    Picture(PathBuf),
+}
+
+/// The least and the greatest scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range {
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+/// A scale, or a step between two.
+pub(super) fn scale(text: &str) -> Result<f64, String> {
+    let scale = text.parse().ok().filter(|s| (LIMITS.low..=LIMITS.high).contains(s));
+    scale.ok_or_else(|| format!("'{text}' is no scale; write a number from {} to {}", LIMITS.low, LIMITS.high))
+}
+
+/// A factor between neighbouring scales.
+pub(super) fn step(text: &str) -> Result<f64, String> {
+    let step = text.parse().ok().filter(|s| (1.01..=4.0).contains(s));
+    step.ok_or_else(|| format!("'{text}' is no step between scales; write a number from 1.01 to 4"))
+}
+
+impl FromStr for Range {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (low, high) = text.split_once("..").ok_or_else(|| format!("'{text}' is no range; write 0.5..2"))?;
+        let (low, high) = (scale(low)?, scale(high)?);
+        if low <= high { Ok(Self { low, high }) } else { Err(format!("'{text}' runs backwards; write {high}..{low}")) }
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}..{}", self.low, self.high)
+    }
+}
+
+impl FromStr for Field {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side =
+            |part: &str| SIDES.iter().position(|side| part.split_once('=').is_some_and(|(name, _)| name == *side));
+        let Some(places) = text.split(',').map(side).collect::<Option<Vec<usize>>>() else {
+            return Ok(Self::Picture(text.into()));
+        };
+        let mut sides = [None; 4];
+        for (place, part) in places.into_iter().zip(text.split(',')) {
+            let value = part.split_once('=').map_or("", |(_, value)| value);
+            if sides[place].replace(scale(value)?).is_some() {
+                return Err(format!("'{text}' names a side twice; name each once"));
+            }
+        }
+        let field = Self::Sides(sides.map(|s| s.unwrap_or(1.0)));
+        let Range { low, high } = field.range(None).expect("sides have a range");
+        if low < LIMITS.low || LIMITS.high < high {
+            return Err(format!(
+                "'{text}' makes scales from {low} to {high}; stay from {} to {}",
+                LIMITS.low, LIMITS.high
+            ));
+        }
+        Ok(field)
+    }
+}
+
+impl std::fmt::Display for Field {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Sides(sides) => {
+                let words: Vec<String> = SIDES.iter().zip(sides).map(|(side, s)| format!("{side}={s}")).collect();
+                f.write_str(&words.join(","))
+            }
+            Self::Picture(path) => f.write_str(&selvedge_io::display_name(path)),
+        }
+    }
+}
+
+impl Field {
+    /// Least and greatest scale; `typed` is what black and white of a picture stand for.
+    fn range(&self, typed: Option<Range>) -> Option<Range> {
+        let Self::Sides([top, bottom, left, right]) = self else { return typed };
+        let corners = [top * left, top * right, bottom * left, bottom * right];
+        Some(Range {
+            low: corners.into_iter().fold(f64::INFINITY, f64::min),
+            high: corners.into_iter().fold(0.0, f64::max),
+        })
+    }
+}
+
+/// `--scale-field` with `--scale-range` and `--scale-step`, understood.
+#[derive(Clone, Debug)]
+pub(super) struct Scales {
+    field: Field,
+    range: Range,
+    typed: Option<Range>,
+    step: f64,
+}
+
+impl Scales {
+    pub(super) fn new(field: Field, typed: Option<Range>, step: f64) -> Result<Self, Failure> {
+        let range = match (&field, typed) {
+            (Field::Picture(path), None) => {
+                let what = "which scales do black and white stand for";
+                return Err(Failure::new(2, what).about(path).remedy("give --scale-range, such as 0.5..2"));
+            }
+            (Field::Sides(_), Some(range)) => {
+                let what = format!("--scale-range {range} is for pictures, and --scale-field names sides");
+                return Err(Failure::new(2, what).remedy("leave --scale-range out"));
+            }
+            _ => field.range(typed).expect("pictures come with a range"),
+        };
+        Ok(Self { field, range, typed, step })
+    }
+
+    /// The file that is read, if any.
+    pub(super) fn file(&self) -> Option<&PathBuf> {
+        match &self.field {
+            Field::Picture(path) => Some(path),
+            Field::Sides(_) => None,
+        }
+    }
+
+    /// The magnifications of sources: a geometric series through 1, that nearest to 1 first.
+    pub(super) fn levels(&self) -> Vec<f64> {
+        let mut exponents: Vec<i32> = (self.exponent(self.range.low)..=self.exponent(self.range.high)).collect();
+        exponents.sort_by_key(|e| (e.abs(), *e));
+        let level = |e: &i32| libm::pow(self.step, f64::from(*e)).clamp(LIMITS.low, LIMITS.high);
+        exponents.iter().map(level).collect()
+    }
+
+    fn exponent(&self, scale: f64) -> i32 {
+        (libm::log(scale) / libm::log(self.step)).round() as i32
+    }
+
+    /// Refuses a field that jumps where the output tiles.
+    pub(super) fn check(&self, output: Domain<2>) -> Result<(), Failure> {
+        let Field::Sides(sides) = &self.field else { return Ok(()) };
+        for (axis, name) in ["y", "x"].into_iter().enumerate() {
+            let (low, high) = (sides[2 * axis], sides[2 * axis + 1]);
+            if output.periodic[axis] && low != high {
+                let (one, other) = (SIDES[2 * axis], SIDES[2 * axis + 1]);
+                let what = format!("a scale of {low} at the {one} and {high} at the {other} cannot tile along {name}");
+                return Err(Failure::new(2, what).remedy("change --tile, or make both sides equal"));
+            }
+        }
+        Ok(())
+    }
+
+    /// By position, bit `i` says whether the place may copy from a source of level `i` of [`levels`](Self::levels).
+    pub(super) fn allowed(&self, output: Domain<2>, picture: Option<&Plane<2>>) -> Result<Grid<u64, 2>, Failure> {
+        let levels = self.levels();
+        let places: Vec<f64> = levels.iter().map(|level| libm::log(*level) / libm::log(self.step)).collect();
+        let mut allowed = Grid::try_filled(output, 1, 0_u64)?;
+        for (i, bits) in allowed.plane_mut(0).iter_mut().enumerate() {
+            let scale = self.at(output, output.position(i), picture);
+            let place = libm::log(scale) / libm::log(self.step);
+            let nearest = places.iter().map(|p| (p - place).abs()).fold(f64::INFINITY, f64::min);
+            let near = |p: &f64| (p - place).abs() <= OVERLAP.max(nearest);
+            *bits = (0..).zip(&places).filter(|(_, p)| near(p)).fold(0, |bits, (level, _)| bits | 1 << level);
+        }
+        Ok(allowed)
+    }
+
+    /// The scale at a position of the output.
+    fn at(&self, output: Domain<2>, at: [u32; 2], picture: Option<&Plane<2>>) -> f64 {
+        let part = |axis: usize| (f64::from(at[axis]) + 0.5) / f64::from(output.shape[axis]);
+        let between = |low: f64, high: f64, part: f64| low + (high - low) * part;
+        match (&self.field, picture) {
+            (Field::Sides([top, bottom, left, right]), _) => {
+                between(*top, *bottom, part(0)) * between(*left, *right, part(1))
+            }
+            (_, Some(plane)) => between(self.range.low, self.range.high, stretched(plane, [part(0), part(1)])),
+            (_, None) => self.range.low,
+        }
+    }
+
+    /// The options as used.
+    pub(super) fn used(&self, used: Used) -> Used {
+        used.with("scale-field", self.field.to_string())
+            .with("scale-range", self.typed.map(|range| range.to_string()))
+            .with("scale-step", self.step)
+    }
+}
+
+/// How light a picture is at a place, both in 0..1, between the samples around it.
+fn stretched(plane: &Plane<2>, part: [f64; 2]) -> f64 {
+    let [h, w] = plane.domain().shape;
+    let along = |part: f64, side: u32| {
+        let place = (part * f64::from(side) - 0.5).clamp(0.0, f64::from(side - 1));
+        let first = place as u32;
+        (first, (first + 1).min(side - 1), place - f64::from(first))
+    };
+    let ((top, bottom, down), (left, right, across)) = (along(part[0], h), along(part[1], w));
+    let at = |y: u32, x: u32| light(plane, plane.domain().index([y, x]));
+    let row = |y: u32| at(y, left) + (at(y, right) - at(y, left)) * across;
+    row(top) + (row(bottom) - row(top)) * down
+}
+
+/// Lightness as masks have it: 77, 150 and 29 of 256 parts of red, green and blue, as stored.
+fn light(plane: &Plane<2>, i: usize) -> f64 {
+    let white = match plane.samples.depth() {
+        Depth::U8 => 255.0,
+        Depth::U16 => 65_535.0,
+        Depth::F16 | Depth::F32 => 1.0,
+    };
+    let value = |c: usize| plane.samples.value(c, i) / white;
+    let light = if plane.color_channels() < 3 {
+        value(0)
+    } else {
+        (77.0 * value(0) + 150.0 * value(1) + 29.0 * value(2)) / 256.0
+    };
+    light.clamp(0.0, 1.0)
+}
+
+/// At most so many sources can be told apart by place.
+pub(super) fn check_number(
+    exemplars: usize,
+    orientations: usize,
+    levels: usize,
+    backdrop: bool,
+) -> Result<(), Failure> {
+    let sources = exemplars * orientations * levels + usize::from(backdrop);
+    if sources <= u64::BITS as usize {
+        return Ok(());
+    }
+    let counts = format!("{exemplars} exemplars in {orientations} orientations and {levels} scales");
+    let what = format!("{counts} are {sources} sources, and places can choose from {}", u64::BITS);
+    Err(Failure::new(2, what).remedy("use a larger --scale-step, a narrower range, or fewer orientations"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Role, Samples};
+
+    fn refused(text: &str) -> String {
+        text.parse::<Field>().unwrap_err()
+    }
+
+    #[test]
+    fn fields_are_read_as_written() {
+        assert_eq!("top=0.5,bottom=1.5".parse(), Ok(Field::Sides([0.5, 1.5, 1.0, 1.0])));
+        assert_eq!("right=2".parse(), Ok(Field::Sides([1.0, 1.0, 1.0, 2.0])));
+        assert_eq!("depth.png".parse(), Ok(Field::Picture("depth.png".into())));
+        assert_eq!("a,top=1.png".parse(), Ok(Field::Picture("a,top=1.png".into())));
+        for wrong in ["top=nan", "top=0", "top=-1", "bottom=inf", "left=17", "right=", "top=1,top=2"] {
+            assert!(refused(wrong).contains("; ") || refused(wrong).contains("twice"), "{wrong}");
+        }
+        assert!(refused("top=10,left=10").contains("from 1 to 100"), "{}", refused("top=10,left=10"));
+    }
+
+    #[test]
+    fn levels_go_through_one_and_cover_the_range() {
+        let scales = |low, high, step| Scales::new(Field::Sides([low, high, 1.0, 1.0]), None, step).unwrap();
+        assert_eq!(scales(1.0, 1.0, 1.2).levels(), [1.0]);
+        assert_eq!(scales(0.5, 2.0, 2.0).levels(), [1.0, 0.5, 2.0]);
+        for (low, high) in [(0.0625, 16.0), (0.3, 0.4), (1.1, 3.7)] {
+            let scales = scales(low, high, 1.2);
+            let levels = scales.levels();
+            for scale in [low, (low * high).sqrt(), high] {
+                let off = levels.iter().map(|level| (level / scale).max(scale / level)).fold(f64::INFINITY, f64::min);
+                assert!(off <= 1.2_f64.sqrt() + 1e-9, "{scale} of {levels:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_are_stretched() {
+        let plane = |shape: [u32; 2], values: &[u8]| {
+            let grid = Grid::from_vec(Domain::open(shape), 1, values.to_vec()).unwrap();
+            Plane::new(Role::Scalar, Samples::U8(grid))
+        };
+        let ramp = plane([1, 2], &[0, 255]);
+        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(|x| stretched(&ramp, [0.3, x])), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(stretched(&plane([1, 1], &[51]), [0.9, 0.1]), 0.2);
+    }
+}

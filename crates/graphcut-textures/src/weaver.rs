@@ -1,0 +1,203 @@
+//! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
+
+use std::sync::{Mutex, PoisonError};
+
+use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts};
+use selvedge_fft_ssd::feature_size;
+
+use crate::candidates::variance;
+use crate::canvas::{Canvas, Offer};
+use crate::cut::CutScratch;
+use crate::error::Error;
+use crate::error_cells::CELLS_A_REGION;
+use crate::graphcut::Stats;
+use crate::history::History;
+use crate::matching::Matcher;
+use crate::options::{Options, Placement};
+use crate::patch::Patch;
+use crate::period::periodicity;
+use crate::region::patches;
+use crate::start::Start;
+use crate::window::Window;
+
+/// From this periodicity on, all of the exemplar is matched.
+const PERIODIC: f64 = 0.5;
+
+/// A run: the output in the making, and what is needed to go on.
+pub(crate) struct Weaver<'a, const D: usize> {
+    pub(crate) canvas: Canvas<'a, D>,
+    pub(crate) matcher: Matcher<'a, D>,
+    pub(crate) options: &'a Options,
+    pub(crate) run: &'a Run<'a, D>,
+    pub(crate) placement: Placement,
+    pub(crate) region: [u32; D],
+    pub(crate) reach: u32,
+    /// `k sigma^2`.
+    pub(crate) scale: f64,
+    pub(crate) history: History<D>,
+    pub(crate) scratch: Vec<Mutex<CutScratch<D>>>,
+    pub(crate) step: u64,
+    /// No hole lies before this place.
+    pub(crate) first_hole: usize,
+    pub(crate) stats: Stats,
+}
+
+impl<'a, const D: usize> Weaver<'a, D> {
+    /// # Errors
+    /// Those of [`graphcut_from`](crate::graphcut_from), but for memory limits.
+    pub(crate) fn new(
+        exemplars: &'a Exemplars<D>,
+        start: Start<D>,
+        options: &'a Options,
+        run: &'a Run<'a, D>,
+    ) -> Result<Self, Error> {
+        let output = start.map.domain();
+        let side = region_side(exemplars, options)?;
+        let region = std::array::from_fn(|a| side.min(output.shape[a]));
+        // Far beyond any output, and still far from the end of positions.
+        let reach = options.reach.unwrap_or(side.div_ceil(2)).min(1 << 24);
+        let costs = SeamCosts::new(exemplars, options.seam)?;
+        let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
+        let placement = match options.placement {
+            Placement::Auto if PERIODIC <= periodicity.unwrap_or(0.0) => Placement::Entire,
+            Placement::Auto => Placement::Sub,
+            chosen => chosen,
+        };
+        Ok(Self {
+            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, side / CELLS_A_REGION)?,
+            matcher: Matcher::new(exemplars)?,
+            options,
+            run,
+            placement,
+            region,
+            reach,
+            scale: options.randomness * variance(exemplars),
+            history: History::default(),
+            scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
+            step: 0,
+            first_hole: 0,
+            stats: Stats { placement, periodicity, region: side, reach, ..Stats::default() },
+        })
+    }
+
+    /// False if it was cancelled.
+    pub(crate) fn weave(&mut self) -> Result<bool, Error> {
+        let holes = self.canvas.holes as u64;
+        while 0 < self.canvas.holes {
+            if self.run.observer.cancelled() {
+                return Ok(false);
+            }
+            self.grow()?;
+            self.tell("cover", holes - self.canvas.holes as u64, holes);
+        }
+        self.stats.energy.push(self.canvas.energy());
+        self.refine()
+    }
+
+    pub(crate) fn tell(&self, stage: &'static str, done: u64, of: u64) {
+        let energy = Some(self.canvas.energy());
+        self.run.observer.event(&Event { stage, done, of, energy, so_far: Some(&self.canvas.map) });
+    }
+
+    /// Lays a patch over the first hole and what is around it.
+    fn grow(&mut self) -> Result<(), Error> {
+        let ids = self.canvas.map.ids.plane(0);
+        let hole = (self.first_hole..ids.len()).find(|&i| !ids[i].is_assigned());
+        let Some(hole) = hole else { return Ok(()) };
+        self.first_hole = hole;
+        let at = self.canvas.domain().position(hole);
+        let mut shape = self.region;
+        loop {
+            let region = self.region_around(at, shape);
+            let hole = unwrapped(at, &region, self.canvas.domain());
+            if let Some(patch) = self.choose(&region, hole, 1)?.first() {
+                return self.cover(patch, &region);
+            }
+            if shape == [1; D] {
+                return Err(Error::NoSource { at: at.to_vec() });
+            }
+            // No source holds so large a region without masked samples.
+            shape = shape.map(|n| n.div_ceil(2));
+        }
+    }
+
+    /// A region with a position in its middle, moved inside on open axes.
+    fn region_around(&self, at: [u32; D], shape: [u32; D]) -> Window<D> {
+        let output = self.canvas.domain();
+        let start = std::array::from_fn(|a| {
+            let start = at[a] as i32 - shape[a] as i32 / 2;
+            let most = (output.shape[a] - shape[a]) as i32;
+            if output.periodic[a] { start } else { start.clamp(0, most) }
+        });
+        Window { start, shape }
+    }
+
+    fn cover(&mut self, patch: &Patch<D>, region: &Window<D>) -> Result<(), Error> {
+        let window = self.window(patch, region);
+        let neighbours = patches(&self.canvas.map, region);
+        let offer = {
+            let mut scratch = self.scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
+            self.canvas.offer(patch, &window, &mut scratch, &|| self.run.observer.cancelled())?
+        };
+        self.count(&offer);
+        self.canvas.lay(&offer);
+        self.history.note_vectors(patch, &neighbours);
+        self.stats.patches += 1;
+        Ok(())
+    }
+
+    pub(crate) fn count(&mut self, offer: &Offer<D>) {
+        self.stats.cuts += 1;
+        self.stats.cut_nodes += offer.cut.nodes as u64;
+    }
+
+    /// What of a patch may show: its footprint within reach of its region, as far as the output goes.
+    pub(crate) fn window(&self, patch: &Patch<D>, region: &Window<D>) -> Window<D> {
+        let near = self.near(region).inside(self.canvas.domain());
+        patch.footprint(self.canvas.exemplars, &near).shared(&near).unwrap_or(*region)
+    }
+
+    /// Where a patch over a region may show, also beyond the output: it has the same shape wherever the region is.
+    pub(crate) fn near(&self, region: &Window<D>) -> Window<D> {
+        let output = self.canvas.domain();
+        let mut near = *region;
+        for axis in 0..D {
+            let (side, shape) = (output.shape[axis], region.shape[axis]);
+            let (mut low, mut high) = (self.reach.min(side), self.reach.min(side));
+            if output.periodic[axis] {
+                // A patch that went around would meet itself.
+                let most = (side - side / 4).max(shape);
+                low = low.min((most - shape) / 2);
+                high = high.min(most - shape - low);
+            }
+            near.start[axis] -= low as i32;
+            near.shape[axis] += low + high;
+        }
+        near
+    }
+}
+
+/// A position of the output in the turn of its periodic axes that a window is in.
+fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>) -> [i32; D] {
+    std::array::from_fn(|a| {
+        let (p, side) = (at[a] as i32, output.shape[a] as i32);
+        if output.periodic[a] { window.start[a] + (p - window.start[a]).rem_euclid(side) } else { p }
+    })
+}
+
+/// The side of error regions: as asked, or three fifths of the largest structures, so that a region with its
+/// surroundings holds one of them; but no less than an eighth of the exemplar's shortest side (at most 28), for
+/// repetitions of small patches are seen, and no more than a quarter of it (at most 76), for few large ones fit.
+fn region_side<const D: usize>(exemplars: &Exemplars<D>, options: &Options) -> Result<u32, Error> {
+    let shortest = |s: &selvedge_core::Source<D>| s.domain().shape.into_iter().min().unwrap_or(0);
+    let largest = exemplars.sources().iter().max_by_key(|s| shortest(s)).map(|s| s.domain().shape).unwrap_or([0; D]);
+    let most = largest.into_iter().min().unwrap_or(0);
+    match options.region {
+        Some(region) if most < region => Err(Error::RegionExceedsExemplar { region, largest: largest.to_vec() }),
+        Some(region) => Ok(region),
+        None => {
+            let least = (most / 8).min(28).max(most.min(8));
+            Ok((feature_size(exemplars)? * 3 / 5).clamp(least, (most / 4).clamp(least, 76)).max(1))
+        }
+    }
+}
