@@ -21,7 +21,8 @@ use crate::typed::Typed;
 const LARGEST: u64 = 1 << 20;
 
 /// Options that say where a run writes and how it is watched, not what it makes.
-const NOT_SAVED: [&str; 9] = ["output", "map", "explain", "diff", "config", "save-config", "format", "help", "version"];
+const NOT_SAVED: [&str; 10] =
+    ["output", "map", "explain", "report", "diff", "config", "save-config", "format", "help", "version"];
 
 /// Options of a file, as words of the command line.
 pub(crate) struct FromFile {

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use selvedge_core::{Depth, Domain, Encoder, Exemplars, Grid, Plane, Role, Transform};
-use selvedge_io::{Fingerprint, Info, MaskChannel, Metadata, ReadOptions};
+use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
 use crate::args::{DepthArg, NonFiniteArg, typed_name};
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::harmonise::{Layout, common_depth, common_layout, widened};
 use crate::inputs::{self, Input};
+use crate::outputs;
 use crate::report::Report;
 use crate::session::Session;
 use crate::used::Used;
@@ -51,6 +52,8 @@ pub(crate) struct Headers {
     given: usize,
     options: ReadOptions,
     pub(crate) infos: Vec<Info>,
+    /// Whether the depth was typed.
+    converts: bool,
     /// Depth of what is rendered from them.
     pub(crate) depth: Depth,
     /// Channels of what is rendered from them.
@@ -86,7 +89,7 @@ impl ExemplarArgs {
         if masks == 0 || masks == exemplars {
             return Ok(());
         }
-        let what = format!("{masks} masks for {exemplars} exemplars");
+        let what = format!("{} for {}", n("mask", masks), n("exemplar", exemplars));
         Err(Failure::new(2, what).remedy("give one --mask for each exemplar, or '--mask none'"))
     }
 
@@ -108,7 +111,8 @@ impl ExemplarArgs {
             None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
-        Ok(Headers { given, options, depth, layout, infos, masks, inputs })
+        let converts = self.depth.is_some();
+        Ok(Headers { given, options, converts, depth, layout, infos, masks, inputs })
     }
 
     /// The options that change samples.
@@ -124,6 +128,16 @@ impl Headers {
     /// Domain of each exemplar.
     pub(crate) fn domains(&self) -> Vec<Domain<2>> {
         self.infos.iter().map(|info| Domain::open([info.height, info.width])).collect()
+    }
+
+    /// Refuses, before any work, an output of this shape that its format does not hold, and names the exemplar that is
+    /// to blame.
+    pub(crate) fn check_held(&self, output: (&Path, Format), shape: [u32; 2]) -> Result<(), Failure> {
+        for (input, info) in self.inputs.iter().zip(&self.infos) {
+            let depth = if self.converts { self.depth } else { info.depth };
+            outputs::check_held(output, shape, (Layout::of(info), depth), Some(&input.path))?;
+        }
+        outputs::check_held(output, shape, (self.layout, self.depth), None)
     }
 
     /// The domain of each source.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use selvedge_core::ErrorKind;
+use selvedge_io::one_line;
 use serde_json::json;
 
 use crate::stdio;
@@ -34,7 +35,7 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// From a message that names its remedy after a semicolon.
+    /// From a message that names its remedy after a semicolon, if it names one.
     pub(crate) fn new(exit: u8, message: impl Into<String>) -> Self {
         let message = message.into();
         match message.split_once("; ") {
@@ -46,7 +47,7 @@ impl Failure {
     /// The same, about a file.
     #[must_use]
     pub(crate) fn about(self, path: &Path) -> Self {
-        self.named(shown(path))
+        self.named(selvedge_io::path_text(path))
     }
 
     /// The same, about a file that is called so.
@@ -81,7 +82,14 @@ impl Failure {
 
     /// The run was ended by a signal.
     pub(crate) fn interrupted(signal: u8) -> Self {
-        Self::new(128 + signal, "interrupted; nothing was written")
+        // There is nothing to mend.
+        Self { exit: 128 + signal, path: None, message: "interrupted; nothing was written".into(), remedy: None }
+    }
+
+    /// The run was ended by a signal, and what there was is in a file.
+    pub(crate) fn kept(signal: u8, partial: &Path) -> Self {
+        let message = format!("interrupted; the best so far is in '{}'", shown(partial));
+        Self { message, ..Self::interrupted(signal) }
     }
 
     /// A panic was caught.
@@ -125,12 +133,13 @@ impl From<selvedge_core::Error> for Failure {
     }
 }
 
-/// A path as text; bytes that are no UTF-8 are replaced.
-pub(crate) fn shown(path: &Path) -> String {
-    one_line(&path.to_string_lossy())
+/// A number of things: `1 block`, `2 blocks`.
+pub(crate) fn n(thing: &str, number: impl Into<usize>) -> String {
+    let number = number.into();
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
 }
 
-/// Control characters are escaped, so that a message stays one line.
-fn one_line(text: &str) -> String {
-    text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect::<Vec<_>>() } else { vec![c] }).collect()
+/// A path as text in one line, whatever bytes it holds.
+pub(crate) fn shown(path: &Path) -> String {
+    one_line(&selvedge_io::path_text(path))
 }

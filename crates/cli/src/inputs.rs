@@ -9,9 +9,10 @@ use selvedge_io::{Fingerprint, Info, MapFile, Picture, Problem, ReadOptions};
 use serde_json::{Value, json};
 
 use crate::args::NonFiniteArg;
-use crate::failure::{Failure, shown};
+use crate::failure::Failure;
 use crate::report::Report;
 use crate::session::Session;
+use crate::stdio;
 
 /// The name of standard input and standard output.
 pub(crate) const STREAM: &str = "-";
@@ -132,7 +133,7 @@ pub(crate) enum Either {
 /// An entry of the report's inputs.
 pub(crate) fn noted(path: &Path, [width, height]: [u32; 2], channels: usize, depth: &str, blake3: &str) -> Value {
     json!({
-        "path": shown(path),
+        "path": selvedge_io::path_text(path),
         "width": width,
         "height": height,
         "channels": channels,
@@ -158,7 +159,7 @@ pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) ->
 }
 
 fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
-    let failed = |e: std::io::Error| Failure::new(4, format!("{e}; give a file")).named(STREAM);
+    let failed = |e: std::io::Error| Failure::new(4, stdio::plain(&e)).remedy("give a file").named(STREAM);
     let mut bytes = Vec::new();
     std::io::stdin().lock().take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
     if budget < bytes.len() as u64 {

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod available;
 mod blending;
 mod commands;
 mod config;
@@ -12,6 +13,7 @@ mod harmonise;
 mod inputs;
 mod memory;
 mod outputs;
+mod page;
 mod report;
 mod session;
 mod size;

@@ -3,57 +3,100 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
-use selvedge_io::{Format, MapFile, Metadata, WriteOptions};
-use serde_json::json;
+use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, WriteOptions, path_text};
+use serde_json::{Value, json};
 
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, n, shown};
+use crate::harmonise::Layout;
 use crate::inputs::STREAM;
 use crate::report::Report;
 use crate::session::Session;
 use crate::stdio;
 
-/// Refuses, before any work, outputs that cannot or must not be written.
+/// Refuses, before any work, outputs that cannot or must not be written. Every command asks once, with all files that
+/// it reads and writes; the files of options are added here.
 pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs: &[PathBuf]) -> Result<(), Failure> {
+    let global = session.global;
+    let outputs: Vec<&Path> = outputs.iter().map(AsRef::as_ref).chain(global.save_config.as_deref()).collect();
+    let inputs: Vec<PathBuf> = inputs.iter().chain(&global.config).cloned().collect();
     for (i, output) in outputs.iter().enumerate() {
-        let output = output.as_ref();
-        if outputs[..i].iter().any(|other| other.as_ref() == output || selvedge_io::same_file(other.as_ref(), output)) {
+        if outputs[..i].iter().any(|other| selvedge_io::same_file(other, output)) {
             return Err(Failure::new(2, "is named for two outputs; choose another name").about(output));
         }
         if output.as_os_str() != STREAM {
-            selvedge_io::check_output(output, inputs, session.global.no_clobber)?;
-        } else if session.global.json {
+            selvedge_io::check_output(output, &inputs, global.no_clobber)?;
+        } else if global.json {
             return Err(Failure::new(2, "--json and '-' both write to standard output; name a file"));
         }
     }
     Ok(())
 }
 
+/// Refuses a name for a source map that is none of an EXR file: the next program would not know it.
+pub(crate) fn check_map_name(path: &Path) -> Result<(), Failure> {
+    if path.as_os_str() == STREAM || Format::of_name(path) == Some(Format::Exr) {
+        return Ok(());
+    }
+    Err(Failure::new(2, "source maps are EXR files").about(path).remedy("use a name that ends in .exr"))
+}
+
 /// The format of a picture file; standard output takes PNG unless `--format` says otherwise. What is wrong by itself
 /// is refused: an unknown extension, or a depth that was typed and that the format does not hold.
 pub(crate) fn format(path: &Path, chosen: Option<Format>, depth: Option<Depth>) -> Result<Format, Failure> {
+    if path.is_dir() {
+        return Err(Failure::from_problem(path, Problem::Folder));
+    }
     let stream = (path.as_os_str() == STREAM).then_some(Format::Png);
     let options = WriteOptions { format: chosen.or(stream), depth, ..WriteOptions::default() };
     options.format_of(path).map_err(|e| Failure { exit: 2, ..Failure::from(e) })
 }
 
-/// Refuses, before any work, a depth of files read that the format does not hold.
-pub(crate) fn check_depth(path: &Path, format: Format, depth: Depth) -> Result<(), Failure> {
-    WriteOptions { format: Some(format), depth: Some(depth), ..WriteOptions::default() }.format_of(path)?;
-    Ok(())
+/// Refuses, before any work, a picture that the format does not hold. Where its depth or channels are those of a file that
+/// was read, that file is named.
+pub(crate) fn check_held(
+    (path, format): (&Path, Format),
+    shape: [u32; 2],
+    (layout, depth): (Layout, Depth),
+    from: Option<&Path>,
+) -> Result<(), Failure> {
+    format.check(shape, layout.colors, layout.alpha, depth).map_err(|problem| {
+        let has = match problem {
+            Problem::DepthNotHeld { .. } => format!("{} samples", depth.name()),
+            Problem::ChannelsNotHeld { .. } if layout.alpha => format!("{} and alpha", n("channel", layout.colors)),
+            Problem::ChannelsNotHeld { .. } => n("channel", layout.colors),
+            _ => String::new(),
+        };
+        let failure = Failure::from_problem(path, problem);
+        match from.filter(|_| !has.is_empty()) {
+            Some(from) => {
+                let message = format!("has {has}, which {format} cannot hold ('{}')", shown(path));
+                Failure { message, ..failure }.about(from)
+            }
+            None => failure,
+        }
+    })
 }
 
 /// Files that are made, to be written once all of them are.
 #[derive(Default)]
-pub(crate) struct Outputs(Vec<Made>);
+pub(crate) struct Outputs {
+    made: Vec<Made>,
+    quality: Option<u8>,
+}
 
 struct Made {
     path: PathBuf,
     bytes: Vec<u8>,
     /// Width and height.
-    size: [u32; 2],
+    size: Option<[u32; 2]>,
 }
 
 impl Outputs {
+    /// None yet; JPEG files will have this quality.
+    pub(crate) fn with_quality(quality: Option<u8>) -> Self {
+        Self { quality, ..Self::default() }
+    }
+
     /// Adds a picture.
     pub(crate) fn picture(
         &mut self,
@@ -62,10 +105,12 @@ impl Outputs {
         plane: &Plane<2>,
         metadata: &Metadata,
     ) -> Result<(), Failure> {
-        let options = WriteOptions { format: Some(format), ..WriteOptions::default() };
+        let default = WriteOptions::default();
+        let quality = self.quality.unwrap_or(default.quality);
+        let options = WriteOptions { format: Some(format), quality, ..default };
         let bytes = selvedge_io::encode(plane, metadata, path, &options)?;
         let [height, width] = plane.domain().shape;
-        self.0.push(Made { path: path.to_path_buf(), bytes, size: [width, height] });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]) });
         Ok(())
     }
 
@@ -73,24 +118,39 @@ impl Outputs {
     pub(crate) fn map(&mut self, path: &Path, file: &MapFile) -> Result<(), Failure> {
         let bytes = selvedge_io::encode_map(file, path)?;
         let [height, width] = file.map.domain().shape;
-        self.0.push(Made { path: path.to_path_buf(), bytes, size: [width, height] });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]) });
         Ok(())
     }
 
-    /// Writes all of them and notes them in the report.
+    /// Adds a file that is no picture.
+    pub(crate) fn bytes(&mut self, path: &Path, bytes: Vec<u8>) {
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: None });
+    }
+
+    /// What the report will say of them.
+    pub(crate) fn noted(&self) -> Vec<Value> {
+        self.made.iter().map(Made::noted).collect()
+    }
+
+    /// Writes all of them, or none if one of them cannot be written, and notes them in the report.
     pub(crate) fn write(self, session: &Session<'_>, report: &mut Report) -> Result<(), Failure> {
-        for Made { path, bytes, size: [width, height] } in self.0 {
-            if path.as_os_str() == STREAM {
-                stdio::answer(&bytes)?;
-            } else {
-                selvedge_io::write_bytes(&path, &bytes, session.global.no_clobber)?;
-            }
-            let hash = blake3::hash(&bytes).to_hex();
-            report
-                .outputs
-                .push(json!({"path": shown(&path), "width": width, "height": height, "blake3": hash.as_str()}));
-        }
+        let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
+        let staged = files.iter().map(|made| Staged::new(&made.path, &made.bytes, session.global.no_clobber));
+        let staged = staged.collect::<Result<Vec<_>, _>>()?;
+        streams.iter().try_for_each(|made| stdio::picture(&made.bytes))?;
+        staged.into_iter().try_for_each(Staged::finish)?;
+        report.outputs.extend(self.noted());
         Ok(())
+    }
+}
+
+impl Made {
+    fn noted(&self) -> Value {
+        let mut noted = json!({"path": path_text(&self.path), "blake3": blake3::hash(&self.bytes).to_hex().as_str()});
+        if let Some([width, height]) = self.size {
+            (noted["width"], noted["height"]) = (width.into(), height.into());
+        }
+        noted
     }
 }
 
@@ -116,7 +176,7 @@ impl From<selvedge_io::Error> for Failure {
             Kind::Memory => 6,
             _ => 70,
         };
-        Self { exit, path: Some(shown(&error.path)), message: error.message(), remedy: Some(error.remedy()) }
+        Self { exit, path: Some(path_text(&error.path)), message: error.message(), remedy: Some(error.remedy()) }
     }
 }
 

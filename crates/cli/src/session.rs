@@ -5,6 +5,7 @@ use std::path::Path;
 use selvedge_core::{Limits, Run, Seed, SimdLevel};
 
 use crate::args::Global;
+use crate::available;
 use crate::failure::{Failure, shown};
 use crate::report::Done;
 use crate::stdio;
@@ -72,12 +73,7 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Half of the memory that the system says is available; no bound where it does not say.
+/// Half of the memory that is available; no bound where the system does not say.
 fn half_of_available() -> u64 {
-    let available = || {
-        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-        let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
-    };
-    available().map_or(u64::MAX, |kib| kib * 512)
+    available::memory().map_or(u64::MAX, |bytes| bytes / 2)
 }

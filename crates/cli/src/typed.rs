@@ -53,7 +53,7 @@ impl From<clap::Error> for Stop {
 
 /// Understands a command line. What was typed goes before what `--config` says, and that before the defaults.
 pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
-    let command = Cli::command();
+    let command = numbers(Cli::command());
     // What the file may still supply is not missing yet.
     let typed = optional(command.clone()).try_get_matches_from(words)?;
     let from_file = config::words(&typed)?;
@@ -76,6 +76,16 @@ fn optional(command: clap::Command) -> clap::Command {
     let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
     let command = command.mut_args(|arg| arg.required(false));
     names.into_iter().fold(command, |command, name| command.mut_subcommand(name, optional))
+}
+
+/// The command whose options take negative numbers, so that they are refused by their range.
+fn numbers(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let number = |arg: clap::Arg| {
+        let takes = !arg.is_positional() && arg.get_action().takes_values();
+        if takes { arg.allow_negative_numbers(true) } else { arg }
+    };
+    names.into_iter().fold(command.mut_args(number), |command, name| command.mut_subcommand(name, numbers))
 }
 
 /// Words with others at their end, but before `--`.
@@ -131,6 +141,7 @@ mod tests {
             failure("selvedge quilt a.png -o b.png --sise 12"),
             "unexpected argument '--sise' found; a similar argument exists: '--size'"
         );
+        assert_eq!(failure("selvedge quilt a.png -o b.png --tolerance -1"), "understood", "the method knows its range");
         assert!(failure("selvedge quilt a.png").contains("--output <OUT>"));
     }
 

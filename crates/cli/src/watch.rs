@@ -55,13 +55,16 @@ impl Watch {
 /// Notes the first signal for the run to see. Ends the program where the run does not do so soon (a codec asks nobody
 /// whether to go on), or when a second signal comes; a run that is to keep its best so far is given all the time.
 fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
+    // A file over the limit of sizes then fails to be written, and does not end the program.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let raised = Arc::new(AtomicUsize::new(0));
     for number in [SIGINT, SIGTERM] {
         // Where signals cannot be had, runs just go on.
         let _ = signal_hook::flag::register_usize(number, raised.clone(), number as usize);
     }
     let (signal, patient, json) = (signal.clone(), global.keep_partial, global.json);
-    std::thread::spawn(move || {
+    let listener = std::thread::Builder::new().spawn(move || {
         let next = || {
             std::thread::sleep(TICK);
             raised.swap(0, Ordering::Relaxed)
@@ -80,6 +83,8 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
             std::process::exit(Failure::interrupted(first as u8).tell(json).into());
         }
     });
+    // Nor where there is no room for one more thread.
+    drop(listener);
 }
 
 /// True for whoever asks first: the run that came to its end, or the signal that ended it.

@@ -12,9 +12,11 @@ use crate::blending::Blending;
 use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
 use crate::explain::explain;
 use crate::failure::{Failure, shown};
+use crate::harmonise::Layout;
 use crate::inputs::{self, Input, ReadMap, STREAM};
 use crate::memory;
 use crate::outputs::{self, Outputs};
+use crate::page;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::size::{Size, Tile};
@@ -31,6 +33,9 @@ pub(crate) struct Weaving {
     /// Format of the output, whatever its extension.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) format: Option<FormatArg>,
+    /// Quality of a JPEG file, 1 to 100.
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) quality: Option<u8>,
     /// Make the output tile without a seam along x, y or both.
     #[arg(long, value_enum, value_name = "AXES")]
     pub(crate) tile: Option<Tile>,
@@ -40,6 +45,9 @@ pub(crate) struct Weaving {
     /// Write a picture of the seams and of where each part came from, for eyes.
     #[arg(long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) explain: Option<PathBuf>,
+    /// Write a page about the run with its pictures inside: DIR/index.html.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) report: Option<PathBuf>,
 }
 
 /// The size of an output that may have any.
@@ -115,14 +123,23 @@ impl Weaving {
         let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
         let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
         inputs::check_streams(&read)?;
-        outputs::check(session, &self.files_written(), &read)?;
+        outputs::check(session, &self.files_written(session), &read)?;
+        self.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
+        self.report.as_deref().map_or(Ok(()), page::check)?;
         let headers = self.input.look(session, plan.backdrop)?;
-        outputs::check_depth(&self.output, format, headers.depth)?;
+        let domains = headers.domains();
+        let domain = (plan.domain)(&domains)?;
+        check_size(session, domain).map_err(|refused| {
+            // Where another exemplar would have another output, the exemplar is to blame for its size.
+            let small: Vec<Domain<2>> = domains.iter().map(|_| Domain::open([1, 1])).collect();
+            let follows = (plan.domain)(&small).is_ok_and(|other| other != domain);
+            if follows { refused.about(&self.input.exemplars[0]) } else { refused }
+        })?;
+        headers.check_held((&self.output, format), domain.shape)?;
         if let Some(path) = &self.explain {
-            outputs::check_depth(path, outputs::format(path, None, None)?, Depth::U8)?;
+            let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
+            outputs::check_held((path, outputs::format(path, None, None)?), domain.shape, rgb, None)?;
         }
-        let domain = (plan.domain)(&headers.domains())?;
-        check_size(session, domain)?;
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
         let need = |domain| self.need(&headers, plan, domain);
         let needed = memory::check(session.limits.memory, only, domain, &need)?;
@@ -144,8 +161,13 @@ impl Weaving {
         inputs::options(session.limits, Role::Color, self.input.nonfinite)
     }
 
-    fn files_written(&self) -> Vec<&Path> {
-        std::iter::once(self.output.as_path()).chain(self.map.as_deref()).chain(self.explain.as_deref()).collect()
+    /// All files that a run may write, were it interrupted.
+    fn files_written(&self, session: &Session<'_>) -> Vec<PathBuf> {
+        let made = std::iter::once(&self.output).chain(&self.map);
+        let kept = made.clone().filter(|_| session.global.keep_partial && self.output.as_os_str() != STREAM);
+        let partial: Vec<PathBuf> = kept.map(|path| outputs::partial(path)).collect();
+        let page = self.report.as_deref().map(page::checked);
+        made.chain(&self.explain).cloned().chain(partial).chain(page).collect()
     }
 
     fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> u64 {
@@ -156,7 +178,8 @@ impl Weaving {
         let exemplars =
             exemplars.saturating_add(memory::shown(&headers.resampled(plan.transforms), channels, headers.depth));
         let output = memory::outputs(domain, channels, headers.depth, self.map.is_some());
-        let explained = if self.explain.is_some() { memory::explained(&sources, domain) } else { 0 };
+        let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
+        let explained = explained.saturating_mul(memory::explained(&sources, domain));
         let method = (plan.estimate)(&sources, headers.layout.colors, domain);
         exemplars.saturating_add(memory::stages(method, output.saturating_add(explained)))
     }
@@ -200,7 +223,11 @@ impl Loom<'_> {
 
     /// Adds the options that all weaving commands have, as used, before a method's own.
     pub(crate) fn used(&self, before: Used) -> Used {
-        self.args.input.used(before.with("tile", Tile::of(self.domain).map(crate::args::typed_name)))
+        let used = self.args.input.used(before.with("tile", Tile::of(self.domain).map(crate::args::typed_name)));
+        match self.args.quality {
+            Some(quality) => used.with("quality", quality),
+            None => used,
+        }
     }
 
     /// Ends a dry run: what would be done, in a line that begins with the output's name.
@@ -244,20 +271,52 @@ impl Loom<'_> {
         let plane = blending.render(&map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?;
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
-        let mut outputs = Outputs::default();
+        let mut outputs = Outputs::with_quality(self.args.quality);
         outputs.picture(output, self.format, &plane, &metadata)?;
-        if let Some(path) = self.args.explain.as_deref().filter(|_| provenance.is_some()) {
+        // Of a partial result there is nothing to explain: it says not how it was made.
+        let shown = provenance.as_ref().filter(|_| self.args.explain.is_some() || self.args.report.is_some());
+        let shown = shown.map(|made| Ok::<_, Failure>((made.command.clone(), explain(&map, &plane)?))).transpose()?;
+        if let (Some(path), Some((_, explained))) = (&self.args.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, &explain(&map, &plane)?, &metadata)?;
+            outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
         }
-        drop(plane);
         if let Some(path) = map_file {
             let metadata = Metadata { provenance, ..Metadata::default() };
             outputs.map(path, &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
         }
-        outputs.write(self.session, &mut self.report)?;
+        self.report.stage("encode");
+        let new_folder = self.args.report.clone().filter(|folder| !folder.is_dir());
+        if let (Some(folder), Some((command, explained))) = (&self.args.report, &shown) {
+            let page = self.page(command, &outputs, &plane, explained)?;
+            outputs.bytes(&page::file(folder)?, page.into_bytes());
+        }
+        drop((plane, shown));
+        outputs.write(self.session, &mut self.report).inspect_err(|_| {
+            // Of a folder that was made for the page nothing is left either.
+            let _ = new_folder.map(std::fs::remove_dir);
+        })?;
         self.report.stage("write");
         Ok(())
+    }
+
+    /// The page of `--report`.
+    fn page(
+        &self,
+        command: &str,
+        outputs: &Outputs,
+        picture: &Plane<2>,
+        explained: &Plane<2>,
+    ) -> Result<String, Failure> {
+        let threads = rayon::current_num_threads();
+        let mut run = self.report.json(self.session.global.seed, threads, false);
+        run["outputs"] = outputs.noted().into();
+        run["made"] = ["version", "seed", "threads", "peak_memory_bytes"]
+            .into_iter()
+            .map(|key| (key.to_owned(), run[key].clone()))
+            .collect::<serde_json::Map<_, _>>()
+            .into();
+        let what = "Seams; the places that each part came from; the exemplars in the colours of those places";
+        page::page(&run, command, &[("The output", picture), (what, explained)])
     }
 
     /// How the picture was made: nothing that differs between equal runs.
@@ -273,13 +332,14 @@ impl Loom<'_> {
 
     /// Keeps the best so far if that is wanted. It says nothing of how it was made: no command makes it again.
     fn interrupted(&mut self, outcome: Outcome, output: &Path, map_file: Option<&Path>) -> Failure {
-        let failure = Failure::interrupted(self.session.watch.signal().unwrap_or(2));
+        let signal = self.session.watch.signal().unwrap_or(2);
+        let failure = Failure::interrupted(signal);
         if !self.session.global.keep_partial || output.as_os_str() == STREAM {
             return failure;
         }
         let (output, map_file) = (outputs::partial(output), map_file.map(outputs::partial));
         match self.write(outcome, &output, map_file.as_deref(), None) {
-            Ok(()) => failure.remedy(format!("the best so far is in '{}'", shown(&output))),
+            Ok(()) => Failure::kept(signal, &output),
             Err(e) => e,
         }
     }

@@ -22,7 +22,7 @@ impl Default for Limits {
 
 /// What a method tells while it works.
 pub struct Event<'a, const D: usize> {
-    /// The stage, such as `"quilting/block"`.
+    /// The stage, such as `"quilting"`.
     pub stage: &'static str,
     /// Steps done.
     pub done: u64,

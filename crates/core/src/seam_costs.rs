@@ -244,7 +244,8 @@ mod tests {
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
         let f = |c: usize, i: usize| f64::from(e.sources()[0].features.plane(c)[i]);
         let norm = |a: usize, b: usize| {
-            (16.0 * (2.0 * (f(0, a) - f(0, b)).powi(2) + 3.0 * (f(1, a) - f(1, b)).powi(2)).sqrt()).ceil() as i32
+            let [d, e] = [0, 1].map(|c| f(c, a) - f(c, b));
+            (16.0 * (2.0 * d * d + 3.0 * e * e).sqrt()).ceil() as i32
         };
         // Patch A runs through 8, 9 and patch B through 17, 18: here 8, there 18.
         assert_eq!(costs.between(1, id(8), id(18)), norm(8, 17) + norm(9, 18));

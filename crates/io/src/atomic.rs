@@ -19,7 +19,41 @@ use crate::error::{Error, Problem};
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
 pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
-    replace(&Disk, path, bytes, no_clobber).map_err(|e| file_problem(path, e, bytes.len() as u64))
+    Staged::new(path, bytes, no_clobber)?.finish()
+}
+
+/// A file whose bytes are safely on the disk, but which has not its name yet. Several files that belong together are
+/// staged first and finished then, so that a full disk leaves none of them. Dropped, it leaves nothing.
+#[derive(Debug)]
+pub struct Staged<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    no_clobber: bool,
+    part: Option<Part>,
+}
+
+impl<'a> Staged<'a> {
+    /// Writes the bytes beside the final name; those of devices and pipes are kept for [`finish`](Self::finish).
+    ///
+    /// # Errors
+    /// Those of [`write_bytes`].
+    pub fn new(path: &'a Path, bytes: &'a [u8], no_clobber: bool) -> Result<Self, Error> {
+        let part = stage(&Disk, path, bytes, no_clobber);
+        let part = part.map_err(|e| file_problem(path, e, bytes.len() as u64))?;
+        Ok(Self { path, bytes, no_clobber, part })
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// Those of [`write_bytes`].
+    pub fn finish(self) -> Result<(), Error> {
+        let finished = match self.part {
+            Some(part) => part.finish(&Disk, self.no_clobber),
+            None => OpenOptions::new().write(true).open(self.path).and_then(|mut file| file.write_all(self.bytes)),
+        };
+        finished.map_err(|e| file_problem(self.path, e, self.bytes.len() as u64))
+    }
 }
 
 /// A file that is to be made cannot be missing: its folder is.
@@ -67,26 +101,45 @@ trait Steps {
 struct Disk;
 impl Steps for Disk {}
 
-fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io::Result<()> {
+/// A whole part beside the name that it is to take; gone when it is dropped.
+#[derive(Debug)]
+struct Part {
+    part: PathBuf,
+    path: PathBuf,
+    /// Keeps the lock.
+    file: File,
+}
+
+impl Part {
+    fn finish(self, steps: &impl Steps, no_clobber: bool) -> io::Result<()> {
+        steps.take_name(&self.part, &self.path, no_clobber)?;
+        sync_folder(&self.path);
+        Ok(())
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        forget(&self.part);
+        // After success there is none; one that stays is swept by the next writer.
+        let _ = fs::remove_file(&self.part);
+    }
+}
+
+/// Writes a part; `None` for devices and pipes, which have none.
+fn stage(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io::Result<Option<Part>> {
     if no_clobber && fs::symlink_metadata(path).is_ok() {
         return Err(io::ErrorKind::AlreadyExists.into());
     }
     let (path, existing) = target(path)?;
     if existing.as_ref().is_some_and(|m| !m.is_file()) {
-        return OpenOptions::new().write(true).open(path)?.write_all(bytes);
+        return Ok(None);
     }
     sweep(&path);
-    let (part, mut file) = create_part(steps, &path)?;
-    let written =
-        write_part(steps, &mut file, bytes, existing.as_ref()).and_then(|()| steps.take_name(&part, &path, no_clobber));
-    forget(&part);
-    if written.is_err() {
-        // The first failure is the one to tell; a part that stays is swept by the next writer.
-        let _ = fs::remove_file(&part);
-        return written;
-    }
-    sync_folder(&path);
-    Ok(())
+    let (part, file) = create_part(steps, &path)?;
+    let mut part = Part { part, path, file };
+    write_part(steps, &mut part.file, bytes, existing.as_ref())?;
+    Ok(Some(part))
 }
 
 /// What is to be replaced, links followed, and what it is now.
@@ -257,6 +310,24 @@ pub(crate) mod tests {
         fn drop(&mut self) {
             let _ = fs::remove_dir_all(&self.0);
         }
+    }
+
+    fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io::Result<()> {
+        stage(steps, path, bytes, no_clobber)?.expect("a regular file").finish(steps, no_clobber)
+    }
+
+    #[test]
+    fn what_is_staged_is_not_there_yet_and_goes_with_its_owner() {
+        let folder = Folder::new("staged");
+        let (a, b) = (folder.path("a.png"), folder.path("b.png"));
+        write_bytes(&a, b"old", false).unwrap();
+        let first = Staged::new(&a, b"new", false).unwrap();
+        let second = Staged::new(&b, b"new", false).unwrap();
+        assert_eq!(folder.files().len(), 3, "the old file and two parts");
+        drop(second);
+        assert_eq!(fs::read(&a).unwrap(), b"old");
+        first.finish().unwrap();
+        assert_eq!(folder.files(), [("a.png".to_owned(), b"new".to_vec())]);
     }
 
     #[test]

@@ -296,8 +296,14 @@ impl Problem {
                 );
             }
             Self::UnknownContent => return format!("give one of {}", Format::read()),
-            Self::ChannelsNotHeld { .. } => "write one or three channels, with or without alpha",
-            Self::SideNotHeld { .. } => "write png, tiff or exr",
+            Self::ChannelsNotHeld { format, channels: 1 | 3, alpha: true } => {
+                return format!("write {}", format.instead(|other| other.holds_alpha()));
+            }
+            Self::ChannelsNotHeld { .. } => "write one or three channels",
+            Self::SideNotHeld { format, width, height, .. } => {
+                let (side, depth) = ((*width).max(*height), format.depths()[0]);
+                return format!("write {}", format.instead(|other| other.check([1, side], 3, false, depth).is_ok()));
+            }
             Self::Empty | Self::Damaged { .. } => "write or copy the file again",
             Self::Unsupported { .. } => "convert it to png, tiff or exr first",
             Self::NoSamples { .. } => "give a picture with samples",
@@ -326,7 +332,7 @@ impl Problem {
 
     /// A decoder's complaint.
     pub(crate) fn damaged(format: Format, cause: impl fmt::Display) -> Self {
-        Self::Damaged { format, cause: cause.to_string() }
+        Self::Damaged { format, cause: plain(&cause.to_string()) }
     }
 
     /// The most frequent damage.
@@ -359,6 +365,20 @@ impl Problem {
     }
 }
 
+/// A decoder's words without the quotes, full stops and insides of types that some of them have.
+fn plain(cause: &str) -> String {
+    let mut text = cause.trim_matches(|c: char| c == '"' || c == '.' || c.is_whitespace()).to_owned();
+    while let Some((before, rest)) = text.split_once("ChunkType { type: ")
+        && let Some((kind, after)) = rest.split_once(", critical")
+        && let Some((_, after)) = after.split_once(" }")
+    {
+        text = format!("{before}{kind}{after}");
+    }
+    let text = text.replace("Reason:", "reason: ");
+    let sentence = text.starts_with(char::is_uppercase) && text[1..].starts_with(char::is_lowercase);
+    if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
+}
+
 /// Message and remedy of an error that carries both in one line.
 fn in_two(error: &selvedge_core::Error) -> (String, String) {
     let line = error.to_string();
@@ -378,6 +398,17 @@ mod tests {
         let error = Error::new(Path::new("a"), selvedge_core::Error::Allocation { bytes: 9 });
         assert_eq!(error.to_string(), "'a': no memory for 9 bytes; use a smaller size");
         assert_eq!(error.kind(), ErrorKind::Memory);
+    }
+
+    #[test]
+    fn decoders_speak_plainly() {
+        let crc = "CRC error: expected 0x1 have 0x2 while decoding ChunkType { type: IDAT, critical: true, private: false, \
+                   reserved: false, safecopy: false } chunk.";
+        assert_eq!(plain(crc), "CRC error: expected 0x1 have 0x2 while decoding IDAT chunk");
+        assert_eq!(plain("\"Missing samples\""), "missing samples");
+        assert_eq!(plain("Invalid color type 1."), "invalid color type 1");
+        assert_eq!(plain("ChunkType { type: "), "ChunkType { type:");
+        assert_eq!([plain(""), plain("É"), plain("A")], ["", "É", "A"]);
     }
 
     #[test]

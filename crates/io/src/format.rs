@@ -109,6 +109,12 @@ impl Format {
         names(|f| !f.depths().is_empty())
     }
 
+    /// Names of the other formats that hold one of its depths, of those that `which` lets pass.
+    pub(crate) fn instead(self, which: impl Fn(Self) -> bool) -> String {
+        let all = names(|f| f != self && which(f) && f.depths().iter().any(|d| self.depths().contains(d)));
+        all.rsplit_once(", ").map_or(all.clone(), |(some, last)| format!("{some} or {last}"))
+    }
+
     /// Names of the formats that hold a depth.
     pub(crate) fn holding(depth: Depth) -> String {
         names(|f| f.depths().contains(&depth))

@@ -35,7 +35,7 @@
 //! # Damaged files
 //! Any file gives a picture or an [`Error`]; third-party decoders that panic are caught, but the panic hook still
 //! prints, so a program sets its own. Samples are allocated fallibly after the budget was checked; small buffers inside
-//! of decoders are not.
+//! of decoders are not. Encoders write into memory that may be refused.
 #![forbid(unsafe_code)]
 
 mod atomic;
@@ -47,6 +47,7 @@ mod exr;
 mod finite;
 mod format;
 mod header;
+mod held;
 mod image;
 mod map;
 mod mask;
@@ -58,18 +59,19 @@ mod probe;
 mod provenance;
 mod read;
 mod samples;
+mod sink;
 mod tiff;
 mod warning;
 mod write;
 
-pub use atomic::{remove_parts, write_bytes};
+pub use atomic::{Staged, remove_parts, write_bytes};
 pub use convert::{Converted, convert};
 pub use error::{Error, ErrorKind, Problem};
 pub use format::Format;
 pub use map::{MapFile, decode_map, encode_map, read_map, write_map};
 pub use mask::{MaskChannel, mask, read_mask};
 pub use metadata::{Density, DensityUnit, Metadata};
-pub use name::{display_name, quoted};
+pub use name::{display_name, one_line, path_text, quoted};
 pub use paths::{check_output, same_file};
 pub use probe::{Info, probe, probe_bytes};
 pub use provenance::{Fingerprint, Provenance};

@@ -17,6 +17,21 @@ pub fn display_name(path: &Path) -> String {
     escaped(path.file_name().unwrap_or(path.as_os_str()).as_encoded_bytes())
 }
 
+/// A path as text for data such as JSON: only bytes that are no text are escaped, as `\xNN`.
+pub fn path_text(path: &Path) -> String {
+    let mut out = String::new();
+    for chunk in path.as_os_str().as_encoded_bytes().utf8_chunks() {
+        out.push_str(chunk.valid());
+        push_bytes(&mut out, chunk.invalid());
+    }
+    out
+}
+
+/// Text in one line: control characters, and what turns the direction of writing, are escaped.
+pub fn one_line(text: &str) -> String {
+    escaped(text.as_bytes())
+}
+
 /// One line of text from any bytes.
 pub(crate) fn escaped(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
@@ -24,11 +39,15 @@ pub(crate) fn escaped(bytes: &[u8]) -> String {
         for c in chunk.valid().chars() {
             if breaks_lines(c) { out.extend(c.escape_default()) } else { out.push(c) }
         }
-        for byte in chunk.invalid() {
-            write!(out, r"\x{byte:02x}").expect("a string takes any text");
-        }
+        push_bytes(&mut out, chunk.invalid());
     }
     out
+}
+
+fn push_bytes(out: &mut String, bytes: &[u8]) {
+    for byte in bytes {
+        write!(out, r"\x{byte:02x}").expect("a string takes any text");
+    }
 }
 
 /// Control characters, and those that end a line or turn its direction on a terminal.
@@ -46,6 +65,15 @@ mod tests {
         assert_eq!(quoted(Path::new("it's\r.png")), r"'it\'s\r.png'");
         assert_eq!(escaped(b"a\xff\xfeb\x1b[31m"), r"a\xff\xfeb\u{1b}[31m");
         assert_eq!(escaped("\u{202e}gnp".as_bytes()), r"\u{202e}gnp");
+        assert_eq!(one_line("a\nb"), r"a\nb");
         assert_eq!(display_name(Path::new("some/where/é.png")), "é.png");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn data_hold_names_as_they_are() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let name = std::ffi::OsStr::from_bytes(b"a\n\xff b.png");
+        assert_eq!(path_text(Path::new(name)), "a\n\\xff b.png");
     }
 }

@@ -7,12 +7,20 @@ use crate::atomic;
 use crate::error::{Error, Problem};
 use crate::read::{ReadOptions, split_selector};
 
-/// Whether two names lead to one file, through links of any kind. False if one of them does not exist.
+/// Whether two names lead to one file, through links of any kind, or would once it is made.
 pub fn same_file(a: &Path, b: &Path) -> bool {
+    let same = |a: Option<PathBuf>, b: Option<PathBuf>| a.is_some() && a == b;
     match (identity(a), identity(b)) {
         (Some(a), Some(b)) => a == b,
+        (None, None) => a == b || same(place(a), place(b)),
         _ => false,
     }
+}
+
+/// Where a file that does not exist would be.
+fn place(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(fs::canonicalize(folder).ok()?.join(path.file_name()?))
 }
 
 #[cfg(unix)]
@@ -70,7 +78,10 @@ mod tests {
             assert!(matches!(refused, Err(Error { problem: Problem::IsInput { .. }, .. })));
         }
         assert!(check_output(&other, &names, false).is_ok());
-        assert!(!same_file(&folder.path("none"), &folder.path("none")));
+        fs::create_dir(folder.path("sub")).unwrap();
+        let (none, roundabout) = (folder.path("none"), folder.path("sub/../none"));
+        assert!(same_file(&none, &none) && same_file(&none, &roundabout), "the same once it is made");
+        assert!(!same_file(&none, &folder.path("another")) && !same_file(&none, &file));
     }
 
     #[test]

@@ -32,6 +32,9 @@ pub enum Warning {
         /// How many.
         count: u64,
     },
+    /// A profile that was left out.
+    #[error("its colour profile is damaged or over 16 MiB and is left out")]
+    ProfileLeftOut,
     /// CMYK that was turned into RGB without a profile.
     #[error("cmyk was turned into rgb without its colour profile")]
     CmykConverted,

@@ -97,21 +97,6 @@ fn encode_as(
         Some(to) if to != from => (Cow::Owned(convert(plane, to)?.plane), metadata.converted(from, to)),
         _ => (Cow::Borrowed(plane), metadata.clone()),
     };
-    let [height, width] = plane.domain().shape;
-    if plane.domain().is_empty() {
-        return Err(Problem::NoSamples { width: width.into(), height: height.into() });
-    }
-    let limit = match format {
-        Format::Webp => 16_383,
-        Format::Jpeg => 65_535,
-        _ => u32::MAX,
-    };
-    if limit < width.max(height) {
-        return Err(Problem::SideNotHeld { format, width, height, limit });
-    }
-    let depth = plane.samples.depth();
-    if !format.depths().contains(&depth) {
-        return Err(Problem::DepthNotHeld { format, depth });
-    }
+    format.check(plane.domain().shape, plane.color_channels(), plane.alpha, plane.samples.depth())?;
     codec::encode(format, &plane, &metadata, options)
 }

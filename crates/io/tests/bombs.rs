@@ -5,7 +5,7 @@
 use std::fs;
 
 use selvedge_core::Limits;
-use selvedge_io::{ErrorKind, ReadOptions, decode, probe_bytes};
+use selvedge_io::{ErrorKind, ReadOptions, Warning, decode, probe_bytes};
 
 /// Each may take this much, in KiB.
 const KIB: u64 = 64 << 10;
@@ -134,7 +134,8 @@ fn bombs_do_not_go_off() {
     assert!(file.len() < 1 << 20);
     let before = peak(true).and_then(|_| peak(false));
     let picture = decode(&file, "x", &options).unwrap();
-    assert_eq!(picture.metadata.icc, None);
+    assert_eq!((picture.metadata.icc, &picture.warnings[..]), (None, &[Warning::ProfileLeftOut][..]));
+    assert_eq!(probe_bytes(&file, "x", &options).unwrap().warnings, [Warning::ProfileLeftOut]);
     bounded("packed profile", before);
 
     let texts: Vec<Vec<u8>> = (0..2_000).map(|_| chunk(b"tEXt", &[b'x'; 1_000])).collect();

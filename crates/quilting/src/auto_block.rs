@@ -1,6 +1,6 @@
 //! A block size for an exemplar.
 
-use selvedge_core::{Exemplars, Grid, Source, par};
+use selvedge_core::{Exemplars, Grid, Source, par, try_vec};
 use selvedge_fft_ssd::periods;
 
 use crate::options::Error;
@@ -13,19 +13,23 @@ const WINDOW: u32 = 512;
 /// A block that holds the largest structures of these exemplars, as far as their statistics tell.
 ///
 /// That is five times the distance at which samples have lost four fifths of their likeness, or one and a quarter of
-/// the strongest period if that is longer; but no less than a fifth of the smallest exemplar's shorter side (at most
-/// 48), for repetitions of small blocks are seen, and no more than two fifths (at most 128), for few large ones fit.
+/// the strongest period if that is longer; but no less than a fifth of the largest square free of masked samples (at
+/// most 48), for repetitions of small blocks are seen, and no more than two fifths (at most 128), for few large ones fit.
+/// Of several exemplars the one of the smallest such square counts, but those under half of the largest do not count: an
+/// exemplar too small for the others' blocks is passed over.
 /// The rule was chosen by eye on some fifty exemplars; the paper leaves the block to the user. `[Efros01 2.2]`
 ///
 /// # Errors
 /// No memory for the search of periods.
 pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     let weights = exemplars.weights();
-    let sides = exemplars.sources().iter().flat_map(|s| s.domain().shape);
-    let shorter = sides.min().unwrap_or(1);
+    let sides = exemplars.sources().iter().map(largest_square).collect::<Result<Vec<u32>, Error>>()?;
+    let largest = sides.iter().copied().max().unwrap_or(1);
+    let counts = |side: u32| largest <= side.saturating_mul(2);
+    let shorter = sides.iter().copied().filter(|&side| counts(side)).min().unwrap_or(1).max(1);
     let (least, most) = ((shorter / 5).min(48).max(shorter.min(4)), (shorter * 2 / 5).clamp(shorter.min(4), 128));
     let mut structure = 0;
-    for source in exemplars.sources() {
+    for (source, _) in exemplars.sources().iter().zip(&sides).filter(|&(_, &side)| counts(side)) {
         structure = structure.max(5 * reach(source, weights, most / 5 + 1));
         let found = periods(&source.features, source.valid.as_ref(), weights)?;
         if let Some(strongest) = found.first().filter(|p| STRONG <= p.strength) {
@@ -34,6 +38,24 @@ pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
         }
     }
     Ok(structure.clamp(least, most))
+}
+
+/// Side of the largest square of a source without a masked sample.
+fn largest_square(source: &Source<2>) -> Result<u32, Error> {
+    let [height, width] = source.domain().shape;
+    let Some(valid) = &source.valid else { return Ok(height.min(width)) };
+    let mut largest = 0;
+    // Sides of the largest squares that end at each sample of the row above, then of this one.
+    let mut sides = try_vec(width as usize + 1, 0_u32)?;
+    for row in valid.plane(0).chunks(width.max(1) as usize) {
+        let mut above_left = 0;
+        for (x, &valid) in row.iter().enumerate() {
+            let above = sides[x + 1];
+            sides[x + 1] = if valid { 1 + above.min(above_left).min(sides[x]) } else { 0 };
+            (above_left, largest) = (above, largest.max(sides[x + 1]));
+        }
+    }
+    Ok(largest)
 }
 
 /// The distance, up to `most`, from which on the mean squared difference of samples is over four fifths of what it is
@@ -118,6 +140,40 @@ mod tests {
         let (fine, coarse) = (block_for([200, 200], spots(2)), block_for([200, 200], spots(14)));
         assert_eq!(fine, 40, "the least for that exemplar");
         assert!((50..=80).contains(&coarse), "{coarse}");
+    }
+
+    /// An exemplar of noise, of which some samples may be used.
+    fn masked(shape: [u32; 2], valid: impl Fn(u32, u32) -> bool) -> Source<2> {
+        let domain = Domain::open(shape);
+        let samples = domain.positions().map(|[y, x]| (y * 31 + x * 57 + y * x) as u8).collect();
+        let valid = domain.positions().map(|[y, x]| valid(y, x)).collect();
+        Source {
+            features: Grid::from_vec(domain, 1, samples).unwrap(),
+            valid: Some(Grid::from_vec(domain, 1, valid).unwrap()),
+            origin: selvedge_core::Origin { exemplar: 0, transform: selvedge_core::Transform::IDENTITY },
+        }
+    }
+
+    #[test]
+    fn a_block_that_is_chosen_can_be_laid() {
+        // A lattice of masked lines leaves squares of 12 samples.
+        let lattice = masked([100, 100], |y, x| y % 13 != 0 && x % 13 != 0);
+        assert_eq!(largest_square(&lattice).unwrap(), 12);
+        assert_eq!(largest_square(&masked([5, 9], |y, x| (y, x) != (2, 4))).unwrap(), 4);
+        assert_eq!(largest_square(&masked([5, 9], |_, _| true)).unwrap(), 5);
+        let exemplars = Exemplars::from_sources(vec![lattice], vec![1]).unwrap();
+        let options = crate::Options::default();
+        let run = selvedge_core::Run::seeded(1);
+        let woven = crate::quilt(&exemplars, Domain::open([40, 40]), &options, &run).unwrap();
+        assert!((1..=12).contains(&woven.stats.block), "{}", woven.stats.block);
+    }
+
+    #[test]
+    fn a_tiny_exemplar_beside_a_large_one_does_not_count() {
+        let (large, tiny) = (masked([100, 120], |_, _| true), masked([9, 200], |_, _| true));
+        let block =
+            |sources: Vec<Source<2>>| suggest_block(&Exemplars::from_sources(sources, vec![1]).unwrap()).unwrap();
+        assert_eq!(block(vec![large.clone(), tiny]), block(vec![large]));
     }
 
     #[test]

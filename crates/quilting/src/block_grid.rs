@@ -17,8 +17,9 @@ pub(crate) struct Span {
 
 /// The blocks along one axis, at least `overlap` samples of each on the next. `[Efros01 2.2]`
 ///
-/// An open axis steps by `block - overlap` and crops the last block. A periodic axis spreads what does not fit by
-/// widening the overlaps; where they would exceed half a block, the blocks are shortened.
+/// An open axis steps by `block - overlap` and crops the last block. A periodic axis has two blocks at least, so that
+/// each meets another at both ends, and spreads what does not fit by widening the overlaps. Where the two overlaps of
+/// a block would then meet, the blocks are shortened, down to what the overlap asked for needs.
 pub(crate) fn spans(len: u32, periodic: bool, block: u32, overlap: u32) -> Vec<Span> {
     let step = (block - overlap).max(1);
     if !periodic {
@@ -32,13 +33,16 @@ pub(crate) fn spans(len: u32, periodic: bool, block: u32, overlap: u32) -> Vec<S
             })
             .collect();
     }
-    let n = len.div_ceil(step);
+    // One sample is its own neighbour, whatever it is.
+    let n = len.div_ceil(step).max(len.min(2));
     if n == 1 {
         return vec![Span { start: 0, len, before: 0, after: 0 }];
     }
     let start = |i: u32| (u64::from(i) * u64::from(len) / u64::from(n)) as u32;
-    // Overlaps stay within half a block, so that the cuts at both ends never touch.
-    let block = block.min(2 * (len / n));
+    // A block's overlaps have room if it reaches no further than to the block after the next.
+    let step_after = |i: u32| start(i + 1) - start(i);
+    let room = (0..n).map(|i| step_after(i) + step_after((i + 1) % n)).min().unwrap_or(len);
+    let block = if block <= room { block } else { room.min(len.div_ceil(n) + overlap) };
     let mut spans: Vec<Span> = (0..n)
         .map(|i| Span {
             start: start(i),
@@ -181,7 +185,10 @@ mod tests {
 
     fn check(len: u32, periodic: bool, block: u32, overlap: u32) {
         let mut filled = vec![0_u32; len as usize];
-        for span in spans(len, periodic, block, overlap) {
+        let all = spans(len, periodic, block, overlap);
+        let closed = all.last().is_some_and(|last| 0 < last.after);
+        assert!(closed == (periodic && 1 < len && 0 < overlap) || overlap == 0, "{len} {block} {overlap}");
+        for span in all {
             let at = |i: u32| ((span.start + i) % len) as usize;
             let shared = (0..span.len).filter(|&i| filled[at(i)] != 0).count() as u32;
             assert_eq!(shared, span.before + span.after, "{len} {periodic} {block} {overlap} {span:?}");
@@ -189,7 +196,11 @@ mod tests {
             assert!((0..span.after).all(|i| filled[at(span.len - 1 - i)] != 0));
             assert!(periodic || shared < span.len, "each block adds something");
             assert!(periodic || span.start + span.len <= len);
-            assert!(!periodic || (span.before * 2 <= span.len && span.after * 2 <= span.len));
+            assert!(span.before + span.after <= span.len, "{len} {periodic} {block} {overlap} {span:?}");
+            if periodic && 1 < len && 0 < overlap {
+                // Every block but the first meets the one before.
+                assert!((span.start == 0) == (span.before == 0), "{len} {block} {overlap} {span:?}");
+            }
             (0..span.len).for_each(|i| filled[at(i)] += 1);
         }
         assert!(filled.iter().all(|&n| n != 0));

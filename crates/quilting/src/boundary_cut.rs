@@ -6,7 +6,9 @@
 //! the cell, its own error counted once. With corners at both ends, a strip's two halves are joined at its middle row;
 //! the choices there are tried all, so the cut is the cheapest of all closed ones.
 
-use crate::strip::{End, Start, Strip};
+use selvedge_core::{Error, try_vec};
+
+use crate::strip::{Cumulative, End, Start, Strip};
 
 /// Samples of overlap on each side of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,18 +39,26 @@ pub(crate) struct Cut {
 }
 
 /// Cuts a block of `h * w` samples, whose squared errors against the old samples are `error` (row-major, defined on
-/// the overlaps). Time `O(h * w)` plus `O(overlap^4)` where the output closes.
-pub(crate) fn boundary_cut([h, w]: [usize; 2], overlaps: Overlaps, error: &[u64]) -> Cut {
+/// the overlaps).
+///
+/// Time `O(h * w)` for a cut that is open at both ends. A strip between two corners, where the output closes, is solved
+/// for each cell of its middle row: `O(side * overlap^2)` time and space for its paths, and `O(overlap^4)` time for a
+/// corner between two of them.
+///
+/// # Errors
+/// No memory.
+pub(crate) fn boundary_cut([h, w]: [usize; 2], overlaps: Overlaps, error: &[u64]) -> Result<Cut, Error> {
     let at = |y: usize, x: usize| error[y * w + x];
     let strips = [
-        (overlaps.left > 0).then(|| Strip::new(h, overlaps.left, at)),
-        (overlaps.top > 0).then(|| Strip::new(w, overlaps.top, |a, c| at(c, a))),
-        (overlaps.right > 0).then(|| Strip::new(h, overlaps.right, |a, c| at(a, w - 1 - c))),
-        (overlaps.bottom > 0).then(|| Strip::new(w, overlaps.bottom, |a, c| at(h - 1 - c, a))),
+        (overlaps.left > 0).then(|| Strip::new(h, overlaps.left, at)).transpose()?,
+        (overlaps.top > 0).then(|| Strip::new(w, overlaps.top, |a, c| at(c, a))).transpose()?,
+        (overlaps.right > 0).then(|| Strip::new(h, overlaps.right, |a, c| at(a, w - 1 - c))).transpose()?,
+        (overlaps.bottom > 0).then(|| Strip::new(w, overlaps.bottom, |a, c| at(h - 1 - c, a))).transpose()?,
     ];
-    let (paths, cost) = Ring { strips }.solve();
-    let new = (0..h * w).map(|i| is_new(&paths, overlaps, [h, w], [i / w, i % w])).collect();
-    Cut { new, cost }
+    let (paths, cost) = Ring { strips }.solve()?;
+    let mut new = try_vec(h * w, false)?;
+    new.iter_mut().enumerate().for_each(|(i, new)| *new = is_new(&paths, overlaps, [h, w], [i / w, i % w]));
+    Ok(Cut { new, cost })
 }
 
 /// Per side the path's `across` at each `along`; `None` beyond a corner's meeting cell.
@@ -113,36 +123,38 @@ impl Ring {
         if self.is_double(side) { Start::Cell { along: strip.len() / 2, across: state } } else { Start::OtherEnd }
     }
 
-    fn corner(&self, corner: usize) -> Corner {
+    fn corner(&self, corner: usize) -> Result<Corner, Error> {
         let second = (corner + 1) % 4;
         let (n_first, n_second) = (self.n_states(corner), self.n_states(second));
+        let mut best = try_vec(n_first * n_second, (0, [0; 2]))?;
         let (Some(a), Some(b)) = (&self.strips[corner], &self.strips[second]) else {
-            return Corner { n_second, best: vec![(0, [0; 2]); n_first * n_second] };
+            return Ok(Corner { n_second, best });
         };
         let (end_a, end_b) = CORNERS[corner];
-        let reach = |side, strip: &Strip, end, n| -> Vec<Vec<Vec<u64>>> {
+        let reach = |side, strip: &Strip, end, n| -> Result<Vec<Cumulative>, Error> {
             (0..n).map(|s| strip.cumulative(self.start(side, strip, s), end)).collect()
         };
-        let (from_a, from_b) = (reach(corner, a, end_a, n_first), reach(second, b, end_b, n_second));
-        let best = (0..n_first * n_second).map(|i| {
-            let (a_rows, b_rows) = (&from_a[i / n_second], &from_b[i % n_second]);
+        let (from_a, from_b) = (reach(corner, a, end_a, n_first)?, reach(second, b, end_b, n_second)?);
+        for (i, best) in best.iter_mut().enumerate() {
+            let (a_sums, b_sums) = (&from_a[i / n_second], &from_b[i % n_second]);
             // Cell (u, v): u rows from a's end and v rows from b's end; u is b's `across`, v is a's.
             let cells = (0..b.width()).flat_map(|u| (0..a.width()).map(move |v| (u, v)));
             let cost = |u: usize, v: usize| {
-                let (va, vb) = (a_rows[a_rows.len() - 1 - u][v], b_rows[b_rows.len() - 1 - v][u]);
+                let (va, vb) = (a_sums.row(a_sums.len() - 1 - u)[v], b_sums.row(b_sums.len() - 1 - v)[u]);
                 va.saturating_add(vb).saturating_sub(a.error(a.row(end_a, u), v))
             };
-            let cells = cells.filter(|&(u, v)| u < a_rows.len() && v < b_rows.len());
-            cells.map(|(u, v)| (cost(u, v), [u, v])).min().unwrap_or((u64::MAX, [0; 2]))
-        });
-        Corner { n_second, best: best.collect() }
+            let cells = cells.filter(|&(u, v)| u < a_sums.len() && v < b_sums.len());
+            *best = cells.map(|(u, v)| (cost(u, v), [u, v])).min().unwrap_or((u64::MAX, [0; 2]));
+        }
+        Ok(Corner { n_second, best })
     }
 
     /// The cheapest closed cut: paths of all sides, and its cost.
-    fn solve(&self) -> (Paths, u64) {
-        let corners: [Corner; 4] = std::array::from_fn(|c| self.corner(c));
+    fn solve(&self) -> Result<(Paths, u64), Error> {
+        let corners = [self.corner(0)?, self.corner(1)?, self.corner(2)?, self.corner(3)?];
         let (mut cost, states) = self.choose_states(&corners);
-        let mut paths: Paths = std::array::from_fn(|s| vec![None; self.strips[s].as_ref().map_or(0, Strip::len)]);
+        let undefined = |side: usize| try_vec(self.strips[side].as_ref().map_or(0, Strip::len), None);
+        let mut paths: Paths = [undefined(LEFT)?, undefined(TOP)?, undefined(RIGHT)?, undefined(BOTTOM)?];
         for side in 0..4 {
             let Some(strip) = &self.strips[side] else { continue };
             let mut any_corner = false;
@@ -154,18 +166,17 @@ impl Ring {
                 any_corner = true;
                 let [u, v] = corners[c].best[states[c] * corners[c].n_second + states[(c + 1) % 4]].1;
                 let (depth, across) = if c == side { (u, v) } else { (v, u) };
-                draw(&mut paths[side], &strip.trace(self.start(side, strip, states[side]), end, depth, across));
+                draw(&mut paths[side], &strip.trace(self.start(side, strip, states[side]), end, depth, across)?);
             }
             if !any_corner {
-                let (end_cost, across) = strip
-                    .cumulative(Start::OtherEnd, End::High)
-                    .last()
-                    .map_or((0, 0), |row| row.iter().enumerate().map(|(c, &v)| (v, c)).min().unwrap_or((0, 0)));
-                cost += end_cost;
-                draw(&mut paths[side], &strip.trace(Start::OtherEnd, End::High, 0, across));
+                let sums = strip.cumulative(Start::OtherEnd, End::High)?;
+                let last = sums.row(sums.len() - 1).iter().enumerate();
+                let (end_cost, across) = last.map(|(c, &v)| (v, c)).min().unwrap_or((0, 0));
+                cost = cost.saturating_add(end_cost);
+                draw(&mut paths[side], &strip.trace(Start::OtherEnd, End::High, 0, across)?);
             }
         }
-        (paths, cost)
+        Ok((paths, cost))
     }
 
     /// One state a side, so that the corners' costs are least; a middle cell that both halves hold is counted once.
@@ -293,9 +304,99 @@ mod tests {
             let o =
                 Overlaps { left: side(0, w / 2), top: side(1, h / 2), right: side(2, w / 2), bottom: side(3, h / 2) };
             let e = random_errors(&mut rng, h * w, 50);
-            let cut = boundary_cut([h, w], o, &e);
+            let cut = boundary_cut([h, w], o, &e).unwrap();
             let expected = if o == Overlaps::default() { 0 } else { brute_cut([h, w], o, &e) };
             assert_eq!(cut.cost, expected, "{h}x{w} {o:?}");
+        }
+    }
+
+    /// Every path between two cells, row by row.
+    fn all_paths(width: usize, from: (usize, usize), to: (usize, usize)) -> Vec<Vec<usize>> {
+        if from.0 == to.0 {
+            return if from.1 == to.1 { vec![vec![from.1]] } else { Vec::new() };
+        }
+        let near = from.1.saturating_sub(1)..(from.1 + 2).min(width);
+        let rests = near.flat_map(|c| all_paths(width, (from.0 + 1, c), to));
+        rests.map(|rest| std::iter::once(from.1).chain(rest).collect()).collect()
+    }
+
+    /// The cells of the cheapest cut along left and top that meet in their corner, by trying all, if it is the only one.
+    fn brute_corner([h, w]: [usize; 2], left: usize, top: usize, e: &[u64]) -> Option<Vec<usize>> {
+        let mut all: Vec<(u64, Vec<usize>)> = Vec::new();
+        for (y, x) in (0..top).flat_map(|y| (0..left).map(move |x| (y, x))) {
+            let down = (0..left).flat_map(|end| all_paths(left, (y, x), (h - 1, end)));
+            let down: Vec<Vec<usize>> =
+                down.map(|p| p.iter().enumerate().map(|(i, c)| (y + i) * w + c).collect()).collect();
+            let right = (0..top).flat_map(|end| all_paths(top, (x, y), (w - 1, end)));
+            for along in right {
+                let along: Vec<usize> = along.iter().enumerate().skip(1).map(|(i, c)| c * w + x + i).collect();
+                for down in &down {
+                    let cells = [&down[..], &along[..]].concat();
+                    all.push((cells.iter().map(|&i| e[i]).sum(), cells));
+                }
+            }
+        }
+        all.sort_unstable();
+        (all[0].0 < all[1].0).then(|| all.swap_remove(0).1)
+    }
+
+    /// What is not enclosed by a cut with the block's left and top edge: the cut's cells and all on their far side.
+    fn beyond(cells: &[usize], [h, w]: [usize; 2]) -> Vec<bool> {
+        let mut new = vec![true; h * w];
+        let edge = (0..w).chain((0..h).map(|y| y * w));
+        let mut stack: Vec<usize> = edge.collect();
+        while let Some(i) = stack.pop() {
+            if cells.contains(&i) || !std::mem::replace(&mut new[i], false) {
+                continue;
+            }
+            let (y, x) = (i / w, i % w);
+            let next = [
+                (0 < y).then(|| i - w),
+                (y + 1 < h).then(|| i + w),
+                (0 < x).then(|| i - 1),
+                (x + 1 < w).then(|| i + 1),
+            ];
+            stack.extend(next.into_iter().flatten());
+        }
+        new
+    }
+
+    #[test]
+    fn the_mask_is_bounded_by_the_cheapest_cut() {
+        let mut rng = Seed(5).rng();
+        let mut tried = 0;
+        for _ in 0..60 {
+            let [h, w] = [4 + rng.below(2) as usize, 4 + rng.below(2) as usize];
+            let (left, top) = (2 + rng.below(2) as usize, 2 + rng.below(2) as usize);
+            let e = random_errors(&mut rng, h * w, 10_000);
+            let Some(cells) = brute_corner([h, w], left, top, &e) else { continue };
+            let cut = boundary_cut([h, w], Overlaps { left, top, ..Overlaps::default() }, &e).unwrap();
+            assert_eq!(cut.cost, cells.iter().map(|&i| e[i]).sum::<u64>());
+            assert_eq!(cut.new, beyond(&cells, [h, w]), "{h}x{w} {left} {top} {e:?}");
+            tried += 1;
+        }
+        assert!(40 < tried, "{tried}");
+    }
+
+    #[test]
+    fn the_errors_along_the_mask_are_the_cost() {
+        let mut rng = Seed(6).rng();
+        let [h, w] = [14, 11];
+        for case in 0..100 {
+            let e = random_errors(&mut rng, h * w, 100);
+            let on = |side| if case % 4 == side { 5 } else { 0 };
+            let overlaps = Overlaps { left: on(0), top: on(1), right: on(2), bottom: on(3) };
+            let cut = boundary_cut([h, w], overlaps, &e).unwrap();
+            // Line by line from the old side: the first new sample.
+            let (lines, across) = if case % 2 == 0 { (h, w) } else { (w, h) };
+            let index = |line: usize, a: usize| match case % 4 {
+                0 => line * w + a,
+                1 => a * w + line,
+                2 => line * w + w - 1 - a,
+                _ => (h - 1 - a) * w + line,
+            };
+            let border = (0..lines).map(|line| (0..across).map(|a| index(line, a)).find(|&i| cut.new[i]).unwrap());
+            assert_eq!(border.map(|i| e[i]).sum::<u64>(), cut.cost, "{overlaps:?}");
         }
     }
 
@@ -305,7 +406,7 @@ mod tests {
         for _ in 0..200 {
             let (h, w, left) = (12, 12, 5);
             let e = random_errors(&mut rng, h * w, 1000);
-            let cut = boundary_cut([h, w], Overlaps { left, ..Overlaps::default() }, &e);
+            let cut = boundary_cut([h, w], Overlaps { left, ..Overlaps::default() }, &e).unwrap();
             let straight = (0..left).map(|x| (0..h).map(|y| e[y * w + x]).sum::<u64>()).min().unwrap();
             assert!(cut.cost <= straight);
         }
@@ -318,7 +419,7 @@ mod tests {
         let mut e = vec![9_u64; h * w];
         (2..h).for_each(|y| e[y * w + 1] = 0);
         (1..w).for_each(|x| e[2 * w + x] = 0);
-        let cut = boundary_cut([h, w], Overlaps { left: 3, top: 3, ..Overlaps::default() }, &e);
+        let cut = boundary_cut([h, w], Overlaps { left: 3, top: 3, ..Overlaps::default() }, &e).unwrap();
         let picture: Vec<String> =
             cut.new.chunks(w).map(|r| r.iter().map(|&n| if n { '#' } else { '.' }).collect()).collect();
         assert_eq!(cut.cost, 0);
@@ -333,7 +434,7 @@ mod tests {
             let (h, w) = (12, 14);
             let o = Overlaps { left: 4, top: 5, right: 6, bottom: 3 };
             let e = random_errors(&mut rng, h * w, 9);
-            let new = boundary_cut([h, w], o, &e).new;
+            let new = boundary_cut([h, w], o, &e).unwrap().new;
             assert!(new[(h / 2) * w + w / 2]);
             assert_eq!(pieces(&new, [h, w], true), 1);
         }

@@ -43,6 +43,7 @@ mod block_grid;
 mod boundary_cut;
 pub mod correspondence;
 mod estimate;
+mod free;
 mod options;
 mod quilt;
 mod quilter;

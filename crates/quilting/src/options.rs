@@ -34,11 +34,12 @@ pub struct Options {
     /// more, smaller ones mix more. From 1 to the exemplar's shorter side. Default: chosen by
     /// [`suggest_block`](crate::suggest_block) from the exemplar.
     pub block: Option<u32>,
-    /// Width of the overlap of neighbouring blocks in samples, at most half a block. Default: a sixth of the block,
-    /// as in the paper, at least 1.
+    /// Width of the overlap of neighbouring blocks in samples, at most half a block; none for [`Stage::Random`]. Default:
+    /// a sixth of the block, as in the paper, at least 1.
     pub overlap: Option<u32>,
     /// A block is drawn from those whose overlap error (L2 norm) is at most `1 + tolerance` times the least. From 0
-    /// (always the best) to 100. Default: 0.1, as in the paper.
+    /// (always the best) to 100. With a `spread`, errors count as that makes them, both the least and the others: what is
+    /// drawn may then have up to `sqrt(2)` times that error. Default: 0.1, as in the paper.
     pub tolerance: f64,
     /// How far the algorithm of the paper's figure 2 goes. Default: [`Stage::Cut`].
     pub stage: Stage,
@@ -72,7 +73,7 @@ impl Options {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Block`], [`Error::Overlap`], [`Error::Tolerance`], [`Error::Spread`].
+    /// [`Error::Block`], [`Error::Overlap`], [`Error::RandomOverlap`], [`Error::Tolerance`], [`Error::Spread`].
     pub fn validate(&self) -> Result<(), Error> {
         if self.block == Some(0) {
             return Err(Error::Block);
@@ -81,6 +82,9 @@ impl Options {
             && block / 2 < overlap
         {
             return Err(Error::Overlap { overlap, block, limit: block / 2 });
+        }
+        if let (Stage::Random, Some(overlap @ 1..)) = (self.stage, self.overlap) {
+            return Err(Error::RandomOverlap { overlap });
         }
         if !(0.0..=10.0).contains(&self.spread) {
             return Err(Error::Spread { spread: self.spread });
@@ -127,6 +131,14 @@ pub enum Error {
         block: u32,
         /// The largest overlap allowed.
         limit: u32,
+    },
+    /// Blocks that agree with nothing have nothing to overlap for.
+    #[error(
+        "random blocks do not overlap, and an overlap of {overlap} px was given; leave it out or choose another stage"
+    )]
+    RandomOverlap {
+        /// The overlap asked for.
+        overlap: u32,
     },
     /// The tolerance is negative, too large, or no number.
     #[error("a tolerance of {tolerance} is out of range; use 0 to 100")]
@@ -192,6 +204,28 @@ pub enum Error {
         /// Its height.
         height: u32,
     },
+    /// The output is over the run's caps.
+    #[error(
+        "an output of {width}x{height} px is over the caps of {side} px a side and {samples} px in all; make it smaller"
+    )]
+    OutputExceedsLimits {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+        /// The cap on a side.
+        side: u32,
+        /// The cap on all samples.
+        samples: u64,
+    },
+    /// The run would need more memory than it may use.
+    #[error("needs about {needed} bytes of memory, and {budget} are allowed; make the output or the exemplars smaller")]
+    Memory {
+        /// The estimate.
+        needed: u64,
+        /// The budget of the run's limits.
+        budget: u64,
+    },
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -206,13 +240,17 @@ impl Error {
         match self {
             Self::Block
             | Self::Overlap { .. }
+            | Self::RandomOverlap { .. }
             | Self::Tolerance { .. }
             | Self::Spread { .. }
             | Self::Passes { .. }
             | Self::Alpha { .. }
             | Self::Blur { .. }
             | Self::EmptyOutput { .. } => ErrorKind::Option,
-            Self::BlockExceedsExemplar { .. } | Self::Masked { .. } => ErrorKind::Input,
+            Self::BlockExceedsExemplar { .. } | Self::Masked { .. } | Self::OutputExceedsLimits { .. } => {
+                ErrorKind::Input
+            }
+            Self::Memory { .. } => ErrorKind::Memory,
             Self::Core(error) => error.kind(),
             Self::Search(error) => error.kind(),
         }

@@ -1,12 +1,12 @@
 //! Image quilting: one pass of blocks that agree with their neighbours. `[Efros01 2.2]`
 
-use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Domain, Exemplars, Limits, Run, Seed, SourceMap, Woven};
 
 use crate::block_grid::BlockGrid;
 use crate::options::{Error, Options, Stage, per_mille};
 use crate::quilter::{Pass, Progress, Quilter};
 use crate::search::{FastSearch, Search};
-use crate::suggest_block;
+use crate::{estimate, suggest_block};
 
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,14 +28,18 @@ pub struct Stats {
 /// Quilts an output from blocks of the exemplars, in raster order. `[Efros01 2.2]`
 ///
 /// Each block is drawn from all those of all sources whose overlap error is within the tolerance of the least, then
-/// cut along the path of least error against what is there. Periodic axes of `output` close without a seam of their own.
+/// cut along the path of least error against what is there. With [`Options::spread`] an error counts more where its
+/// place was used more often than others, and the tolerance is one on what errors count. Periodic axes of `output`
+/// close without a seam of their own: at least two blocks go round them, shortened where that many do not fit.
 ///
 /// # Errors
-/// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, or
-/// no memory for the map.
+/// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, one
+/// over the run's limits (its [`estimate`](crate::estimate()) counts against their memory), or no memory for it.
 ///
 /// # Complexity
-/// Time `O(output samples / step^2 * candidates * overlap samples * channels)`, space `O(output + exemplars)`.
+/// With `n` exemplar samples, `c` channels and `b = output samples / (block - overlap)^2` blocks: time `O(b * c * n)` for
+/// searches of short overlaps or `O(b * c * n log n)` by Fourier transforms, whichever is less, and `O(b * block^2)` for
+/// cuts, but for the last ones of a periodic output, which take `O(overlap^4)` each. Space `O(output + c * n)`.
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Block number `i` draws from `"quilting/block"`, `i`.
@@ -46,6 +50,7 @@ pub fn quilt(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     options.validate()?;
+    check_limits(exemplars, output, options, run)?;
     quilt_by(FastSearch::new(exemplars, None, run.simd)?, exemplars, output, options, run)
 }
 
@@ -59,34 +64,60 @@ fn quilt_by(
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
     check_fit(exemplars, output, block)?;
-    let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
     let mut map = SourceMap::unassigned(exemplars, output)?;
-    let grid = BlockGrid::new(output, block, overlap);
-    let pass = Pass {
-        exemplars,
-        block,
-        per_mille: per_mille(options.tolerance),
-        stage: options.stage,
-        continuation: options.continuation,
-        // Random blocks spread by themselves.
-        spread: if options.stage == Stage::Random { 0.0 } else { options.spread },
-        steering: None,
-        seed: run.seed,
-        progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },
-        grid,
-    };
-    let mut quilter = Quilter::new(&mut search, pass, run, &mut map);
+    let pass = pass(exemplars, output, options, block, run.seed)?;
+    let mut quilter = Quilter::new(&mut search, pass, run, &mut map)?;
     let complete = quilter.lay_all()?;
     let counts = quilter.counts;
     let stats = Stats {
         block,
-        overlap,
+        overlap: overlap(options, block)?,
         blocks: counts.blocks,
         candidates: counts.candidates,
         overlap_error: counts.error,
         cut_error: counts.cut_error,
     };
     Ok(Woven { result: map, stats, complete })
+}
+
+/// What the only pass is told.
+pub(crate) fn pass<'a>(
+    exemplars: &'a Exemplars<2>,
+    output: Domain<2>,
+    options: &Options,
+    block: u32,
+    seed: Seed,
+) -> Result<Pass<'a>, Error> {
+    let overlap = overlap(options, block)?;
+    let grid = BlockGrid::new(output, block, overlap);
+    Ok(Pass {
+        exemplars,
+        block,
+        per_mille: per_mille(options.tolerance),
+        stage: options.stage,
+        continuation: options.continuation,
+        // Blocks that agree with nothing spread by themselves.
+        spread: if overlap == 0 { 0.0 } else { options.spread },
+        steering: None,
+        seed,
+        progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },
+        grid,
+    })
+}
+
+fn overlap(options: &Options, block: u32) -> Result<u32, Error> {
+    if options.stage == Stage::Random { Ok(0) } else { options.overlap_of(block) }
+}
+
+/// The output and what it takes are within the run's limits.
+fn check_limits(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options, run: &Run<'_, 2>) -> Result<(), Error> {
+    let ([height, width], Limits { memory: budget, side, samples }) = (output.shape, run.limits);
+    if side < height.max(width) || samples < u64::from(height) * u64::from(width) {
+        return Err(Error::OutputExceedsLimits { width, height, side, samples });
+    }
+    let sources: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let needed = estimate(&sources, exemplars.channels(), output, options);
+    if budget < needed { Err(Error::Memory { needed, budget }) } else { Ok(()) }
 }
 
 /// There is something to fill, and at least one source holds a block.
@@ -105,7 +136,7 @@ mod tests {
     use super::*;
     use crate::Continuation;
     use crate::search::plain::PlainSearch;
-    use selvedge_core::{Grid, Plane, Role, Samples, Seed};
+    use selvedge_core::{Grid, Plane, Role, Samples};
 
     /// Smooth noise of two channels: patches fit more or less everywhere.
     fn exemplar(seed: u64, shape: [u32; 2]) -> Plane<2> {

@@ -1,9 +1,10 @@
 //! One pass of blocks over the output, in raster order. `[Efros01 2.2]`
 
-use selvedge_core::{Domain, Event, Exemplars, Run, Seed, SourceMap};
+use selvedge_core::{Domain, Event, Exemplars, Run, Seed, SourceMap, try_vec};
 
 use crate::block_grid::{Block, BlockGrid};
 use crate::boundary_cut::{Overlaps, boundary_cut};
+use crate::free::FreePlaces;
 use crate::options::{Continuation, Error, Stage};
 use crate::search::{Candidate, Search, Space, Template, Term};
 use crate::transfer::Steering;
@@ -59,24 +60,24 @@ pub(crate) struct Quilter<'a, S> {
     laid: Vec<Candidate>,
     /// How often the parts of the exemplars were laid.
     usage: Usage,
+    /// For blocks that agree with nothing.
+    free: FreePlaces<'a>,
     /// The output under the block that is being laid, where blocks of this pass lie.
     overlap: Template,
     pub(crate) counts: Counts,
 }
 
 impl<'a, S: Search> Quilter<'a, S> {
-    pub(crate) fn new(search: &'a mut S, pass: Pass<'a>, run: &'a Run<'a, 2>, map: &'a mut SourceMap<2>) -> Self {
-        let usage = Usage::new(pass.exemplars, pass.block, pass.spread);
-        Self {
-            search,
-            pass,
-            run,
-            map,
-            laid: Vec::new(),
-            overlap: Template::default(),
-            counts: Counts::default(),
-            usage,
-        }
+    pub(crate) fn new(
+        search: &'a mut S,
+        pass: Pass<'a>,
+        run: &'a Run<'a, 2>,
+        map: &'a mut SourceMap<2>,
+    ) -> Result<Self, Error> {
+        let usage = Usage::new(pass.exemplars, pass.block, pass.spread)?;
+        let (free, overlap) = (FreePlaces::new(pass.exemplars), Template::for_blocks(pass.block, pass.exemplars)?);
+        let laid = reserved(pass.grid.len())?;
+        Ok(Self { search, pass, run, map, laid, overlap, counts: Counts::default(), usage, free })
     }
 
     /// False if the run was cancelled.
@@ -102,7 +103,7 @@ impl<'a, S: Search> Quilter<'a, S> {
         match self.pass.stage {
             Stage::Random | Stage::Overlap => self.paste(&block, chosen, |_| true),
             Stage::Cut => {
-                let new = self.cut(&block, chosen);
+                let new = self.cut(&block, chosen)?;
                 self.paste(&block, chosen, |i| new[i]);
             }
         }
@@ -115,15 +116,23 @@ impl<'a, S: Search> Quilter<'a, S> {
     /// A uniform draw from the candidates within the tolerance.
     fn choose(&mut self, number: usize, block: &Block) -> Result<Candidate, Error> {
         let continued = self.continuations(number, block);
+        let mut rng = self.pass.seed.derive("quilting/block", number as u64).rng();
+        let [height, width] = block.shape();
+        let masked = Error::Masked { height, width };
+        if self.pass.steering.is_none() && self.usage.is_even() && !self.overlap.mask.contains(&true) {
+            let drawn = self.free.draw(block.shape(), continued.iter().flat_map(around), &mut rng)?;
+            let (chosen, candidates) = drawn.ok_or(masked)?;
+            self.usage.note(&chosen);
+            self.counts.candidates += u64::from(candidates);
+            return Ok(chosen);
+        }
         let avoid = |source: usize, at: [u32; 2]| continued.iter().any(|&(s, p)| s == source && near(at, p));
         let agree = [Term { space: Space::Texture, template: &self.overlap, weight: 1 }];
         let terms = self.pass.steering.as_mut().map(|s| s.terms(self.pass.exemplars, block, &self.overlap));
         let terms = terms.as_deref().unwrap_or(&agree);
         let per_mille = self.pass.per_mille;
         let near = self.search.near(terms, self.usage.widened(per_mille), &avoid)?;
-        let mut rng = self.pass.seed.derive("quilting/block", number as u64).rng();
-        let [height, width] = block.shape();
-        let (chosen, candidates) = self.usage.draw(near, per_mille, &mut rng).ok_or(Error::Masked { height, width })?;
+        let (chosen, candidates) = self.usage.draw(near, per_mille, &mut rng).ok_or(masked)?;
         self.counts.candidates += u64::from(candidates);
         Ok(chosen)
     }
@@ -143,13 +152,13 @@ impl<'a, S: Search> Quilter<'a, S> {
     }
 
     /// Where the chosen block shows. `[Efros01 2.1]`
-    fn cut(&mut self, block: &Block, chosen: Candidate) -> Vec<bool> {
+    fn cut(&mut self, block: &Block, chosen: Candidate) -> Result<Vec<bool>, Error> {
         let template = &self.overlap;
         let [h, w] = template.shape.map(|v| v as usize);
         let features = &self.pass.exemplars.sources()[chosen.source].features;
         let stride = features.domain().shape[1] as usize;
         let corner = features.domain().index(chosen.at);
-        let mut error = vec![0_u64; h * w];
+        let mut error = try_vec(h * w, 0_u64)?;
         for (c, &weight) in self.pass.exemplars.weights().iter().enumerate() {
             let (old, new) = (&template.features[c * h * w..][..h * w], features.plane(c));
             for (i, e) in error.iter_mut().enumerate().filter(|(i, _)| template.mask[*i]) {
@@ -163,9 +172,9 @@ impl<'a, S: Search> Quilter<'a, S> {
             right: block.columns.after as usize,
             bottom: block.rows.after as usize,
         };
-        let cut = boundary_cut([h, w], overlaps, &error);
-        self.counts.cut_error += cut.cost;
-        cut.new
+        let cut = boundary_cut([h, w], overlaps, &error)?;
+        self.counts.cut_error = self.counts.cut_error.saturating_add(cut.cost);
+        Ok(cut.new)
     }
 
     /// Writes the samples of the chosen block for which `new` is true.
@@ -179,6 +188,12 @@ impl<'a, S: Search> Quilter<'a, S> {
 }
 
 impl Template {
+    /// One that takes no more memory for blocks up to this side.
+    fn for_blocks(side: u32, exemplars: &Exemplars<2>) -> Result<Self, Error> {
+        let samples = side as usize * side as usize;
+        Ok(Self { shape: [0; 2], mask: reserved(samples)?, features: reserved(samples * exemplars.channels())? })
+    }
+
     /// Takes the features of a map's samples under a block where they are compared.
     pub(crate) fn read(
         &mut self,
@@ -213,7 +228,25 @@ impl Template {
     }
 }
 
-/// Within two samples on both axes.
-fn near(at: [u32; 2], to: [i64; 2]) -> bool {
-    at.iter().zip(to).all(|(&a, b)| (i64::from(a) - b).abs() <= 2)
+/// An empty vector with room for so many values.
+fn reserved<T>(len: usize) -> Result<Vec<T>, selvedge_core::Error> {
+    let mut values = Vec::new();
+    let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
+    values.try_reserve_exact(len).map_err(|_| selvedge_core::Error::Allocation { bytes })?;
+    Ok(values)
 }
+
+/// How far from a continuation a block is one itself, in samples on each axis.
+const NEAR: i64 = 2;
+
+fn near(at: [u32; 2], to: [i64; 2]) -> bool {
+    at.iter().zip(to).all(|(&a, b)| (i64::from(a) - b).abs() <= NEAR)
+}
+
+/// All places near a continuation.
+fn around(&(source, [y, x]): &(usize, [i64; 2])) -> impl Iterator<Item = (usize, [i64; 2])> {
+    (y - NEAR..=y + NEAR).flat_map(move |y| (x - NEAR..=x + NEAR).map(move |x| (source, [y, x])))
+}
+
+#[cfg(test)]
+mod tests;

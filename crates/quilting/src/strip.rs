@@ -1,5 +1,7 @@
 //! Cheapest paths along one strip of overlap. `[Efros01 2.1]`
 
+use selvedge_core::{Error, try_vec};
+
 /// The error surface of one strip, seen from the block's outer edge.
 ///
 /// `along` runs along the edge, `across` from the outer edge inwards. The new block begins at the path:
@@ -33,11 +35,31 @@ pub(crate) enum End {
     High,
 }
 
+/// Cumulative minimum errors, row by row in the order in which paths cross them. `[Efros01 eq. 1]`
+#[derive(Clone, Debug)]
+pub(crate) struct Cumulative {
+    values: Vec<u64>,
+    width: usize,
+}
+
+impl Cumulative {
+    /// Rows crossed.
+    pub(crate) fn len(&self) -> usize {
+        self.values.len() / self.width
+    }
+
+    /// One row; unreachable cells are `u64::MAX`.
+    pub(crate) fn row(&self, number: usize) -> &[u64] {
+        &self.values[number * self.width..][..self.width]
+    }
+}
+
 impl Strip {
     /// `error(along, across)` over `len * width` cells.
-    pub(crate) fn new(len: usize, width: usize, error: impl Fn(usize, usize) -> u64) -> Self {
-        let errors = (0..len).flat_map(|a| (0..width).map(move |c| (a, c))).map(|(a, c)| error(a, c)).collect();
-        Self { errors, width }
+    pub(crate) fn new(len: usize, width: usize, error: impl Fn(usize, usize) -> u64) -> Result<Self, Error> {
+        let mut errors = try_vec(len * width, 0)?;
+        errors.iter_mut().enumerate().for_each(|(i, e)| *e = error(i / width, i % width));
+        Ok(Self { errors, width })
     }
 
     /// Rows.
@@ -63,49 +85,54 @@ impl Strip {
         }
     }
 
-    /// Cumulative minimum error of the paths from `start` towards `end`, row by row in the order in which they are
-    /// crossed; unreachable cells are `u64::MAX`. `[Efros01 eq. 1]`
-    pub(crate) fn cumulative(&self, start: Start, end: End) -> Vec<Vec<u64>> {
-        let (first, init) = match start {
-            Start::OtherEnd => (self.row(end, self.len() - 1), (0..self.width).map(|_| 0).collect()),
-            Start::Cell { along, across } => {
-                (along, (0..self.width).map(|c| if c == across { 0 } else { u64::MAX }).collect::<Vec<u64>>())
-            }
+    /// Cumulative minimum error of the paths from `start` towards `end`. `[Efros01 eq. 1]`
+    pub(crate) fn cumulative(&self, start: Start, end: End) -> Result<Cumulative, Error> {
+        let (first, only) = match start {
+            Start::OtherEnd => (self.row(end, self.len() - 1), None),
+            Start::Cell { along, across } => (along, Some(across)),
         };
-        let mut rows: Vec<Vec<u64>> = Vec::new();
-        for along in self.rows_from(first, end) {
-            let reach = |c: usize| match rows.last() {
-                None => init[c],
-                Some(row) => {
-                    row[c.saturating_sub(1)..(c + 2).min(self.width)].iter().copied().min().unwrap_or(u64::MAX)
-                }
-            };
-            let row = (0..self.width).map(|c| reach(c).saturating_add(self.error(along, c))).collect();
-            rows.push(row);
+        let w = self.width;
+        let crossed = self.row(end, 0).abs_diff(first) + 1;
+        let mut values = try_vec(crossed * w, 0)?;
+        for number in 0..crossed {
+            let along = if end == End::Low { first - number } else { first + number };
+            let (done, rest) = values.split_at_mut(number * w);
+            let last = &done[number.saturating_sub(1) * w..];
+            for (c, value) in rest[..w].iter_mut().enumerate() {
+                let reach = match number {
+                    0 => {
+                        if only.is_none_or(|only| only == c) {
+                            0
+                        } else {
+                            u64::MAX
+                        }
+                    }
+                    _ => last[c.saturating_sub(1)..(c + 2).min(w)].iter().copied().min().unwrap_or(u64::MAX),
+                };
+                *value = reach.saturating_add(self.error(along, c));
+            }
         }
-        rows
-    }
-
-    /// The rows from `first` to `end`, both included.
-    fn rows_from(&self, first: usize, end: End) -> Box<dyn Iterator<Item = usize>> {
-        match end {
-            End::Low => Box::new((0..=first).rev()),
-            End::High => Box::new(first..self.len()),
-        }
+        Ok(Cumulative { values, width: w })
     }
 
     /// The cheapest path from `start` towards `end` that stops at a cell `depth` rows from the end, as `across` for
     /// each row it crosses. Ties go to the smallest `across`.
-    pub(crate) fn trace(&self, start: Start, end: End, depth: usize, across: usize) -> Vec<(usize, usize)> {
-        let rows = self.cumulative(start, end);
-        let last = rows.len() - 1 - depth;
-        let mut path = vec![(self.row(end, depth), across)];
-        let mut c = across;
-        for (i, row) in rows[..last].iter().enumerate().rev() {
+    pub(crate) fn trace(
+        &self,
+        start: Start,
+        end: End,
+        depth: usize,
+        across: usize,
+    ) -> Result<Vec<(usize, usize)>, Error> {
+        let sums = self.cumulative(start, end)?;
+        let last = sums.len() - 1 - depth;
+        let mut path = try_vec(last + 1, (self.row(end, depth), across))?;
+        for i in (0..last).rev() {
+            let c = path[i + 1].1;
             let near = c.saturating_sub(1)..(c + 2).min(self.width);
-            c = near.min_by_key(|&c| row[c]).unwrap_or(c);
-            path.push((self.row(end, rows.len() - 1 - i), c));
+            let c = near.min_by_key(|&c| sums.row(i)[c]).unwrap_or(c);
+            path[i] = (self.row(end, sums.len() - 1 - i), c);
         }
-        path
+        Ok(path)
     }
 }

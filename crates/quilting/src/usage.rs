@@ -4,7 +4,7 @@
 //! others are never seen. So the error of a block counts more where its place was used more often than the mean. That
 //! is the mean of its own source: of several exemplars that are unlike each other, none is forced upon the output.
 
-use selvedge_core::{Exemplars, Rng};
+use selvedge_core::{Error, Exemplars, Rng, try_vec};
 
 use crate::search::Candidate;
 
@@ -33,14 +33,19 @@ struct Uses {
 
 impl Usage {
     /// No uses of blocks of that side.
-    pub(crate) fn new(exemplars: &Exemplars<2>, block: u32, spread: f64) -> Self {
+    pub(crate) fn new(exemplars: &Exemplars<2>, block: u32, spread: f64) -> Result<Self, Error> {
         let side = block.div_ceil(PLACES).max(1);
         let uses = |shape: [u32; 2]| {
             let shape = shape.map(|len| (len.saturating_sub(block) + 1).div_ceil(side));
-            Uses { shape, uses: vec![0; shape[0] as usize * shape[1] as usize], total: 0 }
+            Ok(Uses { shape, uses: try_vec(shape[0] as usize * shape[1] as usize, 0)?, total: 0 })
         };
-        let sources = exemplars.sources().iter().map(|s| uses(s.domain().shape)).collect();
-        Self { spread: (spread * 1000.0).round() as u64, side, sources }
+        let sources = exemplars.sources().iter().map(|s| uses(s.domain().shape)).collect::<Result<_, Error>>()?;
+        Ok(Self { spread: (spread * 1000.0).round() as u64, side, sources })
+    }
+
+    /// True if no place is rarer than another.
+    pub(crate) fn is_even(&self) -> bool {
+        self.spread == 0 || self.sources.iter().all(|s| s.total == 0)
     }
 
     /// The tolerance within which candidates have to be looked at, for one of `per_mille` on what they count.
@@ -64,9 +69,7 @@ impl Usage {
         // The order is that of what they count, then source and position.
         let number = rng.below(n) as usize;
         let (_, &mut chosen, _) = candidates.select_nth_unstable_by_key(number, |c| (self.counted(c), *c));
-        if self.spread != 0 {
-            self.note(&chosen);
-        }
+        self.note(&chosen);
         Some((chosen, n))
     }
 
@@ -89,7 +92,10 @@ impl Usage {
     }
 
     /// Blocks about half a block away from the chosen one share much of it: they count as used, too.
-    fn note(&mut self, chosen: &Candidate) {
+    pub(crate) fn note(&mut self, chosen: &Candidate) {
+        if self.spread == 0 {
+            return;
+        }
         let [y, x] = self.place(chosen);
         let Uses { shape, uses, total } = &mut self.sources[chosen.source];
         let around = |p: u32, n: u32| p.saturating_sub(PLACES / 2)..(p + PLACES / 2 + 1).min(n);
@@ -120,7 +126,7 @@ mod tests {
             origin: Origin { exemplar, transform: Transform::IDENTITY },
         };
         let sources = vec![source(0, [40, 30]), source(1, [20, 5])];
-        Usage::new(&Exemplars::from_sources(sources, vec![1]).unwrap(), 8, spread)
+        Usage::new(&Exemplars::from_sources(sources, vec![1]).unwrap(), 8, spread).unwrap()
     }
 
     fn candidate(error: u64, at: [u32; 2]) -> Candidate {

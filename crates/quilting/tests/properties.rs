@@ -30,6 +30,14 @@ fn column_steps(picture: &Grid<u8, 2>) -> Vec<u64> {
     (0..w).map(|x| places(x).map(|(y, c)| step(y, x, c)).sum()).collect()
 }
 
+/// Rows as columns.
+fn turned(picture: &Grid<u8, 2>) -> Grid<u8, 2> {
+    let [h, w] = picture.domain().shape;
+    let places = |c| (0..w).flat_map(move |x| (0..h).map(move |y| (c, [y, x])));
+    let samples = (0..picture.channels()).flat_map(places).map(|(c, at)| picture.get(c, at)).collect();
+    Grid::from_vec(Domain::open([w, h]), picture.channels(), samples).unwrap()
+}
+
 /// The share of interior column steps that are larger than the one across the wrap.
 fn rank_of_the_wrap(picture: &Grid<u8, 2>) -> f64 {
     let steps = column_steps(picture);
@@ -40,16 +48,27 @@ fn rank_of_the_wrap(picture: &Grid<u8, 2>) -> f64 {
 #[test]
 fn tiling_outputs_have_no_seam_of_their_own() {
     for exemplar in [exemplars::cobbles(), simple::spots(96, 96, 9, 4)] {
-        let options = Options { block: Some(30), ..Options::default() };
-        let mean_rank = |output: Domain<2>| {
-            let ranks = (0..6).map(|seed| rank_of_the_wrap(bytes(&weave(&[&exemplar], output, &options, seed))));
-            ranks.sum::<f64>() / 6.0
-        };
-        // Were the wrap like any other column, its mean rank would be 0.5 with a deviation of 0.12. Open outputs,
-        // whose ends never met, show that the test can fail.
-        let (tiled, open) = (mean_rank(Domain::periodic([64, 140])), mean_rank(Domain::open([64, 140])));
-        assert!(0.15 < tiled, "the wrap is among the worst columns: {tiled}");
-        assert!(open < 0.05, "open ends meet by chance: {open}");
+        // Several blocks, and fewer samples than one block has.
+        for [side, block] in [[140, 30], [40, 56]] {
+            let options = Options { block: Some(block), ..Options::default() };
+            // Mean ranks of the wraps at the ends of the rows and of the columns.
+            let mean_ranks = |periodic: [bool; 2]| {
+                let output = Domain { shape: [side, side], periodic };
+                let ranks = (0..6).map(|seed| {
+                    let picture = weave(&[&exemplar], output, &options, seed);
+                    [rank_of_the_wrap(bytes(&picture)), rank_of_the_wrap(&turned(bytes(&picture)))]
+                });
+                ranks.fold([0.0; 2], |sums, ranks| [0, 1].map(|axis| sums[axis] + ranks[axis] / 6.0))
+            };
+            // Were the wrap like any other column, its mean rank would be 0.5 with a deviation of 0.12. Open outputs,
+            // whose ends never met, show that the test can fail.
+            let tiled = mean_ranks([true; 2]);
+            assert!(tiled.iter().all(|&t| 0.15 < t), "the wrap is among the worst columns: {tiled:?} {block}");
+            for (axis, periodic) in [[true, false], [false, true]].into_iter().enumerate() {
+                let ranks = mean_ranks(periodic);
+                assert!(ranks[axis] < 0.06 && 0.15 < ranks[1 - axis], "open ends meet by chance: {ranks:?} {block}");
+            }
+        }
     }
 }
 
@@ -158,8 +177,26 @@ fn wrong_options_are_errors_with_numbers() {
     assert_eq!(fail(output, Options { block: Some(0), ..d }), Error::Block);
     let overlap = Error::Overlap { overlap: 6, block: 10, limit: 5 };
     assert_eq!(fail(output, Options { block: Some(10), overlap: Some(6), ..d }), overlap);
+    let random = Options { stage: Stage::Random, overlap: Some(5), block: Some(10), ..d };
+    assert_eq!(fail(output, random), Error::RandomOverlap { overlap: 5 });
     assert!(matches!(fail(output, Options { tolerance: f64::NAN, ..d }), Error::Tolerance { .. }));
     assert_eq!(fail(Domain::open([0, 8]), d), Error::EmptyOutput { width: 8, height: 0 });
+}
+
+#[test]
+fn the_limits_of_a_run_are_kept() {
+    let exemplar = simple::noise(64, 64, 1);
+    let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)]).unwrap();
+    let fail = |limits: Limits| {
+        let run = Run { limits, ..Run::seeded(0) };
+        quilt(&exemplars, Domain::open([30, 200]), &Options::default(), &run).unwrap_err()
+    };
+    let d = Limits::default();
+    let refused = fail(Limits { memory: 100_000, ..d });
+    assert!(matches!(refused, Error::Memory { needed: 100_001.., budget: 100_000 }), "{refused}");
+    assert_eq!(refused.kind(), selvedge_core::ErrorKind::Memory);
+    assert!(matches!(fail(Limits { side: 199, ..d }), Error::OutputExceedsLimits { width: 200, side: 199, .. }));
+    assert!(matches!(fail(Limits { samples: 5_999, ..d }), Error::OutputExceedsLimits { samples: 5_999, .. }));
 }
 
 /// Cancels after some events.

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Depth, Domain, Grid, Plane, Render, Role, Transform};
-use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance};
+use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance, ReadOptions};
 
 use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
 use crate::blending::Blending;
 use crate::exemplars::{NO_MASK, converted};
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::{Layout, common_depth, common_layout, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::memory;
@@ -51,6 +51,9 @@ pub(crate) struct Apply {
     /// Depth of the output; by default that of the planes.
     #[arg(long, value_enum, value_name = "DEPTH")]
     depth: Option<DepthArg>,
+    /// Quality of a JPEG file, 1 to 100.
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: Option<u8>,
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     nonfinite: NonFiniteArg,
@@ -76,7 +79,7 @@ impl Apply {
         if roles != 1 && roles != planes {
             return Err(Failure::new(
                 2,
-                format!("{roles} roles for {planes} planes; give one --role, or one for each"),
+                format!("{} for {}; give one --role, or one for each", count("role", roles), count("plane", planes)),
             ));
         }
         let ReadMap { file, fingerprint, entry } = Input::new(session, &self.map)?.read_map(session)?;
@@ -88,7 +91,14 @@ impl Apply {
         report.options = self.used();
         report.stage("read");
         let mut run = Run { args: self, session, file, map: fingerprint, masks, report };
-        layers.iter().try_for_each(|layer| run.lay(layer))?;
+        // Whatever can be refused is, before the first picture is made, and nothing is written before the last one is.
+        let looked = layers.iter().map(|layer| run.look(layer)).collect::<Result<Vec<_>, Failure>>()?;
+        run.check_memory(&looked)?;
+        let mut outputs = Outputs::with_quality(self.quality);
+        looked.into_iter().try_for_each(|one| run.lay(one, &mut outputs))?;
+        session.check_signal()?;
+        outputs.write(session, &mut run.report)?;
+        run.report.stage("write");
         Ok(run.done(&written))
     }
 
@@ -97,7 +107,12 @@ impl Apply {
         let (n, given) = (file.exemplars.len(), self.planes.len());
         if n == 0 || !given.is_multiple_of(n) {
             let names: Vec<&str> = file.exemplars.iter().map(|e| e.name.as_str()).collect();
-            let what = format!("was made from {n} exemplar(s) ({}), and {given} plane(s) are given", names.join(", "));
+            let what = format!(
+                "was made from {} ({}), and {} given",
+                count("exemplar", n),
+                names.join(", "),
+                if given == 1 { "1 plane is".into() } else { format!("{given} planes are") }
+            );
             return Err(Failure::new(3, what).about(&self.map).remedy("give one plane for each, in order"));
         }
         let role = |plane: usize| Role::from(self.role[plane.min(self.role.len() - 1)]);
@@ -175,6 +190,15 @@ fn named(output: &Path, plane: &Path) -> PathBuf {
     name.into()
 }
 
+/// One output whose planes' headers were read.
+struct Looked<'a> {
+    layer: &'a Layer<'a>,
+    inputs: Vec<Input>,
+    infos: Vec<Info>,
+    depth: Depth,
+    layout: Layout,
+}
+
 /// Masks that were read.
 struct Masks {
     of_exemplars: Vec<Option<Grid<bool, 2>>>,
@@ -194,18 +218,59 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Reads the planes of one output, renders it, and writes it.
-    fn lay(&mut self, layer: &Layer<'_>) -> Result<(), Failure> {
+    /// How a plane is read.
+    fn read_options(&self, role: Role) -> ReadOptions {
+        inputs::options(self.session.limits, role, self.args.nonfinite)
+    }
+
+    /// Reads the headers of one output's planes.
+    fn look<'l>(&self, layer: &'l Layer<'l>) -> Result<Looked<'l>, Failure> {
         let inputs =
             layer.planes.iter().map(|path| Input::new(self.session, path)).collect::<Result<Vec<_>, Failure>>()?;
-        let read = |role| inputs::options(self.session.limits, role, self.args.nonfinite);
-        let infos = inputs.iter().zip(&layer.roles).map(|(input, role)| input.probe(&read(*role)));
+        let infos = inputs.iter().zip(&layer.roles).map(|(input, role)| input.probe(&self.read_options(*role)));
         let infos = infos.collect::<Result<Vec<_>, _>>()?;
         let (depth, layout) = self.check(layer, &infos)?;
+        Ok(Looked { layer, inputs, infos, depth, layout })
+    }
+
+    /// Refuses what does not fit: the planes of one output at a time, and all outputs until they are written.
+    fn check_memory(&self, looked: &[Looked<'_>]) -> Result<(), Failure> {
+        let domain = self.file.map.domain();
+        let sources = self.file.map.table.sources().iter();
+        let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
+        let resampled: Vec<Domain<2>> = resampled.collect();
+        let made = |l: &Looked<'_>| memory::outputs(domain, l.layout.channels(), l.depth, false);
+        let laid = |l: &Looked<'_>| {
+            memory::exemplars(&l.infos, l.depth)
+                .saturating_add(memory::shown(&resampled, l.layout.channels(), l.depth))
+                .saturating_add(self.args.blending.memory(domain, l.layout.channels()))
+        };
+        let read = looked.iter().map(laid).max().unwrap_or(0);
+        memory::check_fixed(self.session.limits.memory, looked.iter().map(made).fold(read, u64::saturating_add))
+    }
+
+    /// Says where a plane has the name of the map's exemplar but is another file: then the weave may not fit it.
+    fn check_content(&self, exemplar: usize, path: &Path, found: &Fingerprint) {
+        let made_from = &self.file.exemplars[exemplar];
+        if made_from.blake3 == found.blake3 {
+            self.session.detail(&format!("'{}' is the exemplar that the map was made from", shown(path)));
+        } else if made_from.name == found.name && !made_from.blake3.is_empty() {
+            self.session.warn(path, &"the map was made from a file of this name, but with other contents");
+        }
+    }
+
+    /// Reads the planes of one output and renders it.
+    fn lay(
+        &mut self,
+        Looked { layer, inputs, depth, layout, .. }: Looked<'_>,
+        to: &mut Outputs,
+    ) -> Result<(), Failure> {
         let (mut planes, mut read_files, mut metadata) = (Vec::new(), vec![self.map.clone()], None);
-        for (input, role) in inputs.iter().zip(&layer.roles) {
-            let picture = input.read(self.session, &read(*role), &mut self.report)?;
-            read_files.push(inputs::fingerprint(&input.path, &picture));
+        for (exemplar, (input, role)) in inputs.iter().zip(&layer.roles).enumerate() {
+            let picture = input.read(self.session, &self.read_options(*role), &mut self.report)?;
+            let found = inputs::fingerprint(&input.path, &picture);
+            self.check_content(exemplar, &input.path, &found);
+            read_files.push(found);
             metadata.get_or_insert_with(|| picture.metadata.converted(picture.plane.samples.depth(), depth));
             planes.push(converted(self.session, &input.path, widened(picture.plane, layout)?, depth)?);
         }
@@ -218,12 +283,9 @@ impl Run<'_> {
         self.report.stage("render");
         let provenance = Some(self.provenance(layer, read_files));
         let metadata = Metadata { provenance, ..metadata.unwrap_or_default() };
-        let mut outputs = Outputs::default();
-        outputs.picture(&layer.output, layer.format, &rendered, &metadata)?;
-        self.session.check_signal()?;
-        outputs.write(self.session, &mut self.report)?;
-        self.report.stage("write");
-        Ok(())
+        to.picture(&layer.output, layer.format, &rendered, &metadata)?;
+        self.report.stage("encode");
+        self.session.check_signal()
     }
 
     /// The map laid over the planes.
@@ -239,7 +301,7 @@ impl Run<'_> {
         self.args.blending.render(map, valid, self.masks.fixed.as_ref(), planes)
     }
 
-    /// Refuses planes that are not the size of their exemplars, outputs that cannot hold them, and too much memory.
+    /// Refuses planes that are not the size of their exemplars, and outputs that cannot hold them.
     fn check(&self, layer: &Layer<'_>, infos: &[Info]) -> Result<(Depth, Layout), Failure> {
         let of_each = || layer.planes.iter().map(PathBuf::as_path).zip(infos);
         for (e, (path, info)) in of_each().enumerate() {
@@ -249,19 +311,13 @@ impl Run<'_> {
             Some(depth) => depth.into(),
             None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
         };
-        outputs::check_depth(&layer.output, layer.format, depth)?;
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
-        let domain = self.file.map.domain();
-        let sources = self.file.map.table.sources().iter();
-        let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
-        let needed = [
-            memory::exemplars(infos, depth),
-            memory::shown(&resampled.collect::<Vec<_>>(), layout.channels(), depth),
-            memory::outputs(domain, layout.channels(), depth, false),
-            self.args.blending.memory(domain, layout.channels()),
-        ];
-        let needed = needed.into_iter().fold(0, u64::saturating_add);
-        memory::check_fixed(self.session.limits.memory, needed)?;
+        let (output, shape) = ((layer.output.as_path(), layer.format), self.file.map.domain().shape);
+        for (path, info) in of_each() {
+            let depth = self.args.depth.map_or(info.depth, Depth::from);
+            outputs::check_held(output, shape, (Layout::of(info), depth), Some(path))?;
+        }
+        outputs::check_held(output, shape, (layout, depth), None)?;
         Ok((depth, layout))
     }
 

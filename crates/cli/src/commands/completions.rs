@@ -1,12 +1,16 @@
 //! `selvedge completions`: scripts for shells.
 
+use std::path::Path;
+
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 use serde_json::json;
 
 use crate::args::{Cli, typed_name};
 use crate::failure::Failure;
+use crate::outputs;
 use crate::report::{Done, Report};
+use crate::session::Session;
 
 /// Options of `completions`.
 #[derive(Args, Debug)]
@@ -18,7 +22,8 @@ pub(crate) struct Completions {
 
 impl Completions {
     /// Runs the command.
-    pub(crate) fn run(&self) -> Result<Done, Failure> {
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        outputs::check::<&Path>(session, &[], &[])?;
         let mut report = Report::new("completions");
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut Cli::command(), "selvedge", &mut script);

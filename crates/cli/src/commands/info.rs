@@ -1,6 +1,6 @@
 //! `selvedge info`: what is in a picture or a source map, and how it was made.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{SourceMap, Transform};
@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::failure::{Failure, shown};
 use crate::inputs::{Either, Input};
+use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
 
@@ -24,6 +25,7 @@ impl Info {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("info");
+        outputs::check::<&Path>(session, &[], std::slice::from_ref(&self.file))?;
         let (facts, metadata) = match Input::new(session, &self.file)?.look(session, &mut report)? {
             Either::Picture(header) => (picture(&header), header.metadata),
             Either::Map(file) => (source_map(&file), file.metadata),

@@ -1,6 +1,6 @@
 //! `selvedge inspect`: what an exemplar is like, and what to try.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Exemplars, Role};
@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::args::NonFiniteArg;
 use crate::failure::{Failure, shown};
 use crate::inputs::{self, Input};
+use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::quoted;
@@ -33,6 +34,7 @@ impl Inspect {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("inspect");
+        outputs::check::<&Path>(session, &[], std::slice::from_ref(&self.exemplar))?;
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
         let picture = Input::new(session, &self.exemplar)?.read(session, &options, &mut report)?;
         let plane = &picture.plane;

@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, ValueHint};
 use clap_mangen::Man as Page;
-use serde_json::json;
 
 use crate::args::Cli;
 use crate::failure::{Failure, shown};
-use crate::outputs;
+use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
 
@@ -27,14 +26,13 @@ impl Man {
         let pages = pages().map_err(|e| Failure::new(70, e.to_string()))?;
         let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| self.folder.join(name)).collect();
         outputs::check(session, &paths, &[])?;
-        for (path, (_, page)) in paths.iter().zip(&pages) {
-            if !session.global.dry_run {
-                selvedge_io::write_bytes(path, page, session.global.no_clobber)?;
-                report.outputs.push(json!({"path": shown(path), "blake3": blake3::hash(page).to_hex().as_str()}));
-            }
+        let (would, n) = (if session.global.dry_run { "would be " } else { "" }, pages.len());
+        let mut outputs = Outputs::default();
+        paths.iter().zip(pages).for_each(|(path, (_, page))| outputs.bytes(path, page));
+        if !session.global.dry_run {
+            outputs.write(session, &mut report)?;
         }
-        let would = if session.global.dry_run { "would be " } else { "" };
-        let line = format!("{}: {would}{} pages", shown(&self.folder), pages.len());
+        let line = format!("{}: {would}{n} pages", shown(&self.folder));
         Ok(Done::made(report, line))
     }
 }

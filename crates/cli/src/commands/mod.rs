@@ -15,10 +15,10 @@ use crate::failure::Failure;
 use crate::report::Done;
 use crate::session::Session;
 use crate::typed::Typed;
-use crate::{config, outputs, watch};
+use crate::{config, watch};
 
 /// More threads than this help nobody.
-const MOST_THREADS: usize = 1024;
+const MOST_THREADS: usize = 256;
 
 /// Runs what was typed; answers with the exit code.
 pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
@@ -28,13 +28,15 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
         session.say(&format!("note: {} threads are too many; using {MOST_THREADS}", global.threads));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(global.threads.min(MOST_THREADS)).build();
-    let pool = pool.map_err(|e| Failure::new(70, format!("no threads: {e}; use --threads 1")))?;
+    let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("use fewer --threads");
+    let pool = pool.map_err(refused)?;
     let outcome: Result<Done, Failure> = pool.install(|| {
-        if let Some(path) = &global.save_config {
-            outputs::check(&session, &[path], global.config.as_slice())?;
-        }
+        // What cannot be saved is known before the work.
+        let saved = global.save_config.as_ref().map(|_| config::saved(typed)).transpose()?;
         let done = execute(&typed.cli.command, &session)?;
-        save_config(typed, &session)?;
+        if let (Some(path), Some(text), false) = (&global.save_config, saved, global.dry_run) {
+            selvedge_io::write_bytes(path, text.as_bytes(), global.no_clobber)?;
+        }
         Ok(done)
     });
     session.watch.finish();
@@ -53,17 +55,7 @@ fn execute(command: &Command, session: &Session<'_>) -> Result<Done, Failure> {
         Command::Info(info) => info.run(session),
         Command::Inspect(inspect) => inspect.run(session),
         Command::Compare(compare) => compare.run(session),
-        Command::Completions(completions) => completions.run(),
+        Command::Completions(completions) => completions.run(session),
         Command::Man(man) => man.run(session),
-    }
-}
-
-fn save_config(typed: &Typed, session: &Session<'_>) -> Result<(), Failure> {
-    match &session.global.save_config {
-        Some(path) if !session.global.dry_run => {
-            selvedge_io::write_bytes(path, config::saved(typed)?.as_bytes(), session.global.no_clobber)?;
-            Ok(())
-        }
-        _ => Ok(()),
     }
 }

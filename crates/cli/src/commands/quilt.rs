@@ -6,7 +6,7 @@ use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, qu
 use serde_json::json;
 
 use crate::blending::Blending;
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
@@ -25,7 +25,7 @@ pub(crate) struct Quilt {
     /// Width of the overlap of blocks in pixels, or auto: a sixth of the block.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     overlap: Auto,
-    /// Draw among blocks whose overlap error is up to this fraction above the least.
+    /// Draw among blocks whose overlap error is up to this fraction above the least, both as --spread makes them count.
     #[arg(long, value_name = "T", default_value_t = 0.1)]
     tolerance: f64,
     /// How far to go: random blocks, agreeing blocks, or agreeing blocks with cut edges.
@@ -165,7 +165,7 @@ fn counts(stats: &Stats) -> serde_json::Value {
 }
 
 fn how(stats: &Stats) -> String {
-    format!("from {} blocks of {} px, overlap {} px", stats.blocks, stats.block, stats.overlap)
+    format!("from {} of {} px, overlap {} px", n("block", stats.blocks as usize), stats.block, stats.overlap)
 }
 
 /// Errors about exemplars name the file, and options by their flags.

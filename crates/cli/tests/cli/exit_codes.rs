@@ -3,7 +3,7 @@
 use crate::program::Folder;
 
 /// Command lines that fail, their codes, and what their lines name.
-const REFUSED: [(&str, i32, &[&str]); 27] = [
+const REFUSED: [(&str, i32, &[&str]); 28] = [
     ("", 2, &["no command", "see --help"]),
     ("weave a.png", 2, &["unrecognized subcommand 'weave'"]),
     ("quilt @/weave.png", 2, &["--output <OUT>"]),
@@ -17,11 +17,12 @@ const REFUSED: [(&str, i32, &[&str]); 27] = [
     ("quilt @/weave.png -o a.png -q -v", 2, &["--quiet", "--verbose"]),
     ("quilt @/weave.png -o a.xyz", 2, &["'a.xyz'", "png, jpeg, tiff, exr, hdr, webp"]),
     ("quilt @/weave.png -o a.jpg --depth u16", 2, &["'a.jpg'", "u16", "--depth u8"]),
-    ("quilt @/weave.png -o a.png --mask none --mask none", 2, &["2 masks for 1 exemplars"]),
+    ("quilt @/weave.png -o a.png --mask none --mask none", 2, &["2 masks for 1 exemplar"]),
     ("quilt - - -o a.png", 2, &["standard input is named twice"]),
-    ("quilt @/weave.png -o a.png --map a.png", 2, &["'a.png'", "two outputs"]),
+    ("quilt @/weave.png -o a.exr --map a.exr --depth half", 2, &["'a.exr'", "two outputs"]),
+    ("quilt @/weave.png -o a.png --tolerance -1", 2, &["tolerance of -1", "0 to 100"]),
     ("quilt @/weave.png -o a.png --block 500", 3, &["weave.png'", "192x192 px", "500 px", "use --block 192"]),
-    ("quilt @/bricks/height.png -o a.jpg", 3, &["'a.jpg'", "u16", "--depth u8"]),
+    ("quilt @/bricks/height.png -o a.jpg", 3, &["height.png'", "u16", "('a.jpg')", "--depth u8"]),
     ("quilt @/weave.png -o a.png --size 70000x1", 3, &["70000x1 px", "65535"]),
     ("quilt @/bad/err-text-as.png -o a.png", 3, &["err-text-as.png'"]),
     ("quilt @/weave.png -o a.png --mask @/stars.png", 3, &["stars.png'", "128x128 px", "192x192 px"]),

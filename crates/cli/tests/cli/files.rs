@@ -67,6 +67,31 @@ fn a_dry_run_writes_nothing_and_tells_what_it_would_do() {
 }
 
 #[test]
+fn a_report_is_one_page_with_its_pictures_inside() {
+    let folder = Folder::new("report");
+    let methods = [
+        "quilt @/weave.png -o a.png --size 60 --block 20",
+        "graphcut @/stars.png -o a.tiff --size 40 --refine 0",
+        "transfer @/stars.png --target @/stars.png -o a.exr --depth half --block 20 --passes 1",
+    ];
+    for line in methods {
+        let object = folder.run(&format!("{line} --report page --map m.exr --json")).done().json();
+        assert_eq!(object["outputs"].as_array().unwrap().len(), 3);
+        let page = fs::read_to_string(folder.path("page/index.html")).unwrap();
+        for part in ["<!doctype html>", "selvedge ", "Options", "Counts", "Seconds", "synthesis", "m.exr", "--seed 0"] {
+            assert!(page.contains(part), "{line}: no {part}");
+        }
+        assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 2);
+        assert_eq!(page.matches("src=").count() + page.matches("href=").count(), 2, "nothing outside of the page");
+    }
+    let before = folder.files();
+    folder.run("quilt @/weave.png -o b.png --report a.png").refused(4, &["'a.png': is no folder"]);
+    folder.run("quilt @/weave.png -o b.png --report none/page").refused(4, &["'none/page'", "folder does not exist"]);
+    folder.run("quilt @/weave.png -o b.png --size 20 --report other --dry-run").done();
+    assert_eq!(folder.files(), before);
+}
+
+#[test]
 fn the_estimate_is_no_less_than_the_peak() {
     let folder = Folder::new("estimate");
     for line in [

@@ -73,7 +73,7 @@ fn materials_are_blended_like_their_colours() {
     let (soft, sharp) = (samples(&folder, "normal.png"), samples(&folder, "sharp-normal.png"));
     assert_ne!(soft, sharp);
     let length = |i: usize| {
-        let squares = (0..3).map(|c| (soft.value(c, i) / 127.5 - 1.0).powi(2));
+        let squares = (0..3).map(|c| soft.value(c, i) / 127.5 - 1.0).map(|v| v * v);
         squares.sum::<f64>().sqrt()
     };
     let blended = (0..64 * 64).filter(|&i| (0..3).any(|c| soft.value(c, i) != sharp.value(c, i)));

@@ -7,6 +7,7 @@ mod exit_codes;
 mod files;
 mod graphcut;
 mod program;
+mod safety;
 mod samples;
 #[cfg(unix)]
 mod signals;

@@ -82,7 +82,7 @@ fn several_exemplars_are_applied_in_their_order() {
     );
     folder
         .run("apply map.exr @/weave.png -o no.png")
-        .refused(3, &["'map.exr'", "3 exemplar(s)", "weave.png, scales.png"]);
+        .refused(3, &["'map.exr'", "3 exemplars", "weave.png, scales.png"]);
     let twice = "apply map.exr @/weave.png @/scales.png @/bricks/height.png @/scales.png @/weave.png @/weave.png";
     folder.run(&format!("{twice} -o one.png")).refused(2, &["'one.png'", "{stem}"]);
     folder.run(&format!("{twice} -o x-{{stem}}.png")).done();

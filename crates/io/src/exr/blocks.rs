@@ -1,5 +1,9 @@
 //! Rows of chosen channels, block by block, so that no other channel is held in memory.
 
+use crate::Format;
+use crate::codec::Input;
+use crate::error::Problem;
+use crate::sink::encoded;
 use exr::block::reader::{ChunksReader as _, Reader};
 use exr::block::writer::ChunksWriter as _;
 use exr::block::{UncompressedBlock, enumerate_ordered_header_block_indices};
@@ -9,11 +13,6 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{ChannelDescription, LineOrder, SampleType, Text};
 use exr::meta::header::Header;
 use exr::prelude::{Compression, SmallVec};
-use std::io::Cursor;
-
-use crate::Format;
-use crate::codec::Input;
-use crate::error::Problem;
 
 /// A file whose headers were read.
 pub(super) type ExrReader<'a> = Reader<&'a mut dyn Input>;
@@ -76,21 +75,20 @@ pub(super) fn write_rows(
     // A file of one part needs no name.
     header.own_attributes.layer_name = None;
     describe(&mut header);
-    let mut file = Cursor::new(Vec::new());
     let headers: SmallVec<[Header; 3]> = [header].into_iter().collect();
-    let written = exr::block::write(&mut file, headers, true, |meta, chunks| {
-        let mut packed = chunks.sequential_blocks_compressor(&meta);
-        for (index, block) in enumerate_ordered_header_block_indices(&meta.headers) {
-            let block = UncompressedBlock::from_lines(&meta.headers[0].channels, block, |line| {
-                let Vec2(x, y) = line.location.position;
-                source(order[line.location.channel], y * width + x, line.value);
-            });
-            packed.compress_block(index, block)?;
-        }
-        Ok(())
-    });
-    written.map_err(|e| Problem::encoder(Format::Exr, e))?;
-    Ok(file.into_inner())
+    encoded(Format::Exr, |file| {
+        exr::block::write(file, headers, true, |meta, chunks| {
+            let mut packed = chunks.sequential_blocks_compressor(&meta);
+            for (index, block) in enumerate_ordered_header_block_indices(&meta.headers) {
+                let block = UncompressedBlock::from_lines(&meta.headers[0].channels, block, |line| {
+                    let Vec2(x, y) = line.location.position;
+                    source(order[line.location.channel], y * width + x, line.value);
+                });
+                packed.compress_block(index, block)?;
+            }
+            Ok(())
+        })
+    })
 }
 
 /// Text of any bytes.

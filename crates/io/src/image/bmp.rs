@@ -8,7 +8,7 @@ use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
-    super::describe(&mut open(input, context)?, Format::Bmp)
+    super::describe(&mut open(input, context)?, Format::Bmp, context)
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {

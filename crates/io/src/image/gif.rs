@@ -12,12 +12,12 @@ use crate::samples::from_native;
 use crate::{Format, Warning};
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
-    super::describe(&mut open(input, context)?, Format::Gif)
+    super::describe(&mut open(input, context)?, Format::Gif, context)
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
     let mut decoder = open(input, context)?;
-    let mut description = super::describe(&mut decoder, Format::Gif)?;
+    let mut description = super::describe(&mut decoder, Format::Gif, context)?;
     context.check(&description.header)?;
     decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
     let mut frames = decoder.into_frames();

@@ -13,13 +13,14 @@ use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::metadata::Metadata;
 use crate::provenance::Provenance;
+use crate::sink::encoded;
 
 const SIGNATURE: &str = "#?RADIANCE\n";
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
     let comments = comments(input)?;
     let mut decoder = HdrDecoder::with_strictness(input, false).map_err(|e| complaint(e, Format::Hdr, context))?;
-    let mut description = super::describe(&mut decoder, Format::Hdr)?;
+    let mut description = super::describe(&mut decoder, Format::Hdr, context)?;
     description.metadata.provenance = Provenance::parse(&comments);
     Ok(description)
 }
@@ -62,14 +63,11 @@ pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, P
         }
     }
     let [height, width] = plane.domain().shape;
-    let mut file = Vec::new();
-    let encoder = HdrEncoder::new(&mut file);
-    encoder.encode(&pixels, width as usize, height as usize).map_err(|e| Problem::encoder(format, e))?;
-    if let Some(made) = &metadata.provenance {
+    encoded(format, |file| {
+        HdrEncoder::new(&mut *file).encode(&pixels, width as usize, height as usize).map_err(|e| e.to_string())?;
+        let Some(made) = &metadata.provenance else { return Ok(()) };
         let comments: String = made.to_string().lines().map(|line| format!("# {line}\n")).collect();
-        let after = file.starts_with(SIGNATURE.as_bytes()).then_some(SIGNATURE.len());
-        let after = after.ok_or_else(|| Problem::encoder(format, "unknown signature"))?;
-        file.splice(after..after, comments.into_bytes());
-    }
-    Ok(file)
+        let after = file.bytes().starts_with(SIGNATURE.as_bytes()).then_some(SIGNATURE.len());
+        file.insert(after.ok_or("unknown signature")?, comments.as_bytes()).map_err(|e| e.to_string())
+    })
 }

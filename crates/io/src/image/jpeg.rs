@@ -3,7 +3,7 @@
 use std::io::SeekFrom;
 
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder, PixelDensity, PixelDensityUnit};
-use image::{ExtendedColorType, ImageEncoder as _};
+use image::{ExtendedColorType, ImageEncoder as _, ImageError};
 use selvedge_core::Plane;
 
 use super::{complaint, eight_bits};
@@ -11,13 +11,14 @@ use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::exif;
 use crate::metadata::{Density, DensityUnit, Metadata};
+use crate::sink::encoded;
 use crate::{Format, Warning};
 
 /// Everything up to the samples.
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
     let markers = Markers::scan(input)?;
     let mut decoder = JpegDecoder::new(input).map_err(|e| complaint(e, Format::Jpeg, context))?;
-    let mut description = super::describe(&mut decoder, Format::Jpeg)?;
+    let mut description = super::describe(&mut decoder, Format::Jpeg, context)?;
     markers.complete(&mut description, context);
     Ok(description)
 }
@@ -36,22 +37,21 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
 
 /// The whole file, with profile, density and EXIF software.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata, quality: u8) -> Result<Vec<u8>, Problem> {
-    let (bytes, color) = eight_bits(plane, Format::Jpeg, false)?;
+    let (bytes, color) = eight_bits(plane, Format::Jpeg)?;
     let [height, width] = plane.domain().shape;
-    let failed = |e: &dyn std::fmt::Display| Problem::encoder(Format::Jpeg, e);
-    let mut file = Vec::new();
-    let mut encoder = JpegEncoder::new_with_quality(&mut file, quality);
-    if let Some(density) = metadata.density {
-        encoder.set_pixel_density(pixel_density(density));
-    }
-    if let Some(icc) = metadata.icc_for(plane.color_channels()) {
-        encoder.set_icc_profile(icc.to_vec()).map_err(|e| failed(&e))?;
-    }
-    if let Some(block) = exif::software(metadata) {
-        encoder.set_exif_metadata(block).map_err(|e| failed(&e))?;
-    }
-    encoder.write_image(&bytes, width, height, ExtendedColorType::from(color)).map_err(|e| failed(&e))?;
-    Ok(file)
+    encoded(Format::Jpeg, |file| {
+        let mut encoder = JpegEncoder::new_with_quality(file, quality);
+        if let Some(density) = metadata.density {
+            encoder.set_pixel_density(pixel_density(density));
+        }
+        if let Some(icc) = metadata.icc_for(plane.color_channels()) {
+            encoder.set_icc_profile(icc.to_vec()).map_err(ImageError::Unsupported)?;
+        }
+        if let Some(block) = exif::software(metadata) {
+            encoder.set_exif_metadata(block).map_err(ImageError::Unsupported)?;
+        }
+        encoder.write_image(&bytes, width, height, ExtendedColorType::from(color))
+    })
 }
 
 /// JFIF has whole numbers of samples an inch or a centimetre.

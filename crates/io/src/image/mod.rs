@@ -16,14 +16,23 @@ use crate::exif::Exif;
 use crate::header::Header;
 use crate::metadata::Metadata;
 use crate::samples::from_native;
-use crate::{Depth, Format};
+use crate::{Depth, Format, Warning};
 
 /// What a decoder says before it decodes.
-fn describe(decoder: &mut impl ImageDecoder, format: Format) -> Result<Description, Problem> {
+fn describe(
+    decoder: &mut impl ImageDecoder,
+    format: Format,
+    context: &mut Context<'_>,
+) -> Result<Description, Problem> {
     let (width, height) = decoder.dimensions();
     let (channels, alpha, depth) = layout(decoder.color_type(), format)?;
     let header = Header { width: width.into(), height: height.into(), channels, alpha, depth };
-    let icc = decoder.icc_profile().ok().flatten().filter(|icc| icc.len() <= METADATA_BYTES);
+    let stored = decoder.icc_profile().unwrap_or(Some(Vec::new()));
+    let has_profile = stored.is_some();
+    let icc = stored.filter(|icc| (1..=METADATA_BYTES).contains(&icc.len()));
+    if has_profile && icc.is_none() {
+        context.warn(Warning::ProfileLeftOut);
+    }
     let mut metadata = Metadata { icc, ..Metadata::default() };
     let exif = decoder.exif_metadata().ok().flatten().map(|block| Exif::parse(&block)).unwrap_or_default();
     let orientation = exif.orientation.unwrap_or(1);
@@ -32,8 +41,8 @@ fn describe(decoder: &mut impl ImageDecoder, format: Format) -> Result<Descripti
 }
 
 /// Checks the size, then decodes.
-fn decode(mut decoder: impl ImageDecoder, format: Format, context: &Context<'_>) -> Result<Decoded, Problem> {
-    let description = describe(&mut decoder, format)?;
+fn decode(mut decoder: impl ImageDecoder, format: Format, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let description = describe(&mut decoder, format, context)?;
     let header = description.header;
     context.check(&header)?;
     decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, format, context))?;
@@ -79,15 +88,15 @@ fn complaint(error: ImageError, format: Format, context: &Context<'_>) -> Proble
 }
 
 /// Interleaved bytes of a plane of one or three channels, with alpha where the format has it.
-fn eight_bits(plane: &Plane<2>, format: Format, alpha_held: bool) -> Result<(Vec<u8>, ColorType), Problem> {
+fn eight_bits(plane: &Plane<2>, format: Format) -> Result<(Vec<u8>, ColorType), Problem> {
     let Samples::U8(grid) = &plane.samples else {
         return Err(Problem::DepthNotHeld { format, depth: plane.samples.depth() });
     };
     let color = match (plane.color_channels(), plane.alpha) {
         (1, false) => ColorType::L8,
         (3, false) => ColorType::Rgb8,
-        (1, true) if alpha_held => ColorType::La8,
-        (3, true) if alpha_held => ColorType::Rgba8,
+        (1, true) if format.holds_alpha() => ColorType::La8,
+        (3, true) if format.holds_alpha() => ColorType::Rgba8,
         (channels, alpha) => return Err(Problem::ChannelsNotHeld { format, channels, alpha }),
     };
     Ok((grid.to_interleaved()?, color))

@@ -3,7 +3,7 @@
 use std::io::{self, SeekFrom};
 
 use image::codecs::webp::{WebPDecoder, WebPEncoder};
-use image::{ExtendedColorType, ImageEncoder as _};
+use image::{ExtendedColorType, ImageEncoder as _, ImageError};
 use selvedge_core::Plane;
 
 use super::{complaint, eight_bits};
@@ -11,10 +11,11 @@ use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::exif;
 use crate::metadata::Metadata;
+use crate::sink::encoded;
 use crate::{Format, Warning};
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
-    super::describe(&mut open(input, context)?, Format::Webp)
+    super::describe(&mut open(input, context)?, Format::Webp, context)
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
@@ -59,17 +60,18 @@ fn is_whole(input: &mut dyn Input) -> io::Result<bool> {
 
 /// The whole file, with profile and EXIF software.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
-    let (bytes, color) = eight_bits(plane, Format::Webp, true)?;
+    let (bytes, color) = eight_bits(plane, Format::Webp)?;
     let [height, width] = plane.domain().shape;
-    let failed = |e: &dyn std::fmt::Display| Problem::encoder(Format::Webp, e);
-    let mut file = Vec::new();
-    let mut encoder = WebPEncoder::new_lossless(&mut file);
-    if let Some(icc) = metadata.icc_for(plane.color_channels()) {
-        encoder.set_icc_profile(icc.to_vec()).map_err(|e| failed(&e))?;
-    }
-    if let Some(block) = exif::software(metadata) {
-        encoder.set_exif_metadata(block).map_err(|e| failed(&e))?;
-    }
-    encoder.write_image(&bytes, width, height, ExtendedColorType::from(color)).map_err(|e| failed(&e))?;
-    Ok(file)
+    encoded(Format::Webp, |file| {
+        // The encoder keeps its own pixels, and the file until it is whole.
+        file.ask_for(plane.domain().len().saturating_mul(8)).map_err(ImageError::IoError)?;
+        let mut encoder = WebPEncoder::new_lossless(file);
+        if let Some(icc) = metadata.icc_for(plane.color_channels()) {
+            encoder.set_icc_profile(icc.to_vec()).map_err(ImageError::Unsupported)?;
+        }
+        if let Some(block) = exif::software(metadata) {
+            encoder.set_exif_metadata(block).map_err(ImageError::Unsupported)?;
+        }
+        encoder.write_image(&bytes, width, height, ExtendedColorType::from(color))
+    })
 }

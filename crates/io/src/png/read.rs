@@ -1,5 +1,7 @@
 //! Reading PNG.
 
+use std::io::{self, SeekFrom};
+
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations, Unit};
 use selvedge_core::{Samples, try_vec};
 
@@ -17,14 +19,16 @@ type PngReader<'a> = Reader<&'a mut dyn Input>;
 
 /// Everything up to the samples.
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    let profile = has_profile(input).map_err(|e| Problem::file_system(e, 0))?;
     let reader = open(input, context)?;
-    Ok(description(reader.info(), context))
+    Ok(description(reader.info(), profile, context))
 }
 
 /// The picture; of an animation its default picture.
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let profile = has_profile(input).map_err(|e| Problem::file_system(e, 0))?;
     let mut reader = open(input, context)?;
-    let description = description(reader.info(), context);
+    let description = description(reader.info(), profile, context);
     let header = description.header;
     context.check(&header)?;
     let len = reader.output_buffer_size().ok_or_else(|| Problem::damaged(Format::Png, "impossible size"))?;
@@ -67,7 +71,33 @@ fn header(info: &Info<'_>) -> Header {
     }
 }
 
-fn description(info: &Info<'_>, context: &mut Context<'_>) -> Description {
+/// Whether there is a profile before the samples; the decoder passes over one that it cannot unpack and says nothing.
+/// Leaves the input at its start.
+fn has_profile(input: &mut dyn Input) -> io::Result<bool> {
+    let mut head = [0; 8];
+    let mut at = 8;
+    let found = loop {
+        input.seek(SeekFrom::Start(at))?;
+        match input.read_exact(&mut head) {
+            Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => break false,
+            read => read?,
+        }
+        let [l3, l2, l1, l0, kind @ ..] = head;
+        match &kind {
+            b"iCCP" => break true,
+            b"IDAT" => break false,
+            // Length, kind and checksum stand around the data.
+            _ => at += u64::from(u32::from_be_bytes([l3, l2, l1, l0])) + 12,
+        }
+    };
+    input.rewind()?;
+    Ok(found)
+}
+
+fn description(info: &Info<'_>, profile: bool, context: &mut Context<'_>) -> Description {
+    if profile && info.icc_profile.is_none() {
+        context.warn(Warning::ProfileLeftOut);
+    }
     if info.is_animated() {
         context.warn(Warning::FirstFrameOnly);
     }

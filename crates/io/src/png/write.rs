@@ -1,25 +1,35 @@
 //! Writing PNG.
 
-use png::{
-    BitDepth, ColorType, Encoder, EncodingError, Info, PixelDimensions, ScaledFloat, SourceChromaticities, Unit,
-};
-use selvedge_core::{Plane, Samples};
+use std::io::Write as _;
+
+use png::{BitDepth, ColorType, Encoder, Info, PixelDimensions, ScaledFloat, SourceChromaticities, Unit};
+use selvedge_core::{Grid, Plane, Samples, try_vec};
 
 use super::KEYWORD;
+use crate::Format;
 use crate::error::Problem;
 use crate::metadata::Metadata;
-use crate::{Depth, Format};
+use crate::sink::encoded;
+
+/// Packed bytes of one chunk.
+const CHUNK: usize = 1 << 16;
 
 /// The whole file. Equal planes and metadata give equal bytes.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
-    let (bytes, bit_depth) = match &plane.samples {
-        Samples::U8(grid) => (grid.to_interleaved()?, BitDepth::Eight),
-        Samples::U16(grid) => {
-            (grid.to_interleaved()?.into_iter().flat_map(u16::to_be_bytes).collect(), BitDepth::Sixteen)
-        }
-        Samples::F16(_) => return Err(Problem::DepthNotHeld { format: Format::Png, depth: Depth::F16 }),
-        Samples::F32(_) => return Err(Problem::DepthNotHeld { format: Format::Png, depth: Depth::F32 }),
-    };
+    match &plane.samples {
+        Samples::U8(grid) => with_depth(grid, BitDepth::Eight, |v| [v], plane, metadata),
+        Samples::U16(grid) => with_depth(grid, BitDepth::Sixteen, u16::to_be_bytes, plane, metadata),
+        floats => Err(Problem::DepthNotHeld { format: Format::Png, depth: floats.depth() }),
+    }
+}
+
+fn with_depth<T: Copy, const N: usize>(
+    grid: &Grid<T, 2>,
+    bit_depth: BitDepth,
+    bytes: impl Fn(T) -> [u8; N],
+    plane: &Plane<2>,
+    metadata: &Metadata,
+) -> Result<Vec<u8>, Problem> {
     let color_type = match (plane.color_channels(), plane.alpha) {
         (1, false) => ColorType::Grayscale,
         (1, true) => ColorType::GrayscaleAlpha,
@@ -31,15 +41,32 @@ pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, P
     let mut info = Info::with_size(width, height);
     (info.color_type, info.bit_depth) = (color_type, bit_depth);
     describe(&mut info, plane, metadata);
-    let mut file = Vec::new();
-    let mut encoder = Encoder::with_info(&mut file, info).map_err(complaint)?;
-    if let Some(made) = &metadata.provenance {
-        encoder.add_itxt_chunk(KEYWORD.to_owned(), made.to_string()).map_err(complaint)?;
+    let mut row = try_vec(width as usize * grid.channels() * N, 0_u8)?;
+    encoded(Format::Png, |file| {
+        let mut encoder = Encoder::with_info(file, info)?;
+        if let Some(made) = &metadata.provenance {
+            encoder.add_itxt_chunk(KEYWORD.to_owned(), made.to_string())?;
+        }
+        // In chunks, for the whole would be packed into memory that cannot be refused.
+        let mut header = encoder.write_header()?;
+        let mut writer = header.stream_writer_with_size(CHUNK)?;
+        for y in 0..height as usize {
+            interleave(grid, y, &bytes, &mut row);
+            writer.write_all(&row)?;
+        }
+        writer.finish()?;
+        header.finish()
+    })
+}
+
+/// One row of all channels.
+fn interleave<T: Copy, const N: usize>(grid: &Grid<T, 2>, y: usize, bytes: impl Fn(T) -> [u8; N], row: &mut [u8]) {
+    let width = grid.domain().shape[1] as usize;
+    let (samples, _) = row.as_chunks_mut::<N>();
+    for c in 0..grid.channels() {
+        let from = &grid.plane(c)[y * width..][..width];
+        samples[c..].iter_mut().step_by(grid.channels()).zip(from).for_each(|(to, v)| *to = bytes(*v));
     }
-    let mut writer = encoder.write_header().map_err(complaint)?;
-    writer.write_image_data(&bytes).map_err(complaint)?;
-    writer.finish().map_err(complaint)?;
-    Ok(file)
 }
 
 fn describe<'a>(info: &mut Info<'a>, plane: &Plane<2>, metadata: &'a Metadata) {
@@ -59,8 +86,4 @@ fn describe<'a>(info: &mut Info<'a>, plane: &Plane<2>, metadata: &'a Metadata) {
         Some((x, y)) => PixelDimensions { xppu: x.round() as u32, yppu: y.round() as u32, unit: Unit::Meter },
         None => PixelDimensions { xppu: d.x.round() as u32, yppu: d.y.round() as u32, unit: Unit::Unspecified },
     });
-}
-
-fn complaint(error: EncodingError) -> Problem {
-    Problem::encoder(Format::Png, error)
 }

@@ -120,7 +120,7 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
             self.context.warn(Warning::FirstPageOnly);
         }
         let orientation = self.number(Tag::Orientation).and_then(|o| o.try_into().ok()).unwrap_or(1);
-        let icc = if self.colors == Colors::Cmyk { None } else { self.bytes(Tag::IccProfile) };
+        let icc = if self.colors == Colors::Cmyk { None } else { self.profile() };
         let software = self.bytes(Tag::Software);
         let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
         let metadata = Metadata { icc, density: self.density(), provenance, ..Metadata::default() };
@@ -130,6 +130,14 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
     /// Tags that are missing or broken are left out: the picture is fine without them.
     fn number(&mut self, tag: Tag) -> Option<u16> {
         self.decoder.find_tag_unsigned(tag).ok().flatten()
+    }
+
+    fn profile(&mut self) -> Option<Vec<u8>> {
+        let found = self.bytes(Tag::IccProfile);
+        if found.is_none() && self.decoder.image_ifd().find_entry(Tag::IccProfile).is_some() {
+            self.context.warn(Warning::ProfileLeftOut);
+        }
+        found
     }
 
     fn bytes(&mut self, tag: Tag) -> Option<Vec<u8>> {

@@ -1,7 +1,6 @@
 //! Writing TIFF: one page in strips, packed with deflate.
 
 use std::borrow::Cow;
-use std::io::Cursor;
 use std::marker::PhantomData;
 
 use selvedge_core::{Grid, Plane, Samples};
@@ -13,6 +12,7 @@ use tiff::tags::{ExtraSamples, PhotometricInterpretation, ResolutionUnit, Sample
 use crate::Format;
 use crate::error::Problem;
 use crate::metadata::{DensityUnit, Metadata};
+use crate::sink::{Sink, encoded};
 
 /// Classic TIFF counts bytes in 32 bits; what may come near is written as BigTIFF.
 const CLASSIC_BYTES: usize = 4_000_000_000;
@@ -63,19 +63,18 @@ where
     C::Inner: Copy,
     [C::Inner]: TiffValue,
 {
-    let mut file = Cursor::new(Vec::new());
     let samples = grid.to_interleaved()?;
-    let written = if size_of_val(&samples[..]) < CLASSIC_BYTES {
-        TiffEncoder::new(&mut file).and_then(|encoder| page::<C, _>(encoder, &samples, plane, metadata))
-    } else {
-        TiffEncoder::new_big(&mut file).and_then(|encoder| page::<C, _>(encoder, &samples, plane, metadata))
-    };
-    written.map_err(|e| Problem::encoder(Format::Tiff, e))?;
-    Ok(file.into_inner())
+    encoded(Format::Tiff, |file| {
+        if size_of_val(&samples[..]) < CLASSIC_BYTES {
+            page::<C, _>(TiffEncoder::new(file)?, &samples, plane, metadata)
+        } else {
+            page::<C, _>(TiffEncoder::new_big(file)?, &samples, plane, metadata)
+        }
+    })
 }
 
 fn page<C: ColorType, K: TiffKind>(
-    encoder: TiffEncoder<&mut Cursor<Vec<u8>>, K>,
+    encoder: TiffEncoder<&mut Sink, K>,
     samples: &[C::Inner],
     plane: &Plane<2>,
     metadata: &Metadata,
@@ -94,7 +93,7 @@ where
 }
 
 fn describe<C: ColorType, K: TiffKind>(
-    image: &mut ImageEncoder<'_, &mut Cursor<Vec<u8>>, C, K>,
+    image: &mut ImageEncoder<'_, &mut Sink, C, K>,
     plane: &Plane<2>,
     metadata: &Metadata,
 ) -> Result<(), TiffError> {

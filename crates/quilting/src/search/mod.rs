@@ -136,6 +136,8 @@ impl Search for FastSearch<'_> {
         if near.is_empty() {
             near = costs.within(tolerance);
         }
+        let bytes = u64::from(near.len()) * size_of::<Candidate>() as u64;
+        found.try_reserve(near.len() as usize).map_err(|_| selvedge_core::Error::Allocation { bytes })?;
         found.extend(near.iter().map(|c| Candidate {
             error: c.error,
             source: c.source,

@@ -106,7 +106,7 @@ fn transfer_by(
             seed: run.seed.derive("quilting/pass", number as u64),
             progress: Progress { name: "transfer", before, of },
         };
-        let mut quilter = Quilter::new(&mut search, pass, run, &mut map);
+        let mut quilter = Quilter::new(&mut search, pass, run, &mut map)?;
         complete = quilter.lay_all()?;
         let counts = quilter.counts;
         stats.passes.push(PassStats {

@@ -1,0 +1,167 @@
+//! A run as a page to look at: one HTML file with its pictures inside.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use selvedge_core::{Depth, Domain, Grid, Plane, Samples};
+use selvedge_io::{Format, Metadata, WriteOptions};
+use serde_json::Value;
+
+use crate::failure::Failure;
+
+/// The page's name in its folder.
+const NAME: &str = "index.html";
+/// Samples a side of the pictures in the page; larger ones are reduced.
+const LARGEST: u32 = 1600;
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem;\
+color:#222;background:#fafafa}h1{font-size:1.3rem}h2{font-size:1rem;margin:2rem 0 .5rem}\
+img{max-width:100%;image-rendering:pixelated;border:1px solid #ccc}figure{margin:0 0 1.5rem}\
+figcaption,th{color:#666;font-weight:normal}table{border-collapse:collapse}\
+th,td{text-align:left;vertical-align:top;padding:.1rem 1rem .1rem 0}td{font-family:ui-monospace,monospace;\
+overflow-wrap:anywhere}pre{white-space:pre-wrap;background:#eee;padding:.5rem}";
+
+/// The file that a folder of `--report` gets, or, while there is no such folder, the folder: what has to be writable.
+pub(crate) fn checked(folder: &Path) -> PathBuf {
+    if folder.is_dir() { folder.join(NAME) } else { folder.to_path_buf() }
+}
+
+/// Refuses what is no folder.
+pub(crate) fn check(folder: &Path) -> Result<(), Failure> {
+    if folder.is_dir() || !folder.exists() {
+        return Ok(());
+    }
+    Err(Failure::new(4, "is no folder").about(folder).remedy("name a folder for --report"))
+}
+
+/// The file that a folder of `--report` gets; the folder is made.
+pub(crate) fn file(folder: &Path) -> Result<PathBuf, Failure> {
+    if !folder.is_dir() {
+        let failed = |e: std::io::Error| Failure::new(4, crate::stdio::plain(&e)).remedy("name a folder");
+        std::fs::create_dir(folder).map_err(|e| failed(e).about(folder))?;
+    }
+    Ok(folder.join(NAME))
+}
+
+/// The page of a run, given as the object of `--json`, with the command that makes it again and pictures with captions.
+pub(crate) fn page(run: &Value, command: &str, pictures: &[(&str, &Plane<2>)]) -> Result<String, Failure> {
+    let title = run["outputs"][0]["path"].as_str().unwrap_or("a run");
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style>\n\
+         <h1>{0}</h1>\n<pre>{1}</pre>\n",
+        escaped(title),
+        escaped(command)
+    );
+    for (caption, plane) in pictures {
+        let png = preview(plane)?;
+        let [height, width] = plane.domain().shape;
+        let (caption, data) = (escaped(caption), base64(&png));
+        let said = format!("{caption}, {width}x{height} px");
+        let image = format!("<img alt=\"{caption}\" src=\"data:image/png;base64,{data}\">");
+        page += &format!("<figure>{image}<figcaption>{said}</figcaption></figure>\n");
+    }
+    for (heading, key) in [
+        ("Options", "options"),
+        ("Counts", "stats"),
+        ("Seconds", "seconds"),
+        ("Read", "inputs"),
+        ("Written", "outputs"),
+        ("Made with", "made"),
+    ] {
+        page += &format!("<h2>{heading}</h2>\n{}\n", table(&run[key]));
+    }
+    Ok(page + "</html>\n")
+}
+
+/// A value as a table of its parts, or as text.
+fn table(value: &Value) -> String {
+    match value {
+        Value::Object(parts) => {
+            let row = |(name, part): (&String, &Value)| {
+                format!("<tr><th>{}</th><td>{}</td></tr>", escaped(&name.replace('_', " ")), table(part))
+            };
+            format!("<table>{}</table>", parts.iter().filter(|(_, part)| !part.is_null()).map(row).collect::<String>())
+        }
+        Value::Array(items) => items.iter().map(|item| format!("<div>{}</div>", table(item))).collect(),
+        Value::String(text) => escaped(text),
+        Value::Number(n) if n.is_f64() => format!("{:.4}", n.as_f64().unwrap_or_default()),
+        other => escaped(&other.to_string()),
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The picture as a PNG of 8 bits that a browser shows, reduced where it is large.
+fn preview(plane: &Plane<2>) -> Result<Vec<u8>, Failure> {
+    let failed = |problem| Failure::from_problem(Path::new(NAME), problem);
+    let eight = selvedge_io::convert(plane, Depth::U8).map_err(failed)?.plane;
+    let [height, width] = eight.domain().shape;
+    let (n, Samples::U8(grid)) = (height.max(width).div_ceil(LARGEST), &eight.samples) else {
+        return Err(Failure::new(70, "a conversion to 8 bits gave something else").remedy("please report it"));
+    };
+    let small = if n == 1 { eight } else { Plane { samples: Samples::U8(reduced(grid, n)?), ..eight } };
+    let options = WriteOptions { format: Some(Format::Png), ..WriteOptions::default() };
+    Ok(selvedge_io::encode(&small, &Metadata::default(), NAME, &options)?)
+}
+
+/// The means of `n * n` samples; what does not fill a square is left out.
+fn reduced(grid: &Grid<u8, 2>, n: u32) -> Result<Grid<u8, 2>, Failure> {
+    let domain = Domain::open(grid.domain().shape.map(|side| (side / n).max(1)));
+    let mut out = Grid::try_filled(domain, grid.channels(), 0_u8)?;
+    let block = Domain::open([0, 1].map(|axis| n.min(grid.domain().shape[axis])));
+    for c in 0..grid.channels() {
+        for [y, x] in domain.positions() {
+            let sum: u64 = block.positions().map(|[dy, dx]| u64::from(grid.get(c, [y * n + dy, x * n + dx]))).sum();
+            out.set(c, [y, x], ((sum + block.len() as u64 / 2) / block.len() as u64) as u8);
+        }
+    }
+    Ok(out)
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let bits = (0..3).fold(0_u32, |bits, i| bits << 8 | u32::from(three.get(i).copied().unwrap_or(0)));
+        let digits = (0..4).map(|i| char::from(DIGITS[(bits >> (18 - 6 * i)) as usize & 63]));
+        out.extend(digits.take(three.len() + 1));
+        let _ = write!(out, "{}", &"=="[..3 - three.len()]);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::Role;
+    use serde_json::json;
+
+    #[test]
+    fn published_vectors_of_base64() {
+        let all = ["", "f", "fo", "foo", "foob", "fooba", "foobar"].map(|text| base64(text.as_bytes()));
+        assert_eq!(all, ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"]);
+        assert_eq!(base64(&[0xfb, 0xff]), "+/8=");
+    }
+
+    #[test]
+    fn names_cannot_break_out_of_the_page() {
+        let run = json!({"outputs": [{"path": "<script>.png"}], "options": {"a": "\"&<b>"}, "stats": {}});
+        let page = page(&run, "selvedge 'a<b'", &[]).unwrap();
+        assert!(!page.contains("<script>") && !page.contains("<b>") && page.contains("a&lt;b"), "{page}");
+    }
+
+    #[test]
+    fn large_pictures_are_reduced_to_means() {
+        let samples = (0..7 * 5).map(|i| i as u8 * 7).collect();
+        let grid = Grid::from_vec(Domain::open([5, 7]), 1, samples).unwrap();
+        let small = reduced(&grid, 2).unwrap();
+        assert_eq!(small.domain().shape, [2, 3]);
+        assert_eq!(small.samples()[0], (7 + 49 + 56 + 2) / 4);
+        assert_eq!(reduced(&grid, 6).unwrap().domain().shape, [1, 1]);
+        let plane = Plane::new(Role::Color, Samples::F32(Grid::try_filled(Domain::open([2, 3300]), 3, 0.5).unwrap()));
+        let png = selvedge_io::decode(&preview(&plane).unwrap(), "p", &Default::default()).unwrap().plane;
+        assert_eq!(png.domain().shape, [1, 1100]);
+    }
+}
