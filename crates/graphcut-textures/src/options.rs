@@ -34,7 +34,7 @@ pub struct Options {
     pub region: Option<u32>,
     /// How far a patch may reach beyond the error region on each side, in samples; 0 lays the region alone. Large
     /// patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's side on, patches
-    /// are whole exemplars, as in the paper. Default: half of the region's side, for [`Placement::Entire`] three quarters.
+    /// are whole exemplars, as in the paper. Default: half of the region's side.
     pub reach: Option<u32>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.
