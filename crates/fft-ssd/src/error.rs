@@ -32,6 +32,16 @@ pub enum Error {
         /// The template's shape, slowest axis first.
         shape: Vec<u32>,
     },
+    /// A part of a template is empty or reaches beyond it.
+    #[error("a part of {part:?} samples from {start:?} on does not lie inside a template of {shape:?}")]
+    Part {
+        /// The part's first sample, slowest axis first.
+        start: Vec<u32>,
+        /// The part's shape.
+        part: Vec<u32>,
+        /// The template's shape.
+        shape: Vec<u32>,
+    },
     /// Guides do not match the exemplars they lie under.
     #[error("guide {source_index} is {found:?}, but its source is {expected:?}; guides must be registered")]
     GuideShape {

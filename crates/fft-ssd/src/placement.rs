@@ -78,6 +78,15 @@ impl Range {
         range
     }
 
+    /// Positions at which a part of the template, a box that starts at `start`, lies inside.
+    pub(crate) fn of_part(source: Shape, periodic: [bool; 3], start: Shape, part: Shape) -> Self {
+        let mut range = Self::new(Positions::Inside, source, periodic, part);
+        for axis in (0..3).filter(|&axis| !periodic[axis]) {
+            range.first[axis] = -(start[axis] as isize);
+        }
+        range
+    }
+
     /// Positions in all; `None` where they cannot be counted.
     pub(crate) fn checked_len(&self) -> Option<usize> {
         self.count.iter().try_fold(1_usize, |n, &c| n.checked_mul(c))

@@ -1,5 +1,6 @@
 //! The search: every position of every source.
 
+use crate::axes::lift;
 use crate::job::Job;
 use crate::kernel::Kernel;
 use crate::placement::Range;
@@ -137,6 +138,36 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         scratch.ranges.clear();
         scratch.ranges.extend(self.sources.iter().map(range));
         self.search_ranges(&template, placement.cover, scratch, costs)
+    }
+
+    /// The error of the template wherever one part of it lies inside: a box that starts at `start`, of shape `part`.
+    /// What sticks out of a source, or stands on samples that are not valid, is not compared; at least `least` unmasked
+    /// samples must be ([`Cover::AtLeast`]). Along an axis on which a source is periodic, all `N` shifts are searched.
+    ///
+    /// Thus a patch is found that covers the part, by all that is known around it: `[Kwatra03 eq. 2]`.
+    ///
+    /// # Errors
+    /// Those of [`search`](Self::search), and [`Error::Part`] if the part is empty or not inside the template.
+    pub fn search_part(
+        &self,
+        template: &Template<'_, D>,
+        start: [u32; D],
+        part: [u32; D],
+        least: u64,
+        scratch: &mut Scratch,
+        costs: &mut Costs<D>,
+    ) -> Result<(), Error> {
+        let whole = template.shape;
+        let fits = |a: usize| part[a] != 0 && start[a].checked_add(part[a]).is_some_and(|end| end <= whole[a]);
+        if !(0..D).all(fits) {
+            return Err(Error::Part { start: start.to_vec(), part: part.to_vec(), shape: whole.to_vec() });
+        }
+        let template = template.check(self.channels())?;
+        let [start, part] = [lift(start, 0), lift(part, 1)].map(|axes| axes.map(|n| n as usize));
+        let range = |s: &SourceView<'_>| Range::of_part(s.shape, s.periodic, start, part);
+        scratch.ranges.clear();
+        scratch.ranges.extend(self.sources.iter().map(range));
+        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)
     }
 
     /// Searches the ranges that lie in `scratch`.

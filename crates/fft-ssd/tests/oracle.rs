@@ -3,12 +3,15 @@
 mod support;
 
 use selvedge_core::{Seed, SimdLevel};
-use selvedge_fft_ssd::{Costs, Engine, Options, Scratch, SsdSearcher, Template};
+use selvedge_fft_ssd::{Costs, Cover, Engine, Options, Placement, Positions, Scratch, SsdSearcher, Template};
 use support::Case;
+
+/// A part of a template, by its start and shape.
+type Part<const D: usize> = Option<([u32; D], [u32; D])>;
 
 /// Compares every position of a case, in every way of computing it, with the definition.
 #[track_caller]
-fn check<const D: usize>(case: &Case<D>, scratch: &mut Scratch, costs: &mut Costs<D>) {
+fn check<const D: usize>(case: &Case<D>, part: Part<D>, scratch: &mut Scratch, costs: &mut Costs<D>) {
     let template = Template::new(case.shape, &case.features);
     let template = case.mask.as_ref().map_or(template, |m| template.masked(m));
     let levels = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Avx512];
@@ -18,7 +21,13 @@ fn check<const D: usize>(case: &Case<D>, scratch: &mut Scratch, costs: &mut Cost
     let fft = fft.map(|(simd, cache)| Options { simd, engine: Engine::Fft, cache });
     for options in direct.into_iter().chain(fft) {
         let searcher = SsdSearcher::with_options(&case.exemplars, options).expect("memory suffices");
-        searcher.search(&template, case.placement, scratch, costs).expect("the case is well formed");
+        let done = match (part, case.placement.cover) {
+            (Some((start, part)), Cover::AtLeast(least)) => {
+                searcher.search_part(&template, start, part, least, scratch, costs)
+            }
+            _ => searcher.search(&template, case.placement, scratch, costs),
+        };
+        done.expect("the case is well formed");
         assert_eq!(scratch.repeated(), 0, "{options:?}");
         for (number, positions) in costs.sources().iter().enumerate() {
             let domain = selvedge_core::Domain::open(positions.shape);
@@ -34,7 +43,7 @@ fn check<const D: usize>(case: &Case<D>, scratch: &mut Scratch, costs: &mut Cost
 fn check_many<const D: usize>(stage: &'static str, cases: u64, side: u32) {
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     for i in 0..cases {
-        check(&Case::<D>::random(&mut Seed(1).derive(stage, i).rng(), side), &mut scratch, &mut costs);
+        check(&Case::<D>::random(&mut Seed(1).derive(stage, i).rng(), side), None, &mut scratch, &mut costs);
     }
 }
 
@@ -56,4 +65,42 @@ fn pictures() {
 #[test]
 fn clips() {
     check_many::<3>("clips", 1400, 7);
+}
+
+/// Searches by a part have the positions at which that part lies inside.
+fn check_parts<const D: usize>(stage: &'static str, cases: u64, side: u32) {
+    let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+    for i in 0..cases {
+        let mut rng = Seed(1).derive(stage, i).rng();
+        let mut case = Case::<D>::random(&mut rng, side);
+        case.placement = Placement { positions: Positions::Inside, cover: Cover::AtLeast(u64::from(rng.below(9))) };
+        let start = case.shape.map(|n| rng.below(n));
+        let part: [u32; D] = std::array::from_fn(|a| 1 + rng.below(case.shape[a] - start[a]));
+        check(&case, Some((start, part)), &mut scratch, &mut costs);
+        for (source, found) in case.exemplars.sources().iter().zip(costs.sources()) {
+            for a in 0..D {
+                let (n, wraps) = (source.domain().shape[a], source.domain().periodic[a]);
+                let expected = if wraps { (0, n) } else { (-(start[a] as i32), (n + 1).saturating_sub(part[a])) };
+                assert_eq!((found.first[a], found.shape[a]), expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_of_lines_pictures_and_clips() {
+    check_parts::<1>("parts of lines", 200, 40);
+    check_parts::<2>("parts of pictures", 600, 16);
+    check_parts::<3>("parts of clips", 200, 7);
+}
+
+#[test]
+fn a_part_lies_inside_its_template() {
+    let case = Case::<2>::random(&mut Seed(1).rng(), 9);
+    let searcher = SsdSearcher::new(&case.exemplars).expect("memory suffices");
+    let template = Template::new(case.shape, &case.features);
+    for (start, part) in [([0, 0], [1, 0]), ([0, 0], [case.shape[0] + 1, 1]), ([0, u32::MAX], [1, 2])] {
+        let found = searcher.search_part(&template, start, part, 1, &mut Scratch::new(), &mut Costs::new());
+        assert!(matches!(found, Err(selvedge_fft_ssd::Error::Part { .. })), "{found:?}");
+    }
 }

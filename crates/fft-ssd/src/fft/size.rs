@@ -72,9 +72,13 @@ fn sizes(extension: &Extension, axis: usize, start: usize, template: usize, coun
             options.push((size, count));
         }
     }
-    // Where the first samples lie outside of the source, what wraps around meets only zeros.
-    if template <= count && extension.is_outside(axis, start..start + template - 1) {
-        options.push((smooth(count.max(least), axis == 2), count));
+    // Where the first samples lie outside of the source, as what they stand for does, wrapping around meets only zeros.
+    let size = smooth(count.max(least), axis == 2);
+    if template <= count
+        && extension.is_outside(axis, start..start + template - 1)
+        && extension.inside()[axis].end <= start + size
+    {
+        options.push((size, count));
     }
     // Nor does wrapping hurt where the source itself wraps around with the transform.
     if template <= count && extension.period(axis) == Some(count) && smooth(count, axis == 2) == count {
