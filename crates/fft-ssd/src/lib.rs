@@ -5,7 +5,8 @@
 //! 2. [`search`](SsdSearcher::search) compares a [`Template`] at every position of a [`Placement`]; the answer is a
 //!    [`Costs`], one integer a position. [`Scratch`] and [`Costs`] are the caller's and are used again.
 //! 3. [`best`](Costs::best), [`best_k`](Costs::best_k) and [`within`](Costs::within) choose, each with a variant that
-//!    excludes positions; [`sum_of`](Costs::sum_of) sums the costs of several searches.
+//!    excludes positions; [`sum_of`](Costs::sum_of) sums the costs of several searches, and [`search_sum`] searches and
+//!    sums in one go.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples};
@@ -24,7 +25,7 @@
 //! let best = costs.best().expect("the template fits");
 //! assert_eq!((best.position, best.error), ([1, 1], 0));
 //! // 6, 7 and 8 are at most 1 away: 0 and twice 1^2.
-//! let near = costs.within(selvedge_fft_ssd::Tolerance { per_mille: 0, floor: 1 });
+//! let near = costs.within(selvedge_fft_ssd::Tolerance { per_mille: 0, floor: 1 })?;
 //! assert_eq!(near.len(), 3);
 //! # Ok(())
 //! # }
@@ -92,6 +93,7 @@
 //! `rayon` (default): a search is split over the caller's pool; the result is the same without it.
 #![deny(unsafe_code)]
 
+mod apart;
 mod axes;
 mod candidates;
 mod costs;
@@ -103,6 +105,7 @@ mod extension;
 mod fft;
 mod job;
 mod kernel;
+mod memory;
 mod pack;
 mod periods;
 mod placement;
@@ -110,6 +113,7 @@ mod prepared;
 mod scratch;
 mod searcher;
 mod source;
+mod sum;
 mod sums;
 mod taps;
 mod template;
@@ -123,4 +127,5 @@ pub use periods::{Period, periods};
 pub use placement::{Cover, Placement, Positions};
 pub use scratch::Scratch;
 pub use searcher::{Engine, Options, SsdSearcher};
+pub use sum::{SumScratch, Term, search_sum};
 pub use template::Template;

@@ -146,12 +146,31 @@ impl Kernel {
         }
     }
 
+    /// `to = factor * sums`, or that added to what is there.
+    pub(crate) fn scale<W: Word>(self, to: &mut [W], sums: &[i32], factor: W, more: bool) {
+        match self.0 {
+            Level::Scalar if more => scalar::scale_more(to, sums, factor),
+            Level::Scalar => scalar::scale(to, sums, factor),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::scale(level, to, sums, factor, more),
+        }
+    }
+
     /// The least value; [`Word::NONE`] of none.
     pub(crate) fn least<W: Word>(self, values: &[W]) -> W {
         match self.0 {
             Level::Scalar => scalar::least(values),
             #[cfg(target_arch = "x86_64")]
             level => x86::least(level, values),
+        }
+    }
+
+    /// `to = weight * from`.
+    pub(crate) fn weigh(self, to: &mut [u64], from: &[u32], weight: u32) {
+        match self.0 {
+            Level::Scalar => scalar::weigh(to, from, weight),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::weigh(level, to, from, weight),
         }
     }
 

@@ -43,6 +43,28 @@ fn finish_avx512<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, prod
     scalar::finish(out, constant, corners, products);
 }
 
+pub(super) fn scale<W: Word>(level: Level, to: &mut [W], sums: &[i32], factor: W, more: bool) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match (level, more) {
+            (Level::Scalar, false) => scalar::scale(to, sums, factor),
+            (Level::Scalar, true) => scalar::scale_more(to, sums, factor),
+            (Level::Avx2 | Level::AvxVnni, _) => scale_avx2(to, sums, factor, more),
+            (Level::Avx512, _) => scale_avx512(to, sums, factor, more),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn scale_avx2<W: Word>(to: &mut [W], sums: &[i32], factor: W, more: bool) {
+    if more { scalar::scale_more(to, sums, factor) } else { scalar::scale(to, sums, factor) }
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn scale_avx512<W: Word>(to: &mut [W], sums: &[i32], factor: W, more: bool) {
+    if more { scalar::scale_more(to, sums, factor) } else { scalar::scale(to, sums, factor) }
+}
+
 pub(super) fn multiply(level: Level, to: &mut [C64], a: &[C64], b: &[C64]) {
     // SAFETY: a level is only made where its features were detected.
     unsafe {
@@ -84,6 +106,27 @@ fn least_avx2<W: Word>(values: &[W]) -> W {
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
 fn least_avx512<W: Word>(values: &[W]) -> W {
     scalar::least(values)
+}
+
+pub(super) fn weigh(level: Level, to: &mut [u64], from: &[u32], weight: u32) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::weigh(to, from, weight),
+            Level::Avx2 | Level::AvxVnni => weigh_avx2(to, from, weight),
+            Level::Avx512 => weigh_avx512(to, from, weight),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn weigh_avx2(to: &mut [u64], from: &[u32], weight: u32) {
+    scalar::weigh(to, from, weight);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn weigh_avx512(to: &mut [u64], from: &[u32], weight: u32) {
+    scalar::weigh(to, from, weight);
 }
 
 pub(super) fn add(level: Level, to: &mut [u64], from: &[u32], weight: u32) {
@@ -241,7 +284,7 @@ macro_rules! level {
                         }
                     }
                     for tap in taps {
-                        let image = image.as_ptr().add(tap.offset as usize + at);
+                        let image = image.as_ptr().add(tap.offset + at);
                         let mut words = [$broadcast(0); R];
                         for r in 0..R {
                             words[r] = $broadcast(tap.words[r] as i32);
