@@ -9,10 +9,10 @@ use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOption
 
 use crate::args::FormatArg;
 use crate::exemplars::{ExemplarArgs, Headers, Loaded};
-use crate::explain::explain;
+use crate::explain::{self, explain};
 use crate::failure::{Failure, shown};
 use crate::inputs::{self, Input, STREAM};
-use crate::memory;
+use crate::memory::{self, Resized};
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -87,6 +87,24 @@ pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> u64
 impl Weaving {
     /// Refuses what cannot be done, in the order in which it is cheap to see, and reads the exemplars.
     pub(crate) fn begin<'a>(&'a self, session: &'a Session<'a>, plan: &Plan<'_>) -> Result<Loom<'a>, Failure> {
+        self.begin_by(session, plan, Resized::Size)
+    }
+
+    /// The same for a command whose output has the size of a picture that it is given.
+    pub(crate) fn begin_of_fixed_size<'a>(
+        &'a self,
+        session: &'a Session<'a>,
+        plan: &Plan<'_>,
+    ) -> Result<Loom<'a>, Failure> {
+        self.begin_by(session, plan, Resized::Target)
+    }
+
+    fn begin_by<'a>(
+        &'a self,
+        session: &'a Session<'a>,
+        plan: &Plan<'_>,
+        resized: Resized,
+    ) -> Result<Loom<'a>, Failure> {
         let mut report = Report::new(plan.command);
         let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
         let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
@@ -98,10 +116,10 @@ impl Weaving {
             outputs::check_depth(path, outputs::format(path, None, None)?, Depth::U8)?;
         }
         let domain = Tile::domain(self.tile, (plan.shape)(headers.domains()[0].shape)?);
-        check_size(session, domain)?;
+        check_size(session, domain, resized)?;
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
         let need = |domain| self.need(&headers, plan, domain);
-        let needed = memory::check(session.limits.memory, only, domain, &need)?;
+        let needed = memory::check(session.limits.memory, only, domain, resized, &need)?;
         let human = memory::human;
         session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
         let loaded = headers.load(session, plan.transforms, &mut report)?;
@@ -125,19 +143,23 @@ impl Weaving {
         let exemplars = memory::exemplars(&headers.infos, headers.depth)
             .saturating_add(memory::sources(&sources, headers.layout.colors));
         let output = memory::outputs(domain, headers.layout.channels(), headers.depth, self.map.is_some());
-        let explained = if self.explain.is_some() { memory::explained(&sources, domain) } else { 0 };
+        let explained = if self.explain.is_some() {
+            memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape)))
+        } else {
+            0
+        };
         let method = (plan.estimate)(&sources, headers.layout.colors, domain);
         [exemplars, output, explained, method].into_iter().fold(0, u64::saturating_add)
     }
 }
 
 /// Refuses outputs over the caps.
-fn check_size(session: &Session<'_>, domain: Domain<2>) -> Result<(), Failure> {
+fn check_size(session: &Session<'_>, domain: Domain<2>, resized: Resized) -> Result<(), Failure> {
     let [h, w] = domain.shape;
     let (side, samples) = (session.limits.side, session.limits.samples);
     if side < h.max(w) || samples < u64::from(h) * u64::from(w) {
         let caps = format!("the output of {w}x{h} px is over the caps of {side} px a side and {samples} px in all");
-        return Err(Failure::new(3, format!("{caps}; use a smaller --size")));
+        return Err(Failure::new(3, format!("{caps}; use a smaller {}", resized.flag())));
     }
     Ok(())
 }

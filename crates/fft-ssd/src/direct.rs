@@ -35,9 +35,10 @@ pub(crate) fn search<W: Word + Squares>(
     let direct = Direct::new(job, &[*job.template], scratch)?;
     let task = job.task(ROWS);
     par::for_rows(map, task, |number, part| {
+        let mut buffers = Buffers::default();
         direct.chunks(task, number, part, |from, rows| {
-            let products = direct.products(&from);
-            rows.each(|r, row| direct.finish(&from, r, &products, row));
+            direct.products(&from, &mut buffers);
+            rows.each(|r, row| direct.finish(&from, r, &buffers.products, row));
         });
     });
     Ok(())
@@ -61,13 +62,13 @@ pub(crate) fn search_sum(terms: &[Weighted<'_>], scratch: &mut [DirectScratch], 
     let Some((first, _)) = sums.first() else { return Ok(()) };
     let task = first.job.task(ROWS);
     par::for_rows(map, task, |number, part| {
+        let (mut buffers, mut errors) = (Buffers::default(), [0; CHUNK]);
         first.chunks(task, number, part, |from, rows| {
             for (i, (direct, weight)) in sums.iter().enumerate() {
-                let products = direct.products(&from);
-                let mut errors = [0; CHUNK];
+                direct.products(&from, &mut buffers);
                 rows.each(|r, row| {
                     let errors = &mut errors[..from.n];
-                    direct.finish(&from, r, &products, errors);
+                    direct.finish(&from, r, &buffers.products, errors);
                     if i == 0 {
                         direct.job.kernel.weigh(row, errors, *weight);
                     } else {
@@ -106,6 +107,18 @@ struct Chunk {
     at: Shape,
     /// Positions of a row.
     n: usize,
+}
+
+/// What is computed of a chunk; kept from one to the next, for clearing it would take a while.
+struct Buffers<W> {
+    products: [[W; CHUNK]; ROWS],
+    sums: Block,
+}
+
+impl<W: Word> Default for Buffers<W> {
+    fn default() -> Self {
+        Self { products: [[W::ZERO; CHUNK]; ROWS], sums: [[0; CHUNK]; ROWS] }
+    }
 }
 
 /// The rows of a map under a chunk.
@@ -154,19 +167,19 @@ impl<W: Word> Direct<'_, W> {
     }
 
     /// Correlations, times -2, at the positions of a chunk.
-    fn products(&self, chunk: &Chunk) -> [[W; CHUNK]; ROWS] {
+    fn products(&self, chunk: &Chunk, to: &mut Buffers<W>) {
         let [t, y, x] = chunk.at;
         let base = (t * self.job.prepared.extension.shape[1] + y) * self.image.width + x;
-        let mut products = [[W::ZERO; CHUNK]; ROWS];
-        let mut sums: Block = [[0; CHUNK]; ROWS];
+        if self.taps.groups.is_empty() {
+            to.products = [[W::ZERO; CHUNK]; ROWS];
+        }
         for (number, group) in self.taps.groups.iter().enumerate() {
-            self.job.kernel.correlate(&self.image.words, base, self.taps, number, chunk.n, &mut sums);
-            for (products, sums) in products.iter_mut().zip(&sums) {
+            self.job.kernel.correlate(&self.image.words, base, self.taps, number, chunk.n, &mut to.sums);
+            for (products, sums) in to.products.iter_mut().zip(&to.sums) {
                 let (products, sums) = (&mut products[..chunk.n], &sums[..chunk.n]);
                 self.job.kernel.scale(products, sums, W::wrapping(-2 * group.scale), number != 0);
             }
         }
-        products
     }
 
     /// Errors of one row of a chunk, from its products.

@@ -55,4 +55,4 @@ pub use auto_block::suggest_block;
 pub use estimate::{estimate, estimate_transfer};
 pub use options::{Continuation, Error, Options, Stage};
 pub use quilt::{Stats, quilt};
-pub use transfer::{PassStats, TransferOptions, TransferStats, transfer};
+pub use transfer::{PassStats, TransferOptions, TransferStats, suggest_transfer_block, transfer};

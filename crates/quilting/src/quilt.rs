@@ -75,7 +75,7 @@ fn quilt_by(
         progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },
         grid,
     };
-    let mut quilter = Quilter::new(&mut search, pass, run, &mut map);
+    let mut quilter = Quilter::new(&mut search, pass, run, &mut map)?;
     let complete = quilter.lay_all()?;
     let counts = quilter.counts;
     let stats = Stats {

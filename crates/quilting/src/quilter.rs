@@ -1,6 +1,6 @@
 //! One pass of blocks over the output, in raster order. `[Efros01 2.2]`
 
-use selvedge_core::{Domain, Event, Exemplars, Run, Seed, SourceMap};
+use selvedge_core::{Domain, Event, Exemplars, Run, Seed, SourceMap, try_vec};
 
 use crate::block_grid::{Block, BlockGrid};
 use crate::boundary_cut::{Overlaps, boundary_cut};
@@ -65,18 +65,17 @@ pub(crate) struct Quilter<'a, S> {
 }
 
 impl<'a, S: Search> Quilter<'a, S> {
-    pub(crate) fn new(search: &'a mut S, pass: Pass<'a>, run: &'a Run<'a, 2>, map: &'a mut SourceMap<2>) -> Self {
-        let usage = Usage::new(pass.exemplars, pass.block, pass.spread);
-        Self {
-            search,
-            pass,
-            run,
-            map,
-            laid: Vec::new(),
-            overlap: Template::default(),
-            counts: Counts::default(),
-            usage,
-        }
+    pub(crate) fn new(
+        search: &'a mut S,
+        pass: Pass<'a>,
+        run: &'a Run<'a, 2>,
+        map: &'a mut SourceMap<2>,
+    ) -> Result<Self, Error> {
+        let usage = Usage::new(pass.exemplars, pass.block, pass.spread)?;
+        let mut laid = Vec::new();
+        reserve(&mut laid, pass.grid.len())?;
+        let (overlap, counts) = (Template::default(), Counts::default());
+        Ok(Self { search, pass, run, map, laid, overlap, counts, usage })
     }
 
     /// False if the run was cancelled.
@@ -97,12 +96,12 @@ impl<'a, S: Search> Quilter<'a, S> {
         let block = self.pass.grid.block(number);
         // Random blocks agree with nothing.
         let compared = |p| self.pass.stage != Stage::Random && block.is_overlap(p);
-        self.overlap.read(self.pass.exemplars, self.map, &block, compared);
+        self.overlap.read(self.pass.exemplars, self.map, &block, compared)?;
         let chosen = self.choose(number, &block)?;
         match self.pass.stage {
             Stage::Random | Stage::Overlap => self.paste(&block, chosen, |_| true),
             Stage::Cut => {
-                let new = self.cut(&block, chosen);
+                let new = self.cut(&block, chosen)?;
                 self.paste(&block, chosen, |i| new[i]);
             }
         }
@@ -117,13 +116,16 @@ impl<'a, S: Search> Quilter<'a, S> {
         let continued = self.continuations(number, block);
         let avoid = |source: usize, at: [u32; 2]| continued.iter().any(|&(s, p)| s == source && near(at, p));
         let agree = [Term { space: Space::Texture, template: &self.overlap, weight: 1 }];
-        let terms = self.pass.steering.as_mut().map(|s| s.terms(self.pass.exemplars, block, &self.overlap));
+        let steering = self.pass.steering.as_mut();
+        let terms = steering.map(|s| s.terms(self.pass.exemplars, block, &self.overlap)).transpose()?;
         let terms = terms.as_deref().unwrap_or(&agree);
         let per_mille = self.pass.per_mille;
-        let near = self.search.near(terms, self.usage.widened(per_mille), &avoid)?;
+        let usage = &self.usage;
+        let near = self.search.near(terms, &|best| usage.widened(per_mille, best), &avoid)?;
         let mut rng = self.pass.seed.derive("quilting/block", number as u64).rng();
         let [height, width] = block.shape();
-        let (chosen, candidates) = self.usage.draw(near, per_mille, &mut rng).ok_or(Error::Masked { height, width })?;
+        let (chosen, candidates) =
+            self.usage.draw(near, per_mille, &mut rng)?.ok_or(Error::Masked { height, width })?;
         self.counts.candidates += u64::from(candidates);
         Ok(chosen)
     }
@@ -143,13 +145,13 @@ impl<'a, S: Search> Quilter<'a, S> {
     }
 
     /// Where the chosen block shows. `[Efros01 2.1]`
-    fn cut(&mut self, block: &Block, chosen: Candidate) -> Vec<bool> {
+    fn cut(&mut self, block: &Block, chosen: Candidate) -> Result<Vec<bool>, Error> {
         let template = &self.overlap;
         let [h, w] = template.shape.map(|v| v as usize);
         let features = &self.pass.exemplars.sources()[chosen.source].features;
         let stride = features.domain().shape[1] as usize;
         let corner = features.domain().index(chosen.at);
-        let mut error = vec![0_u64; h * w];
+        let mut error = try_vec(h * w, 0_u64)?;
         for (c, &weight) in self.pass.exemplars.weights().iter().enumerate() {
             let (old, new) = (&template.features[c * h * w..][..h * w], features.plane(c));
             for (i, e) in error.iter_mut().enumerate().filter(|(i, _)| template.mask[*i]) {
@@ -165,7 +167,7 @@ impl<'a, S: Search> Quilter<'a, S> {
         };
         let cut = boundary_cut([h, w], overlaps, &error);
         self.counts.cut_error += cut.cost;
-        cut.new
+        Ok(cut.new)
     }
 
     /// Writes the samples of the chosen block for which `new` is true.
@@ -186,12 +188,11 @@ impl Template {
         map: &SourceMap<2>,
         block: &Block,
         compared: impl Fn([u32; 2]) -> bool,
-    ) {
+    ) -> Result<(), Error> {
         let (output, table) = (map.domain(), exemplars.table());
         self.shape = block.shape();
         let n = (self.shape[0] * self.shape[1]) as usize;
-        self.mask.clear();
-        self.features.clear();
+        self.clear(n, exemplars.channels())?;
         self.features.resize(n * exemplars.channels(), 0);
         for (i, p) in Domain::open(self.shape).positions().enumerate() {
             let id = map.ids.get(0, block.position(output, p));
@@ -205,12 +206,27 @@ impl Template {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Empties the buffers and makes room for so many samples and channels.
+    pub(crate) fn clear(&mut self, samples: usize, channels: usize) -> Result<(), Error> {
+        self.mask.clear();
+        self.features.clear();
+        reserve(&mut self.mask, samples)?;
+        reserve(&mut self.features, samples * channels)
     }
 
     /// Compared samples.
     pub(crate) fn samples(&self) -> u64 {
         self.mask.iter().filter(|&&on| on).count() as u64
     }
+}
+
+/// Makes room for that many items more.
+pub(crate) fn reserve<T>(items: &mut Vec<T>, more: usize) -> Result<(), Error> {
+    let bytes = (more as u64).saturating_mul(size_of::<T>() as u64);
+    items.try_reserve(more).map_err(|_| selvedge_core::Error::Allocation { bytes }.into())
 }
 
 /// Within two samples on both axes.

@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "instructions beyond the baseline are called through unsafe functions")]
 
 use super::{Block, CHUNK, Level, Row, scalar};
-use crate::taps::{Phase, ROWS, Tap};
+use crate::taps::{Phase, Tap};
 use crate::word::Word;
 use rustfft::num_complex::Complex;
 use std::arch::x86_64::*;
@@ -232,8 +232,10 @@ macro_rules! level {
             /// The machine has the features, and each tap's offset leaves `CHUNK` words of the image.
             #[target_feature(enable = $features)]
             pub(super) unsafe fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
-                *sums = [[0; CHUNK]; ROWS];
                 let all = width.div_ceil(LANES);
+                for row in sums.iter_mut() {
+                    row[..all * LANES].fill(0);
+                }
                 // Parts of nearly equal width: a narrow last one would leave multipliers idle.
                 let parts = all.div_ceil($vectors).max(1);
                 for part in 0..parts {

@@ -7,6 +7,7 @@ use selvedge_core::{Exemplars, Guide, SimdLevel};
 use selvedge_fft_ssd::{Costs, Placement, SsdSearcher, SumScratch, Tolerance, search_sum};
 
 use crate::options::Error;
+use crate::quilter::reserve;
 
 /// A window of features, where there are any.
 #[derive(Clone, Debug, Default)]
@@ -51,13 +52,16 @@ pub(crate) struct Candidate {
 /// Which candidates are passed over while there are others: by source and top left sample.
 pub(crate) type Avoid<'a> = &'a dyn Fn(usize, [u32; 2]) -> bool;
 
+/// How much worse than the best a candidate may be, in thousandths, if that is the best.
+pub(crate) type Within<'a> = &'a dyn Fn(&Candidate) -> u32;
+
 /// Finds the blocks within a tolerance of the best.
 pub(crate) trait Search {
-    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those whose error is at most
-    /// `1 + per_mille / 1000` times the least, in any order. None if no valid block fits.
+    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first by
+    /// error, source and position, in any order. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
-    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error>;
+    fn near(&mut self, terms: &[Term<'_>], within: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error>;
 }
 
 /// The exact search of `selvedge-fft-ssd`.
@@ -98,24 +102,26 @@ impl<'e> FastSearch<'e> {
 }
 
 impl Search for FastSearch<'_> {
-    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
+    fn near(&mut self, terms: &[Term<'_>], within: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error> {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
         self.sum(terms)?;
-        let costs = &mut self.costs;
-        let tolerance = Tolerance::from(per_mille);
         let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
-        let mut near = costs.within_where(tolerance, allowed)?;
-        if near.is_empty() {
-            near = costs.within(tolerance)?;
-        }
-        found.extend(near.iter().map(|c| Candidate {
+        let of = |c: selvedge_fft_ssd::Candidate<2>| Candidate {
             error: c.error,
             source: c.source,
             at: c.position.map(|p| p as u32),
-        }));
+        };
+        let best = self.costs.best_where(allowed).map(of);
+        let near = match best.or_else(|| self.costs.best().map(of)) {
+            Some(any) if best.is_none() => self.costs.within(Tolerance::from(within(&any)))?,
+            Some(best) => self.costs.within_where(Tolerance::from(within(&best)), allowed)?,
+            None => return Ok(&[]),
+        };
+        reserve(&mut found, near.len() as usize)?;
+        found.extend(near.iter().map(of));
         self.found = found;
-        Ok(&mut self.found)
+        Ok(&self.found)
     }
 }
 
@@ -146,9 +152,9 @@ mod tests {
 
     /// The whole list, in order.
     fn list(search: &mut dyn Search, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
-        let found = search.near(terms, per_mille, avoid).unwrap();
+        let mut found = search.near(terms, &|_| per_mille, avoid).unwrap().to_vec();
         found.sort_unstable();
-        found.clone()
+        found
     }
 
     fn texture(template: &Template) -> [Term<'_>; 1] {
