@@ -8,7 +8,7 @@ use selvedge_io::Info;
 use crate::failure::Failure;
 
 /// The program itself: code, stacks of its threads, small things.
-const PROGRAM: u64 = 32 << 20;
+const PROGRAM: u64 = 12 << 20;
 
 /// Bytes of a picture's samples.
 pub(crate) fn picture(domain: Domain<2>, channels: usize, depth: Depth) -> u64 {

@@ -120,6 +120,11 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         self.weights.len()
     }
 
+    /// The instructions in use: those of [`Options::simd`], or the next lower ones that the machine has.
+    pub fn simd(&self) -> SimdLevel {
+        self.kernel.level()
+    }
+
     /// The error of the template at every position, into `costs`. After an error `costs` has no meaning.
     ///
     /// Takes `O(min(samples, log(samples)) * positions)`; see the crate's page for figures.

@@ -157,6 +157,7 @@ macro_rules! multiply {
         #[target_feature(enable = $features)]
         fn $name(to: &mut [C64], a: &[C64], b: &[C64]) {
             let n = to.len();
+            assert!(n != 0 && a.len() == b.len(), "signals of the template and of the source");
             let (signals, whole) = (a.len() / n, n - n % $lanes);
             for i in (0..whole).step_by($lanes) {
                 let (mut first, mut second) = ($zero(), $zero());
