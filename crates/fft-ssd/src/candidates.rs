@@ -182,14 +182,23 @@ impl<const D: usize> Costs<D> {
         let differ = !self.counts.is_empty();
         for run in runs.iter().filter(|run| differ || run.least <= most) {
             let (number, source) = (run.source as usize, &self.sources[run.source as usize]);
-            for pick in run.places().filter_map(|flat| self.pick(flat)) {
-                if (differ || pick.error <= most)
-                    && near(&pick)
-                    && allow(number, source.position(pick.flat as usize - source.start))
-                {
-                    reserve(picks, 1)?;
-                    picks.push(pick);
+            let mut allowed = |flat: usize| allow(number, source.position(flat - source.start));
+            reserve(picks, run.places().len())?;
+            if differ {
+                let all = run.places().filter_map(|flat| self.pick(flat));
+                picks.extend(all.filter(|pick| near(pick) && allowed(pick.flat as usize)));
+                continue;
+            }
+            // With equal counts, an error that is near is one of at most `most`, and what is no candidate is none.
+            let mut look = |flat: usize, error: u64| {
+                if error <= most && allowed(flat) {
+                    picks.extend(self.pick(flat));
                 }
+            };
+            if self.is_wide {
+                run.places().zip(&self.wide[run.places()]).for_each(|(flat, &e)| look(flat, e));
+            } else {
+                run.places().zip(&self.narrow[run.places()]).for_each(|(flat, &e)| look(flat, e.into()));
             }
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
 use selvedge_quilting::correspondence::{blur, encode_together, luminance, match_histogram, orientation};
-use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, transfer};
+use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
 use serde_json::json;
 
 use crate::commands::quilt::{Auto, auto_or_number};
@@ -137,6 +137,9 @@ impl Transfer {
         if loom.is_dry() {
             // The least output tells whether options and exemplars go together.
             let least = Grid::try_filled(Domain::open([1, 1]), guide.weights().len(), 0)?;
+            // Exemplars smaller than any block that can be asked for take what is left.
+            let block = suggest_transfer_block(exemplars, loom.domain);
+            let options = TransferOptions { block: options.block.or(Some(block).filter(|&b| 4 <= b)), ..options };
             let one = transfer(exemplars, &guide.with_target(least)?, &options, &Run::seeded(0));
             let stats = one.map_err(|e| failure(&loom, e))?.stats;
             let used = self.used(&loom, &stats);
