@@ -33,7 +33,7 @@
 //!
 //! | grows with | of | | | |
 //! |---|---|---|---|---|
-//! | the output's area | quilts of 256^2, 512^2, 1024^2, 2048^2 | 33 | 112 | 430, 1744 |
+//! | the output's area | quilts of 512^2, 1024^2, 2048^2 by 36 | 112 | 430 | 1744 |
 //! | blocks, slowly | quilts of 1024^2 by 24, 48, 72 | 549 | 384 | 300 |
 //! | the exemplar's area | quilts of 1024^2 from 96^2, 192^2, 384^2 | 218 | 434 | 1183 |
 //! | the target's area | transfers onto 128^2, 256^2, 512^2 by 28 | 271 | 1083 | 4298 |
