@@ -1,5 +1,7 @@
 //! `gallery`: makes the pictures of README.md again, with the program itself.
 
+use std::path::Path;
+
 use crate::ci::cargo_with;
 use crate::tree::Tree;
 use crate::{Outcome, program};
@@ -19,14 +21,10 @@ pub(crate) fn run(args: &[String]) -> Outcome {
         let rows = rows.as_array().ok_or_else(|| format!("{ROWS}: `{name}` has no rows"))?;
         let mut pictures = Vec::new();
         for (number, row) in rows.iter().enumerate() {
-            let text = |key: &str| {
-                row.get(key).and_then(|v| v.as_str()).ok_or(format!("{ROWS}: row {number} of `{name}` has no `{key}`"))
-            };
-            let out = format!("target/gallery/{name}-{number}.png");
-            let line = text("run")?.replace("{out}", &out);
-            let output = program::run(&selvedge, line.split_whitespace())?;
-            program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).into_owned())?;
-            pictures.extend([text("exemplar")?.to_owned(), out]);
+            if 0 < number {
+                pictures.push("/".into());
+            }
+            pictures.extend(made(&selvedge, name, number, row)?);
         }
         let strip = format!("docs/{name}.jpg");
         let mut args =
@@ -35,4 +33,24 @@ pub(crate) fn run(args: &[String]) -> Outcome {
         cargo_with(&args, &[])?;
     }
     Ok(())
+}
+
+/// Runs a row; answers with its pictures: the exemplar, and each target with what was made.
+fn made(selvedge: &Path, name: &str, number: usize, row: &toml::Value) -> Result<Vec<String>, String> {
+    let texts = |key: &str| {
+        let all = row.get(key).and_then(|v| v.as_array()).into_iter().flatten();
+        all.filter_map(|v| v.as_str()).collect::<Vec<_>>()
+    };
+    let exemplar = row.get("exemplar").and_then(|v| v.as_str());
+    let mut pictures = vec![exemplar.ok_or(format!("{ROWS}: row {number} of `{name}` has no `exemplar`"))?.to_owned()];
+    let (targets, runs) = (texts("targets"), texts("runs"));
+    program::check(!runs.is_empty(), || format!("{ROWS}: row {number} of `{name}` has no `runs`"))?;
+    for (i, run) in runs.iter().enumerate() {
+        let out = format!("target/gallery/{name}-{number}-{i}.png");
+        let output = program::run(selvedge, run.replace("{out}", &out).split_whitespace())?;
+        program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).into_owned())?;
+        pictures.extend(targets.get(i).map(|&target| target.to_owned()));
+        pictures.push(out);
+    }
+    Ok(pictures)
 }

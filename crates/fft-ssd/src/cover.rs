@@ -2,6 +2,7 @@
 
 use crate::axes::Shape;
 use crate::job::Job;
+use crate::memory::collected;
 use crate::sums::{Corners, Table};
 use crate::word::Word;
 use crate::{Cover, Error};
@@ -49,10 +50,10 @@ pub(crate) fn apply<W: Word>(
 fn whole<W: Word>(job: &Job<'_>, scratch: &mut CoverScratch, map: &mut [W]) -> Result<(), Error> {
     let table = job.prepared.valid(job.source)?;
     let needed = if job.cover == Cover::Box {
-        scratch.corners.of_box(job.template, table.shape);
+        scratch.corners.of_box(job.template, table.shape)?;
         job.template.len() as u64
     } else {
-        scratch.corners.of_mask(job.template, table.shape);
+        scratch.corners.of_masks(&[*job.template], table.shape)?;
         job.template.samples
     };
     let (task, corners) = (job.task(8), &scratch.corners);
@@ -106,10 +107,10 @@ fn partial<W: Word>(
                 *cost = cost.plus(own.over(&over));
                 *count = mask.over(&over);
             }
-        });
+        })
     } else {
         let table = job.prepared.valid(job.source)?;
-        scratch.corners.of_mask(job.template, table.shape);
+        scratch.corners.of_masks(&[*job.template], table.shape)?;
         let valid = valid_samples(job)?;
         let corners = &scratch.corners;
         each_row(job, map, counts, |t, y, costs, counts| {
@@ -117,9 +118,8 @@ fn partial<W: Word>(
             for (x, count) in counts.iter_mut().enumerate() {
                 *count = counted(table, corners, [t, y, x]);
             }
-        });
+        })
     }
-    Ok(())
 }
 
 /// Values of the unmasked samples of one row of a template.
@@ -136,13 +136,14 @@ fn each_row<W: Word>(
     map: &mut [W],
     counts: &mut [u32],
     f: impl Fn(usize, usize, &mut [W], &mut [u32]) + Sync + Send,
-) {
+) -> Result<(), Error> {
     let [_, height, width] = job.range.count;
-    let mut rows: Vec<_> = map.chunks_mut(width).zip(counts.chunks_mut(width)).collect();
+    let mut rows = collected(map.chunks_mut(width).zip(counts.chunks_mut(width)))?;
     par::for_rows(&mut rows, 1, |row, part| {
         let (costs, counts) = &mut part[0];
         f(row / height, row % height, costs, counts);
     });
+    Ok(())
 }
 
 /// Validity of each sample of the extension.
