@@ -126,11 +126,24 @@ impl<const D: usize> Costs<D> {
     pub fn within_where(
         &mut self,
         tolerance: impl Into<Tolerance>,
+        allow: impl FnMut(usize, [i32; D]) -> bool,
+    ) -> Result<Candidates<'_, D>, Error> {
+        let tolerance = tolerance.into();
+        self.within_of_best(|_| tolerance, allow)
+    }
+
+    /// The same with a tolerance that depends on which is the best.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn within_of_best(
+        &mut self,
+        tolerance: impl FnOnce(&Candidate<D>) -> Tolerance,
         mut allow: impl FnMut(usize, [i32; D]) -> bool,
     ) -> Result<Candidates<'_, D>, Error> {
         let (mut picks, mut runs) = (std::mem::take(&mut self.picks), std::mem::take(&mut self.runs));
         picks.clear();
-        let found = self.find(tolerance.into(), &mut allow, &mut picks, &mut runs);
+        let found = self.find(tolerance, &mut allow, &mut picks, &mut runs);
         (self.picks, self.runs) = (picks, runs);
         found.map(|()| Candidates { sources: &self.sources, picks: &mut self.picks })
     }
@@ -160,10 +173,10 @@ impl<const D: usize> Costs<D> {
         })
     }
 
-    /// Collects what [`within_where`](Self::within_where) answers with.
+    /// Collects what [`within_of_best`](Self::within_of_best) answers with.
     fn find(
         &self,
-        tolerance: Tolerance,
+        tolerance: impl FnOnce(&Candidate<D>) -> Tolerance,
         mut allow: impl FnMut(usize, [i32; D]) -> bool,
         picks: &mut Vec<Pick>,
         runs: &mut Vec<Run>,
@@ -172,6 +185,7 @@ impl<const D: usize> Costs<D> {
         reserve(runs, self.len() / RUN + self.sources.len())?;
         runs.extend(self.runs());
         let Some(best) = self.best_pick(runs.iter().copied(), &mut allow) else { return Ok(()) };
+        let tolerance = tolerance(&candidate(&self.sources, best));
         let floor = Pick { error: tolerance.floor, count: self.samples as u32, flat: 0 };
         let best = if best.by_mean(&floor).is_lt() { floor } else { best };
 
@@ -246,4 +260,4 @@ impl Run {
 }
 
 /// Positions that are looked at together: their least error mostly tells that none of them matters.
-const RUN: usize = 128;
+const RUN: usize = 64;

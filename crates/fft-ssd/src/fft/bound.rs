@@ -87,7 +87,7 @@ mod tests {
             Complex::new((-cos - sin) * half, (cos - sin) * half),
         ];
         let root = turned[eighth % 4];
-        if eighth / 4 % 2 == 0 { root } else { -root }
+        if (eighth / 4).is_multiple_of(2) { root } else { -root }
     }
 
     #[test]

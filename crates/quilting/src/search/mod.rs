@@ -112,12 +112,11 @@ impl Search for FastSearch<'_> {
             source: c.source,
             at: c.position.map(|p| p as u32),
         };
-        let best = self.costs.best_where(allowed).map(of);
-        let near = match best.or_else(|| self.costs.best().map(of)) {
-            Some(any) if best.is_none() => self.costs.within(Tolerance::from(within(&any)))?,
-            Some(best) => self.costs.within_where(Tolerance::from(within(&best)), allowed)?,
-            None => return Ok(&[]),
-        };
+        let tolerance = |best: &selvedge_fft_ssd::Candidate<2>| Tolerance::from(within(&of(*best)));
+        let mut near = self.costs.within_of_best(tolerance, allowed)?;
+        if near.is_empty() {
+            near = self.costs.within_of_best(tolerance, |_, _| true)?;
+        }
         reserve(&mut found, near.len() as usize)?;
         found.extend(near.iter().map(of));
         self.found = found;
