@@ -1,32 +1,42 @@
 //! `gallery`: makes the pictures of README.md again, with the program itself.
 
+use std::fs;
+use std::path::Path;
+
+use selvedge_core::Role;
+use selvedge_testkit::from_png;
+
 use crate::ci::cargo_with;
-use crate::tree::Tree;
-use crate::{Outcome, program};
+use crate::tree::{Tree, root};
+use crate::{Outcome, fixtures, program};
 
 /// Where the rows stand.
 const ROWS: &str = "docs/gallery.toml";
+/// What they were when the strips were made: a line `STRIP-NUMBER HASH` each.
+const ANSWERS: &str = "docs/gallery.answers";
+
+/// A row of a strip: an exemplar, and what is made of it.
+struct Row {
+    strip: String,
+    number: usize,
+    exemplar: String,
+    run: String,
+}
 
 /// Runs every row and puts exemplars and outputs side by side, strip by strip.
 pub(crate) fn run(args: &[String]) -> Outcome {
-    let table = Tree::of_project().manifest(ROWS).map_err(|why| format!("{ROWS} {why}"))?;
-    let strips =
-        table.get("strip").and_then(|s| s.as_table()).ok_or_else(|| format!("{ROWS} has no [[strip.NAME]]"))?;
     let selvedge = program::build()?;
     program::fresh("gallery")?;
-    let wanted = |name: &str| args.is_empty() || args.iter().any(|arg| arg == name);
-    for (name, rows) in strips.iter().filter(|(name, _)| wanted(name)) {
-        let rows = rows.as_array().ok_or_else(|| format!("{ROWS}: `{name}` has no rows"))?;
+    let (rows, mut answers) = (rows()?, answers());
+    let mut strips: Vec<&String> = rows.iter().map(|row| &row.strip).collect();
+    strips.dedup();
+    for name in strips.into_iter().filter(|name| args.is_empty() || args.contains(name)) {
         let mut pictures = Vec::new();
-        for (number, row) in rows.iter().enumerate() {
-            let text = |key: &str| {
-                row.get(key).and_then(|v| v.as_str()).ok_or(format!("{ROWS}: row {number} of `{name}` has no `{key}`"))
-            };
-            let out = format!("target/gallery/{name}-{number}.png");
-            let line = text("run")?.replace("{out}", &out);
-            let output = program::run(&selvedge, line.split_whitespace())?;
-            program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).into_owned())?;
-            pictures.extend([text("exemplar")?.to_owned(), out]);
+        for row in rows.iter().filter(|row| row.strip == *name) {
+            let (picture, hash) = made(row, &selvedge)?;
+            pictures.extend([row.exemplar.clone(), picture]);
+            answers.retain(|(key, _)| *key != row.key());
+            answers.push((row.key(), hash));
         }
         let strip = format!("docs/{name}.jpg");
         let mut args =
@@ -34,5 +44,63 @@ pub(crate) fn run(args: &[String]) -> Outcome {
         args.extend(pictures.iter().map(String::as_str));
         cargo_with(&args, &[])?;
     }
-    Ok(())
+    answers.retain(|(key, _)| rows.iter().any(|row| row.key() == *key));
+    answers.sort();
+    let text: String = answers.iter().map(|(key, hash)| format!("{key} {hash}\n")).collect();
+    fs::write(root().join(ANSWERS), text).map_err(|e| format!("{ANSWERS}: {e}"))
+}
+
+/// Rows of which the program makes something else today than when the strips were made.
+pub(crate) fn stale(selvedge: &Path) -> Result<Vec<String>, String> {
+    program::fresh("gallery")?;
+    let answers = answers();
+    let mut stale = Vec::new();
+    for row in rows()? {
+        let (_, hash) = made(&row, selvedge)?;
+        if !answers.contains(&(row.key(), hash)) {
+            stale.push(format!("docs/{}.jpg: row {} is another picture now", row.strip, row.number));
+        }
+    }
+    Ok(stale)
+}
+
+impl Row {
+    fn key(&self) -> String {
+        format!("{}-{}", self.strip, self.number)
+    }
+}
+
+/// All rows, strip by strip.
+fn rows() -> Result<Vec<Row>, String> {
+    let table = Tree::of_project().manifest(ROWS).map_err(|why| format!("{ROWS} {why}"))?;
+    let strips =
+        table.get("strip").and_then(|s| s.as_table()).ok_or_else(|| format!("{ROWS} has no [[strip.NAME]]"))?;
+    let mut all = Vec::new();
+    for (name, rows) in strips {
+        let rows = rows.as_array().ok_or_else(|| format!("{ROWS}: `{name}` has no rows"))?;
+        for (number, row) in rows.iter().enumerate() {
+            let text = |key: &str| {
+                let text = row.get(key).and_then(|v| v.as_str()).map(str::to_owned);
+                text.ok_or(format!("{ROWS}: row {number} of `{name}` has no `{key}`"))
+            };
+            all.push(Row { strip: name.clone(), number, exemplar: text("exemplar")?, run: text("run")? });
+        }
+    }
+    Ok(all)
+}
+
+/// The picture of a row, and the hash of its samples.
+fn made(row: &Row, selvedge: &Path) -> Result<(String, String), String> {
+    let out = format!("target/gallery/{}.png", row.key());
+    let output = program::run(selvedge, row.run.replace("{out}", &out).split_whitespace())?;
+    program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).into_owned())?;
+    let file = fs::read(root().join(&out)).map_err(|e| format!("{out}: {e}"))?;
+    let plane = from_png(Role::Color, &file).map_err(|e| e.to_string())?;
+    Ok((out, fixtures::hash(selvedge_testkit::bytes(&plane))))
+}
+
+fn answers() -> Vec<(String, String)> {
+    let text = fs::read_to_string(root().join(ANSWERS)).unwrap_or_default();
+    let pair = |line: &str| line.split_once(' ').map(|(key, hash)| (key.to_owned(), hash.to_owned()));
+    text.lines().filter_map(pair).collect()
 }
