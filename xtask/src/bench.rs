@@ -52,6 +52,12 @@ pub(crate) fn run(args: &[String]) -> Outcome {
     program::check(wrong == 0, || format!("{wrong} benchmarks did not answer as they should"))
 }
 
+/// Those that answer otherwise today, each run once.
+pub(crate) fn stale(program: &Path) -> Result<Vec<String>, String> {
+    let told = |bench: &Bench| Some(format!("tests/bench/{}.toml: {}", bench.name, once(bench, program).err()?));
+    Ok(benches()?.iter().filter_map(told).collect())
+}
+
 fn benches() -> Result<Vec<Bench>, String> {
     let tree = Tree::of_project();
     let names = tree.texts(".toml").filter_map(|(path, _)| path.strip_prefix("tests/bench/")?.strip_suffix(".toml"));

@@ -4,7 +4,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::tree::Tree;
-use crate::{Outcome, tidy};
+use crate::{Outcome, fresh, tidy};
 
 /// Runs every check and test.
 pub(crate) fn run(_: &[String]) -> Outcome {
@@ -21,6 +21,7 @@ pub(crate) fn run(_: &[String]) -> Outcome {
         cargo(&["check", "--tests", "--no-default-features", "-p", &package])?;
     }
     tidy::run(&[])?;
+    fresh::run(&[])?;
     eprintln!("xtask: all green after {} s", started.elapsed().as_secs());
     Ok(())
 }

@@ -10,8 +10,18 @@ use crate::tree::root;
 /// Builds the program in release.
 pub(crate) fn build() -> Result<PathBuf, String> {
     cargo_with(&["build", "--quiet", "--release", "--package", "selvedge"], &[])?;
+    Ok(built("release"))
+}
+
+/// Builds the program as tests do.
+pub(crate) fn build_for_tests() -> Result<PathBuf, String> {
+    cargo_with(&["build", "--quiet", "--package", "selvedge"], &[])?;
+    Ok(built("debug"))
+}
+
+fn built(profile: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(target.join("release").join(format!("selvedge{}", std::env::consts::EXE_SUFFIX)))
+    target.join(profile).join(format!("selvedge{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// Runs a program in the project's root.

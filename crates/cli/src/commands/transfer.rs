@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::blending::Blending;
 use crate::commands::quilt::{Auto, auto_or_number};
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, n, shown};
 use crate::inputs::Input;
 use crate::report::Done;
 use crate::session::Session;
@@ -182,14 +182,19 @@ impl Transfer {
     fn pairs(&self) -> Result<Vec<Pair>, Failure> {
         let (guides, weights) = (self.guide.len() / 2, self.weight.len());
         if weights != 0 && weights != guides {
-            let what = format!("{weights} weights for {guides} guides");
+            let what = format!("{} for {}", n("weight", weights), n("guide", guides));
             return Err(Failure::new(2, what).remedy("give one --weight for each --guide, or none"));
         }
         let exemplars = self.weaving.input.exemplars.len();
         let pair = |(i, files): (usize, &[PathBuf])| {
             let sources = listed(&files[0], exemplars);
             if sources.len() != exemplars {
-                let what = format!("'{}' names {} files for {exemplars} exemplars", shown(&files[0]), sources.len());
+                let what = format!(
+                    "'{}' names {} for {}",
+                    shown(&files[0]),
+                    n("file", sources.len()),
+                    n("exemplar", exemplars)
+                );
                 return Err(Failure::new(2, what).remedy("give --guide one SRC for each, separated by commas"));
             }
             let weight = self.weight.get(i).copied().unwrap_or(1.0);

@@ -133,6 +133,10 @@ fn names_may_be_any_bytes() {
         folder.run_words(words as [&OsStr; 7]).done();
         let refused = folder.run_words(["quilt".as_ref(), input.as_os_str(), "-o".as_ref(), input.as_os_str()]);
         refused.refused(4, &["same file"]);
+        let missing = OsStr::from_bytes(b"none\n\xff.png");
+        let said = folder.run_words(["info".as_ref(), missing, "--json".as_ref()]);
+        let said = said.refused(4, &[r"error: 'none\n\xff.png': not found"]);
+        assert_eq!(said.json()["error"]["path"], "none\n\\xff.png", "data has the name as it is");
         let said = folder.run_words(["info".as_ref(), OsStr::new(&output)]).done();
         assert!(String::from_utf8(said.stdout).unwrap().contains("selvedge quilt "));
     }
