@@ -3,6 +3,7 @@
 //! The same check replays the corpus in `cargo test -p selvedge-maxflow --test corpus`, without the fuzzer.
 #![no_main]
 
+#[allow(dead_code, reason = "the other target runs the rest")]
 #[path = "../../crates/maxflow/tests/bytes/mod.rs"]
 mod bytes;
 

@@ -13,6 +13,8 @@ pub(crate) fn run(_: &[String]) -> Outcome {
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
     cargo(&["doc", "--workspace", "--no-deps"])?;
     cargo(&["test", "--workspace"])?;
+    // The one optional feature whose code the line above leaves out.
+    cargo(&["test", "-p", "selvedge-maxflow", "--features", "petgraph"])?;
     let tree = Tree::of_project();
     for name in tree.crates() {
         let package = package_name(&tree, name)?;

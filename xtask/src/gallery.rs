@@ -20,7 +20,9 @@ struct Row {
     strip: String,
     number: usize,
     exemplar: String,
-    run: String,
+    /// Pictures that its runs follow, if any.
+    targets: Vec<String>,
+    runs: Vec<String>,
 }
 
 /// Runs every row and puts exemplars and outputs side by side, strip by strip.
@@ -33,8 +35,12 @@ pub(crate) fn run(args: &[String]) -> Outcome {
     for name in strips.into_iter().filter(|name| args.is_empty() || args.contains(name)) {
         let mut pictures = Vec::new();
         for row in rows.iter().filter(|row| row.strip == *name) {
-            let (picture, hash) = made(row, &selvedge)?;
-            pictures.extend([row.exemplar.clone(), picture]);
+            let (made, hash) = made(row, &selvedge)?;
+            if !pictures.is_empty() {
+                pictures.push("/".into());
+            }
+            pictures.push(row.exemplar.clone());
+            pictures.extend(made);
             answers.retain(|(key, _)| *key != row.key());
             answers.push((row.key(), hash));
         }
@@ -79,24 +85,34 @@ fn rows() -> Result<Vec<Row>, String> {
     for (name, rows) in strips {
         let rows = rows.as_array().ok_or_else(|| format!("{ROWS}: `{name}` has no rows"))?;
         for (number, row) in rows.iter().enumerate() {
-            let text = |key: &str| {
-                let text = row.get(key).and_then(|v| v.as_str()).map(str::to_owned);
-                text.ok_or(format!("{ROWS}: row {number} of `{name}` has no `{key}`"))
+            let exemplar = row.get("exemplar").and_then(|v| v.as_str());
+            let exemplar = exemplar.ok_or(format!("{ROWS}: row {number} of `{name}` has no `exemplar`"))?.to_owned();
+            let texts = |key: &str| {
+                let all = row.get(key).and_then(|v| v.as_array()).into_iter().flatten();
+                all.filter_map(|v| v.as_str()).map(str::to_owned).collect::<Vec<_>>()
             };
-            all.push(Row { strip: name.clone(), number, exemplar: text("exemplar")?, run: text("run")? });
+            let (targets, runs) = (texts("targets"), texts("runs"));
+            program::check(!runs.is_empty(), || format!("{ROWS}: row {number} of `{name}` has no `runs`"))?;
+            all.push(Row { strip: name.clone(), number, exemplar, targets, runs });
         }
     }
     Ok(all)
 }
 
-/// The picture of a row, and the hash of its samples.
-fn made(row: &Row, selvedge: &Path) -> Result<(String, String), String> {
-    let out = format!("target/gallery/{}.png", row.key());
-    let output = program::run(selvedge, row.run.replace("{out}", &out).split_whitespace())?;
-    program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).into_owned())?;
-    let file = fs::read(root().join(&out)).map_err(|e| format!("{out}: {e}"))?;
-    let plane = from_png(Role::Color, &file).map_err(|e| e.to_string())?;
-    Ok((out, fixtures::hash(selvedge_testkit::bytes(&plane))))
+/// The pictures of a row beside its exemplar, each target before what was made of it, and the hash of what was made.
+fn made(row: &Row, selvedge: &Path) -> Result<(Vec<String>, String), String> {
+    let (mut pictures, mut hashes) = (Vec::new(), Vec::new());
+    for (i, run) in row.runs.iter().enumerate() {
+        let out = format!("target/gallery/{}-{i}.png", row.key());
+        let output = program::run(selvedge, run.replace("{out}", &out).split_whitespace())?;
+        program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).into_owned())?;
+        let file = fs::read(root().join(&out)).map_err(|e| format!("{out}: {e}"))?;
+        let plane = from_png(Role::Color, &file).map_err(|e| e.to_string())?;
+        hashes.push(fixtures::hash(selvedge_testkit::bytes(&plane)));
+        pictures.extend(row.targets.get(i).cloned());
+        pictures.push(out);
+    }
+    Ok((pictures, hashes.join("+")))
 }
 
 fn answers() -> Vec<(String, String)> {

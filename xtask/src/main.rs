@@ -37,7 +37,11 @@ const CHORES: [Chore; 10] = [
     ("regress [PATTERN]", "the end-to-end suite in release, and a page of its pictures", regress::run),
     ("bless NAME...", "write the references of recipes in tests/suite", regress::bless),
     ("review [PATTERN]", "regress, then ask for each recipe that differs whether to bless it", regress::review),
-    ("soak [PART]", "the long checks: crates alone, random options, runs killed half way", soak::run),
+    (
+        "soak [PART]",
+        "the long checks: crates alone, random options, runs killed half way, large graphs, fuzzing",
+        soak::run,
+    ),
     ("tidy", "rules that no compiler knows: edges between crates, citations, sizes, licences", tidy::run),
 ];
 

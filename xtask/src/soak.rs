@@ -8,7 +8,7 @@ use std::time::Duration;
 use selvedge_core::Role;
 use selvedge_testkit::{Noise, from_png};
 
-use crate::ci::{cargo, package_name};
+use crate::ci::{cargo, cargo_with, package_name};
 use crate::tree::{Tree, root};
 use crate::{Outcome, program};
 
@@ -17,15 +17,16 @@ const RUNS: i32 = 300;
 /// Runs that are killed.
 const KILLS: i32 = 40;
 
-/// Runs everything, or the one part that is named: `crates`, `options`, `kills`, `fuzz`.
+/// Runs everything, or the one part that is named: `crates`, `options`, `kills`, `large`, `fuzz`.
 pub(crate) fn run(args: &[String]) -> Outcome {
     match args.first().map(String::as_str) {
-        None => crates().and_then(|()| options()).and_then(|()| kills()).and_then(|()| fuzz()),
+        None => [crates, options, kills, large, fuzz].into_iter().try_for_each(|part| part()),
         Some("crates") => crates(),
         Some("options") => options(),
         Some("kills") => kills(),
+        Some("large") => large(),
         Some("fuzz") => fuzz(),
-        Some(_) => Err("usage: cargo xtask soak [crates|options|kills|fuzz]".into()),
+        Some(_) => Err("usage: cargo xtask soak [crates|options|kills|large|fuzz]".into()),
     }
 }
 
@@ -127,19 +128,32 @@ fn kills() -> Outcome {
     program::check(KILLS / 4 < interrupted, || "too few runs were caught in the middle to say anything".into())
 }
 
-/// A minute of every fuzz target, where the machine has cargo-fuzz and a nightly compiler.
+/// A minute of every fuzz target with libFuzzer, where the machine has cargo-fuzz and a nightly compiler; elsewhere a
+/// minute of the same checks on random changes of the corpus.
 fn fuzz() -> Outcome {
     if cargo(&["+nightly", "fuzz", "--version"]).is_err() {
-        eprintln!("xtask: LEFT OUT: fuzzing needs cargo-fuzz and a nightly compiler");
-        return Ok(());
+        eprintln!("xtask: LEFT OUT: libFuzzer needs cargo-fuzz and a nightly compiler; random bytes instead");
+        let package = ["test", "--release", "-p", "selvedge-maxflow", "--test", "corpus", "byte_strings"];
+        return cargo_with(&[&package[..], &["--", "--nocapture"]].concat(), &[("SELVEDGE_FUZZ_SECONDS", "60")]);
     }
     let tree = Tree::of_project();
     let targets =
         tree.texts(".rs").filter_map(|(path, _)| path.strip_prefix("fuzz/fuzz_targets/")?.strip_suffix(".rs"));
     for target in targets {
-        cargo(&["+nightly", "fuzz", "run", target, "--", "-max_total_time=60"])?;
+        // What is found new stays in the target folder; the corpus of the project is only read.
+        let (found, corpus) = (format!("target/fuzz-corpus/{target}"), format!("fuzz/corpus/{target}"));
+        fs::create_dir_all(root().join(&found)).map_err(|e| e.to_string())?;
+        cargo(&["+nightly", "fuzz", "run", target, &found, &corpus, "--", "-max_total_time=60"])?;
     }
     Ok(())
+}
+
+/// The largest graphs that are promised, solved within the memory that is stated for them.
+fn large() -> Outcome {
+    let example =
+        |shape, side| cargo(&["run", "--release", "-p", "selvedge-maxflow", "--example", "growth", "--", shape, side]);
+    example("2d", "4096")?;
+    example("3d", "256")
 }
 
 fn start(program: &Path, out: &Path) -> Result<Child, String> {

@@ -64,11 +64,35 @@ pub(crate) fn stages(one: u64, other: u64) -> u64 {
     one.max(other).saturating_add(one.min(other) / 4)
 }
 
-/// An upper bound of what an explanation takes: three panels, as samples and as a file, and the features of one.
-pub(crate) fn explained(sources: &[Domain<2>], output: Domain<2>) -> u64 {
-    let all: u64 = sources.iter().map(|d| samples(*d)).fold(samples(output).saturating_mul(4), u64::saturating_add);
-    // Panels of different heights leave some of the picture blank.
-    all.saturating_mul(4 * 3)
+/// An upper bound of what an explanation of that height and width takes: as samples, as a file, and while that is made.
+pub(crate) fn explained(shape: [u64; 2]) -> u64 {
+    shape[0].saturating_mul(shape[1]).saturating_mul(3 * 4)
+}
+
+/// How a user makes an output smaller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Resized {
+    /// By an option.
+    Size,
+    /// By another picture to follow.
+    Target,
+}
+
+impl Resized {
+    /// The option that decides.
+    pub(crate) fn flag(self) -> &'static str {
+        match self {
+            Self::Size => "--size",
+            Self::Target => "--target",
+        }
+    }
+
+    fn to(self, [height, width]: [u32; 2]) -> String {
+        match self {
+            Self::Size => format!("--size {width}x{height}"),
+            Self::Target => format!("a target of {width}x{height} px"),
+        }
+    }
 }
 
 /// Refuses what exceeds the budget, and says what would fit: the largest output of the same shape, if any; else the
@@ -77,14 +101,15 @@ pub(crate) fn check(
     budget: u64,
     exemplar: Option<&Path>,
     domain: Domain<2>,
+    resized: Resized,
     need: &dyn Fn(Domain<2>) -> u64,
 ) -> Result<u64, Failure> {
     let needed = need(domain);
     if needed <= budget {
         return Ok(needed);
     }
-    if let Some([height, width]) = fitting(budget, domain, need) {
-        return Err(exceeded(budget, needed, &format!("--size {width}x{height}")));
+    if let Some(shape) = fitting(budget, domain, need) {
+        return Err(exceeded(budget, needed, &resized.to(shape)));
     }
     let failure = exceeded(budget, needed, "a smaller exemplar");
     Err(exemplar.map_or(failure.clone(), |path| failure.about(path)))
@@ -147,16 +172,18 @@ mod tests {
     fn what_would_fit_fits() {
         let need = |d: Domain<2>| 1000 + samples(d) * 10;
         let domain = Domain::open([300, 600]);
-        assert_eq!(check(1_801_000, None, domain, &need), Ok(1_801_000));
-        let refused = check(1_000_000, None, domain, &need).unwrap_err();
+        assert_eq!(check(1_801_000, None, domain, Resized::Size, &need), Ok(1_801_000));
+        let refused = check(1_000_000, None, domain, Resized::Size, &need).unwrap_err();
         assert_eq!(refused.exit, 6);
         let size = refused.remedy.unwrap();
         let shape = size.strip_prefix("use --size ").unwrap().split_once(' ').unwrap().0.to_owned();
         let (w, h) = shape.split_once('x').unwrap();
         let (w, h): (u32, u32) = (w.parse().unwrap(), h.parse().unwrap());
         assert!(need(Domain::open([h, w])) <= 1_000_000 && 1_000_000 < need(Domain::open([h + 1, w + 2])), "{shape}");
-        let refused = check(900, Some(Path::new("a.png")), domain, &need).unwrap_err();
+        let refused = check(900, Some(Path::new("a.png")), domain, Resized::Size, &need).unwrap_err();
         assert_eq!(refused.path.as_deref(), Some("a.png"));
+        let of_target = check(1_000_000, None, domain, Resized::Target, &need).unwrap_err().remedy.unwrap();
+        assert!(of_target.starts_with("use a target of ") && !of_target.contains("--size"), "{of_target}");
         assert!(refused.remedy.unwrap().starts_with("use a smaller exemplar"));
     }
 }

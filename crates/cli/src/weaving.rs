@@ -10,11 +10,11 @@ use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOption
 use crate::args::FormatArg;
 use crate::blending::Blending;
 use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
-use crate::explain::explain;
+use crate::explain::{self, explain};
 use crate::failure::{Failure, shown};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input, ReadMap, STREAM};
-use crate::memory;
+use crate::memory::{self, Resized};
 use crate::outputs::{self, Outputs};
 use crate::page;
 use crate::report::{Done, Report};
@@ -119,6 +119,24 @@ pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> u64
 impl Weaving {
     /// Refuses what cannot be done, in the order in which it is cheap to see, and reads the exemplars.
     pub(crate) fn begin<'a>(&'a self, session: &'a Session<'a>, plan: &Plan<'_>) -> Result<Loom<'a>, Failure> {
+        self.begin_by(session, plan, Resized::Size)
+    }
+
+    /// The same for a command whose output has the size of a picture that it is given.
+    pub(crate) fn begin_of_fixed_size<'a>(
+        &'a self,
+        session: &'a Session<'a>,
+        plan: &Plan<'_>,
+    ) -> Result<Loom<'a>, Failure> {
+        self.begin_by(session, plan, Resized::Target)
+    }
+
+    fn begin_by<'a>(
+        &'a self,
+        session: &'a Session<'a>,
+        plan: &Plan<'_>,
+        resized: Resized,
+    ) -> Result<Loom<'a>, Failure> {
         let mut report = Report::new(plan.command);
         let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
         let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
@@ -129,7 +147,7 @@ impl Weaving {
         let headers = self.input.look(session, plan.backdrop)?;
         let domains = headers.domains();
         let domain = (plan.domain)(&domains)?;
-        check_size(session, domain).map_err(|refused| {
+        check_size(session, domain, resized).map_err(|refused| {
             // Where another exemplar would have another output, the exemplar is to blame for its size.
             let small: Vec<Domain<2>> = domains.iter().map(|_| Domain::open([1, 1])).collect();
             let follows = (plan.domain)(&small).is_ok_and(|other| other != domain);
@@ -142,7 +160,7 @@ impl Weaving {
         }
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
         let need = |domain| self.need(&headers, plan, domain);
-        let needed = memory::check(session.limits.memory, only, domain, &need)?;
+        let needed = memory::check(session.limits.memory, only, domain, resized, &need)?;
         let human = memory::human;
         session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
         let loaded = headers.load(session, plan.transforms, &mut report)?;
@@ -179,19 +197,20 @@ impl Weaving {
             exemplars.saturating_add(memory::shown(&headers.resampled(plan.transforms), channels, headers.depth));
         let output = memory::outputs(domain, channels, headers.depth, self.map.is_some());
         let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
-        let explained = explained.saturating_mul(memory::explained(&sources, domain));
+        let explained =
+            explained.saturating_mul(memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))));
         let method = (plan.estimate)(&sources, headers.layout.colors, domain);
         exemplars.saturating_add(memory::stages(method, output.saturating_add(explained)))
     }
 }
 
 /// Refuses outputs over the caps.
-fn check_size(session: &Session<'_>, domain: Domain<2>) -> Result<(), Failure> {
+fn check_size(session: &Session<'_>, domain: Domain<2>, resized: Resized) -> Result<(), Failure> {
     let [h, w] = domain.shape;
     let (side, samples) = (session.limits.side, session.limits.samples);
     if side < h.max(w) || samples < u64::from(h) * u64::from(w) {
         let caps = format!("the output of {w}x{h} px is over the caps of {side} px a side and {samples} px in all");
-        return Err(Failure::new(3, format!("{caps}; use a smaller --size")));
+        return Err(Failure::new(3, format!("{caps}; use a smaller {}", resized.flag())));
     }
     Ok(())
 }

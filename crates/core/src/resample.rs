@@ -42,10 +42,16 @@ impl Resampling {
     fn place(&self, exemplar: [u32; 2], source: [u32; 2], at: [f64; 2]) -> [f64; 2] {
         let centre = |shape: [u32; 2]| shape.map(|n| (f64::from(n) - 1.0) / 2.0);
         let (to, from) = (centre(exemplar), centre(source));
-        let (y, x) = ((at[0] - from[0]) / self.scale, (at[1] - from[1]) / self.scale);
+        let [y, x] = self.undo([at[0] - from[0], at[1] - from[1]]);
+        [to[0] + y, to[1] + x]
+    }
+
+    /// Where a place of the source lies in the exemplar, both from their centres.
+    pub(crate) fn undo(&self, at: [f64; 2]) -> [f64; 2] {
+        let (y, x) = (at[0] / self.scale, at[1] / self.scale);
         // Undoing a clockwise turn of a picture whose y axis points down.
         let across = x * self.cos + y * self.sin;
-        [to[0] - x * self.sin + y * self.cos, to[1] + if self.mirror { -across } else { across }]
+        [y * self.cos - x * self.sin, if self.mirror { -across } else { across }]
     }
 
     /// Places averaged to one sample along an axis: more where the exemplar shrinks.

@@ -2,6 +2,9 @@
 
 use crate::{Error, Exemplars, SampleId, SourceMap, SourceTable, try_vec};
 
+/// See [`SeamCosts::SCALE`].
+const SCALE: u32 = 16;
+
 /// How the price of a seam is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -20,8 +23,8 @@ pub enum SeamMeasure {
 /// # Units
 /// The norm of a difference is `sqrt(sum of W_c (a_c - b_c)^2)` in 8-bit steps, times [`SCALE`](Self::SCALE), rounded up: rounding up keeps
 /// the triangle inequality, rounding to nearest does not. [`SeamMeasure::Difference`] is in these units.
-/// [`SeamMeasure::Gradient`] is a ratio times [`RATIO`](Self::RATIO), rounded up; one grey level is added to its denominator, since both
-/// patches may be flat.
+/// [`SeamMeasure::Gradient`] is a ratio times [`RATIO`](Self::RATIO), rounded up; one grey level (at the channels' mean weight) is added to its denominator,
+/// since both patches may be flat.
 ///
 /// # Where a patch ends
 /// A seam between `s` and `t` compares both patches at both samples. Where one of them is not defined at one of the
@@ -35,21 +38,23 @@ pub struct SeamCosts<const D: usize> {
     features: Vec<u8>,
     /// Per sample, bit `2 a` (`2 a + 1`): the next (previous) sample along axis `a` is a stride away and valid.
     links: Vec<u8>,
+    /// The norm of one grey level in one channel, in the mean of the channels' weights.
+    level: u32,
     /// By source.
     strides: Vec<[u32; D]>,
     /// By sample and axis; empty unless seams are weighed by gradients.
-    gradients: Vec<[u16; D]>,
+    gradients: Vec<[u32; D]>,
 }
 
 impl<const D: usize> SeamCosts<D> {
     /// The price of one grey level's difference at one sample.
-    pub const SCALE: u32 = 16;
+    pub const SCALE: u32 = SCALE;
     /// The price of a seam whose difference equals its gradients.
     pub const RATIO: u32 = 1024;
     /// No seam costs more.
     pub const MAX: i32 = 1 << 26;
 
-    /// Prepares the samples of all sources: about `channels + 1` bytes a sample, and `2 D` more for gradients.
+    /// Prepares the samples of all sources: about `channels + 1` bytes a sample, and `4 D` more for gradients.
     ///
     /// # Errors
     /// [`Error::Allocation`].
@@ -58,6 +63,7 @@ impl<const D: usize> SeamCosts<D> {
         let strides = exemplars.sources().iter().map(|s| s.domain().strides().map(|s| s as u32)).collect();
         let mut costs = Self {
             weights: exemplars.weights().to_vec(),
+            level: grey_level(exemplars.weights()),
             features: interleaved(exemplars)?,
             links: links(exemplars)?,
             strides,
@@ -139,8 +145,8 @@ impl<const D: usize> SeamCosts<D> {
         let price = if self.gradients.is_empty() {
             u64::from(norm)
         } else {
-            let gradient: u32 = samples.iter().map(|s| u32::from(self.gradients[s.get() as usize][axis])).sum();
-            (u64::from(norm) * u64::from(Self::RATIO)).div_ceil(u64::from(gradient + Self::SCALE))
+            let gradient: u32 = samples.iter().map(|s| self.gradients[s.get() as usize][axis]).sum();
+            (u64::from(norm) * u64::from(Self::RATIO)).div_ceil(u64::from(gradient) + u64::from(self.level))
         };
         price.min(Self::MAX as u64) as i32
     }
@@ -159,14 +165,20 @@ impl<const D: usize> SeamCosts<D> {
     }
 
     /// The norm of a patch's gradient along an axis: central differences, one-sided where the source ends.
-    fn gradient(&self, id: SampleId, axis: usize) -> u16 {
-        let norm = match (self.continued(id, 2 * axis), self.continued(id, 2 * axis + 1)) {
+    fn gradient(&self, id: SampleId, axis: usize) -> u32 {
+        match (self.continued(id, 2 * axis), self.continued(id, 2 * axis + 1)) {
             (Some(next), Some(previous)) => self.norm(next, previous) / 2,
             (Some(other), None) | (None, Some(other)) => self.norm(id, other),
             (None, None) => 0,
-        };
-        u16::try_from(norm).unwrap_or(u16::MAX)
+        }
     }
+}
+
+/// See [`SeamCosts::level`].
+fn grey_level(weights: &[u8]) -> u32 {
+    let sum: u32 = weights.iter().map(|&w| u32::from(w)).sum();
+    let mean = f64::from(sum) / weights.len().max(1) as f64;
+    ((mean.sqrt() * f64::from(SCALE)).ceil() as u32).max(1)
 }
 
 /// Marks valid samples, beside the bits of directions.

@@ -95,6 +95,21 @@ impl Transform {
         from
     }
 
+    /// Clockwise degrees from 0 to 360, and whether it mirrors before it turns: what is left of it without its scale.
+    pub fn orientation(self) -> (f64, bool) {
+        match self {
+            Self::Exact { quarter_turns, mirror } => (90.0 * f64::from(quarter_turns % 4), mirror),
+            Self::Resampled { degrees, mirror, .. } => (degrees.rem_euclid(360.0), mirror),
+        }
+    }
+
+    /// Where a place of a source lies in its exemplar: samples down and right of the centre, on the last two axes, in both.
+    pub fn from_centre(self, at: [f64; 2]) -> [f64; 2] {
+        let (degrees, mirror) = self.orientation();
+        let scale = if let Self::Resampled { scale, .. } = self { scale } else { 1.0 };
+        Resampling::new(degrees, scale, mirror).undo(at)
+    }
+
     /// Where a vector of the exemplar (x right, y up) points in the source: for each of x and y, which
     /// component it takes (0 = x, 1 = y) and whether it is negated.
     pub(crate) fn vector(self) -> [(usize, bool); 2] {
@@ -119,6 +134,24 @@ pub struct Origin {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_from_the_centre_agree_with_origins() {
+        for quarter_turns in 0..4 {
+            for mirror in [false, true] {
+                let transform = Transform::Exact { quarter_turns, mirror };
+                let (exemplar, source) = (Domain::open([4, 7]), transform.domain(Domain::open([4, 7])));
+                let centred = |domain: Domain<2>, at: [u32; 2]| {
+                    [0, 1].map(|a| f64::from(at[a]) - (f64::from(domain.shape[a]) - 1.0) / 2.0)
+                };
+                for at in source.positions() {
+                    let (found, expected) =
+                        (transform.from_centre(centred(source, at)), centred(exemplar, transform.origin(source, at)));
+                    assert!((0..2).all(|a| (found[a] - expected[a]).abs() < 1e-9), "{transform:?} {at:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn a_clockwise_turn_moves_the_top_row_to_the_right() {

@@ -1,6 +1,7 @@
-//! Choosing among the positions of a search: the best, the best apart from each other, all within a tolerance.
+//! Choosing among the positions of a search: the best, all within a tolerance.
 
-use crate::{Costs, Positioned};
+use crate::memory::reserve;
+use crate::{Costs, Error, Positioned};
 use std::cmp::Ordering;
 
 /// A place where the template may stand.
@@ -38,12 +39,12 @@ impl From<u32> for Tolerance {
 pub(crate) struct Pick {
     error: u64,
     count: u32,
-    flat: u32,
+    pub(crate) flat: u32,
 }
 
 impl Pick {
     /// By mean error, then source, then position. A mean over no samples is 0.
-    fn order(&self, other: &Self) -> Ordering {
+    pub(crate) fn order(&self, other: &Self) -> Ordering {
         self.by_mean(other).then(self.flat.cmp(&other.flat))
     }
 
@@ -89,7 +90,7 @@ impl<const D: usize> Candidates<'_, D> {
     }
 }
 
-fn candidate<const D: usize>(sources: &[Positioned<D>], pick: Pick) -> Candidate<D> {
+pub(crate) fn candidate<const D: usize>(sources: &[Positioned<D>], pick: Pick) -> Candidate<D> {
     let flat = pick.flat as usize;
     let source = sources.partition_point(|s| s.start + s.len() <= flat);
     let position = sources[source].position(flat - sources[source].start);
@@ -105,48 +106,46 @@ impl<const D: usize> Costs<D> {
     /// The best of those that `allow(source, position)` lets pass. It is asked only about positions better than all
     /// before them.
     pub fn best_where(&self, allow: impl FnMut(usize, [i32; D]) -> bool) -> Option<Candidate<D>> {
-        self.best_pick(allow).map(|pick| candidate(&self.sources, pick))
-    }
-
-    /// The best, then the best of those at least `distance` samples away from it in the same source, and so on: up to
-    /// `k`, best first.
-    pub fn best_k(&self, k: usize, distance: u32) -> Vec<Candidate<D>> {
-        let mut chosen: Vec<Candidate<D>> = Vec::new();
-        while chosen.len() < k {
-            let Some(next) = self.best_where(|source, position| {
-                chosen.iter().all(|c| {
-                    let same = c.source == source && c.position == position;
-                    !same && (c.source != source || apart(c.position, position, distance))
-                })
-            }) else {
-                break;
-            };
-            chosen.push(next);
-        }
-        chosen
+        self.best_pick(self.runs(), allow).map(|pick| candidate(&self.sources, pick))
     }
 
     /// All candidates within a tolerance of the best.
-    pub fn within(&mut self, tolerance: impl Into<Tolerance>) -> Candidates<'_, D> {
+    ///
+    /// Takes `O(positions)`, most of it for one look at each of them, and 16 bytes a candidate found.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn within(&mut self, tolerance: impl Into<Tolerance>) -> Result<Candidates<'_, D>, Error> {
         self.within_where(tolerance, |_, _| true)
     }
 
     /// Of the positions that `allow(source, position)` lets pass, all within a tolerance of the best of them.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
     pub fn within_where(
         &mut self,
         tolerance: impl Into<Tolerance>,
+        allow: impl FnMut(usize, [i32; D]) -> bool,
+    ) -> Result<Candidates<'_, D>, Error> {
+        let tolerance = tolerance.into();
+        self.within_of_best(|_| tolerance, allow)
+    }
+
+    /// The same with a tolerance that depends on which is the best.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn within_of_best(
+        &mut self,
+        tolerance: impl FnOnce(&Candidate<D>) -> Tolerance,
         mut allow: impl FnMut(usize, [i32; D]) -> bool,
-    ) -> Candidates<'_, D> {
-        let mut picks = std::mem::take(&mut self.picks);
+    ) -> Result<Candidates<'_, D>, Error> {
+        let (mut picks, mut runs) = (std::mem::take(&mut self.picks), std::mem::take(&mut self.runs));
         picks.clear();
-        if let Some(best) = self.best_pick(&mut allow) {
-            let tolerance = tolerance.into();
-            let floor = Pick { error: tolerance.floor, count: self.samples as u32, flat: 0 };
-            let best = if best.by_mean(&floor).is_lt() { floor } else { best };
-            self.collect(best, tolerance.per_mille, allow, &mut picks);
-        }
-        self.picks = picks;
-        Candidates { sources: &self.sources, picks: &mut self.picks }
+        let found = self.find(tolerance, &mut allow, &mut picks, &mut runs);
+        (self.picks, self.runs) = (picks, runs);
+        found.map(|()| Candidates { sources: &self.sources, picks: &mut self.picks })
     }
 
     /// Every candidate, in the order of (source, position).
@@ -154,82 +153,111 @@ impl<const D: usize> Costs<D> {
         (0..self.len()).filter_map(|flat| self.pick(flat)).map(|pick| candidate(&self.sources, pick))
     }
 
-    fn pick(&self, flat: usize) -> Option<Pick> {
+    pub(crate) fn pick(&self, flat: usize) -> Option<Pick> {
         self.error(flat).map(|error| Pick { error, count: self.count(flat), flat: flat as u32 })
     }
 
-    fn best_pick(&self, mut allow: impl FnMut(usize, [i32; D]) -> bool) -> Option<Pick> {
-        let mut best: Option<Pick> = None;
-        self.promising(
-            |best: &Option<Pick>, least| best.is_none_or(|b| least < b.error),
-            &mut best,
-            |best, number, source, pick| {
-                let better = best.is_none_or(|b| pick.by_mean(&b).is_lt());
-                if better && allow(number, source.position(pick.flat as usize - source.start)) {
-                    *best = Some(pick);
-                }
-            },
-        );
-        best
+    /// Runs of positions of one source, each with its least error.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = Run> {
+        let run = |source: usize, start: usize, end: usize| {
+            let least = if self.is_wide {
+                self.kernel.least(&self.wide[start..end])
+            } else {
+                self.kernel.least(&self.narrow[start..end]).into()
+            };
+            Run { source: source as u32, start: start as u32, end: end as u32, least }
+        };
+        self.sources.iter().enumerate().flat_map(move |(number, source)| {
+            let end = source.start + source.len();
+            (source.start..end).step_by(RUN).map(move |start| run(number, start, end.min(start + RUN)))
+        })
     }
 
-    fn collect(
+    /// Collects what [`within_of_best`](Self::within_of_best) answers with.
+    fn find(
         &self,
-        best: Pick,
-        per_mille: u32,
+        tolerance: impl FnOnce(&Candidate<D>) -> Tolerance,
         mut allow: impl FnMut(usize, [i32; D]) -> bool,
         picks: &mut Vec<Pick>,
-    ) {
-        let limit = u128::from(best.error) * (1000 + u128::from(per_mille));
+        runs: &mut Vec<Run>,
+    ) -> Result<(), Error> {
+        runs.clear();
+        reserve(runs, self.len() / RUN + self.sources.len())?;
+        runs.extend(self.runs());
+        let Some(best) = self.best_pick(runs.iter().copied(), &mut allow) else { return Ok(()) };
+        let tolerance = tolerance(&candidate(&self.sources, best));
+        let floor = Pick { error: tolerance.floor, count: self.samples as u32, flat: 0 };
+        let best = if best.by_mean(&floor).is_lt() { floor } else { best };
+
+        let limit = u128::from(best.error) * (1000 + u128::from(tolerance.per_mille));
         let most = u64::try_from(limit / 1000).unwrap_or(u64::MAX);
         let near =
             |pick: &Pick| u128::from(pick.error) * u128::from(best.count) * 1000 <= limit * u128::from(pick.count);
-        self.promising(
-            |_, error| error <= most,
-            picks,
-            |picks, number, source, pick| {
-                if near(&pick) && allow(number, source.position(pick.flat as usize - source.start)) {
-                    picks.push(pick);
+        let differ = !self.counts.is_empty();
+        for run in runs.iter().filter(|run| differ || run.least <= most) {
+            let (number, source) = (run.source as usize, &self.sources[run.source as usize]);
+            let mut allowed = |flat: usize| allow(number, source.position(flat - source.start));
+            reserve(picks, run.places().len())?;
+            if differ {
+                let all = run.places().filter_map(|flat| self.pick(flat));
+                picks.extend(all.filter(|pick| near(pick) && allowed(pick.flat as usize)));
+                continue;
+            }
+            // With equal counts, an error that is near is one of at most `most`, and what is no candidate is none.
+            let mut look = |flat: usize, error: u64| {
+                if error <= most && allowed(flat) {
+                    picks.extend(self.pick(flat));
                 }
-            },
-        );
+            };
+            if self.is_wide {
+                run.places().zip(&self.wide[run.places()]).for_each(|(flat, &e)| look(flat, e));
+            } else {
+                run.places().zip(&self.narrow[run.places()]).for_each(|(flat, &e)| look(flat, e.into()));
+            }
+        }
+        Ok(())
     }
 
-    /// Calls `each(state, number of the source, source, pick)` for the candidates whose error `may` be of interest, passing
-    /// over runs of positions whose least is not; for all candidates where the number of compared samples differs.
-    fn promising<S>(
+    /// The best that is allowed, passing over runs whose least error is no better; nothing is passed over where the
+    /// number of compared samples differs.
+    fn best_pick(
         &self,
-        may: impl Fn(&S, u64) -> bool,
-        state: &mut S,
-        mut each: impl FnMut(&mut S, usize, &Positioned<D>, Pick),
-    ) {
-        for (number, source) in self.sources.iter().enumerate() {
-            let end = source.start + source.len();
-            for start in (source.start..end).step_by(RUN) {
-                let run = start..end.min(start + RUN);
-                let least = if self.is_wide {
-                    self.kernel.least(&self.wide[run.clone()])
-                } else {
-                    self.kernel.least(&self.narrow[run.clone()]).into()
-                };
-                let differ = !self.counts.is_empty();
-                if differ || may(state, least) {
-                    for pick in run.filter_map(|flat| self.pick(flat)) {
-                        if differ || may(state, pick.error) {
-                            each(state, number, source, pick);
-                        }
-                    }
+        runs: impl Iterator<Item = Run>,
+        mut allow: impl FnMut(usize, [i32; D]) -> bool,
+    ) -> Option<Pick> {
+        let differ = !self.counts.is_empty();
+        let mut best: Option<Pick> = None;
+        for run in runs {
+            if !differ && best.is_some_and(|b| b.error <= run.least) {
+                continue;
+            }
+            let (number, source) = (run.source as usize, &self.sources[run.source as usize]);
+            for pick in run.places().filter_map(|flat| self.pick(flat)) {
+                let better = best.is_none_or(|b| pick.by_mean(&b).is_lt());
+                if better && allow(number, source.position(pick.flat as usize - source.start)) {
+                    best = Some(pick);
                 }
             }
         }
+        best
+    }
+}
+
+/// Neighbouring positions of one source, and their least error.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    pub(crate) source: u32,
+    start: u32,
+    end: u32,
+    least: u64,
+}
+
+impl Run {
+    /// The places in the list of all positions.
+    pub(crate) fn places(self) -> std::ops::Range<usize> {
+        self.start as usize..self.end as usize
     }
 }
 
 /// Positions that are looked at together: their least error mostly tells that none of them matters.
-const RUN: usize = 128;
-
-/// True if two positions are at least `distance` samples apart, as the crow flies.
-fn apart<const D: usize>(a: [i32; D], b: [i32; D], distance: u32) -> bool {
-    let squared: u64 = (0..D).map(|axis| u64::from(a[axis].abs_diff(b[axis])).pow(2)).sum();
-    u64::from(distance).pow(2) <= squared
-}
+const RUN: usize = 64;

@@ -2,9 +2,10 @@
 
 use crate::axes::{Shape, lift, lower};
 use crate::kernel::Kernel;
+use crate::memory::{fit, reserve};
 use crate::placement::Range;
 use crate::{Candidate, Error};
-use selvedge_core::{par, try_vec};
+use selvedge_core::par;
 
 /// Positions that are summed together: few enough to stay near the processor.
 const TOGETHER: usize = 1 << 12;
@@ -18,11 +19,14 @@ pub struct Positioned<const D: usize> {
     pub shape: [u32; D],
     /// Where this source begins in the list of all positions.
     pub(crate) start: usize,
+    /// Axes on which the first position follows the last.
+    pub(crate) wraps: [bool; D],
 }
 
 impl<const D: usize> Positioned<D> {
     fn new(range: &Range, start: usize) -> Self {
-        Self { first: lower(range.first.map(|p| p as i32)), shape: lower(range.count.map(|n| n as u32)), start }
+        let (first, shape) = (range.first.map(|p| p as i32), range.count.map(|n| n as u32));
+        Self { first: lower(first), shape: lower(shape), start, wraps: lower(range.wraps) }
     }
 
     /// Positions in all.
@@ -86,6 +90,7 @@ pub struct Costs<const D: usize> {
     pub(crate) kernel: Kernel,
     /// Candidates of the last question, kept for its memory.
     pub(crate) picks: Vec<crate::candidates::Pick>,
+    pub(crate) runs: Vec<crate::candidates::Run>,
 }
 
 impl<const D: usize> Costs<D> {
@@ -99,6 +104,7 @@ impl<const D: usize> Costs<D> {
         let bound = u64::try_from(bound).map_err(|_| Error::Overflow { bound: bound as f64 })?;
         let mut start = 0_usize;
         self.sources.clear();
+        reserve(&mut self.sources, ranges.len())?;
         for range in ranges {
             self.sources.push(Positioned::new(range, start));
             let total = range.checked_len().and_then(|n| n.checked_add(start));
@@ -108,6 +114,27 @@ impl<const D: usize> Costs<D> {
         fit(&mut self.narrow, if self.is_wide { 0 } else { start })?;
         fit(&mut self.wide, if self.is_wide { start } else { 0 })?;
         fit(&mut self.counts, if counted { start } else { 0 })
+    }
+
+    /// Prepares for a sum of searches; its errors are taken as wide ones.
+    pub(crate) fn reset_sum(
+        &mut self,
+        ranges: &[Range],
+        samples: u64,
+        bound: u128,
+        kernel: Kernel,
+    ) -> Result<(), Error> {
+        if u128::from(u64::MAX) <= bound {
+            return Err(Error::Overflow { bound: bound as f64 });
+        }
+        self.kernel = kernel;
+        self.reset(ranges, samples, bound.max(u32::MAX.into()), false)
+    }
+
+    /// The sums of one source.
+    pub(crate) fn sum_mut(&mut self, source: usize) -> &mut [u64] {
+        let s = &self.sources[source];
+        &mut self.wide[s.start..s.start + s.len()]
     }
 
     /// The positions of each source, in the order of the searcher's.
@@ -226,14 +253,4 @@ impl<const D: usize> Costs<D> {
 fn positions(ranges: &[Range]) -> u64 {
     let of = |r: &Range| r.count.iter().fold(1_u64, |n, &c| n.saturating_mul(c as u64));
     ranges.iter().map(of).fold(0, u64::saturating_add)
-}
-
-/// Makes a buffer `len` values long; what they are does not matter.
-pub(crate) fn fit<T: Clone + Default>(buffer: &mut Vec<T>, len: usize) -> Result<(), Error> {
-    if buffer.capacity() < len {
-        *buffer = try_vec(len, T::default())?;
-    } else {
-        buffer.resize(len, T::default());
-    }
-    Ok(())
 }

@@ -2,6 +2,7 @@
 
 use crate::axes::Shape;
 use crate::job::Job;
+use crate::memory::collected;
 use crate::sums::{Corners, Table};
 use crate::word::Word;
 use crate::{Cover, Error};
@@ -49,10 +50,10 @@ pub(crate) fn apply<W: Word>(
 fn whole<W: Word>(job: &Job<'_>, scratch: &mut CoverScratch, map: &mut [W]) -> Result<(), Error> {
     let table = job.prepared.valid(job.source)?;
     let needed = if job.cover == Cover::Box {
-        scratch.corners.of_box(job.template, table.shape);
+        scratch.corners.of_box(job.template, table.shape)?;
         job.template.len() as u64
     } else {
-        scratch.corners.of_mask(job.template, table.shape);
+        scratch.corners.of_masks(&[*job.template], table.shape)?;
         job.template.samples
     };
     let (task, corners) = (job.task(8), &scratch.corners);
@@ -66,6 +67,18 @@ fn whole<W: Word>(job: &Job<'_>, scratch: &mut CoverScratch, map: &mut [W]) -> R
         }
     });
     Ok(())
+}
+
+/// Excludes positions at which a part of the template, by its start and shape, does not stand on valid samples alone.
+pub(crate) fn require<W: Word>(valid: &Table<u32>, count: Shape, start: Shape, part: Shape, map: &mut [W]) {
+    let all: usize = part.iter().product();
+    for (i, cost) in map.iter_mut().enumerate() {
+        let at = crate::axes::position(count, i);
+        let under = [0, 1, 2].map(|a: usize| at[a] + start[a]..at[a] + start[a] + part[a]);
+        if (valid.over(&under) as usize) < all {
+            *cost = W::NONE;
+        }
+    }
 }
 
 /// Valid samples under the corners' mask at a position.
@@ -94,10 +107,10 @@ fn partial<W: Word>(
                 *cost = cost.plus(own.over(&over));
                 *count = mask.over(&over);
             }
-        });
+        })
     } else {
         let table = job.prepared.valid(job.source)?;
-        scratch.corners.of_mask(job.template, table.shape);
+        scratch.corners.of_masks(&[*job.template], table.shape)?;
         let valid = valid_samples(job)?;
         let corners = &scratch.corners;
         each_row(job, map, counts, |t, y, costs, counts| {
@@ -105,9 +118,8 @@ fn partial<W: Word>(
             for (x, count) in counts.iter_mut().enumerate() {
                 *count = counted(table, corners, [t, y, x]);
             }
-        });
+        })
     }
-    Ok(())
 }
 
 /// Values of the unmasked samples of one row of a template.
@@ -124,13 +136,14 @@ fn each_row<W: Word>(
     map: &mut [W],
     counts: &mut [u32],
     f: impl Fn(usize, usize, &mut [W], &mut [u32]) + Sync + Send,
-) {
+) -> Result<(), Error> {
     let [_, height, width] = job.range.count;
-    let mut rows: Vec<_> = map.chunks_mut(width).zip(counts.chunks_mut(width)).collect();
+    let mut rows = collected(map.chunks_mut(width).zip(counts.chunks_mut(width)))?;
     par::for_rows(&mut rows, 1, |row, part| {
         let (costs, counts) = &mut part[0];
         f(row / height, row % height, costs, counts);
     });
+    Ok(())
 }
 
 /// Validity of each sample of the extension.

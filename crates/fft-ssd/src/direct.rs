@@ -5,12 +5,14 @@
 //! correlation of bytes with signed bytes, and a sum over the mask that a table gives. Takes `O(samples * positions)`.
 
 use crate::Error;
+use crate::axes::Shape;
 use crate::job::Job;
 use crate::kernel::{Block, CHUNK, Row};
 use crate::pack::Packed;
 use crate::prepared::Squares;
 use crate::sums::{Corners, Table};
-use crate::taps::{ROWS, Taps};
+use crate::taps::{Image, ROWS, Taps};
+use crate::template::Checked;
 use crate::word::Word;
 use selvedge_core::par;
 
@@ -30,21 +32,52 @@ pub(crate) fn search<W: Word + Squares>(
     scratch: &mut DirectScratch,
     map: &mut [W],
 ) -> Result<(), Error> {
-    let image = job.prepared.packed(job.source, job.weights.len(), job.kernel.lanes())?;
-    let table = W::table(job.prepared, job.source, job.weights)?;
-    let height = job.prepared.extension.shape[1];
-    scratch.taps.build(job.template, job.weights, image, height, size_of::<W>() == 8);
-    scratch.corners.of_mask(job.template, table.shape);
-    let direct = Direct {
-        job,
-        image,
-        table,
-        taps: &scratch.taps,
-        corners: &scratch.corners,
-        constant: W::wrapping(job.constant(BIAS)),
-    };
+    let direct = Direct::new(job, &[*job.template], scratch)?;
     let task = job.task(ROWS);
-    par::for_rows(map, task, |number, part| direct.rows(task, number, part));
+    par::for_rows(map, task, |number, part| {
+        let mut buffers = Buffers::default();
+        direct.chunks(task, number, part, |from, rows| {
+            direct.products(&from, &mut buffers);
+            rows.each(|r, row| direct.finish(&from, r, &buffers.products, row));
+        });
+    });
+    Ok(())
+}
+
+/// Templates of one shape, over one source, whose errors count equally often.
+pub(crate) struct Weighted<'a> {
+    /// Of the first template.
+    pub(crate) job: Job<'a>,
+    pub(crate) templates: &'a [Checked<'a>],
+    pub(crate) weight: u32,
+}
+
+/// The weighted sum of the costs of all terms, of which each fits 32 bits, at every position. All look at the same
+/// positions; the sum is taken chunk by chunk, so that it costs no more memory than its own.
+pub(crate) fn search_sum(terms: &[Weighted<'_>], scratch: &mut [DirectScratch], map: &mut [u64]) -> Result<(), Error> {
+    let mut sums = Vec::new();
+    for (term, scratch) in terms.iter().zip(scratch) {
+        sums.push((Direct::<u32>::new(&term.job, term.templates, scratch)?, term.weight));
+    }
+    let Some((first, _)) = sums.first() else { return Ok(()) };
+    let task = first.job.task(ROWS);
+    par::for_rows(map, task, |number, part| {
+        let (mut buffers, mut errors) = (Buffers::default(), [0; CHUNK]);
+        first.chunks(task, number, part, |from, rows| {
+            for (i, (direct, weight)) in sums.iter().enumerate() {
+                direct.products(&from, &mut buffers);
+                rows.each(|r, row| {
+                    let errors = &mut errors[..from.n];
+                    direct.finish(&from, r, &buffers.products, errors);
+                    if i == 0 {
+                        direct.job.kernel.weigh(row, errors, *weight);
+                    } else {
+                        direct.job.kernel.add(row, errors, *weight);
+                    }
+                });
+            }
+        });
+    });
     Ok(())
 }
 
@@ -57,6 +90,7 @@ pub(crate) fn cost(job: &Job<'_>) -> f64 {
     positions * (1.0 + products + loops)
 }
 
+/// One source and what is multiplied with it.
 struct Direct<'a, W> {
     job: &'a Job<'a>,
     image: &'a Packed,
@@ -66,44 +100,93 @@ struct Direct<'a, W> {
     constant: W,
 }
 
+/// Neighbouring positions of up to four rows.
+#[derive(Clone, Copy)]
+struct Chunk {
+    /// Frame, row and column of the first.
+    at: Shape,
+    /// Positions of a row.
+    n: usize,
+}
+
+/// What is computed of a chunk; kept from one to the next, for clearing it would take a while.
+struct Buffers<W> {
+    products: [[W; CHUNK]; ROWS],
+    sums: Block,
+}
+
+impl<W: Word> Default for Buffers<W> {
+    fn default() -> Self {
+        Self { products: [[W::ZERO; CHUNK]; ROWS], sums: [[0; CHUNK]; ROWS] }
+    }
+}
+
+/// The rows of a map under a chunk.
+struct Rows<'m, W> {
+    rows: &'m mut [W],
+    width: usize,
+    chunk: Chunk,
+}
+
+impl<W> Rows<'_, W> {
+    /// Calls `f(number, positions)` for each row.
+    fn each(&mut self, mut f: impl FnMut(usize, &mut [W])) {
+        let Chunk { at: [_, _, x], n } = self.chunk;
+        self.rows.chunks_mut(self.width).enumerate().for_each(|(r, row)| f(r, &mut row[x..x + n]));
+    }
+}
+
+impl<'a, W: Word + Squares> Direct<'a, W> {
+    /// Prepares the sum of some templates of the job's shape.
+    fn new(job: &'a Job<'a>, templates: &[Checked<'_>], scratch: &'a mut DirectScratch) -> Result<Self, Error> {
+        let image = job.prepared.packed(job.source, job.weights.len(), job.kernel.lanes())?;
+        let table = W::table(job.prepared, job.source, job.weights)?;
+        let to = Image { packed: image, weights: job.weights, height: job.prepared.extension.shape[1] };
+        scratch.taps.build(templates, &to, size_of::<W>() == 8)?;
+        scratch.corners.of_masks(templates, table.shape)?;
+        let constants = templates.iter().map(|template| Job { template, ..*job }.constant(BIAS));
+        let constant = W::wrapping(constants.fold(0, i64::wrapping_add));
+        Ok(Self { job, image, table, taps: &scratch.taps, corners: &scratch.corners, constant })
+    }
+}
+
 impl<W: Word> Direct<'_, W> {
-    /// The rows of one task, four at a time.
-    fn rows(&self, task: usize, number: usize, part: &mut [W]) {
-        let width = self.job.range.count[2];
+    /// Calls `f` for all chunks of the rows of one task.
+    fn chunks<T>(&self, task: usize, number: usize, part: &mut [T], mut f: impl FnMut(Chunk, &mut Rows<'_, T>)) {
+        let [_, height, width] = self.job.range.count;
         let first = number * task / width;
+        // Chunks of about equal width, in steps of a vector: a narrow last one would leave multipliers idle.
+        let step = width.div_ceil(width.div_ceil(CHUNK)).next_multiple_of(16);
         for (i, rows) in part.chunks_mut(ROWS * width).enumerate() {
             let row = first + i * ROWS;
-            let height = self.job.range.count[1];
-            self.block(row / height, row % height, rows);
-        }
-    }
-
-    /// Up to four rows from row `y` of frame `t` on.
-    fn block(&self, t: usize, y: usize, rows: &mut [W]) {
-        let width = self.job.range.count[2];
-        let [_, height, _] = self.job.prepared.extension.shape;
-        for x in (0..width).step_by(CHUNK) {
-            let n = CHUNK.min(width - x);
-            let products = self.products((t * height + y) * self.image.width + x, n);
-            for (r, row) in rows.chunks_mut(width).enumerate() {
-                let from = (t * self.table.shape[1] + y + r) * self.table.shape[2] + x;
-                let corners =
-                    Row { table: &self.table.sums[from..], plus: &self.corners.plus, minus: &self.corners.minus };
-                self.job.kernel.finish(&mut row[x..x + n], self.constant, &corners, &products[r][..n]);
+            for x in (0..width).step_by(step) {
+                let chunk = Chunk { at: [row / height, row % height, x], n: step.min(width - x) };
+                f(chunk, &mut Rows { rows, width, chunk });
             }
         }
     }
 
-    /// Correlations, times -2, at `n` positions of four rows, the first at word `base`.
-    fn products(&self, base: usize, n: usize) -> [[W; CHUNK]; ROWS] {
-        let mut products = [[W::ZERO; CHUNK]; ROWS];
-        let mut sums: Block = [[0; CHUNK]; ROWS];
+    /// Correlations, times -2, at the positions of a chunk.
+    fn products(&self, chunk: &Chunk, to: &mut Buffers<W>) {
+        let [t, y, x] = chunk.at;
+        let base = (t * self.job.prepared.extension.shape[1] + y) * self.image.width + x;
+        if self.taps.groups.is_empty() {
+            to.products = [[W::ZERO; CHUNK]; ROWS];
+        }
         for (number, group) in self.taps.groups.iter().enumerate() {
-            self.job.kernel.correlate(&self.image.words, base, self.taps, number, n, &mut sums);
-            for (product, &sum) in products.as_flattened_mut().iter_mut().zip(sums.as_flattened()) {
-                *product = product.plus(W::wrapping(-2 * i64::from(sum) * group.scale));
+            self.job.kernel.correlate(&self.image.words, base, self.taps, number, chunk.n, &mut to.sums);
+            for (products, sums) in to.products.iter_mut().zip(&to.sums) {
+                let (products, sums) = (&mut products[..chunk.n], &sums[..chunk.n]);
+                self.job.kernel.scale(products, sums, W::wrapping(-2 * group.scale), number != 0);
             }
         }
-        products
+    }
+
+    /// Errors of one row of a chunk, from its products.
+    fn finish(&self, chunk: &Chunk, r: usize, products: &[[W; CHUNK]; ROWS], to: &mut [W]) {
+        let [t, y, x] = chunk.at;
+        let from = (t * self.table.shape[1] + y + r) * self.table.shape[2] + x;
+        let corners = Row { table: &self.table.sums[from..], plus: &self.corners.plus, minus: &self.corners.minus };
+        self.job.kernel.finish(to, self.constant, &corners, &products[r][..chunk.n]);
     }
 }

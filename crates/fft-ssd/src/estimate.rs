@@ -1,12 +1,13 @@
 //! Memory of a search, from sizes alone.
 
 use crate::axes::{Shape, lift};
+use crate::extension::Extension;
 use crate::fft;
 use crate::job::Job;
 use crate::kernel::Kernel;
 use crate::pack::Packed;
 use crate::placement::Range;
-use crate::prepared::Prepared;
+use crate::prepared::{Cache, Prepared};
 use crate::source::SourceView;
 use crate::sums::Table;
 use crate::template::Checked;
@@ -40,7 +41,7 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
     let counted = matches!(placement.cover, Cover::AtLeast(_));
     let of_position = if wide { 8 } else { 4 } + if counted { 4 } else { 0 };
     let (mut costs, mut kept, mut working) = (0_u64, 0_u64, 0_u64);
-    for domain in sizes.sources {
+    for (number, domain) in sizes.sources.iter().enumerate() {
         let shape = lift(domain.shape.map(|n| n as usize), 1);
         let source = SourceView { shape, periodic: lift(domain.periodic, false), features: &[], valid: None };
         let range = Range::new(placement.positions, shape, source.periodic, template);
@@ -49,9 +50,10 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
             continue;
         }
         costs += positions as u64 * of_position;
-        let prepared = Prepared::new(&source, &range, template);
+        let key = Extension::key(shape, &range, template);
+        let prepared = Prepared::new(&source, &range, template, number, key);
         let template = Checked { shape: template, features: &[], mask: None, samples };
-        let (weights, kernel, cache) = (sizes.weights, Kernel::new(options.simd), options.cache);
+        let (weights, kernel, cache) = (sizes.weights, Kernel::new(options.simd), Cache::default());
         let job = Job {
             source: &source,
             weights,
@@ -60,7 +62,8 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
             range,
             cover: placement.cover,
             kernel,
-            cache,
+            cache: &cache,
+            budget: options.cache,
         };
         let (of_source, of_search) = of_job(&job, sizes.noisy_masks, if wide { 8 } else { 4 }, options);
         kept += of_source;

@@ -3,7 +3,7 @@
 use crate::Cover;
 use crate::kernel::Kernel;
 use crate::placement::Range;
-use crate::prepared::Prepared;
+use crate::prepared::{Cache, Prepared};
 use crate::source::SourceView;
 use crate::template::Checked;
 
@@ -17,8 +17,9 @@ pub(crate) struct Job<'a> {
     pub(crate) range: Range,
     pub(crate) cover: Cover,
     pub(crate) kernel: Kernel,
+    pub(crate) cache: &'a Cache,
     /// Bytes that what is kept may take.
-    pub(crate) cache: u64,
+    pub(crate) budget: u64,
 }
 
 impl Job<'_> {
@@ -34,6 +35,11 @@ impl Job<'_> {
     /// True if the number of compared samples differs between positions.
     pub(crate) fn varies(&self) -> bool {
         matches!(self.cover, Cover::AtLeast(_)) && !self.prepared.is_full
+    }
+
+    /// True if spectra of so many bytes are kept: they and the tables of the same source fit the budget.
+    pub(crate) fn keeps(&self, spectra: u64) -> bool {
+        spectra.saturating_add(self.prepared.bytes()) <= self.budget
     }
 
     /// `sum over c of W_c * (t'^2 + bias * t')` of a template sample with `t' = t - 128`.

@@ -5,7 +5,8 @@
 //! 2. [`search`](SsdSearcher::search) compares a [`Template`] at every position of a [`Placement`]; the answer is a
 //!    [`Costs`], one integer a position. [`Scratch`] and [`Costs`] are the caller's and are used again.
 //! 3. [`best`](Costs::best), [`best_k`](Costs::best_k) and [`within`](Costs::within) choose, each with a variant that
-//!    excludes positions; [`sum_of`](Costs::sum_of) sums the costs of several searches.
+//!    excludes positions; [`sum_of`](Costs::sum_of) sums the costs of several searches, and [`search_sum`] searches and
+//!    sums in one go.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples};
@@ -24,7 +25,7 @@
 //! let best = costs.best().expect("the template fits");
 //! assert_eq!((best.position, best.error), ([1, 1], 0));
 //! // 6, 7 and 8 are at most 1 away: 0 and twice 1^2.
-//! let near = costs.within(selvedge_fft_ssd::Tolerance { per_mille: 0, floor: 1 });
+//! let near = costs.within(selvedge_fft_ssd::Tolerance { per_mille: 0, floor: 1 })?;
 //! assert_eq!(near.len(), 3);
 //! # Ok(())
 //! # }
@@ -49,6 +50,8 @@
 //! - *Direct* multiplies sample by sample: vector lanes are positions, four rows of them at once (`vpdpbusd` on four
 //!   bytes with AVX-512 or AVX VNNI, `vpmaddwd` on pairs with AVX2, plain loops elsewhere). Weights above 1 take two passes
 //!   with VNNI. Sums of squares come from summed-area tables through the mask's corners.
+//! - *Sums* of direct searches ([`search_sum`]) are taken chunk by chunk: no map but the sum's is written, and templates
+//!   of one searcher and weight are multiplied as one.
 //! - *FFT* transforms tiles of the source once and keeps the spectra; a search transforms the template, sums the channels
 //!   in the spectrum, transforms back and rounds. Rounding is exact: its bound is derived in `fft/bound.rs`, holds for
 //!   every block of a template before it is searched, and is checked on every value.
@@ -59,8 +62,7 @@
 //! are faster than the branches, and choices within a tolerance need every cost.
 //!
 //! # Speed
-//! Processor time on one thread of a server with AVX-512 VNNI, measured in turns with the peers in one run while other work
-//! kept the machine busy (`cargo bench -p selvedge-fft-ssd --no-run`, then `crates/fft-ssd/benches/peers.py`). OpenCV 5.0
+//! Processor time on one thread of a server with AVX-512 VNNI, measured in turns with the peers in one run (`cargo bench -p selvedge-fft-ssd --no-run`, then `crates/fft-ssd/benches/peers.py`). OpenCV 5.0
 //! answers in floats, FFTW (pyFFTW 0.15, measured plans, kept spectra of the clip) without sums of squares.
 //!
 //! | search, 8-bit RGB, every position | ms | peer | ms | ratio |
@@ -74,8 +76,8 @@
 //! | 15 x 50 x 75 over a clip of 30 x 100 x 150 | 8.4 | FFTW, single precision | 8.7 | 1.0 |
 //! | the same | 8.0 | FFTW, double precision | 11.5 | 1.4 |
 //!
-//! On two threads searches by FFT took 1.4 to 1.9 times less time of the clock than on one, as far as a machine
-//! with other work on it can tell; the processor's time of both threads together is that of one.
+//! On two threads searches by FFT took 1.4 to 1.9 times less time of the clock than on one; the processor's time of both
+//! threads together is that of one.
 //!
 //! # Growth
 //! Direct: samples times positions, and a part that is not multiplied by samples. Ls of 24/4, 36/6, 48/8, 64/10 (176, 396,
@@ -92,6 +94,7 @@
 //! `rayon` (default): a search is split over the caller's pool; the result is the same without it.
 #![deny(unsafe_code)]
 
+mod apart;
 mod axes;
 mod candidates;
 mod costs;
@@ -103,6 +106,7 @@ mod extension;
 mod fft;
 mod job;
 mod kernel;
+mod memory;
 mod pack;
 mod periods;
 mod placement;
@@ -111,6 +115,7 @@ mod scratch;
 mod searcher;
 mod source;
 mod structure;
+mod sum;
 mod sums;
 mod taps;
 mod template;
@@ -125,4 +130,5 @@ pub use placement::{Cover, Placement, Positions};
 pub use scratch::Scratch;
 pub use searcher::{Engine, Options, SsdSearcher};
 pub use structure::feature_size;
+pub use sum::{SumScratch, Term, search_sum};
 pub use template::Template;

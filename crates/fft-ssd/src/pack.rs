@@ -1,8 +1,9 @@
 //! Sources packed for the direct kernels: one 32-bit word a position, holding what one instruction multiplies.
 
+use crate::Error;
 use crate::extension::Extension;
 use crate::source::SourceView;
-use selvedge_core::{Error, try_vec};
+use selvedge_core::try_vec;
 
 /// Words past the last sample that a kernel may read (and then ignores): the rest of its lanes and of its rows.
 pub(crate) const SLACK: usize = 128;

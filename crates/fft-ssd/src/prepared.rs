@@ -14,6 +14,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// Tables and copies of an extended source, each made when it is first asked for.
 #[derive(Debug)]
 pub(crate) struct Prepared {
+    /// Its source and its key in the cache.
+    name: (usize, Key),
     pub(crate) extension: Extension,
     /// Every sample lies on the source and is valid.
     pub(crate) is_full: bool,
@@ -24,14 +26,14 @@ pub(crate) struct Prepared {
     narrow: OnceLock<Table<u32>>,
     wide: OnceLock<Table<u64>>,
     valid: OnceLock<Table<u32>>,
-    spectra: Mutex<Vec<Arc<Spectra>>>,
 }
 
 impl Prepared {
-    pub(crate) fn new(source: &SourceView<'_>, range: &Range, template: Shape) -> Self {
+    pub(crate) fn new(source: &SourceView<'_>, range: &Range, template: Shape, number: usize, key: Key) -> Self {
         let extension = Extension::new(source.shape, range, template);
         let is_box = source.valid.is_none();
         Self {
+            name: (number, key),
             is_full: is_box && extension.is_inside(),
             is_box,
             extension,
@@ -40,7 +42,6 @@ impl Prepared {
             narrow: OnceLock::new(),
             wide: OnceLock::new(),
             valid: OnceLock::new(),
-            spectra: Mutex::default(),
         }
     }
 
@@ -55,24 +56,12 @@ impl Prepared {
         once(&self.valid, || Table::valid(source, &self.extension))
     }
 
-    /// Transforms of a tiling, with the spectra of the source that were needed so far.
-    pub(crate) fn spectra(&self, tiling: Tiling, job: &Job<'_>) -> Arc<Spectra> {
-        let mut all = self.spectra.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(spectra) = all.iter().find(|s| s.tiling == tiling) {
-            return Arc::clone(spectra);
-        }
-        all.push(Arc::new(Spectra::new(tiling, job.kernel.is_scalar())));
-        Arc::clone(&all[all.len() - 1])
-    }
-
     /// Bytes held.
-    fn bytes(&self) -> u64 {
-        let spectra = self.spectra.lock().unwrap_or_else(PoisonError::into_inner);
-        let spectra: u64 = spectra.iter().map(|s| s.bytes()).sum();
+    pub(crate) fn bytes(&self) -> u64 {
         let words = |p: Option<&Packed>| p.map_or(0, |p| p.words.len() * 4);
         let tables = [&self.narrow, &self.valid].map(|t| t.get().map_or(0, |t| t.sums.len() * 4));
         let wide = self.wide.get().map_or(0, |t| t.sums.len() * 8);
-        (words(self.bytes.get()) + words(self.pairs.get()) + tables[0] + tables[1] + wide) as u64 + spectra
+        (words(self.bytes.get()) + words(self.pairs.get()) + tables[0] + tables[1] + wide) as u64
     }
 }
 
@@ -95,7 +84,7 @@ impl Squares for u64 {
 }
 
 /// The value, made if it is not there. Of two makers at once, both make the same and one is kept.
-fn once<T>(slot: &OnceLock<T>, make: impl FnOnce() -> Result<T, selvedge_core::Error>) -> Result<&T, Error> {
+fn once<T>(slot: &OnceLock<T>, make: impl FnOnce() -> Result<T, Error>) -> Result<&T, Error> {
     if let Some(value) = slot.get() {
         return Ok(value);
     }
@@ -103,7 +92,7 @@ fn once<T>(slot: &OnceLock<T>, make: impl FnOnce() -> Result<T, selvedge_core::E
     Ok(slot.get_or_init(|| made))
 }
 
-/// The prepared sources of a searcher, the last used first. Beyond the budget the longest unused are dropped.
+/// What a searcher keeps of its sources, the last used first. Beyond the budget the longest unused is dropped.
 #[derive(Debug, Default)]
 pub(crate) struct Cache {
     entries: Mutex<Vec<Entry>>,
@@ -113,11 +102,29 @@ pub(crate) struct Cache {
 struct Entry {
     source: usize,
     key: Key,
-    prepared: Arc<Prepared>,
+    kept: Kept,
+}
+
+#[derive(Debug)]
+enum Kept {
+    /// Tables and copies.
+    Tables(Arc<Prepared>),
+    /// The spectra of one tiling, and the bytes that they are going to take.
+    Spectra(Arc<Spectra>, u64),
+}
+
+impl Kept {
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Tables(tables) => tables.bytes(),
+            Self::Spectra(spectra, expected) => spectra.bytes().max(*expected),
+        }
+    }
 }
 
 impl Cache {
-    pub(crate) fn get(
+    /// What is kept of a source as far as the positions of a range touch it.
+    pub(crate) fn tables(
         &self,
         number: usize,
         source: &SourceView<'_>,
@@ -126,20 +133,61 @@ impl Cache {
         budget: u64,
     ) -> Arc<Prepared> {
         let key = Extension::key(source.shape, range, template);
+        self.get(number, key, budget, Kept::as_tables, || {
+            Kept::Tables(Arc::new(Prepared::new(source, range, template, number, key)))
+        })
+    }
+
+    /// Transforms of a tiling, with the spectra of the source that were needed so far; `planes` of them are going to be.
+    pub(crate) fn spectra(&self, tiling: &Tiling, planes: usize, job: &Job<'_>) -> Arc<Spectra> {
+        let (number, key) = job.prepared.name;
+        let same = |kept: &Kept| kept.as_spectra().filter(|s| s.tiling.shares_spectra(tiling));
+        self.get(number, key, job.budget, same, || {
+            let spectra = Spectra::new(*tiling, job.kernel.is_scalar());
+            let expected = if job.keeps(spectra.expected(planes)) { spectra.expected(planes) } else { 0 };
+            Kept::Spectra(Arc::new(spectra), expected)
+        })
+    }
+
+    /// The entry of that name of which `find` makes something, made if it is not there. Others are dropped until all
+    /// fit the budget.
+    fn get<T>(
+        &self,
+        source: usize,
+        key: Key,
+        budget: u64,
+        find: impl Fn(&Kept) -> Option<Arc<T>>,
+        make: impl FnOnce() -> Kept,
+    ) -> Arc<T> {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
-        match entries.iter().position(|e| e.source == number && e.key == key) {
+        match entries.iter().position(|e| e.source == source && e.key == key && find(&e.kept).is_some()) {
             Some(at) => entries[..=at].rotate_right(1),
-            None => {
-                let prepared = Arc::new(Prepared::new(source, range, template));
-                entries.insert(0, Entry { source: number, key, prepared });
-            }
+            None => entries.insert(0, Entry { source, key, kept: make() }),
         }
         let mut held = 0;
         let mut first = true;
         entries.retain(|e| {
-            held += e.prepared.bytes();
+            held += e.kept.bytes();
             std::mem::take(&mut first) || held <= budget
         });
-        Arc::clone(&entries[0].prepared)
+        find(&entries[0].kept).expect("it is what was looked for")
+    }
+
+    /// Sets of spectra that are kept, and bytes of all.
+    #[cfg(test)]
+    pub(crate) fn held(&self) -> (usize, u64) {
+        let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let spectra = entries.iter().filter(|e| e.kept.as_spectra().is_some()).count();
+        (spectra, entries.iter().map(|e| e.kept.bytes()).sum())
+    }
+}
+
+impl Kept {
+    fn as_tables(&self) -> Option<Arc<Prepared>> {
+        if let Self::Tables(tables) = self { Some(Arc::clone(tables)) } else { None }
+    }
+
+    fn as_spectra(&self) -> Option<Arc<Spectra>> {
+        if let Self::Spectra(spectra, _) = self { Some(Arc::clone(spectra)) } else { None }
     }
 }

@@ -1,16 +1,17 @@
 //! The search: every position of every source.
 
-use crate::axes::lift;
+use crate::axes::{Shape, lift};
 use crate::job::Job;
 use crate::kernel::Kernel;
-use crate::placement::Range;
-use crate::prepared::{Cache, Squares};
+use crate::placement::{Positions, Range};
+use crate::prepared::{Cache, Prepared, Squares};
 use crate::source::SourceView;
 use crate::template::Checked;
 use crate::word::Word;
 use crate::{Costs, Cover, Error, Placement, Scratch, Template};
 use crate::{cover, direct, fft};
 use selvedge_core::{Exemplars, Grid, SimdLevel};
+use std::sync::Arc;
 
 /// How a searcher works. None of it changes a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +120,11 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         self.weights.len()
     }
 
+    /// The instructions in use: those of [`Options::simd`], or the next lower ones that the machine has.
+    pub fn simd(&self) -> SimdLevel {
+        self.kernel.level()
+    }
+
     /// The error of the template at every position, into `costs`. After an error `costs` has no meaning.
     ///
     /// Takes `O(min(samples, log(samples)) * positions)`; see the crate's page for figures.
@@ -134,15 +140,14 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         costs: &mut Costs<D>,
     ) -> Result<(), Error> {
         let template = template.check(self.channels())?;
-        let range = |s: &SourceView<'_>| Range::new(placement.positions, s.shape, s.periodic, template.shape);
         scratch.ranges.clear();
-        scratch.ranges.extend(self.sources.iter().map(range));
+        scratch.ranges.extend(self.ranges(placement.positions, template.shape));
         self.search_ranges(&template, placement.cover, scratch, costs)
     }
 
     /// The error of the template wherever one part of it lies inside: a box that starts at `start`, of shape `part`.
-    /// What sticks out of a source, or stands on samples that are not valid, is not compared; at least `least` unmasked
-    /// samples must be ([`Cover::AtLeast`]). Along an axis on which a source is periodic, all `N` shifts are searched.
+    /// All samples of the part are valid; what else sticks out of a source, or stands on samples that are not, is not
+    /// compared, but at least `least` unmasked samples are ([`Cover::AtLeast`]). Along an axis on which a source is periodic, all `N` shifts are searched.
     ///
     /// Thus a patch is found that covers the part, by all that is known around it: `[Kwatra03 eq. 2]`.
     ///
@@ -167,7 +172,19 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let range = |s: &SourceView<'_>| Range::of_part(s.shape, s.periodic, start, part);
         scratch.ranges.clear();
         scratch.ranges.extend(self.sources.iter().map(range));
-        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)
+        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)?;
+        for (number, source) in self.sources.iter().enumerate().filter(|(_, s)| s.valid.is_some()) {
+            let range = scratch.ranges[number];
+            let prepared = self.prepared(number, &range, template.shape);
+            let table = prepared.valid(source)?;
+            let map = costs.sources[number].start..costs.sources[number].start + costs.sources[number].len();
+            if costs.is_wide {
+                cover::require(table, range.count, start, part, &mut costs.wide[map]);
+            } else {
+                cover::require(table, range.count, start, part, &mut costs.narrow[map]);
+            }
+        }
+        Ok(())
     }
 
     /// Searches the ranges that lie in `scratch`.
@@ -206,11 +223,9 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         if map.is_empty() {
             return Ok(());
         }
-        let (source, range) = (&self.sources[number], scratch.ranges[number]);
-        let prepared = self.cache.get(number, source, &range, template.shape, self.options.cache);
-        let (weights, kernel) = (self.weights.as_slice(), self.kernel);
-        let cache = self.options.cache;
-        let job = Job { source, weights, prepared: &prepared, template, range, cover, kernel, cache };
+        let range = scratch.ranges[number];
+        let prepared = self.prepared(number, &range, template.shape);
+        let job = self.job(number, range, cover, &prepared, template);
         if prefers_fft(&job, self.options.engine) {
             if fft::search(&job, &mut scratch.fft, map, counts)? {
                 return cover::apply(&job, fft::BIAS, true, &mut scratch.cover, map, counts);
@@ -221,8 +236,58 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         cover::apply(&job, direct::BIAS, false, &mut scratch.cover, map, counts)
     }
 
+    /// The positions of each source for a template of that shape.
+    pub(crate) fn ranges(&self, positions: Positions, template: Shape) -> impl Iterator<Item = Range> {
+        self.sources.iter().map(move |s| Range::new(positions, s.shape, s.periodic, template))
+    }
+
+    /// What is kept of a source for the positions of a range.
+    pub(crate) fn prepared(&self, number: usize, range: &Range, template: Shape) -> Arc<Prepared> {
+        self.cache.tables(number, &self.sources[number], range, template, self.options.cache)
+    }
+
+    /// What an engine is told about a source.
+    pub(crate) fn job<'j>(
+        &'j self,
+        number: usize,
+        range: Range,
+        cover: Cover,
+        prepared: &'j Prepared,
+        template: &'j Checked<'j>,
+    ) -> Job<'j> {
+        let (source, weights, kernel) = (&self.sources[number], self.weights.as_slice(), self.kernel);
+        let (cache, budget) = (&self.cache, self.options.cache);
+        Job { source, weights, prepared, template, range, cover, kernel, cache, budget }
+    }
+
+    /// True if both have sources of the same shapes.
+    pub(crate) fn has_shapes_of(&self, other: &Self) -> bool {
+        let shapes = |s: &Self| s.sources.iter().map(|s| (s.shape, s.periodic)).collect::<Vec<_>>();
+        shapes(self) == shapes(other)
+    }
+
+    /// True if both look at the same masks.
+    pub(crate) fn has_validity_of(&self, other: &Self) -> bool {
+        let masks = |s: &Self| s.sources.iter().map(|s| s.valid.map(<[bool]>::as_ptr)).collect::<Vec<_>>();
+        masks(self) == masks(other)
+    }
+
+    /// Sets of spectra that are kept, and bytes of all that is.
+    #[cfg(test)]
+    pub(crate) fn held(&self) -> (usize, u64) {
+        self.cache.held()
+    }
+
+    pub(crate) fn engine(&self) -> Engine {
+        self.options.engine
+    }
+
+    pub(crate) fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
     /// No error of so many samples is larger.
-    fn bound(&self, samples: u64) -> u128 {
+    pub(crate) fn bound(&self, samples: u64) -> u128 {
         let weight: u128 = self.weights.iter().map(|&w| u128::from(w)).sum();
         u128::from(samples) * weight * 255 * 255
     }

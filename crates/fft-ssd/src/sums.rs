@@ -1,11 +1,13 @@
 //! Sums over masks at every position, from summed-area tables (Crow 1984).
 
+use crate::Error;
 use crate::axes::Shape;
 use crate::extension::Extension;
+use crate::memory::reserve;
 use crate::source::SourceView;
 use crate::template::Checked;
 use crate::word::Word;
-use selvedge_core::{Error, try_vec};
+use selvedge_core::try_vec;
 
 /// Sums of a plane over all boxes that start at the origin; one more coordinate an axis than the plane, except along
 /// an axis of length 1, which is left as it is. Sums wrap.
@@ -105,14 +107,16 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// Corners of the template's mask in a table of that shape.
-    pub(crate) fn of_mask(&mut self, template: &Checked<'_>, table: Shape) {
-        self.fill(template.shape, table, |at| at.is_some_and(|i| template.counts(i)), template.mask.is_none());
+    /// Corners in a table of that shape of the masks of templates of one shape, which are summed.
+    pub(crate) fn of_masks(&mut self, templates: &[Checked<'_>], table: Shape) -> Result<(), Error> {
+        let counted = |i: usize| templates.iter().filter(|t| t.counts(i)).count() as i32;
+        let is_box = templates.iter().all(|t| t.mask.is_none());
+        self.fill(templates[0].shape, table, counted, is_box)
     }
 
     /// Corners of the template's box.
-    pub(crate) fn of_box(&mut self, template: &Checked<'_>, table: Shape) {
-        self.fill(template.shape, table, |at| at.is_some(), true);
+    pub(crate) fn of_box(&mut self, template: &Checked<'_>, table: Shape) -> Result<(), Error> {
+        self.fill(template.shape, table, |_| 1, true)
     }
 
     /// No corners.
@@ -126,14 +130,15 @@ impl Corners {
         self.plus.len() + self.minus.len()
     }
 
-    fn fill(&mut self, shape: Shape, table: Shape, counts: impl Fn(Option<usize>) -> bool, is_box: bool) {
+    /// Corners of what is `counted` how often at which sample of a box.
+    fn fill(&mut self, shape: Shape, table: Shape, counted: impl Fn(usize) -> i32, is_box: bool) -> Result<(), Error> {
         self.clear();
         let frames = usize::from(table[0] != 1);
         // Of a box, only its corners can differ from their neighbours.
         let steps = |axis: usize| if is_box { shape[axis] } else { 1 };
         let sample = |t: usize, y: usize, x: usize| {
             let inside = t < shape[0] && y < shape[1] && x < shape[2];
-            i32::from(counts(inside.then(|| (t * shape[1] + y) * shape[2] + x)))
+            if inside { counted((t * shape[1] + y) * shape[2] + x) } else { 0 }
         };
         for t in (0..=shape[0] * frames).step_by(steps(0)) {
             for y in (0..=shape[1]).step_by(steps(1)) {
@@ -143,9 +148,11 @@ impl Corners {
                     let difference = if frames == 1 { plane(t.wrapping_sub(1)) - plane(t) } else { plane(0) };
                     let list = if 0 < difference { &mut self.plus } else { &mut self.minus };
                     let place = (t * table[1] + y) * table[2] + x;
+                    reserve(list, difference.unsigned_abs() as usize)?;
                     list.extend(std::iter::repeat_n(place, difference.unsigned_abs() as usize));
                 }
             }
         }
+        Ok(())
     }
 }

@@ -4,7 +4,9 @@
 //! `y` of the image meets output row `o` through template row `y - o`: a [`Phase`] lists the taps of all image rows
 //! that serve the same output rows.
 
+use crate::Error;
 use crate::axes::Shape;
+use crate::memory::{filled, reserve};
 use crate::pack::{Lanes, Packed, Packing, in_lane};
 use crate::template::Checked;
 
@@ -15,7 +17,7 @@ pub(crate) const ROWS: usize = 4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tap {
     /// Word of the packed source, relative to the block's first position.
-    pub(crate) offset: u32,
+    pub(crate) offset: usize,
     /// The template's words for the output rows of the phase, from its first.
     pub(crate) words: [u32; ROWS],
 }
@@ -65,6 +67,30 @@ impl Part {
             Self::High => (factor - low) >> 8,
         }
     }
+
+    /// How often its sums count.
+    fn scale(self) -> i64 {
+        if self == Self::High { 256 } else { 1 }
+    }
+}
+
+/// The packed source that templates are multiplied with.
+pub(crate) struct Image<'a> {
+    pub(crate) packed: &'a Packed,
+    pub(crate) weights: &'a [u8],
+    /// Rows of a frame.
+    pub(crate) height: usize,
+}
+
+/// The plane of words under a part of a template.
+struct Under {
+    /// The word under the template's first.
+    place: usize,
+    /// Words from one of the template's to the next.
+    pixels: usize,
+    /// Words of a row.
+    width: usize,
+    lanes: Lanes,
 }
 
 /// Rows `y` and words `x` of one frame of the template's words.
@@ -75,65 +101,81 @@ struct Cell {
 }
 
 impl Taps {
-    /// Lists the products of a template with a packed source of that height. With `exact`, the sum of a group fits
-    /// 31 bits and a sign; otherwise it is known modulo 2^32.
-    pub(crate) fn build(&mut self, template: &Checked<'_>, weights: &[u8], image: &Packed, height: usize, exact: bool) {
+    /// Lists the products of templates of one shape, which are summed, with a packed source of that height. With
+    /// `exact`, the sum of a group fits 31 bits and a sign; otherwise it is known modulo 2^32.
+    pub(crate) fn build(&mut self, templates: &[Checked<'_>], to: &Image<'_>, exact: bool) -> Result<(), Error> {
         self.taps.clear();
         self.phases.clear();
         self.groups.clear();
-        let light = image.lanes == Lanes::Pairs || weights.iter().all(|&w| w <= 1);
-        let parts: &[(Part, i64)] = if light { &[(Part::Whole, 1)] } else { &[(Part::Low, 1), (Part::High, 256)] };
-        for &(part, scale) in parts {
+        let light = to.packed.lanes == Lanes::Pairs || to.weights.iter().all(|&w| w <= 1);
+        let parts: &[Part] = if light { &[Part::Whole] } else { &[Part::Low, Part::High] };
+        for &part in parts {
             let mut budget = Budget::new(exact);
-            for (plane, packing) in Packing::of(weights.len(), image.lanes).enumerate() {
-                let shape = self.pack(template, weights, packing, image.lanes, part);
-                for frame in 0..shape[0] {
-                    let place = plane * image.plane + frame * height * image.width;
-                    let step = if exact { 64 } else { shape[2] };
-                    for x in (0..shape[2]).step_by(step) {
-                        let x = x..(x + step).min(shape[2]);
-                        self.add(shape, frame, x, place, packing.pixels, image, &mut budget, scale);
-                    }
-                }
+            for template in templates {
+                self.add(template, to, part, &mut budget)?;
             }
-            self.close(scale);
+            self.close(part.scale())?;
         }
-        self.reach = self.taps.iter().map(|t| t.offset as usize + 1).max().unwrap_or(0);
+        self.reach = self.taps.iter().map(|t| t.offset + 1).max().unwrap_or(0);
+        Ok(())
     }
 
-    /// Adds rows of one frame, closing the group wherever its sums could pass 32 bits.
-    #[expect(clippy::too_many_arguments, reason = "the loop nest of `build`, split")]
-    fn add(
-        &mut self,
-        shape: Shape,
-        frame: usize,
-        x: std::ops::Range<usize>,
-        place: usize,
-        pixels: usize,
-        image: &Packed,
-        budget: &mut Budget,
-        scale: i64,
-    ) {
-        let mut y = 0;
-        for end in 0..shape[1] {
-            let row = (frame * shape[1] + end) * shape[2];
-            let weight = self.words[row + x.start..row + x.end].iter().map(|&w| largest(w, image.lanes)).sum();
-            if !budget.take(weight) {
-                self.sort(shape, &Cell { frame, y: y..end, x: x.clone() }, place, pixels, image.width);
-                self.close(scale);
-                budget.restart(weight);
-                y = end;
+    /// Adds one template, closing the group wherever its sums could pass 32 bits.
+    fn add(&mut self, template: &Checked<'_>, to: &Image<'_>, part: Part, budget: &mut Budget) -> Result<(), Error> {
+        let image = to.packed;
+        for (plane, packing) in Packing::of(to.weights.len(), image.lanes).enumerate() {
+            let shape = self.pack(template, to.weights, packing, image.lanes, part)?;
+            for frame in 0..shape[0] {
+                let place = plane * image.plane + frame * to.height * image.width;
+                let step = if budget.exact { 64 } else { shape[2] };
+                for x in (0..shape[2]).step_by(step) {
+                    let cell = Cell { frame, y: 0..shape[1], x: x..(x + step).min(shape[2]) };
+                    let under = Under { place, pixels: packing.pixels, width: image.width, lanes: image.lanes };
+                    self.add_cell(shape, cell, &under, part, budget)?;
+                }
             }
         }
-        self.sort(shape, &Cell { frame, y: y..shape[1], x }, place, pixels, image.width);
+        Ok(())
+    }
+
+    /// Adds rows of one frame.
+    fn add_cell(
+        &mut self,
+        shape: Shape,
+        mut cell: Cell,
+        under: &Under,
+        part: Part,
+        budget: &mut Budget,
+    ) -> Result<(), Error> {
+        let all = cell.y.end;
+        for end in 0..all {
+            let row = (cell.frame * shape[1] + end) * shape[2];
+            let words = &self.words[row + cell.x.start..row + cell.x.end];
+            let weight = words.iter().map(|&w| largest(w, under.lanes)).sum();
+            if !budget.take(weight) {
+                cell.y.end = end;
+                self.sort(shape, &cell, under)?;
+                self.close(part.scale())?;
+                budget.restart(weight);
+                cell.y.start = end;
+            }
+        }
+        cell.y.end = all;
+        self.sort(shape, &cell, under)
     }
 
     /// The template's words of one plane; returns their shape.
-    fn pack(&mut self, template: &Checked<'_>, weights: &[u8], packing: Packing, lanes: Lanes, part: Part) -> Shape {
+    fn pack(
+        &mut self,
+        template: &Checked<'_>,
+        weights: &[u8],
+        packing: Packing,
+        lanes: Lanes,
+        part: Part,
+    ) -> Result<Shape, Error> {
         let [frames, height, width] = template.shape;
         let shape = [frames, height, width.div_ceil(packing.pixels)];
-        self.words.clear();
-        self.words.resize(shape.iter().product(), 0);
+        filled(&mut self.words, shape.iter().product(), 0)?;
         let len = template.len();
         for (lane, (c, pixel)) in packing.lanes().enumerate() {
             let features = &template.features[c * len..(c + 1) * len];
@@ -146,11 +188,11 @@ impl Taps {
                 }
             }
         }
-        shape
+        Ok(shape)
     }
 
     /// Puts the taps of some template rows under the output rows that they serve.
-    fn sort(&mut self, shape: Shape, cell: &Cell, place: usize, pixels: usize, width: usize) {
+    fn sort(&mut self, shape: Shape, cell: &Cell, under: &Under) -> Result<(), Error> {
         let word = |y: usize, x: usize| self.words[(cell.frame * shape[1] + y) * shape[2] + x];
         for y in cell.y.start..cell.y.end + ROWS - 1 {
             // Template row `y - o` must lie in the cell.
@@ -160,29 +202,33 @@ impl Taps {
                 continue;
             }
             let list = &mut self.sorted[first * ROWS + rows - 1];
+            reserve(list, cell.x.len())?;
             for x in cell.x.clone() {
                 let mut words = [0; ROWS];
                 for (o, w) in words.iter_mut().take(rows).enumerate() {
                     *w = word(y - first - o, x);
                 }
                 if words != [0; ROWS] {
-                    list.push(Tap { offset: (place + y * width + x * pixels) as u32, words });
+                    list.push(Tap { offset: under.place + y * under.width + x * under.pixels, words });
                 }
             }
         }
+        Ok(())
     }
 
     /// Ends a group.
-    fn close(&mut self, scale: i64) {
+    fn close(&mut self, scale: i64) -> Result<(), Error> {
         let first = self.phases.len();
         for (key, list) in self.sorted.iter_mut().enumerate().filter(|(_, list)| !list.is_empty()) {
             let start = self.taps.len();
+            reserve(&mut self.taps, list.len())?;
             self.taps.append(list);
             self.phases.push(Phase { first: key / ROWS, rows: key % ROWS + 1, taps: start..self.taps.len() });
         }
         if first < self.phases.len() {
             self.groups.push(Group { scale, phases: first..self.phases.len() });
         }
+        Ok(())
     }
 }
 

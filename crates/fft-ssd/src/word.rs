@@ -8,6 +8,7 @@ pub(crate) trait Word: Copy + Ord + Send + Sync + std::fmt::Debug + 'static {
     fn wrapping(value: i64) -> Self;
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
+    fn times(self, other: Self) -> Self;
 }
 
 macro_rules! word {
@@ -26,6 +27,10 @@ macro_rules! word {
             #[inline(always)]
             fn minus(self, other: Self) -> Self {
                 self.wrapping_sub(other)
+            }
+            #[inline(always)]
+            fn times(self, other: Self) -> Self {
+                self.wrapping_mul(other)
             }
         }
     };

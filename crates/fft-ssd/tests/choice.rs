@@ -2,8 +2,11 @@
 
 mod support;
 
-use selvedge_core::Seed;
-use selvedge_fft_ssd::{Candidate, Costs, Error, Options, Placement, Scratch, SsdSearcher, Template, Tolerance};
+use selvedge_core::{Seed, SimdLevel};
+use selvedge_fft_ssd::{
+    Candidate, Costs, Error, Options, Placement, Positions, Scratch, SsdSearcher, SumScratch, Template, Term,
+    Tolerance, search_sum,
+};
 use support::Case;
 
 fn searched(i: u64, scratch: &mut Scratch) -> (Case<2>, Costs<2>) {
@@ -41,7 +44,7 @@ fn the_best_and_those_within_a_tolerance_are_the_first_when_sorted() {
         let winner = all.first().map(|c| (c.source, c.position));
         assert_eq!(costs.best_where(|s, p| Some((s, p)) != winner), all.get(1).copied());
         let Some(&best) = all.first() else {
-            assert!(costs.within(100).is_empty());
+            assert!(costs.within(100).unwrap().is_empty());
             continue;
         };
         let near = |c: &Candidate<2>| {
@@ -49,7 +52,7 @@ fn the_best_and_those_within_a_tolerance_are_the_first_when_sorted() {
                 <= u128::from(best.error) * u128::from(c.samples) * 1210
         };
         all.retain(near);
-        let mut found = costs.within(210);
+        let mut found = costs.within(210).unwrap();
         assert_eq!(found.len() as usize, all.len());
         // Asked for in any order.
         for k in (0..found.len()).rev().chain(0..found.len()) {
@@ -65,9 +68,9 @@ fn a_floor_widens_and_exclusion_narrows() {
     for i in 0..50 {
         let (_, mut costs) = searched(i, &mut scratch);
         let all = costs.iter().count() as u32;
-        narrowed += u32::from(costs.within(0).len() < all);
-        assert_eq!(costs.within(Tolerance { per_mille: 0, floor: u64::MAX }).len(), all);
-        assert_eq!(costs.within_where(0, |_, _| false).len(), 0);
+        narrowed += u32::from(costs.within(0).unwrap().len() < all);
+        assert_eq!(costs.within(Tolerance { per_mille: 0, floor: u64::MAX }).unwrap().len(), all);
+        assert_eq!(costs.within_where(0, |_, _| false).unwrap().len(), 0);
     }
     assert!(10 < narrowed, "a floor was never needed");
 }
@@ -75,10 +78,18 @@ fn a_floor_widens_and_exclusion_narrows() {
 #[test]
 fn picks_keep_their_distance() {
     let mut scratch = Scratch::new();
+    let wrapped = std::cell::Cell::new(0);
     for i in 0..100 {
-        let (_, costs) = searched(i, &mut scratch);
+        let (case, costs) = searched(i, &mut scratch);
         let apart = |a: &Candidate<2>, b: &Candidate<2>| {
-            a.source != b.source || 16 <= (0..2).map(|x| (a.position[x] - b.position[x]).pow(2)).sum::<i32>()
+            let domain = case.exemplars.sources()[a.source].domain();
+            let way = |axis: usize| {
+                let (d, n) = ((a.position[axis] - b.position[axis]).abs(), domain.shape[axis] as i32);
+                let wraps = domain.periodic[axis] || case.placement.positions == Positions::Circular;
+                wrapped.set(wrapped.get() + u32::from(wraps && n - d < d));
+                if wraps { d.min(n - d) } else { d }
+            };
+            a.source != b.source || 16 <= [0, 1].map(way).iter().map(|d| d * d).sum::<i32>()
         };
         // Greedy, from the sorted list.
         let mut expected: Vec<Candidate<2>> = Vec::new();
@@ -87,9 +98,11 @@ fn picks_keep_their_distance() {
                 expected.push(c);
             }
         }
-        assert_eq!(costs.best_k(5, 4), expected);
-        assert_eq!(costs.best_k(3, 0), sorted(&costs)[..costs.iter().count().min(3)]);
+        assert_eq!(costs.best_k(5, 4).unwrap(), expected);
+        assert_eq!(costs.best_k(3, 0).unwrap(), sorted(&costs)[..costs.iter().count().min(3)]);
+        assert!(costs.best_k(9, u32::MAX).unwrap().len() <= costs.sources().len());
     }
+    assert!(100 < wrapped.get(), "a shorter way round was never met");
 }
 
 #[test]
@@ -119,6 +132,62 @@ fn sums_weigh_each_search() {
             assert!(matches!(sum.sum_of(&[(u64::MAX, &a), (1, &b)]), Err(Error::Overflow { .. })));
         }
     }
+}
+
+#[test]
+fn sums_in_one_go_are_those_of_their_searches() {
+    let (mut scratch, mut together) = (Scratch::new(), SumScratch::new());
+    let mut fused = 0;
+    for i in 0..300 {
+        let mut rng = Seed(2).derive("sums", i).rng();
+        let mut case = Case::<2>::random(&mut rng, 20);
+        if i % 4 != 0 {
+            case.placement.cover = selvedge_fft_ssd::Cover::Box;
+        }
+        let guides: Vec<_> = case.exemplars.sources().iter().map(|s| s.features.map(|f| f ^ 90).unwrap()).collect();
+        let weights: Vec<u8> = (0..case.exemplars.channels()).map(|_| rng.below(3) as u8).collect();
+        let levels = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Auto];
+        let options = Options { simd: levels[i as usize % 4], ..Options::default() };
+        let searcher = SsdSearcher::with_options(&case.exemplars, options).unwrap();
+        let guide = SsdSearcher::of_guides(&case.exemplars, &guides, &weights, options).unwrap();
+        let inverted: Vec<u8> = case.features.iter().map(|f| !f).collect();
+        let masked = Template::new(case.shape, &case.features);
+        let masked = case.mask.as_ref().map_or(masked, |m| masked.masked(m));
+        let whole = Template::new(case.shape, &inverted);
+        let terms = [(&searcher, masked, 3), (&searcher, whole, 3), (&guide, whole, 5), (&guide, masked, 0)];
+        let terms = terms.map(|(searcher, template, weight)| Term { searcher, template, weight });
+        let (mut parts, mut expected, mut found) = (Vec::new(), Costs::new(), Costs::new());
+        for Term { searcher, template, .. } in &terms {
+            let mut costs = Costs::new();
+            searcher.search(template, case.placement, &mut scratch, &mut costs).unwrap();
+            parts.push(costs);
+        }
+        let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(&parts).collect();
+        let summed = expected.sum_of(&weighted);
+        let went = search_sum(&terms, case.placement, &mut together, &mut found);
+        assert_eq!(went, summed);
+        if went.is_ok() {
+            assert_eq!(found.sources(), expected.sources());
+            assert!(found.iter().eq(expected.iter()), "{case:?}");
+            fused += u32::from(case.placement.cover == selvedge_fft_ssd::Cover::Box && !found.is_empty());
+        }
+        // One search of weight 1 is that search.
+        search_sum(&[Term { weight: 1, ..terms[0] }], case.placement, &mut together, &mut found).unwrap();
+        assert!(found.iter().eq(parts[0].iter()));
+    }
+    assert!(50 < fused, "only {fused} were summed in one go");
+}
+
+#[test]
+fn sums_of_different_shapes_are_refused() {
+    let case = Case::<2>::random(&mut Seed(2).derive("shapes", 0).rng(), 12);
+    let searcher = SsdSearcher::new(&case.exemplars).unwrap();
+    let n = case.exemplars.channels();
+    let features = vec![0; 6 * n];
+    let [a, b] = [Template::new([2, 3], &features), Template::new([3, 2], &features)];
+    let terms = [a, b].map(|template| Term { searcher: &searcher, template, weight: 1 });
+    let refused = search_sum(&terms, Placement::INSIDE, &mut SumScratch::new(), &mut Costs::new());
+    assert_eq!(refused, Err(Error::Mismatch));
 }
 
 #[test]

@@ -109,6 +109,27 @@ mod tests {
     }
 
     #[test]
+    fn sigma_squared_is_the_sum_of_the_channels_variances() {
+        let domain = selvedge_core::Domain::open([2]);
+        let features = selvedge_core::Grid::from_vec(domain, 3, vec![0, 2, 10, 10, 0, 20]).unwrap();
+        let transform = selvedge_core::Transform::IDENTITY;
+        let origin = selvedge_core::Origin { exemplar: 0, transform };
+        let source = selvedge_core::Source { features, valid: None, origin };
+        assert_eq!(variance(&Exemplars::from_sources(vec![source], vec![1, 1, 2]).unwrap()), 1.0 + 0.0 + 200.0);
+    }
+
+    #[test]
+    fn only_what_may_be_drawn_is_listed() {
+        let mut list = Shortlist::new(2.0);
+        let costs = [9.0, 5.0, 8.0, 6.5, 4.0, 6.0];
+        for c in of(&costs) {
+            list.offer(c, || c.cost != 4.0);
+        }
+        let kept: Vec<f64> = list.finish().iter().map(|c| c.cost).collect();
+        assert_eq!(kept, [5.0, 6.5, 6.0]);
+    }
+
+    #[test]
     fn draws_follow_equation_3() {
         let candidates = of(&[5.0, 7.0, 6.0, 1e9]);
         let mut counts = [0_u32; 4];

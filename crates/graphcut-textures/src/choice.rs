@@ -10,8 +10,9 @@ use crate::region::patches;
 use crate::weaver::Weaver;
 use crate::window::Window;
 
-/// Positions that [`Placement::Random`] draws from.
+/// Patches that [`Placement::Random`] draws from, and draws after which it takes fewer.
 const RANDOM: usize = 64;
+const MOST_DRAWS: usize = 4096;
 
 impl<const D: usize> Weaver<'_, D> {
     /// Draws up to `count` patches that cover a region and show at a position of it; the draw is keyed by the step.
@@ -24,51 +25,76 @@ impl<const D: usize> Weaver<'_, D> {
             Placement::Entire => self.matcher.search(&self.canvas.map, region, &self.near(region))?,
             Placement::Sub | Placement::Auto => self.matcher.search(&self.canvas.map, region, region)?,
         }
-        let mut list = self.shortlist(at);
+        let neighbours = patches(&self.canvas.map, region);
+        let mut list = self.shortlist(region, &neighbours, at);
         if list.is_empty() {
-            // Every offset that fits was used.
+            // Every offset that fits was used, or reflects what is there.
             self.history.forget_used();
-            list = self.shortlist(at);
+            list = self.shortlist(region, &[], at);
         }
         if list.is_empty() && region.shape == [1; D] {
             // What shows here agrees with nothing around: any sample is better than none.
-            list = self.fresh(self.everything(at), at);
+            list = self.fresh(self.everything(at), region, &[], at);
         }
-        let neighbours = patches(&self.canvas.map, region);
         for c in &mut list {
-            c.cost += self.scale * self.options.variety * f64::from(self.history.repeats(&c.patch, &neighbours));
+            c.cost += self.scale * self.options.variety * self.history.repeats(&c.patch, &neighbours);
         }
         let seed = self.run.seed.derive("graphcut/draw", self.step);
         self.step += 1;
         let drawn = draw(&list, self.scale, count, &mut seed.rng());
         for patch in &drawn {
-            self.history.note_used(patch, self.canvas.domain());
+            let source = self.canvas.exemplars.sources()[patch.source].domain();
+            self.history.note_used(patch, source, self.canvas.domain());
         }
         Ok(drawn)
     }
 
     /// The patches that have a chance in the draw.
-    fn shortlist(&self, at: [i32; D]) -> Vec<Candidate<D>> {
+    fn shortlist(&self, region: &Window<D>, neighbours: &[Patch<D>], at: [i32; D]) -> Vec<Candidate<D>> {
         match self.placement {
-            Placement::Random => self.fresh(self.random(at), at),
-            _ => self.fresh(self.matcher.found(), at),
+            Placement::Random => self.fresh(self.random(region), region, neighbours, at),
+            _ => self.fresh(self.matcher.found(), region, neighbours, at),
         }
     }
 
-    /// The cheapest of some candidates that show at a position and were not used before.
-    fn fresh(&self, candidates: impl IntoIterator<Item = Candidate<D>>, at: [i32; D]) -> Vec<Candidate<D>> {
+    /// The cheapest of some candidates that show at a position, were not used before and reflect none of the neighbours.
+    fn fresh(
+        &self,
+        candidates: impl IntoIterator<Item = Candidate<D>>,
+        region: &Window<D>,
+        neighbours: &[Patch<D>],
+        at: [i32; D],
+    ) -> Vec<Candidate<D>> {
         let output = self.canvas.domain();
         let mut list = Shortlist::new(self.scale * NOTHING);
-        let fresh = |patch: &Patch<D>| self.canvas.offered(patch, at).is_some() && !self.history.is_used(patch, output);
+        let fresh = |patch: &Patch<D>| {
+            self.canvas.offered(patch, at).is_some()
+                && !self.history.is_used(patch, self.canvas.exemplars.sources()[patch.source].domain(), output)
+                && !neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, region))
+        };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()
     }
 
-    /// Patches that show a random sample at a position. Masked samples and those used before are left out afterwards.
-    fn random(&self, at: [i32; D]) -> Vec<Candidate<D>> {
-        let samples = self.canvas.exemplars.table().len();
+    /// Patches that cover a region, anywhere; if none was found that was not used before, some that were.
+    fn random(&self, region: &Window<D>) -> Vec<Candidate<D>> {
+        let (samples, output) = (self.canvas.exemplars.table().len(), self.canvas.domain());
         let mut rng = self.run.seed.derive("graphcut/random", self.step).rng();
-        (0..RANDOM).filter_map(|_| self.showing(SampleId::new(rng.below(samples)), at)).collect()
+        let (mut fresh, mut used) = (Vec::new(), Vec::new());
+        for _ in 0..MOST_DRAWS {
+            let Some(candidate) = self.showing(SampleId::new(rng.below(samples)), region.start) else { continue };
+            let source = self.canvas.exemplars.sources()[candidate.patch.source].domain();
+            let end = std::array::from_fn::<_, D, _>(|a| region.end(a) - candidate.patch.offset[a]);
+            if (0..D).any(|a| !source.periodic[a] && (source.shape[a] as i32) < end[a]) {
+                continue;
+            }
+            let is_used = self.history.is_used(&candidate.patch, source, output);
+            if is_used { &mut used } else { &mut fresh }.push(candidate);
+            if fresh.len() == RANDOM {
+                break;
+            }
+        }
+        if fresh.is_empty() { used } else { fresh }
     }
 
     /// Every patch that shows anything at a position.

@@ -48,12 +48,34 @@ pub enum Error {
         /// The position, slowest axis first.
         at: Vec<u32>,
     },
+    /// A field of sources has one bit for each of at most 64.
+    #[error("a field of sources tells {most} sources apart, not {found}; use fewer exemplars, orientations or scales")]
+    TooManySources {
+        /// Sources of the exemplars.
+        found: usize,
+        /// Bits of the field.
+        most: usize,
+    },
+    /// A grid of [`Start`](crate::Start) has not exactly one channel.
+    #[error("the {what} has {found} channels; give it one")]
+    Channels {
+        /// Which one.
+        what: &'static str,
+        /// Its channels.
+        found: usize,
+    },
     /// A fixed or initial map was made from other exemplars.
-    #[error("the map names sample {id}, but the exemplars hold {samples}; give the exemplars that it was made from")]
+    #[error(
+        "the map was made from {found} sources with {held} samples, or names others than it holds, but the exemplars have {sources} with {samples}; give the exemplars and orientations that it was made from"
+    )]
     ForeignMap {
-        /// The sample's number.
-        id: u32,
-        /// Samples in all sources.
+        /// Sources of the map.
+        found: usize,
+        /// Samples that the map's sources hold.
+        held: u32,
+        /// Sources of the exemplars.
+        sources: usize,
+        /// Samples in all of them.
         samples: u32,
     },
     /// The memory budget does not suffice.

@@ -70,10 +70,20 @@ impl<const D: usize> ErrorCells<D> {
             .sum()
     }
 
-    /// Leaves the region that starts at a cell out of the search for the worst.
+    /// Leaves the region that starts at a cell out of the search for the worst, and those that share most of it.
     pub(crate) fn leave_out(&mut self, first: usize) {
-        self.left_out[first] = true;
-        self.note(first);
+        let from = self.cells.position(first);
+        for by in Domain::open([3; D]).positions() {
+            let Some(at) = self.cells.step(from, by.map(|b| b as i32 - 1)) else { continue };
+            let near = self.cells.index(at);
+            self.left_out[near] = true;
+            self.note(near);
+        }
+    }
+
+    /// About how many regions lie in the output side by side.
+    pub(crate) fn regions(&self) -> u64 {
+        self.cells.shape.iter().map(|&n| u64::from(n.div_ceil(CELLS_A_REGION))).product()
     }
 
     /// Takes regions of a shape in again that meet a window.

@@ -1,9 +1,11 @@
 //! How much memory a run needs.
 
 use selvedge_core::Domain;
-use selvedge_fft_ssd::{Cover, Engine, Placement as Positions, Positions as Where, Sizes};
+use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes};
 
+use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
+use crate::weaver::largest_region;
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
@@ -15,45 +17,35 @@ const A_NODE: u64 = 96;
 pub fn estimate<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>, options: &Options) -> u64 {
     let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
     let shortest = sources.iter().map(|s| s.shape.into_iter().min().unwrap_or(0)).max().unwrap_or(0);
-    // As the run chooses them.
-    let side = options.region.unwrap_or((shortest / 4).clamp(shortest.min(8), 64).max(1));
+    // No less than what the run may choose.
+    let side = options.region.unwrap_or_else(|| largest_region(shortest));
+    let reach = options.reach.unwrap_or(side.div_ceil(2));
     let region = output.shape.map(|n| n.min(side).max(1));
+    let window: [u32; D] =
+        std::array::from_fn(|a| region[a].saturating_add(reach.min(output.shape[a]).saturating_mul(2)));
     // The map, and the costs of its seams by cells.
-    let map = len(output.shape).saturating_mul(5);
-    let seams = samples.saturating_mul(channels as u64 + 1 + 2 * D as u64 + A_CANDIDATE);
-    let reach = options.reach.unwrap_or(side * 2 / 3).saturating_mul(2);
-    let window = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| s.shape[a].min(region[a].saturating_add(reach))));
-    let nodes = sources.iter().map(window).max().unwrap_or(0);
+    let cell = u64::from(side / CELLS_A_REGION).max(1).saturating_pow(D as u32);
+    let map = len(output.shape).saturating_mul(5).saturating_add(len(output.shape) / cell * 42);
+    let seams = samples.saturating_mul(channels as u64 + 1 + 4 * D as u64 + A_CANDIDATE);
+    let shown = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a])));
+    let nodes = sources.iter().map(shown).max().unwrap_or(0);
     let cuts = nodes.saturating_mul(A_NODE).saturating_mul(u64::from(options.tries));
     let weights = vec![1; channels];
+    let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box });
+    let entire = || search(sources, &weights, window, Positions::overlapping(1));
     let search = match options.placement {
         Placement::Random => 0,
-        Placement::Sub => sub(sources, &weights, region),
-        Placement::Entire => entire(sources, &weights, region),
-        Placement::Auto => sub(sources, &weights, region).max(entire(sources, &weights, region)),
+        Placement::Sub => sub(),
+        Placement::Entire => entire(),
+        Placement::Auto => sub().max(entire()),
     };
     [map, seams, cuts, search].into_iter().fold(0, u64::saturating_add)
 }
 
-/// A search for the region in all sources.
-fn sub<const D: usize>(sources: &[Domain<D>], weights: &[u8], region: [u32; D]) -> u64 {
-    let sizes = Sizes { sources, weights, template: region, noisy_masks: true };
-    let placement = Positions { positions: Where::Inside, cover: Cover::Box };
+/// A search for a box in all sources.
+fn search<const D: usize>(sources: &[Domain<D>], weights: &[u8], template: [u32; D], placement: Positions) -> u64 {
+    let sizes = Sizes { sources, weights, template, noisy_masks: true };
     selvedge_fft_ssd::estimate(&sizes, placement, &selvedge_fft_ssd::Options::default()).unwrap_or(u64::MAX)
-}
-
-/// A search for each source in a box of the output.
-fn entire<const D: usize>(sources: &[Domain<D>], weights: &[u8], region: [u32; D]) -> u64 {
-    let options = selvedge_fft_ssd::Options { engine: Engine::Fft, ..selvedge_fft_ssd::Options::default() };
-    let placement = Positions { positions: Where::Inside, cover: Cover::AtLeast(1) };
-    let slide = |source: &Domain<D>| {
-        let shape = std::array::from_fn(|a| source.shape[a].saturating_mul(2).saturating_sub(region[a]).max(1));
-        let sizes = Sizes { sources: &[Domain::open(shape)], weights, template: source.shape, noisy_masks: true };
-        let search = selvedge_fft_ssd::estimate(&sizes, placement, &options).unwrap_or(u64::MAX);
-        // What is seen of the output, as features and as an exemplar.
-        search.saturating_add(len(shape).saturating_mul(2 * weights.len() as u64 + 3))
-    };
-    sources.iter().map(slide).max().unwrap_or(0)
 }
 
 fn len<const D: usize>(shape: [u32; D]) -> u64 {

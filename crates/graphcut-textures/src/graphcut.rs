@@ -50,6 +50,8 @@ pub fn graphcut<const D: usize>(
     options: &Options,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
+    options.validate()?;
+    check_memory(exemplars, output, options, run)?;
     let map = SourceMap::unassigned(exemplars, output)?;
     graphcut_from(exemplars, Start { map, fixed: None, sources: None }, options, run)
 }
@@ -67,11 +69,7 @@ pub fn graphcut_from<const D: usize>(
 ) -> Result<Woven<SourceMap<D>, Stats>, Error> {
     options.validate()?;
     start.check(exemplars)?;
-    let sources: Vec<Domain<D>> = exemplars.table().sources().iter().map(|(_, domain)| *domain).collect();
-    let needed = estimate(&sources, exemplars.channels(), start.map.domain(), options);
-    if run.limits.memory < needed {
-        return Err(Error::Memory { needed, limit: run.limits.memory });
-    }
+    check_memory(exemplars, start.map.domain(), options, run)?;
     let mut weaver = Weaver::new(exemplars, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
@@ -80,4 +78,17 @@ pub fn graphcut_from<const D: usize>(
         Err(error) => return Err(error),
     };
     Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
+}
+
+/// # Errors
+/// [`Error::Memory`] if the run would need more than it may have.
+fn check_memory<const D: usize>(
+    exemplars: &Exemplars<D>,
+    output: Domain<D>,
+    options: &Options,
+    run: &Run<'_, D>,
+) -> Result<(), Error> {
+    let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let needed = estimate(&domains, exemplars.channels(), output, options);
+    if needed <= run.limits.memory { Ok(()) } else { Err(Error::Memory { needed, limit: run.limits.memory }) }
 }

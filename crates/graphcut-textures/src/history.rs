@@ -9,17 +9,22 @@ use crate::patch::Patch;
 /// Vectors that differ by less than this along each axis count as the same.
 const GRAIN: i32 = 4;
 
+/// Repeated vectors are counted out of so many patches.
+const OF: u32 = 64;
+
 /// Offsets used before, and how patches stand to each other.
 #[derive(Debug, Default)]
 pub(crate) struct History<const D: usize> {
     used: BTreeSet<Patch<D>>,
     vectors: BTreeMap<(usize, [i32; D]), u32>,
+    /// Patches whose vectors were noted.
+    noted: u32,
 }
 
 impl<const D: usize> History<D> {
     /// True if this offset was used before.
-    pub(crate) fn is_used(&self, patch: &Patch<D>, output: Domain<D>) -> bool {
-        self.used.contains(&patch.wrapped(output))
+    pub(crate) fn is_used(&self, patch: &Patch<D>, source: Domain<D>, output: Domain<D>) -> bool {
+        self.used.contains(&patch.wrapped(source, output))
     }
 
     /// Forgets used offsets: when there is no other left.
@@ -28,21 +33,24 @@ impl<const D: usize> History<D> {
     }
 
     /// Notes an offset as tried.
-    pub(crate) fn note_used(&mut self, patch: &Patch<D>, output: Domain<D>) {
-        self.used.insert(patch.wrapped(output));
+    pub(crate) fn note_used(&mut self, patch: &Patch<D>, source: Domain<D>, output: Domain<D>) {
+        self.used.insert(patch.wrapped(source, output));
     }
 
     /// Notes how a patch stands to its neighbours.
     pub(crate) fn note_vectors(&mut self, patch: &Patch<D>, neighbours: &[Patch<D>]) {
+        self.noted += 1;
         for key in neighbours.iter().filter_map(|n| vector(patch, n)) {
             *self.vectors.entry(key).or_default() += 1;
         }
     }
 
-    /// How often patches stood to each other as this one would to its neighbours.
-    pub(crate) fn repeats(&self, patch: &Patch<D>, neighbours: &[Patch<D>]) -> u32 {
+    /// How often patches stood to each other as this one would to its neighbours, out of [`OF`] patches: an output has no
+    /// more of a lattice because there is more of it.
+    pub(crate) fn repeats(&self, patch: &Patch<D>, neighbours: &[Patch<D>]) -> f64 {
         let count = |n: &Patch<D>| vector(patch, n).and_then(|key| self.vectors.get(&key)).copied().unwrap_or(0);
-        neighbours.iter().map(count).sum()
+        let times: u32 = neighbours.iter().map(count).sum();
+        f64::from(times) * f64::from(OF) / f64::from(self.noted.max(OF))
     }
 }
 
@@ -51,7 +59,43 @@ fn vector<const D: usize>(a: &Patch<D>, b: &Patch<D>) -> Option<(usize, [i32; D]
     if a.source != b.source {
         return None;
     }
-    let v: [i32; D] = std::array::from_fn(|axis| (a.offset[axis] - b.offset[axis] + GRAIN / 2).div_euclid(GRAIN));
+    let v: [i32; D] = std::array::from_fn(|axis| a.offset[axis] - b.offset[axis]);
     let negative = v.iter().find(|&&c| c != 0).is_some_and(|&c| c < 0);
-    Some((a.source, if negative { v.map(|c| -c) } else { v }))
+    let v = if negative { v.map(|c| -c) } else { v };
+    Some((a.source, v.map(|c| (c + GRAIN / 2).div_euclid(GRAIN))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn patch(y: i32, x: i32) -> Patch<2> {
+        Patch { source: 0, offset: [y, x] }
+    }
+
+    #[test]
+    fn equal_placements_are_used_once() {
+        let (source, output) = (Domain::open([9, 9]), Domain { shape: [20, 30], periodic: [false, true] });
+        let mut history = History::default();
+        history.note_used(&patch(3, -5), source, output);
+        assert!(history.is_used(&patch(3, 25), source, output), "around the output");
+        assert!(!history.is_used(&patch(23, -5), source, output) && !history.is_used(&patch(3, -4), source, output));
+        let torus = Domain::periodic([9, 9]);
+        history.note_used(&patch(1, 2), torus, output);
+        assert!(history.is_used(&patch(-8, 11), torus, output), "around the source");
+        history.forget_used();
+        assert!(!history.is_used(&patch(3, -5), source, output));
+    }
+
+    #[test]
+    fn vectors_are_counted_in_both_directions_and_by_the_number_of_patches() {
+        let mut history = History::default();
+        history.note_vectors(&patch(0, 0), &[patch(10, 40)]);
+        assert_eq!(history.repeats(&patch(50, 90), &[patch(40, 50)]), 1.0);
+        assert_eq!(history.repeats(&patch(50, 90), &[patch(60, 130), patch(40, 50)]), 2.0);
+        assert_eq!(history.repeats(&patch(50, 90), &[patch(60, 90)]), 0.0);
+        assert_eq!(history.repeats(&patch(0, 0), &[Patch { source: 1, offset: [10, 40] }]), 0.0);
+        (1..4 * OF).for_each(|_| history.note_vectors(&patch(0, 0), &[]));
+        assert_eq!(history.repeats(&patch(50, 90), &[patch(40, 50)]), 0.25);
+    }
 }

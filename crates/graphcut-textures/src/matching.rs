@@ -1,7 +1,7 @@
 //! Where exemplars fit: every translation that covers the error region, with its cost. `[Kwatra03 4]`
 
-use selvedge_core::{Exemplars, SourceMap};
-use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Template};
+use selvedge_core::{Exemplars, SimdLevel, SourceMap};
+use selvedge_fft_ssd::{Costs, Options as SearchOptions, Placement, Scratch, SsdSearcher, Template};
 
 use crate::candidates::Candidate;
 use crate::error::Error;
@@ -23,8 +23,8 @@ pub(crate) struct Matcher<'e, const D: usize> {
 impl<'e, const D: usize> Matcher<'e, D> {
     /// # Errors
     /// [`Error::Search`] if memory is short.
-    pub(crate) fn new(exemplars: &'e Exemplars<D>) -> Result<Self, Error> {
-        let searcher = SsdSearcher::new(exemplars)?;
+    pub(crate) fn new(exemplars: &'e Exemplars<D>, simd: SimdLevel) -> Result<Self, Error> {
+        let searcher = SsdSearcher::with_options(exemplars, SearchOptions { simd, ..SearchOptions::default() })?;
         Ok(Self { exemplars, searcher, scratch: Scratch::new(), costs: Costs::new(), start: [0; D] })
     }
 
@@ -60,5 +60,45 @@ impl<'e, const D: usize> Matcher<'e, D> {
             patch: Patch { source: c.source, offset: std::array::from_fn(|a| self.start[a] - c.position[a]) },
             cost: c.error as f64 / c.samples.max(1) as f64,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Grid, Origin, SampleId, Source, Transform};
+
+    /// Halves of 10 and of 17, side by side.
+    fn exemplars() -> Exemplars<2> {
+        let domain = Domain::open([12, 24]);
+        let samples = domain.positions().map(|[_, x]| if x < 12 { 10 } else { 17 }).collect();
+        let features = Grid::from_vec(domain, 1, samples).unwrap();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap()
+    }
+
+    #[test]
+    fn costs_are_means_over_what_is_compared() {
+        let exemplars = exemplars();
+        let mut map = SourceMap::unassigned(&exemplars, Domain::open([30, 30])).unwrap();
+        map.ids.plane_mut(0).fill(SampleId::new(0));
+        for side in [3, 6] {
+            let region = Window { start: [9, 9], shape: [side; 2] };
+            let window = Window { start: [5, 5], shape: [side + 8; 2] };
+            for window in [region, window] {
+                let mut matcher = Matcher::new(&exemplars, SimdLevel::Auto).unwrap();
+                matcher.search(&map, &region, &window).unwrap();
+                let found: Vec<Candidate<2>> = matcher.found().collect();
+                assert_eq!(found.len(), ((13 - side) * (25 - side)) as usize, "wherever the region is covered");
+                for c in found {
+                    // What the patch shows of the second half, at 7 levels' difference, out of all that it covers.
+                    let (left, right) =
+                        (c.patch.offset[1].max(window.start[1]), window.end(1).min(c.patch.offset[1] + 24));
+                    let second = (right - (c.patch.offset[1] + 12).max(left)).max(0);
+                    let expected = 49.0 * f64::from(second) / f64::from(right - left);
+                    assert!((c.cost - expected).abs() < 1e-9, "{c:?} {expected}");
+                }
+            }
+        }
     }
 }

@@ -4,6 +4,9 @@ use selvedge_core::SeamMeasure;
 
 use crate::error::Error;
 
+/// Each of them has a graph of its own.
+const MOST_TRIES: u32 = 64;
+
 /// How the next patch is found. `[Kwatra03 4]`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -13,7 +16,7 @@ pub enum Placement {
     Auto,
     /// Anywhere over the error region: fast, for random textures.
     Random,
-    /// Where all of the exemplar agrees with all of the output under it: for structured textures.
+    /// Where the exemplar agrees with all that is there under it, as far as patches reach: for structured textures.
     Entire,
     /// Where the exemplar agrees with the output in the error region: for everything without a period.
     Sub,
@@ -42,9 +45,10 @@ pub struct Options {
     /// Patches laid over the worst seams after everything is covered. Default: until seams stop falling, but at most
     /// [`REFINEMENTS_A_PATCH`](Self::REFINEMENTS_A_PATCH) times as many as patches were needed to cover everything.
     pub refine: Option<u32>,
-    /// Refinements in a row that bring nothing before seams count as settled. At least 1.
+    /// Refinements in a row that bring nothing before seams count as settled, beside one for each 32 regions that the
+    /// output holds. At least 1.
     pub patience: u32,
-    /// Candidates that are cut at each refinement, of which the best is taken. At least 1.
+    /// Candidates that are cut at each refinement, of which the best is taken. From 1 to 64.
     pub tries: u32,
 }
 
@@ -85,7 +89,9 @@ impl Options {
         };
         at_least_1("region", self.region)?;
         at_least_1("patience", Some(self.patience))?;
-        at_least_1("tries", Some(self.tries))?;
+        if !(1..=MOST_TRIES).contains(&self.tries) {
+            return Err(Error::Range { option: "tries", value: self.tries.into(), range: "1 to 64" });
+        }
         for (option, value) in [("randomness", self.randomness), ("variety", self.variety)] {
             if !(0.0..=1000.0).contains(&value) {
                 return Err(Error::Range { option, value, range: "0 to 1000" });

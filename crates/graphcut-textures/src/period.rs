@@ -5,15 +5,21 @@ use selvedge_core::{Domain, Exemplars, Source};
 /// Samples of the coarse copy at most: its autocorrelation takes the square of their number.
 const COARSE_SAMPLES: usize = 3000;
 
-/// How much of the exemplar comes again elsewhere in it, from 0 to 1: the height of the best peak of the
-/// autocorrelation above the lowest value between it and the centre.
+/// How regularly the exemplars repeat themselves, from 0 to 2: the height of the best peak of the autocorrelation
+/// (-1 to 1) above the lowest value between it and the centre, of the most regular exemplar.
 ///
-/// Regular textures (bricks, text, keyboards) reach 0.5 and more, scattered ones (peas, crowds) stay below 0.3.
+/// Of the textures it was tried on, text, keyboards and baskets reach 1.1 and more, fruit, peas, crowds and brick walls with
+/// uneven courses stay between 0.2 and 0.8. Of an exemplar in several orientations the first counts.
 ///
-/// Time: about 10^7 operations a channel, whatever the size.
+/// Time: about 10^7 operations a channel of each exemplar, whatever the size.
 pub fn periodicity<const D: usize>(exemplars: &Exemplars<D>) -> f64 {
-    let Some(source) = exemplars.sources().first() else { return 0.0 };
-    let coarse = Coarse::new(source, exemplars.weights());
+    let mut last = None;
+    let first = |s: &&Source<D>| last.replace(s.origin.exemplar) != Some(s.origin.exemplar);
+    let sources = exemplars.sources().iter().filter(first);
+    sources.map(|source| periodicity_of(&Coarse::new(source, exemplars.weights()))).fold(0.0, f64::max)
+}
+
+fn periodicity_of<const D: usize>(coarse: &Coarse<D>) -> f64 {
     let shape = coarse.domain.shape;
     // Shifts up to half of each side, one of each pair of opposites.
     let reach = shape.map(|n| n / 2);

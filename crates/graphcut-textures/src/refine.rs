@@ -10,6 +10,9 @@ use crate::region::patches;
 use crate::weaver::Weaver;
 use crate::window::Window;
 
+/// For each so many regions of the output, one more failure in a row is borne.
+const REGIONS_A_FAILURE: u64 = 32;
+
 impl<const D: usize> Weaver<'_, D> {
     /// Lays patches over the worst seams. False if it was cancelled.
     ///
@@ -17,9 +20,11 @@ impl<const D: usize> Weaver<'_, D> {
     /// [`Error::Search`], [`Error::Cut`].
     pub(crate) fn refine(&mut self) -> Result<bool, Error> {
         let mut failures = 0;
+        // Of more regions, more fail in a row by chance.
+        let patience = u64::from(self.options.patience) + self.canvas.cells.regions() / REGIONS_A_FAILURE;
         let most = self.stats.patches.max(4) * Options::REFINEMENTS_A_PATCH;
         let limit = self.options.refine.map_or(most, u64::from);
-        while self.stats.refinements < limit && failures < self.options.patience {
+        while self.stats.refinements < limit && failures < patience {
             if self.run.observer.cancelled() {
                 return Ok(false);
             }

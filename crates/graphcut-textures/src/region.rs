@@ -47,7 +47,12 @@ pub(crate) fn patches<const D: usize>(map: &SourceMap<D>, window: &Window<D>) ->
         let Some(id) = place.map(|p| ids[p as usize]) else { continue };
         let Some((source, from)) = map.table.locate(id) else { continue };
         let at = local.position(i);
-        let offset = std::array::from_fn(|a| window.start[a] + at[a] as i32 - from[a] as i32);
+        let domain = map.table.sources()[source].1;
+        let offset = std::array::from_fn(|a| {
+            let offset = window.start[a] + at[a] as i32 - from[a] as i32;
+            // A source that repeats itself is one patch however often it does.
+            if domain.periodic[a] { offset.rem_euclid(domain.shape[a] as i32) } else { offset }
+        });
         let patch = Patch { source, offset };
         // Neighbours mostly belong to the patch found last.
         if !found.iter().rev().any(|f| *f == patch) {

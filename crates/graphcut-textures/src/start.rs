@@ -1,17 +1,17 @@
 //! What a run begins with: an output that is partly there, and what must stay.
 
-use selvedge_core::{Exemplars, Grid, SourceMap};
+use selvedge_core::{Exemplars, Grid, SampleId, SourceMap, SourceTable};
 
 use crate::Error;
 
 /// What is there before the first patch.
 #[derive(Clone, Debug)]
 pub struct Start<const D: usize> {
-    /// Samples that stand already; the rest is unassigned.
+    /// Samples that stand already; the rest is unassigned. It may name samples that are masked: patches will not.
     pub map: SourceMap<D>,
-    /// Positions whose sample stays; `None` for none. An unassigned one is filled once and may change.
+    /// Positions whose sample stays; `None` for none. An unassigned one is filled, and stays from then on.
     pub fixed: Option<Grid<bool, D>>,
-    /// By position, bit `s` says whether source `s` may be used there; `None` for all everywhere.
+    /// By position, bit `s` says whether source `s` may be used there, of at most 64; `None` for all everywhere.
     pub sources: Option<Grid<u64, D>>,
 }
 
@@ -22,18 +22,25 @@ impl<const D: usize> Start<D> {
         if output.is_empty() {
             return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
         }
-        check_map(exemplars, &self.map)?;
-        let shapes = [
-            ("mask of fixed samples", self.fixed.as_ref().map(Grid::domain)),
-            ("field of sources", self.sources.as_ref().map(Grid::domain)),
+        check_map(exemplars.table(), &self.map)?;
+        let grids = [
+            ("mask of fixed samples", self.fixed.as_ref().map(|g| (g.domain().shape, g.channels()))),
+            ("field of sources", self.sources.as_ref().map(|g| (g.domain().shape, g.channels()))),
         ];
-        for (what, found) in shapes {
-            let Some(found) = found.filter(|f| f.shape != output.shape) else { continue };
-            return Err(Error::Shape { what, expected: output.shape.to_vec(), found: found.shape.to_vec() });
+        for (what, found) in grids {
+            let Some((shape, channels)) = found else { continue };
+            one_channel(what, channels)?;
+            if shape != output.shape {
+                return Err(Error::Shape { what, expected: output.shape.to_vec(), found: shape.to_vec() });
+            }
         }
         let Some(sources) = &self.sources else { return Ok(()) };
+        let (found, most) = (exemplars.sources().len(), u64::BITS as usize);
+        if most < found {
+            return Err(Error::TooManySources { found, most });
+        }
         let usable = |s: &selvedge_core::Source<D>| s.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
-        let usable = exemplars.sources().iter().take(64).enumerate().filter(|(_, s)| usable(s));
+        let usable = exemplars.sources().iter().enumerate().filter(|(_, s)| usable(s));
         let bits = usable.fold(0_u64, |bits, (s, _)| bits | 1 << s);
         let ids = self.map.ids.plane(0);
         let stuck = (0..ids.len()).find(|&i| !ids[i].is_assigned() && sources.plane(0)[i] & bits == 0);
@@ -44,13 +51,18 @@ impl<const D: usize> Start<D> {
     }
 }
 
-/// A map names only samples that the exemplars hold.
-pub(crate) fn check_map<const D: usize>(exemplars: &Exemplars<D>, map: &SourceMap<D>) -> Result<(), Error> {
-    let samples = exemplars.table().len();
-    let foreign = map.ids.plane(0).iter().find(|id| id.is_assigned() && samples <= id.get());
-    match foreign {
-        Some(id) => Err(Error::ForeignMap { id: id.get(), samples }),
-        None if map.table.len() != samples => Err(Error::ForeignMap { id: map.table.len(), samples }),
-        None => Ok(()),
+/// A map is of these sources, and names only samples that they hold.
+pub(crate) fn check_map<const D: usize>(table: &SourceTable<D>, map: &SourceMap<D>) -> Result<(), Error> {
+    one_channel("map", map.ids.channels())?;
+    let samples = table.len();
+    let known = |id: &SampleId| !id.is_assigned() || id.get() < samples;
+    if map.table == *table && map.ids.plane(0).iter().all(known) {
+        return Ok(());
     }
+    let (found, held) = (map.table.sources().len(), map.table.len());
+    Err(Error::ForeignMap { found, held, sources: table.sources().len(), samples })
+}
+
+fn one_channel(what: &'static str, found: usize) -> Result<(), Error> {
+    if found == 1 { Ok(()) } else { Err(Error::Channels { what, found }) }
 }

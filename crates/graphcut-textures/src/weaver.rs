@@ -20,8 +20,8 @@ use crate::region::patches;
 use crate::start::Start;
 use crate::window::Window;
 
-/// From this periodicity on, all of the exemplar is matched.
-const PERIODIC: f64 = 0.5;
+/// From this periodicity on, all that patches reach is matched.
+const PERIODIC: f64 = 1.0;
 
 /// A run: the output in the making, and what is needed to go on.
 pub(crate) struct Weaver<'a, const D: usize> {
@@ -53,9 +53,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
     ) -> Result<Self, Error> {
         let output = start.map.domain();
         let side = region_side(exemplars, options)?;
-        let region = std::array::from_fn(|a| side.min(output.shape[a]));
-        // Far beyond any output, and still far from the end of positions.
-        let reach = options.reach.unwrap_or(side.div_ceil(2)).min(1 << 24);
+        let region = region_of(side, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
         let placement = match options.placement {
@@ -63,9 +61,11 @@ impl<'a, const D: usize> Weaver<'a, D> {
             Placement::Auto => Placement::Sub,
             chosen => chosen,
         };
+        // At most far beyond any output, and still far from the end of positions.
+        let reach = options.reach.unwrap_or(side.div_ceil(2)).min(1 << 24);
         Ok(Self {
             canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, side / CELLS_A_REGION)?,
-            matcher: Matcher::new(exemplars)?,
+            matcher: Matcher::new(exemplars, run.simd)?,
             options,
             run,
             placement,
@@ -166,7 +166,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             let (mut low, mut high) = (self.reach.min(side), self.reach.min(side));
             if output.periodic[axis] {
                 // A patch that went around would meet itself.
-                let most = (side - side / 4).max(shape);
+                let most = side - side / 4;
                 low = low.min((most - shape) / 2);
                 high = high.min(most - shape - low);
             }
@@ -185,6 +185,14 @@ fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>
     })
 }
 
+/// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it.
+fn region_of<const D: usize>(side: u32, output: Domain<D>) -> [u32; D] {
+    std::array::from_fn(|a| {
+        let n = output.shape[a];
+        side.min(if output.periodic[a] { n - n / 4 } else { n })
+    })
+}
+
 /// The side of error regions: as asked, or three fifths of the largest structures, so that a region with its
 /// surroundings holds one of them; but no less than an eighth of the exemplar's shortest side (at most 28), for
 /// repetitions of small patches are seen, and no more than a quarter of it (at most 76), for few large ones fit.
@@ -195,9 +203,15 @@ fn region_side<const D: usize>(exemplars: &Exemplars<D>, options: &Options) -> R
     match options.region {
         Some(region) if most < region => Err(Error::RegionExceedsExemplar { region, largest: largest.to_vec() }),
         Some(region) => Ok(region),
-        None => {
-            let least = (most / 8).min(28).max(most.min(8));
-            Ok((feature_size(exemplars)? * 3 / 5).clamp(least, (most / 4).clamp(least, 76)).max(1))
-        }
+        None => Ok((feature_size(exemplars)? * 3 / 5).clamp(least_region(most), largest_region(most))),
     }
+}
+
+/// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.
+pub(crate) fn largest_region(side: u32) -> u32 {
+    (side / 4).clamp(least_region(side), 76)
+}
+
+fn least_region(side: u32) -> u32 {
+    (side / 8).min(28).max(side.min(8)).max(1)
 }

@@ -2,7 +2,7 @@
 
 use selvedge_core::{
     Domain, Encoder, ErrorKind, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts, SeamMeasure,
-    Seed, SourceMap, Transform,
+    Seed, SimdLevel, SourceMap, Transform,
 };
 use selvedge_graphcut_textures::{Error, Options, Placement, Start, Stats, graphcut, graphcut_from};
 
@@ -56,21 +56,94 @@ fn clips_are_woven_by_the_same_code() {
         let options = Options { placement, refine: Some(4), ..Options::default() };
         let (map, stats) = weave(&e, output, &options);
         assert!(stats.energy.is_sorted_by(|a, b| a >= b), "{:?}", stats.energy);
-        assert!((0..9).any(|t| map.is_seam([t, 0, 0], 0)) || 0 < stats.patches);
+        let seams = map.domain().positions().filter(|&at| (0..3).any(|axis| map.is_seam(at, axis)));
+        assert_ne!(seams.count(), 0, "no exemplar of 6 frames fills 9 without a seam");
     }
 }
 
 #[test]
 fn wrapped_seams_are_no_worse_than_inner_ones() {
     let e = of(&blobs([40, 40], 3));
-    let output = Domain::periodic([56, 56]);
-    let (map, _) = weave(&e, output, &Options { placement: Placement::Sub, ..Options::default() });
     let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
-    let column = |x: u32| (0..56).map(|y| i64::from(costs.at(&map, [y, x], 1))).sum::<i64>();
-    let mut columns: Vec<i64> = (0..55).map(column).collect();
-    columns.sort_unstable();
-    // No dearer than the dearest of the others.
-    assert!(column(55) <= columns[54], "{} of {columns:?}", column(55));
+    for placement in PLACEMENTS {
+        for (side, region) in [(56, None), (40, Some(40)), (24, Some(40)), (30, Some(30)), (25, None)] {
+            let options = Options { placement, region, ..Options::default() };
+            let (mut wrapped, mut inner) = (0, 0);
+            for seed in 0..6 {
+                let output = Domain::periodic([side, side]);
+                let map = graphcut(&e, output, &options, &Run::seeded(seed)).unwrap().result;
+                for at in output.positions() {
+                    for axis in 0..2 {
+                        let cost = i64::from(costs.at(&map, at, axis));
+                        if at[axis] + 1 == side { wrapped += cost } else { inner += cost }
+                    }
+                }
+            }
+            // Of `side` columns one wraps; a straight uncut seam costs several times the mean.
+            assert!(wrapped * i64::from(side - 1) <= 2 * inner, "{placement:?} {side} {region:?}: {wrapped} {inner}");
+        }
+    }
+}
+
+#[test]
+fn regular_exemplars_are_matched_whole_and_scattered_ones_in_part() {
+    let domain = Domain::open([64, 64]);
+    let samples = domain.positions().map(|[y, x]| if (y / 8 + x / 8) % 2 == 0 { 220 } else { 30 }).collect();
+    let board = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap()));
+    let output = Domain::open([70, 70]);
+    let (_, regular) = weave(&of(&board), output, &Options::default());
+    assert_eq!(regular.placement, Placement::Entire);
+    let (_, scattered) = weave(&of(&blobs([64, 64], 4)), output, &Options::default());
+    assert_eq!(scattered.placement, Placement::Sub);
+}
+
+#[test]
+fn masks_do_not_make_patches_of_single_samples() {
+    let plane = blobs([60, 60], 8);
+    let mut rng = Seed(8).rng();
+    let valid = Domain::open([60, 60]).positions().map(|[_, x]| x < 24 || rng.below(50) == 0).collect();
+    let valid = Grid::from_vec(Domain::open([60, 60]), 1, valid).unwrap();
+    let planes = [std::slice::from_ref(&plane)];
+    let e =
+        Exemplars::masked(&Encoder::fit(&planes).unwrap(), &planes, &[Some(valid)], &[Transform::IDENTITY]).unwrap();
+    for placement in PLACEMENTS {
+        let options = Options { placement, region: Some(12), ..Options::default() };
+        let (map, stats) = weave(&e, Domain::open([80, 80]), &options);
+        let single = map.domain().positions().filter(|&p| map.locate(p).is_some_and(|(_, at)| 24 <= at[1])).count();
+        assert!(
+            stats.patches < 400 && single < 64,
+            "{placement:?}: {} patches, {single} single samples",
+            stats.patches
+        );
+    }
+}
+
+#[test]
+fn variety_keeps_patches_from_forming_a_lattice() {
+    let e = of(&blobs([48, 48], 12));
+    let most_repeated = |variety: f64| {
+        let options = Options { variety, randomness: 0.05, refine: Some(0), ..Options::default() };
+        let (map, _) = weave(&e, Domain::open([200, 200]), &options);
+        let mut vectors = std::collections::BTreeMap::new();
+        for at in map.domain().positions().filter(|&at| map.is_seam(at, 1) && at[1] + 1 < 200) {
+            let [a, b] = [at, [at[0], at[1] + 1]].map(|p| map.locate(p).unwrap().1);
+            let vector = [0, 1].map(|axis| (a[axis] as i32 - b[axis] as i32).div_euclid(4));
+            *vectors.entry(vector).or_insert(0_u32) += 1;
+        }
+        vectors.into_values().max().unwrap()
+    };
+    let (without, with) = (most_repeated(0.0), most_repeated(3.0));
+    assert!(with < without, "{with} seams have one vector, and {without} without variety");
+}
+
+#[test]
+fn simd_levels_make_no_difference() {
+    let e = of(&blobs([40, 40], 13));
+    for placement in [Placement::Sub, Placement::Entire] {
+        let options = Options { placement, refine: Some(5), ..Options::default() };
+        let on = |simd| graphcut(&e, Domain::open([60, 60]), &options, &Run { simd, ..Run::seeded(2) }).unwrap().result;
+        assert_eq!(on(SimdLevel::Scalar), on(SimdLevel::Auto));
+    }
 }
 
 #[test]
@@ -202,6 +275,7 @@ fn wrong_input_is_an_error_with_its_numbers() {
         Options { variety: f64::INFINITY, ..options },
         Options { region: Some(0), ..options },
         Options { tries: 0, ..options },
+        Options { tries: 65, ..options },
         Options { patience: 0, ..options },
     ] {
         assert_eq!(fails(output, &wrong).kind(), ErrorKind::Option);
@@ -219,6 +293,20 @@ fn wrong_input_is_an_error_with_its_numbers() {
     let map = SourceMap::unassigned(&of(&blobs([5, 5], 1)), output).unwrap();
     let foreign = graphcut_from(&e, Start { map, fixed: None, sources: None }, &options, &run);
     assert!(matches!(foreign, Err(Error::ForeignMap { .. })));
+    // As many samples, in other sources.
+    let halves = [blobs([16, 10], 1), blobs([16, 10], 2)];
+    let planes = halves.each_ref().map(std::slice::from_ref);
+    let map = SourceMap::unassigned(&Exemplars::of(&planes).unwrap(), output).unwrap();
+    let foreign = graphcut_from(&e, Start { map, fixed: None, sources: None }, &options, &run);
+    assert!(matches!(foreign, Err(Error::ForeignMap { found: 2, sources: 1, .. })));
+    assert!(matches!(start(Grid::from_vec(output, 0, Vec::new()).ok(), None), Error::Channels { found: 0, .. }));
+    let many: Vec<Plane<2>> = (0..65).map(|i| blobs([16, 20], i)).collect();
+    let planes: Vec<&[Plane<2>]> = many.iter().map(std::slice::from_ref).collect();
+    let many = Exemplars::of(&planes).unwrap();
+    let map = SourceMap::unassigned(&many, output).unwrap();
+    let start = Start { map, fixed: None, sources: Grid::try_filled(output, 1, 1).ok() };
+    let found = graphcut_from(&many, start, &options, &run);
+    assert!(matches!(found, Err(Error::TooManySources { found: 65, most: 64 })));
 }
 
 struct Stop(std::sync::atomic::AtomicU32);

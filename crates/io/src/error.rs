@@ -375,7 +375,10 @@ fn plain(cause: &str) -> String {
         text = format!("{before}{kind}{after}");
     }
     let text = text.replace("Reason:", "reason: ");
-    let sentence = text.starts_with(char::is_uppercase) && text[1..].starts_with(char::is_lowercase);
+    // A sentence begins with a plain word; names and abbreviations stay as they are.
+    let first = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");
+    let rest = first.strip_prefix(|c: char| c.is_ascii_uppercase()).filter(|rest| !rest.is_empty());
+    let sentence = rest.is_some_and(|rest| rest.chars().all(char::is_lowercase));
     if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
 }
 

@@ -1,8 +1,9 @@
-//! How solve time and memory grow: `cargo run --release -p selvedge-maxflow --example growth -- [2d SIDE | 3d SIDE]...`
+//! How solve time and memory grow: `cargo run --release -p selvedge-maxflow --example growth -- [2d SIDE | 3d SIDE]`
 //!
 //! Each problem lays one noise texture over another (2-D: the border is the old texture's, the middle quarter of each side the new one's;
 //! 3-D: from the first frame to the last) and asks for the cheapest seam. Without arguments: 64^2 to 2048^2. Prints
-//! nodes, seconds to build and to solve, nanoseconds a node, and the process's peak memory in bytes a node (Linux).
+//! nodes, seconds to build and to solve, nanoseconds a node, and the process's peak memory in bytes a node (Linux), and
+//! fails if that is more than `GridGraph::estimate` states.
 
 use std::time::Instant;
 
@@ -27,9 +28,15 @@ fn run<const D: usize>(name: &str, (mut graph, build): (GridGraph<D>, f64)) -> R
     let solve = start.elapsed().as_secs_f64();
     assert_eq!(graph.capacity_of(cut.source_side())?, cut.flow, "the flow is the capacity of the cut");
     let (nanoseconds, bytes) = (1e9 * solve / nodes as f64, peak_bytes() / nodes as f64);
+    let stated = GridGraph::estimate(graph.shape()) as f64 + PROCESS;
+    let peak = peak_bytes();
+    assert!(peak.is_nan() || peak <= stated, "{peak} bytes at most, {stated} stated");
     println!("{name:>6} {nodes:>10} {build:>9.4} {solve:>9.4} {nanoseconds:>8.0} {bytes:>10.1}");
     Ok(())
 }
+
+/// Code, stacks, and what the allocator keeps.
+const PROCESS: f64 = 16e6;
 
 /// The problem, and the seconds to build it.
 fn overlay<const D: usize>(shape: [usize; D]) -> Result<(GridGraph<D>, f64), MaxflowError> {

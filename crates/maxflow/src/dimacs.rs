@@ -23,11 +23,16 @@
 //! # Ok::<(), selvedge_maxflow::MaxflowError>(())
 //! ```
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, BufRead, Read, Write};
 
 use crate::cut::{MinCut, Side};
-use crate::error::{MaxflowError, Result};
+use crate::error::{MaxflowError, Result, push};
 use crate::sparse::Graph;
+
+/// Longest line that is read.
+const MAX_LINE: usize = 1 << 16;
+/// How many nodes without an arc are accepted. A file of a few bytes must not ask for gigabytes.
+const MAX_LONE: usize = 1 << 20;
 
 /// A maximum-flow problem between two nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,15 +52,27 @@ impl Problem {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Dimacs`] with the line that cannot be read, and why.
-    pub fn read(reader: impl BufRead) -> Result<Self> {
-        let mut parser = Parser::default();
-        for line in reader.lines() {
+    /// [`MaxflowError::Dimacs`] with the line that cannot be read, and why; [`MaxflowError::OutOfMemory`].
+    pub fn read(mut reader: impl BufRead) -> Result<Self> {
+        let (mut parser, mut line) = (Parser::default(), Vec::new());
+        loop {
             parser.line += 1;
-            let line = line.map_err(|e| parser.error(e.to_string()))?;
-            parser.read_line(&line)?;
+            line.clear();
+            let mut limited = reader.by_ref().take(MAX_LINE as u64);
+            limited.read_until(b'\n', &mut line).map_err(|e| parser.error(e.to_string()))?;
+            match line.last() {
+                None => return parser.finish(),
+                Some(b'\n') => parser.read_line(&line)?,
+                // A comment may go on for as long as it likes.
+                Some(_) if line.len() == MAX_LINE && line[0] == b'c' => {
+                    reader.skip_until(b'\n').map_err(|e| parser.error(e.to_string()))?;
+                }
+                Some(_) if line.len() == MAX_LINE => {
+                    return Err(parser.error(format!("the line is longer than {MAX_LINE} bytes")));
+                }
+                Some(_) => parser.read_line(&line)?,
+            }
         }
-        parser.finish()
     }
 
     /// Writes the problem.
@@ -89,7 +106,7 @@ impl Problem {
 
     /// Size of the source's side of a cut of [`graph`](Self::graph), the source itself not counted.
     pub fn source_side_len(&self, cut: &MinCut) -> usize {
-        cut.source_len() - 1
+        cut.source_len().saturating_sub(1)
     }
 }
 
@@ -110,17 +127,23 @@ impl Parser {
         MaxflowError::Dimacs { line: self.line, reason: reason.into() }
     }
 
-    fn read_line(&mut self, line: &str) -> Result<()> {
-        let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        match words[..] {
-            [] | ["c", ..] => Ok(()),
+    fn read_line(&mut self, line: &[u8]) -> Result<()> {
+        // Comments may be in any encoding.
+        if line[0] == b'c' {
+            return Ok(());
+        }
+        let line = str::from_utf8(line).map_err(|e| self.error(e.to_string()))?;
+        // One word more than any line has.
+        let mut words = [""; 5];
+        let found = line.split_ascii_whitespace().take(5).zip(&mut words).map(|(word, place)| *place = word).count();
+        match words[..found] {
+            [] => Ok(()),
             ["p", "max", nodes, arcs] => self.read_size(nodes, arcs),
             ["n", node, end] => self.read_end(node, end),
             ["a", tail, head, capacity] => self.read_arc(tail, head, capacity),
             ["p", ..] => Err(self.error("expected `p max NODES ARCS`")),
             ["n", ..] => Err(self.error("expected `n NODE s` or `n NODE t`")),
             ["a", ..] => Err(self.error("expected `a TAIL HEAD CAPACITY`")),
-            [word, ..] if word.starts_with('c') => Ok(()),
             [word, ..] => Err(self.error(format!("expected a line of kind c, p, n or a, not {word:?}"))),
         }
     }
@@ -157,8 +180,15 @@ impl Parser {
             Ok(value) if value >= 0 => value,
             _ => return Err(self.error(format!("a capacity is an integer from 0 to {}, not {capacity:?}", i64::MAX))),
         };
-        self.arcs.push((tail, head, value));
-        Ok(())
+        let (nodes, arcs) = self.size.unwrap_or_default();
+        if self.arcs.len() == arcs {
+            return Err(self.error(format!("more than the {arcs} arcs that the `p` line tells of")));
+        }
+        if push(&mut self.arcs, (tail, head, value)) {
+            Ok(())
+        } else {
+            Err(MaxflowError::OutOfMemory { nodes, links: arcs })
+        }
     }
 
     fn number(&self, word: &str) -> Result<usize> {
@@ -174,7 +204,10 @@ impl Parser {
     }
 
     fn finish(self) -> Result<Problem> {
-        let Some((nodes, arcs)) = self.size else { return Err(self.error("the file has no `p max` line")) };
+        let Some((nodes, arcs)) = self.size else { return Err(self.error("the file ends without a `p max` line")) };
+        if nodes > MAX_LONE + 2 * self.arcs.len() {
+            return Err(self.error(format!("{nodes} nodes for {} arcs: nearly all stand alone", self.arcs.len())));
+        }
         if self.arcs.len() != arcs {
             return Err(self.error(format!("the file ends after {} of {arcs} arcs", self.arcs.len())));
         }

@@ -74,6 +74,26 @@ struct Parts {
     constant: i64,
     unaries: [i64; 2],
     arcs: [i32; 2],
+    /// By how much `e00` was lowered.
+    lowered: i64,
+}
+
+impl Parts {
+    /// The parts of a term whose first node is `node`. `same`: its second node as well.
+    #[inline]
+    fn of(term: PairwiseTerm, node: usize, same: bool) -> Result<Self> {
+        let [e00, e01, e10, e11] = [term.e00, term.e01, term.e10, term.e11].map(i64::from);
+        if same {
+            return Ok(Self { constant: e00, unaries: [0, e11 - e00], arcs: [0, 0], lowered: 0 });
+        }
+        let lowered = (e00 + e11 - e01 - e10).max(0);
+        let constant = e00 - lowered;
+        let (both, least, most) = (e11 - constant, e11 - e01, e10 - constant);
+        let u = (both / 2).clamp(least, most);
+        let max = GridGraph::<2>::MAX_LINK.into();
+        let fit = |value| i32::try_from(value).map_err(|_| MaxflowError::CapacityTooLarge { node, value, max });
+        Ok(Self { constant, unaries: [u, both - u], arcs: [fit(u - least)?, fit(most - u)?], lowered })
+    }
 }
 
 impl<const D: usize> BinaryEnergy<D> {
@@ -110,11 +130,11 @@ impl<const D: usize> BinaryEnergy<D> {
     /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`].
     #[inline]
     pub fn unary(&mut self, node: usize, e0: i32, e1: i32) -> Result<()> {
-        self.unary_wide(node, e0.into(), e1.into())
+        self.unary_wide((node, e0.into(), e1.into()))
     }
 
     #[inline]
-    fn unary_wide(&mut self, node: usize, e0: i64, e1: i64) -> Result<()> {
+    fn unary_wide(&mut self, (node, e0, e1): (usize, i64, i64)) -> Result<()> {
         let least = e0.min(e1);
         let fit = |e: i64| {
             let max = GridGraph::<D>::MAX_TERMINAL.into();
@@ -128,6 +148,15 @@ impl<const D: usize> BinaryEnergy<D> {
         Ok(())
     }
 
+    /// Takes back what was just added.
+    #[cold]
+    fn take_back(&mut self, (node, e0, e1): (usize, i64, i64)) {
+        let least = e0.min(e1);
+        let undone = self.graph.change_terminal(node, (least - e1) as i32, (least - e0) as i32);
+        undone.expect("the terminal was within its headroom before");
+        self.constant -= least;
+    }
+
     /// Adds a term for a node and the next along `axis`. Terms with a masked node are dropped.
     ///
     /// By Kolmogorov and Zabih's construction, `e00 + u x + v y + a (1 - x) y + b x (1 - y)` with `u + v = e11 - e00`,
@@ -139,44 +168,45 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// # Errors
     ///
-    /// As [`GridGraph::link`].
+    /// As [`GridGraph::link`]; [`MaxflowError::OutOfMemory`]. The energy is then unchanged.
     #[inline]
     pub fn pairwise(&mut self, node: usize, axis: usize, term: PairwiseTerm) -> Result<()> {
         let next = self.graph.neighbour(node, axis)?;
-        let parts = self.parts(node, next, term)?;
-        if next != node {
-            self.graph.link(node, axis, parts.arcs[0], parts.arcs[1])?;
-        }
-        self.unaries_of(node, next, &parts)
+        self.add_term(node, next, term, |graph, [out, back]| graph.link(node, axis, out, back))
     }
 
-    /// The parts of a term with `e00` lowered where needed, and a note of it.
+    /// Adds all parts of a term, or none. `link` adds its arcs.
     #[inline]
-    fn parts(&mut self, first: usize, second: usize, term: PairwiseTerm) -> Result<Parts> {
-        let [e00, e01, e10, e11] = [term.e00, term.e01, term.e10, term.e11].map(i64::from);
-        if first == second {
-            return Ok(Parts { constant: e00, unaries: [0, e11 - e00], arcs: [0, 0] });
-        }
-        let by = (e00 + e11 - e01 - e10).max(0);
-        if by > 0 && !self.graph.masked(first) && !self.graph.masked(second) {
-            self.lowered.push(Lowered { first, second, by });
-        }
-        let constant = e00 - by;
-        let (both, least, most) = (e11 - constant, e11 - e01, e10 - constant);
-        let u = (both / 2).clamp(least, most);
-        let max = GridGraph::<D>::MAX_LINK.into();
-        let fit = |value| i32::try_from(value).map_err(|_| MaxflowError::CapacityTooLarge { node: first, value, max });
-        Ok(Parts { constant, unaries: [u, both - u], arcs: [fit(u - least)?, fit(most - u)?] })
-    }
-
-    /// Everything of a term but its arcs.
-    #[inline]
-    fn unaries_of(&mut self, first: usize, second: usize, parts: &Parts) -> Result<()> {
+    fn add_term(
+        &mut self,
+        first: usize,
+        second: usize,
+        term: PairwiseTerm,
+        link: impl FnOnce(&mut GridGraph<D>, [i32; 2]) -> Result<()>,
+    ) -> Result<()> {
         if self.graph.masked(first) || self.graph.masked(second) {
             return Ok(());
         }
-        self.unary_wide(first, parts.constant, parts.constant + parts.unaries[0])?;
-        self.unary_wide(second, 0, parts.unaries[1])
+        let parts = Parts::of(term, first, first == second)?;
+        if parts.lowered > 0 && self.lowered.try_reserve(1).is_err() {
+            return Err(MaxflowError::OutOfMemory { nodes: self.graph.len(), links: self.lowered.len() });
+        }
+        let unaries = [(first, parts.constant, parts.constant + parts.unaries[0]), (second, 0, parts.unaries[1])];
+        self.unary_wide(unaries[0])?;
+        if let Err(error) = self.unary_wide(unaries[1]) {
+            self.take_back(unaries[0]);
+            return Err(error);
+        }
+        if first != second
+            && let Err(error) = link(&mut self.graph, parts.arcs)
+        {
+            unaries.into_iter().for_each(|unary| self.take_back(unary));
+            return Err(error);
+        }
+        if parts.lowered > 0 {
+            self.lowered.push(Lowered { first, second, by: parts.lowered });
+        }
+        Ok(())
     }
 
     /// The energy, of the terms as they were given, of a labelling: `true` for label 0.
@@ -194,7 +224,7 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Cancelled`].
+    /// [`MaxflowError::Cancelled`], [`MaxflowError::OutOfMemory`].
     pub fn minimize(&mut self, cancelled: &dyn Fn() -> bool) -> Result<Minimum> {
         let mut minimum = Minimum::default();
         self.minimize_into(&mut minimum, cancelled)?;
@@ -233,10 +263,6 @@ impl BinaryEnergy<2> {
     /// As [`GridGraph::link_diagonal`].
     pub fn pairwise_diagonal(&mut self, node: usize, diagonal: crate::Diagonal, term: PairwiseTerm) -> Result<()> {
         let next = self.graph.diagonal_neighbour(node, diagonal)?;
-        let parts = self.parts(node, next, term)?;
-        if next != node {
-            self.graph.link_diagonal(node, diagonal, parts.arcs[0], parts.arcs[1])?;
-        }
-        self.unaries_of(node, next, &parts)
+        self.add_term(node, next, term, |graph, [out, back]| graph.link_diagonal(node, diagonal, out, back))
     }
 }

@@ -12,6 +12,24 @@ pub enum MaxflowError {
         /// The largest number of nodes.
         max: usize,
     },
+    /// A graph of any form with more nodes or arcs than 32-bit indices can number.
+    #[error("{nodes} nodes and {arcs} arcs are too many: at most {max} of each are supported")]
+    TooLarge {
+        /// Number of nodes.
+        nodes: usize,
+        /// Number of arcs.
+        arcs: usize,
+        /// The largest number of either.
+        max: usize,
+    },
+    /// The name of an arc of another graph.
+    #[error("arc {arc} does not exist: the graph has {arcs} arcs")]
+    NoSuchArc {
+        /// Number of the arc.
+        arc: usize,
+        /// Number of arcs.
+        arcs: usize,
+    },
     /// A node index beyond the graph.
     #[error("node {node} is out of range: the graph has {len} nodes")]
     NodeOutOfRange {
@@ -113,7 +131,7 @@ impl MaxflowError {
         match self {
             Self::OutOfMemory { .. } => ErrorKind::Memory,
             Self::Cancelled => ErrorKind::Cancelled,
-            Self::Shape { .. } | Self::MaskTooLate { .. } => ErrorKind::Option,
+            Self::Shape { .. } | Self::TooLarge { .. } | Self::MaskTooLate { .. } => ErrorKind::Option,
             _ => ErrorKind::Input,
         }
     }
@@ -122,7 +140,7 @@ impl MaxflowError {
 /// Shorthand for this crate's results.
 pub type Result<T, E = MaxflowError> = std::result::Result<T, E>;
 
-/// An empty vector with room for `len` values, or [`MaxflowError::OutOfMemory`] in the name of the graph.
+/// A vector of `len` copies of a value, or [`MaxflowError::OutOfMemory`] in the name of the graph.
 pub(crate) fn filled<T: Clone>(value: T, len: usize, nodes: usize, links: usize) -> Result<Vec<T>> {
     let mut values = Vec::new();
     if refill(&mut values, value, len) { Ok(values) } else { Err(MaxflowError::OutOfMemory { nodes, links }) }
@@ -135,6 +153,17 @@ pub(crate) fn refill<T: Clone>(values: &mut Vec<T>, value: T, len: usize) -> boo
     let fits = values.try_reserve_exact(len).is_ok();
     if fits {
         values.resize(len, value);
+    }
+    fits
+}
+
+/// Adds a value to a vector. Returns whether there was memory.
+#[inline]
+#[must_use]
+pub(crate) fn push<T>(values: &mut Vec<T>, value: T) -> bool {
+    let fits = values.len() < values.capacity() || values.try_reserve(1).is_ok();
+    if fits {
+        values.push(value);
     }
     fits
 }

@@ -12,8 +12,8 @@ use crate::error::{MaxflowError, Result};
 const MAX_AXES: usize = 3;
 /// Number of edge patterns: two bits an axis.
 pub(crate) const EDGE_PATTERNS: usize = 1 << (2 * MAX_AXES);
-/// Slots are numbered by `u32`, and a few of its values mean something else.
-const MAX_SLOTS: usize = u32::MAX as usize - 16;
+/// Slots are numbered by `u32`, and the distance of two of them is an `i32`.
+const MAX_SLOTS: usize = i32::MAX as usize - 16;
 
 /// Shape, topology and numbering of a grid.
 ///
@@ -50,7 +50,9 @@ impl<const D: usize> Lattice<D> {
             strides[a] = shape[a + 1].checked_mul(strides[a + 1]).ok_or_else(refused)?;
         }
         let len = shape[0].checked_mul(strides[0]).ok_or_else(refused)?;
-        let margin = strides[0] + usize::from(diagonals);
+        // The longest step; along an axis of length 1 there is none.
+        let longest = (0..D).find(|&a| shape[a] > 1).map_or(1, |a| strides[a]);
+        let margin = longest + usize::from(diagonals);
         if len > MAX_SLOTS || len + 2 * margin > MAX_SLOTS {
             return Err(refused());
         }
@@ -120,7 +122,7 @@ impl<const D: usize> Lattice<D> {
         let mut offset = 0;
         for (a, &step) in steps.iter().enumerate() {
             let around = step != 0 && self.periodic[a] && edges & edge_bit(a, step) != 0;
-            let length = if around { 1 - self.shape[a] as i64 } else { 1 };
+            let length = if around || self.shape[a] == 1 { 1 - self.shape[a] as i64 } else { 1 };
             offset += i64::from(step) * length * self.strides[a] as i64;
         }
         offset as i32

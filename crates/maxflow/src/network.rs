@@ -48,6 +48,23 @@ pub(crate) enum Role {
     Masked = 3,
 }
 
+/// What engine P notes of a node's arcs, so as not to look at all of them each time: a grid node keeps the set of its
+/// children, a node with any number of arcs the places where two searches stopped.
+pub(crate) trait ArcNotes<A>: Copy + Default + Debug {
+    /// The arc leads to a new child.
+    #[inline]
+    fn gain_child(&mut self, _: A) {}
+    /// The arc leads to a child no more.
+    #[inline]
+    fn lose_child(&mut self, _: A) {}
+    /// The node's label rose: any arc may lead down.
+    #[inline]
+    fn rewind_down(&mut self) {}
+    /// The children are gone through again, from the first.
+    #[inline]
+    fn rewind_children(&mut self) {}
+}
+
 /// A residual network. Nodes are slots `nodes()`; arcs are named relative to their tail.
 pub(crate) trait Network {
     /// Type of capacities and excesses.
@@ -56,6 +73,8 @@ pub(crate) trait Network {
     type Arc: Copy + Eq + Debug;
     /// Goes through the arcs of a node.
     type Arcs: Iterator<Item = Self::Arc>;
+    /// What engine P notes of a node's arcs.
+    type Notes: ArcNotes<Self::Arc>;
     /// Not an arc: the node is the root of its tree.
     const ROOT: Self::Arc;
     /// Not an arc: the node has just lost its parent.
@@ -65,12 +84,6 @@ pub(crate) trait Network {
     fn slots(&self) -> usize;
     /// The slots that hold nodes.
     fn nodes(&self) -> Range<usize>;
-    /// The first arc that leaves a node.
-    fn first_arc(&self, v: usize) -> Self::Arc;
-    /// One past the last arc that leaves a node.
-    fn end_arc(&self, v: usize) -> Self::Arc;
-    /// The arc after another.
-    fn next_arc(a: Self::Arc) -> Self::Arc;
     /// All arcs that leave a node, in order.
     fn arcs(&self, v: usize) -> Self::Arcs;
     /// The node that arc `a` of `v` leads to.
@@ -88,20 +101,24 @@ pub(crate) trait Network {
     /// What the node is to the engines.
     fn role(&self, v: usize) -> Role;
 
-    /// The first arc of `v`, not before `from`, for which `wanted(network, arc, head)` holds.
-    ///
-    /// `wanted` may be asked about arcs before `from` and after the answer: where degrees are small and fixed, to ask
-    /// about all and look at the answers once is faster than a branch an arc.
-    fn find(&self, v: usize, from: Self::Arc, wanted: impl Fn(&Self, Self::Arc, usize) -> bool) -> Option<Self::Arc> {
-        let (mut a, end) = (from, self.end_arc(v));
-        while a != end {
-            if wanted(self, a, self.head(v, a)) {
-                return Some(a);
-            }
-            a = Self::next_arc(a);
-        }
-        None
-    }
+    /// The first arc of `v` for which `wanted(network, arc, head)` holds. Arcs that `notes` know to have been refused
+    /// since they were rewound need not be asked about again.
+    fn find_down(
+        &self,
+        v: usize,
+        notes: &mut Self::Notes,
+        wanted: impl Fn(&Self, Self::Arc, usize) -> bool,
+    ) -> Option<Self::Arc>;
+
+    /// The first child of `v` that is `wanted` and was not returned since `notes` were rewound, unless `wanted` itself
+    /// tells those apart. `parents` holds the arc to the parent, by slot.
+    fn find_child(
+        &self,
+        v: usize,
+        notes: &mut Self::Notes,
+        parents: &[Self::Arc],
+        wanted: impl Fn(usize) -> bool,
+    ) -> Option<usize>;
 }
 
 /// A network with every arc turned around and source and sink exchanged.
@@ -113,6 +130,7 @@ impl<N: Network> Network for Reversed<'_, N> {
     type Cap = N::Cap;
     type Arc = N::Arc;
     type Arcs = N::Arcs;
+    type Notes = N::Notes;
     const ROOT: N::Arc = N::ROOT;
     const ORPHAN: N::Arc = N::ORPHAN;
 
@@ -122,21 +140,6 @@ impl<N: Network> Network for Reversed<'_, N> {
 
     fn nodes(&self) -> Range<usize> {
         self.0.nodes()
-    }
-
-    #[inline]
-    fn first_arc(&self, v: usize) -> N::Arc {
-        self.0.first_arc(v)
-    }
-
-    #[inline]
-    fn end_arc(&self, v: usize) -> N::Arc {
-        self.0.end_arc(v)
-    }
-
-    #[inline]
-    fn next_arc(a: N::Arc) -> N::Arc {
-        N::next_arc(a)
     }
 
     #[inline]
@@ -181,8 +184,24 @@ impl<N: Network> Network for Reversed<'_, N> {
     }
 
     #[inline]
-    fn find(&self, v: usize, from: N::Arc, wanted: impl Fn(&Self, N::Arc, usize) -> bool) -> Option<N::Arc> {
-        self.0.find(v, from, |_, a, w| wanted(self, a, w))
+    fn find_down(
+        &self,
+        v: usize,
+        notes: &mut N::Notes,
+        wanted: impl Fn(&Self, N::Arc, usize) -> bool,
+    ) -> Option<N::Arc> {
+        self.0.find_down(v, notes, |_, a, w| wanted(self, a, w))
+    }
+
+    #[inline]
+    fn find_child(
+        &self,
+        v: usize,
+        notes: &mut N::Notes,
+        parents: &[N::Arc],
+        wanted: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        self.0.find_child(v, notes, parents, wanted)
     }
 }
 

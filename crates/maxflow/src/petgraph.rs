@@ -7,7 +7,7 @@ use petgraph::visit::EdgeRef;
 use crate::error::Result;
 use crate::sparse::Graph;
 
-impl<N, E: Copy + Into<u32>, Ty: EdgeType, Ix: IndexType> From<&petgraph::Graph<N, E, Ty, Ix>> for Graph {
+impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> From<&petgraph::Graph<N, E, Ty, Ix>> for Graph {
     /// Nodes and edges keep their indices; weights are capacities, both ways in an undirected graph. Source and sink are
     /// still to be chosen: [`Graph::pin`] or [`Graph::terminal`].
     ///
@@ -24,9 +24,10 @@ impl<N, E: Copy + Into<u32>, Ty: EdgeType, Ix: IndexType> From<&petgraph::Graph<
     ///
     /// # Panics
     ///
-    /// Beyond 2^29 edges or without memory; [`Graph::try_from_petgraph`] returns these as errors.
+    /// With a negative weight, weights that sum to more than [`Graph::MAX_TOTAL`], too many edges, or without memory;
+    /// [`Graph::try_from_petgraph`] returns these as errors.
     fn from(graph: &petgraph::Graph<N, E, Ty, Ix>) -> Self {
-        Self::try_from_petgraph(graph, |&weight| weight.into().into()).expect("a graph within the limits")
+        Self::try_from_petgraph(graph, |&weight| weight.into()).expect("a graph within the limits")
     }
 }
 

@@ -1,6 +1,10 @@
-//! Replays the fuzzer's corpus, and a thousand byte strings of our own.
+//! Replays the fuzzers' corpus, and byte strings of our own: a thousand, or for as many seconds as
+//! `SELVEDGE_FUZZ_SECONDS` says (`cargo xtask soak fuzz` sets it where there is no libFuzzer).
 
 mod bytes;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 /// SplitMix64.
 fn next(state: &mut u64) -> u64 {
@@ -10,23 +14,48 @@ fn next(state: &mut u64) -> u64 {
     z ^ z >> 31
 }
 
-#[test]
-fn corpus_of_the_fuzzer() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/maxflow");
+/// The files of a fuzz target's corpus.
+fn corpus(target: &str, least: usize) -> Vec<Vec<u8>> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(target);
     let mut files: Vec<_> = std::fs::read_dir(folder).expect("the corpus").map(|f| f.expect("a file").path()).collect();
     files.sort();
-    assert!(files.len() >= 8, "the corpus has {} files", files.len());
-    for file in files {
-        bytes::run(&std::fs::read(file).expect("a file of the corpus"));
-    }
+    assert!(least <= files.len(), "the corpus has {} files", files.len());
+    files.iter().map(|file| std::fs::read(file).expect("a file of the corpus")).collect()
 }
 
 #[test]
-fn a_thousand_byte_strings() {
-    let mut state = 51;
-    for _ in 0..1000 {
+fn corpus_of_the_fuzzers() {
+    corpus("maxflow", 8).iter().for_each(|data| bytes::run(data));
+    corpus("dimacs", 4).iter().for_each(|data| bytes::run_dimacs(data));
+}
+
+/// One in a few bytes differs from a file of the corpus.
+fn mutated(file: &[u8], state: &mut u64) -> Vec<u8> {
+    let mut data = file.to_vec();
+    for _ in 0..=next(state) % 8 {
+        let at = next(state) as usize % (data.len() + 1);
+        match next(state) % 4 {
+            0 => data.insert(at, (next(state) >> 56) as u8),
+            1 => data.truncate(at),
+            _ => data.iter_mut().skip(at).take(1).for_each(|byte| *byte = (next(state) >> 56) as u8),
+        }
+    }
+    data
+}
+
+#[test]
+fn byte_strings() {
+    let seconds = std::env::var("SELVEDGE_FUZZ_SECONDS").ok().and_then(|s| s.parse().ok());
+    let (start, limit) = (Instant::now(), Duration::from_secs(seconds.unwrap_or(0)));
+    let (graphs, texts) = (corpus("maxflow", 8), corpus("dimacs", 4));
+    let (mut state, mut runs) = (51, 0_usize);
+    while runs < 1000 || start.elapsed() < limit {
         let len = next(&mut state) % 600;
         let data: Vec<u8> = (0..len).map(|_| (next(&mut state) >> 56) as u8).collect();
         bytes::run(&data);
+        bytes::run(&mutated(&graphs[runs % graphs.len()], &mut state));
+        bytes::run_dimacs(&mutated(&texts[runs % texts.len()], &mut state));
+        runs += 1;
     }
+    eprintln!("{runs} rounds of byte strings");
 }

@@ -1,6 +1,9 @@
 //! Instances of texture synthesis with known answers.
 
 mod common;
+mod npz;
+
+use std::path::Path;
 
 use common::Problem;
 use selvedge_maxflow::{Engine, Graph, GridGraph, MinCut, Side};
@@ -16,6 +19,29 @@ struct Golden {
 }
 
 impl Golden {
+    /// An instance of the developers' data. Terminals of 2^28 and more are pins.
+    fn of_archive(path: &Path) -> Self {
+        let arrays = npz::Arrays::read(path);
+        let dims: Vec<usize> = arrays.get("dims").iter().map(|&d| d as usize).collect();
+        let mut problem = Problem::default();
+        for (source, sink) in arrays.get("src").into_iter().zip(arrays.get("snk")) {
+            let infinite = 1 << 28;
+            let pin = [(source, Side::Source), (sink, Side::Sink)].into_iter().find(|&(c, _)| c >= infinite);
+            problem.pins.push(pin.map(|(_, side)| side));
+            problem.terminals.push([source, sink].map(|c| if c >= infinite { c - infinite } else { c }));
+        }
+        let [tails, heads, forward, back] = ["u", "v", "cap", "rev"].map(|name| arrays.get(name));
+        let edge = |k: usize| ([tails[k] as usize, heads[k] as usize], [forward[k], back[k]]);
+        Self::of(problem, [dims[2], dims[1], dims[0]], dims[3], (0..tails.len()).map(edge).collect())
+    }
+
+    fn of(mut problem: Problem, shape: [usize; 3], auxiliary: usize, edges: Vec<([usize; 2], [i64; 2])>) -> Self {
+        for &([v, w], [forward, back]) in &edges {
+            problem.arcs.extend([(v, w, forward), (w, v, back)]);
+        }
+        Self { problem, shape, auxiliary, edges }
+    }
+
     /// The format is told in `golden/README.md`.
     fn read(bytes: &[u8]) -> Self {
         let mut bytes = bytes.iter();
@@ -46,10 +72,7 @@ impl Golden {
             let capacities = [packed >> 1, if packed & 1 == 0 { packed >> 1 } else { next() }];
             edges.push(([tail as usize, head as usize], capacities));
         }
-        for &([v, w], [forward, back]) in &edges {
-            problem.arcs.extend([(v, w, forward), (w, v, back)]);
-        }
-        Self { problem, shape: [depth, height, width], auxiliary, edges }
+        Self::of(problem, [depth, height, width], auxiliary, edges)
     }
 
     /// As a sparse graph; `reversed`: source and sink exchanged, arcs turned around.
@@ -92,8 +115,7 @@ impl Golden {
 
 /// The answer from every engine, through a grid where there are no auxiliary nodes.
 #[track_caller]
-fn check(bytes: &[u8], flow: i64, source_side: usize, sink_side: usize) {
-    let golden = Golden::read(bytes);
+fn check(golden: &Golden, flow: i64, source_side: usize, sink_side: usize) {
     let expect = |cut: &MinCut, from: &str| {
         assert_eq!((cut.flow, cut.source_len()), (flow, source_side), "{from}");
         assert_eq!(golden.problem.capacity(cut.source_side()), flow, "{from}");
@@ -127,21 +149,45 @@ fn check(bytes: &[u8], flow: i64, source_side: usize, sink_side: usize) {
 
 #[test]
 fn strips() {
-    check(include_bytes!("golden/strip_8x32.bin"), 5728, 224, 32);
-    check(include_bytes!("golden/strip_32x256.bin"), 854_965, 3046, 5146);
+    check(&Golden::read(include_bytes!("golden/strip_8x32.bin")), 5728, 224, 32);
+    check(&Golden::read(include_bytes!("golden/strip_32x256.bin")), 854_965, 3046, 5146);
 }
 
 #[test]
 fn overlay_with_seam_nodes() {
-    check(include_bytes!("golden/overlay_64x64.bin"), 1_004_733, 2183, 2337);
+    check(&Golden::read(include_bytes!("golden/overlay_64x64.bin")), 1_004_733, 2183, 2337);
 }
 
 #[test]
 fn transition_between_clips() {
-    check(include_bytes!("golden/transition_40x30x12.bin"), 1_227_402, 1748, 12_652);
+    check(&Golden::read(include_bytes!("golden/transition_40x30x12.bin")), 1_227_402, 1748, 12_652);
 }
 
 #[test]
 fn expansion_of_a_label() {
-    check(include_bytes!("golden/expansion_128x128.bin"), 2_818_762, 15_182, 1202);
+    check(&Golden::read(include_bytes!("golden/expansion_128x128.bin")), 2_818_762, 15_182, 1202);
+}
+
+/// All instances of the developers' data, with the answers that stand beside them.
+#[test]
+fn instances_of_the_data_folder() {
+    let Some(root) = std::env::var_os("SELVEDGE_DATA") else {
+        eprintln!("SKIPPED: SELVEDGE_DATA is not set");
+        return;
+    };
+    for (name, flow, source_side, sink_side) in [
+        ("A_8x32_brick_eq1", 5728, 224, 32),
+        ("A_32x256_ihc_eq5", 854_965, 3046, 5146),
+        ("B_64_ihc_eq5", 1_004_733, 2183, 2337),
+        ("B_128_brick_eq1", 155_840, 5078, 12_162),
+        ("C_40x30x12_time_eq5", 1_227_402, 1748, 12_652),
+        ("C_60x45x20_box_eq5", 2_615_325, 51_199, 2801),
+        ("D_128_kz_exp001", 2_702_021, 5413, 10_971),
+        ("D_128_kz_exp010", 2_818_762, 15_182, 1202),
+        ("D_128_aux_exp020", 5_264_542, 20_238, 554),
+    ] {
+        let golden = Golden::of_archive(&Path::new(&root).join("maxflow").join(format!("{name}.npz")));
+        check(&golden, flow, source_side, sink_side);
+        eprintln!("{name}: as expected");
+    }
 }

@@ -1,36 +1,37 @@
 //! How much memory a run will need.
 
 use selvedge_core::Domain;
+use selvedge_fft_ssd::{Placement, Sizes};
 
 use crate::{Options, TransferOptions};
 
-/// Bytes that the search keeps for each sample of an exemplar beside spectra: packed features, tables of squares, errors,
-/// and the list of candidates.
-const A_SAMPLE: u64 = 64;
-/// Bytes of spectra for each sample and channel: complex values at up to twice the size, in the four tilings that the
-/// shapes of blocks at borders and inside lead to.
-const A_SPECTRUM: u64 = 128;
-/// What the search keeps of spectra at most.
-const CACHE: u64 = 1 << 30;
-/// Bytes for each sample while a correspondence map is made.
+/// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
+const A_CANDIDATE: u64 = 96;
+/// Bytes of the errors of a place where several searches are summed: of each of three, and of the sum.
+const A_SUM: u64 = 3 * 4 + 8;
+/// Bytes for each sample of the largest picture while a correspondence map is made of it.
 const A_MAP: u64 = 64;
 /// Bytes that are kept for each block laid.
-const A_BLOCK: u64 = 128;
+const A_BLOCK: u64 = 48;
 
 /// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before anything is read:
-/// shapes of the exemplars, feature channels, the output.
+/// shapes of the exemplars, feature channels, the output. For exemplars of noise it is up to several times what is held,
+/// as flat ones hold so much.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
-    let samples: u64 = exemplars.iter().map(len).fold(0, u64::saturating_add);
-    let spectra = samples.saturating_mul(channels as u64).saturating_mul(A_SPECTRUM).min(CACHE);
+    let block = options.block.unwrap_or_else(|| largest(exemplars));
     // Blocks of the automatic size hold at least 8 by 8 samples where the exemplar does.
     let step = u64::from(options.block.unwrap_or(8)).div_ceil(2).pow(2);
     let blocks = (len(&output) / step.max(1)).saturating_add(1);
-    let map = len(&output).saturating_mul(4);
-    samples
-        .saturating_mul(A_SAMPLE)
-        .saturating_add(spectra)
-        .saturating_add(blocks.saturating_mul(A_BLOCK))
-        .saturating_add(map)
+    let places = exemplars.iter().map(len).fold(0, u64::saturating_add);
+    [
+        // Blocks at the output's border have other shapes, which may need spectra of their own.
+        searched(exemplars, channels, block).saturating_mul(2),
+        places.saturating_mul(A_CANDIDATE),
+        blocks.saturating_mul(A_BLOCK),
+        len(&output).saturating_mul(4),
+    ]
+    .into_iter()
+    .fold(0, u64::saturating_add)
 }
 
 /// An upper bound of the bytes that [`transfer`](crate::transfer) holds beside the exemplars' features, known before anything is
@@ -42,14 +43,34 @@ pub fn estimate_transfer(
     output: Domain<2>,
     options: &TransferOptions,
 ) -> u64 {
-    // Blocks shrink to 4 samples at least, where the exemplar has as many.
-    let smallest = options.block.map_or(4, |block| block.min(4));
-    let quilting = Options { block: Some(smallest), ..Options::default() };
-    let texture = estimate(exemplars, channels, output, &quilting);
-    // The guide is searched beside the texture; its maps are made from others in f64.
-    let guide = estimate(exemplars, guide_channels, output, &quilting);
-    let samples = exemplars.iter().map(len).fold(len(&output), u64::saturating_add);
-    texture.saturating_add(guide).saturating_add(samples.saturating_mul(A_MAP + guide_channels as u64))
+    let first = options.block.unwrap_or_else(|| largest(exemplars).min(36));
+    // The smallest blocks of the last pass are the most: their step is at least half of 4.
+    let smallest = Options { block: Some(first.min(4)), ..Options::default() };
+    let texture = estimate(exemplars, channels, output, &smallest);
+    let larger = [channels, guide_channels].map(|c| searched(exemplars, c, first).saturating_mul(2));
+    let guide = searched(exemplars, guide_channels, first.min(4));
+    let pictures = || exemplars.iter().map(len).chain([len(&output)]);
+    let samples = pictures().fold(0, u64::saturating_add);
+    let maps = pictures().max().unwrap_or(0).saturating_mul(A_MAP);
+    // Colours, luminance, and the guide's own channels before and after they are joined; two maps of the output.
+    let features = samples.saturating_mul(4 + 2 * guide_channels as u64);
+    let sums = samples.saturating_mul(A_SUM);
+    [texture, larger[0], larger[1], guide, maps, features, sums, len(&output).saturating_mul(4)]
+        .into_iter()
+        .fold(0, u64::saturating_add)
+}
+
+/// What a searcher and its answer hold for blocks of that side.
+fn searched(exemplars: &[Domain<2>], channels: usize, block: u32) -> u64 {
+    let weights = vec![1; channels];
+    let sizes = Sizes { sources: exemplars, weights: &weights, template: [block.max(1); 2], noisy_masks: false };
+    selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &selvedge_fft_ssd::Options::default()).unwrap_or(u64::MAX)
+}
+
+/// The largest block that is chosen for exemplars of these shapes.
+fn largest(exemplars: &[Domain<2>]) -> u32 {
+    let shorter = exemplars.iter().flat_map(|e| e.shape).min().unwrap_or(1);
+    (shorter * 2 / 5).clamp(shorter.min(4), 128)
 }
 
 fn len(domain: &Domain<2>) -> u64 {

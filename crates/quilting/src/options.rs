@@ -86,9 +86,7 @@ impl Options {
         if let (Stage::Random, Some(overlap @ 1..)) = (self.stage, self.overlap) {
             return Err(Error::RandomOverlap { overlap });
         }
-        if !(0.0..=10.0).contains(&self.spread) {
-            return Err(Error::Spread { spread: self.spread });
-        }
+        check_spread(self.spread)?;
         check_tolerance(self.tolerance)
     }
 
@@ -115,6 +113,11 @@ pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
     if (0.0..=100.0).contains(&tolerance) { Ok(()) } else { Err(Error::Tolerance { tolerance }) }
 }
 
+/// Checks a spread.
+pub(crate) fn check_spread(spread: f64) -> Result<(), Error> {
+    if (0.0..=10.0).contains(&spread) { Ok(()) } else { Err(Error::Spread { spread }) }
+}
+
 /// An error of this crate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -122,6 +125,14 @@ pub enum Error {
     /// A block of no samples.
     #[error("a block of 0 px holds nothing; use a block of at least 1")]
     Block,
+    /// A transfer's block has no room for an overlap.
+    #[error("a transfer in blocks of {block} px has no overlap to match; use a block of at least {least}")]
+    TransferBlock {
+        /// The block asked for.
+        block: u32,
+        /// The smallest allowed.
+        least: u32,
+    },
     /// The overlap exceeds half a block.
     #[error("an overlap of {overlap} px is more than half of the {block} px block; use at most {limit}")]
     Overlap {
@@ -239,6 +250,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Block
+            | Self::TransferBlock { .. }
             | Self::Overlap { .. }
             | Self::RandomOverlap { .. }
             | Self::Tolerance { .. }

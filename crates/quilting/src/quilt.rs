@@ -166,6 +166,37 @@ mod tests {
         }
     }
 
+    /// Exemplars of the end-to-end suite.
+    const SUITE: [(&str, &[u8]); 9] = [
+        ("cobbles", include_bytes!("../../../fixtures/cobbles.png")),
+        ("cobbles with a hole", include_bytes!("../../../fixtures/cobbles-hole.png")),
+        ("weave", include_bytes!("../../../fixtures/weave.png")),
+        ("scales", include_bytes!("../../../fixtures/scales.png")),
+        ("stars", include_bytes!("../../../fixtures/stars.png")),
+        ("grass", include_bytes!("../../../fixtures/grass-grey.png")),
+        ("grey bricks", include_bytes!("../../../fixtures/brick-grey.png")),
+        ("bricks", include_bytes!("../../../fixtures/bricks/albedo.png")),
+        ("heights of bricks", include_bytes!("../../../fixtures/bricks/height.png")),
+    ];
+
+    #[test]
+    fn the_plain_search_quilts_the_same_picture_from_every_exemplar_of_the_suite() {
+        for (name, file) in SUITE {
+            let plane = selvedge_testkit::from_png(Role::Color, file).unwrap();
+            let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+            // Ls of 432 samples: multiplied with vectors, transformed without.
+            let options = Options { block: Some(24), overlap: Some(12), ..Options::default() };
+            let output = Domain { shape: [40, 36], periodic: [false, true] };
+            let plain = PlainSearch::new(&exemplars, None);
+            let plain = quilt_by(plain, &exemplars, output, &options, &Run::seeded(1)).unwrap();
+            for simd in [selvedge_core::SimdLevel::Scalar, selvedge_core::SimdLevel::Auto] {
+                let fast = quilt(&exemplars, output, &options, &Run { simd, ..Run::seeded(1) }).unwrap();
+                assert_eq!(fast.stats, plain.stats, "{name}");
+                assert_eq!(fast.result, plain.result, "{name}");
+            }
+        }
+    }
+
     #[test]
     fn one_block_is_a_copy() {
         let plane = exemplar(3, [20, 20]);

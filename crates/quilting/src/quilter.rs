@@ -76,7 +76,8 @@ impl<'a, S: Search> Quilter<'a, S> {
     ) -> Result<Self, Error> {
         let usage = Usage::new(pass.exemplars, pass.block, pass.spread)?;
         let (free, overlap) = (FreePlaces::new(pass.exemplars), Template::for_blocks(pass.block, pass.exemplars)?);
-        let laid = reserved(pass.grid.len())?;
+        let mut laid = Vec::new();
+        reserve(&mut laid, pass.grid.len())?;
         Ok(Self { search, pass, run, map, laid, overlap, counts: Counts::default(), usage, free })
     }
 
@@ -98,7 +99,7 @@ impl<'a, S: Search> Quilter<'a, S> {
         let block = self.pass.grid.block(number);
         // Random blocks agree with nothing.
         let compared = |p| self.pass.stage != Stage::Random && block.is_overlap(p);
-        self.overlap.read(self.pass.exemplars, self.map, &block, compared);
+        self.overlap.read(self.pass.exemplars, self.map, &block, compared)?;
         let chosen = self.choose(number, &block)?;
         match self.pass.stage {
             Stage::Random | Stage::Overlap => self.paste(&block, chosen, |_| true),
@@ -128,11 +129,13 @@ impl<'a, S: Search> Quilter<'a, S> {
         }
         let avoid = |source: usize, at: [u32; 2]| continued.iter().any(|&(s, p)| s == source && near(at, p));
         let agree = [Term { space: Space::Texture, template: &self.overlap, weight: 1 }];
-        let terms = self.pass.steering.as_mut().map(|s| s.terms(self.pass.exemplars, block, &self.overlap));
+        let steering = self.pass.steering.as_mut();
+        let terms = steering.map(|s| s.terms(self.pass.exemplars, block, &self.overlap)).transpose()?;
         let terms = terms.as_deref().unwrap_or(&agree);
         let per_mille = self.pass.per_mille;
-        let near = self.search.near(terms, self.usage.widened(per_mille), &avoid)?;
-        let (chosen, candidates) = self.usage.draw(near, per_mille, &mut rng).ok_or(masked)?;
+        let usage = &self.usage;
+        let near = self.search.near(terms, &|best| usage.widened(per_mille, best), &avoid)?;
+        let (chosen, candidates) = self.usage.draw(near, per_mille, &mut rng)?.ok_or(masked)?;
         self.counts.candidates += u64::from(candidates);
         Ok(chosen)
     }
@@ -191,7 +194,10 @@ impl Template {
     /// One that takes no more memory for blocks up to this side.
     fn for_blocks(side: u32, exemplars: &Exemplars<2>) -> Result<Self, Error> {
         let samples = side as usize * side as usize;
-        Ok(Self { shape: [0; 2], mask: reserved(samples)?, features: reserved(samples * exemplars.channels())? })
+        let mut template = Self { shape: [0; 2], mask: Vec::new(), features: Vec::new() };
+        reserve(&mut template.mask, samples)?;
+        reserve(&mut template.features, samples * exemplars.channels())?;
+        Ok(template)
     }
 
     /// Takes the features of a map's samples under a block where they are compared.
@@ -201,12 +207,11 @@ impl Template {
         map: &SourceMap<2>,
         block: &Block,
         compared: impl Fn([u32; 2]) -> bool,
-    ) {
+    ) -> Result<(), Error> {
         let (output, table) = (map.domain(), exemplars.table());
         self.shape = block.shape();
         let n = (self.shape[0] * self.shape[1]) as usize;
-        self.mask.clear();
-        self.features.clear();
+        self.clear(n, exemplars.channels())?;
         self.features.resize(n * exemplars.channels(), 0);
         for (i, p) in Domain::open(self.shape).positions().enumerate() {
             let id = map.ids.get(0, block.position(output, p));
@@ -220,6 +225,15 @@ impl Template {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Empties the buffers and makes room for so many samples and channels.
+    pub(crate) fn clear(&mut self, samples: usize, channels: usize) -> Result<(), Error> {
+        self.mask.clear();
+        self.features.clear();
+        reserve(&mut self.mask, samples)?;
+        reserve(&mut self.features, samples * channels)
     }
 
     /// Compared samples.
@@ -228,12 +242,10 @@ impl Template {
     }
 }
 
-/// An empty vector with room for so many values.
-fn reserved<T>(len: usize) -> Result<Vec<T>, selvedge_core::Error> {
-    let mut values = Vec::new();
-    let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
-    values.try_reserve_exact(len).map_err(|_| selvedge_core::Error::Allocation { bytes })?;
-    Ok(values)
+/// Makes room for that many items more.
+pub(crate) fn reserve<T>(items: &mut Vec<T>, more: usize) -> Result<(), Error> {
+    let bytes = (more as u64).saturating_mul(size_of::<T>() as u64);
+    items.try_reserve(more).map_err(|_| selvedge_core::Error::Allocation { bytes }.into())
 }
 
 /// How far from a continuation a block is one itself, in samples on each axis.

@@ -4,8 +4,10 @@
 //! others are never seen. So the error of a block counts more where its place was used more often than the mean. That
 //! is the mean of its own source: of several exemplars that are unlike each other, none is forced upon the output.
 
-use selvedge_core::{Error, Exemplars, Rng, try_vec};
+use selvedge_core::{Exemplars, Rng, try_vec};
 
+use crate::options::Error;
+use crate::quilter::reserve;
 use crate::search::Candidate;
 
 /// Most that is added to an error, in thousandths of it: no block is drawn for its rareness that is twice as bad as
@@ -22,6 +24,8 @@ pub(crate) struct Usage {
     /// Side of a place in samples.
     side: u32,
     sources: Vec<Uses>,
+    /// Candidates with what they count, kept for its memory.
+    counted: Vec<(u128, Candidate)>,
 }
 
 /// Uses of blocks by the place of their top left sample in one source.
@@ -37,10 +41,11 @@ impl Usage {
         let side = block.div_ceil(PLACES).max(1);
         let uses = |shape: [u32; 2]| {
             let shape = shape.map(|len| (len.saturating_sub(block) + 1).div_ceil(side));
-            Ok(Uses { shape, uses: try_vec(shape[0] as usize * shape[1] as usize, 0)?, total: 0 })
+            let uses = try_vec(shape[0] as usize * shape[1] as usize, 0)?;
+            Ok(Uses { shape, uses, total: 0 })
         };
         let sources = exemplars.sources().iter().map(|s| uses(s.domain().shape)).collect::<Result<_, Error>>()?;
-        Ok(Self { spread: (spread * 1000.0).round() as u64, side, sources })
+        Ok(Self { spread: (spread * 1000.0).round() as u64, side, sources, counted: Vec::new() })
     }
 
     /// True if no place is rarer than another.
@@ -48,29 +53,36 @@ impl Usage {
         self.spread == 0 || self.sources.iter().all(|s| s.total == 0)
     }
 
-    /// The tolerance within which candidates have to be looked at, for one of `per_mille` on what they count.
-    pub(crate) fn widened(&self, per_mille: u32) -> u32 {
-        let most = if self.spread == 0 { 0 } else { MOST };
-        ((1000 + u64::from(per_mille)) * (1000 + most)).div_ceil(1000) as u32 - 1000
+    /// The tolerance within which candidates have to be looked at, for one of `per_mille` on what they count, where this
+    /// is the one of least error: none counts less than its error, and the least counts no more than this one.
+    pub(crate) fn widened(&self, per_mille: u32, best: &Candidate) -> u32 {
+        let added = if self.spread == 0 { 0 } else { self.added(best) };
+        ((1000 + u64::from(per_mille)) * (1000 + added)).div_ceil(1000) as u32 - 1000
     }
 
     /// Of the candidates that count at most `1 + per_mille / 1000` times the least, one by a uniform draw, which counts as
     /// its use; and how many there were. `None` if there are no candidates.
     pub(crate) fn draw(
         &mut self,
-        candidates: &mut Vec<Candidate>,
+        candidates: &[Candidate],
         per_mille: u32,
         rng: &mut Rng,
-    ) -> Option<(Candidate, u32)> {
-        let least = candidates.iter().map(|c| self.counted(c)).min()?;
+    ) -> Result<Option<(Candidate, u32)>, Error> {
+        let mut counted = std::mem::take(&mut self.counted);
+        counted.clear();
+        reserve(&mut counted, candidates.len())?;
+        counted.extend(candidates.iter().map(|c| (self.counted(c), *c)));
+        let Some(least) = counted.iter().map(|c| c.0).min() else { return Ok(None) };
         let limit = least * (1000 + u128::from(per_mille));
-        candidates.retain(|c| self.counted(c) * 1000 <= limit);
-        let n = candidates.len() as u32;
+        counted.retain(|c| c.0 * 1000 <= limit);
+        let n = counted.len() as u32;
         // The order is that of what they count, then source and position.
-        let number = rng.below(n) as usize;
-        let (_, &mut chosen, _) = candidates.select_nth_unstable_by_key(number, |c| (self.counted(c), *c));
-        self.note(&chosen);
-        Some((chosen, n))
+        let (_, &mut (_, chosen), _) = counted.select_nth_unstable(rng.below(n) as usize);
+        if self.spread != 0 {
+            self.note(&chosen);
+        }
+        self.counted = counted;
+        Ok(Some((chosen, n)))
     }
 
     /// What a candidate's error counts, in thousandths.
@@ -138,8 +150,8 @@ mod tests {
         let mut rng = Seed(1).rng();
         let mut drawn = [0; 2];
         for _ in 0..1000 {
-            let mut both = vec![candidate(errors[0], [0, 0]), candidate(errors[1], [30, 20])];
-            let (chosen, _) = usage.draw(&mut both, 0, &mut rng).unwrap();
+            let both = [candidate(errors[0], [0, 0]), candidate(errors[1], [30, 20])];
+            let (chosen, _) = usage.draw(&both, 0, &mut rng).unwrap().unwrap();
             drawn[usize::from(chosen.at == [30, 20])] += 1;
         }
         drawn
@@ -157,11 +169,20 @@ mod tests {
 
     #[test]
     fn the_widened_tolerance_holds_all_that_may_be_drawn() {
-        assert_eq!(usage(0.0).widened(210), 210);
-        let usage = usage(0.3);
-        assert_eq!(usage.widened(210), 1420);
-        // The best one counts at most (1000 + MOST) of its thousandths; others at least their own.
-        assert!((1000 + u64::from(usage.widened(7))) * 1000 >= (1000 + MOST) * 1007);
+        let mut rng = Seed(3).rng();
+        let mut usage = usage(0.3);
+        assert_eq!(usage.widened(210, &candidate(9, [0, 0])), 210, "nothing was used yet");
+        let mut widened = 0;
+        for _ in 0..300 {
+            let candidates: Vec<_> =
+                (0..20).map(|i| candidate(50 + u64::from(rng.below(100)), [i, rng.below(22)])).collect();
+            let best = candidates.iter().min().unwrap();
+            let limit = best.error * (1000 + u64::from(usage.widened(210, best)));
+            widened += u32::from(1210 * best.error < limit);
+            let (chosen, _) = usage.draw(&candidates, 210, &mut rng).unwrap().unwrap();
+            assert!(chosen.error * 1000 <= limit);
+        }
+        assert!(50 < widened, "{widened}");
     }
 
     #[test]

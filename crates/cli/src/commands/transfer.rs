@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
 use selvedge_quilting::correspondence::{blur, encode_together, luminance, match_histogram, orientation};
-use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, transfer};
+use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -57,6 +57,12 @@ pub(crate) struct Transfer {
     /// Draw among blocks whose error is up to this fraction above the least.
     #[arg(long, value_name = "T", default_value_t = TransferOptions::default().tolerance)]
     tolerance: f64,
+    /// How evenly the exemplar is used: 0 takes whatever fits best.
+    #[arg(long, value_name = "S", default_value_t = TransferOptions::default().spread)]
+    spread: f64,
+    /// The paper to the letter: --tolerance 0.1 --spread 0.
+    #[arg(long, conflicts_with_all = ["tolerance", "spread"])]
+    paper: bool,
 }
 
 /// What of the target is followed, and how much it counts.
@@ -106,11 +112,12 @@ impl Transfer {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
+        self.check_histogram()?;
         let pairs = self.pairs()?;
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
         let nothing = || Failure::new(2, "nothing to follow; give a --target or a --guide");
         let first = Input::new(session, first.ok_or_else(nothing)?)?;
-        let mut loom = self.weaving.begin(
+        let mut loom = self.weaving.begin_of_fixed_size(
             session,
             &Plan {
                 command: "transfer",
@@ -132,6 +139,9 @@ impl Transfer {
         if loom.is_dry() {
             // The least output tells whether options and exemplars go together.
             let least = Grid::try_filled(Domain::open([1, 1]), guide.weights().len(), 0)?;
+            // Exemplars smaller than any block that can be asked for take what is left.
+            let block = suggest_transfer_block(exemplars, loom.domain);
+            let options = TransferOptions { block: options.block.or(Some(block).filter(|&b| 4 <= b)), ..options };
             let one = transfer(exemplars, &guide.with_target(least)?, &options, &Run::seeded(0));
             let stats = one.map_err(|e| failure(&loom, e))?.stats;
             let used = self.used(&loom, &stats);
@@ -150,8 +160,23 @@ impl Transfer {
         loom.finish(outcome)
     }
 
+    /// Refuses --match-histogram where nothing would be matched.
+    fn check_histogram(&self) -> Result<(), Failure> {
+        let followed = self.target.is_some() && self.correspondence.iter().any(|c| c.what == What::Luminance);
+        if !self.match_histogram || followed {
+            return Ok(());
+        }
+        let what = "--match-histogram changes the luminance of the --target, which is not followed";
+        Err(Failure::new(2, what).remedy("leave it out, or give a --target and --correspondence luminance"))
+    }
+
     fn options(&self) -> TransferOptions {
-        TransferOptions { block: self.block.0, passes: self.passes, alpha: self.alpha, tolerance: self.tolerance }
+        let options =
+            TransferOptions { block: self.block.0, passes: self.passes, alpha: self.alpha, ..TransferOptions::paper() };
+        if self.paper {
+            return options;
+        }
+        TransferOptions { tolerance: self.tolerance, spread: self.spread, ..options }
     }
 
     fn pairs(&self) -> Result<Vec<Pair>, Failure> {
@@ -269,7 +294,8 @@ impl Transfer {
             .with("block", stats.passes.first().map(|p| p.block))
             .with("passes", self.passes)
             .with("alpha", self.alpha)
-            .with("tolerance", self.tolerance)
+            .with("tolerance", self.options().tolerance)
+            .with("spread", self.options().spread)
     }
 }
 

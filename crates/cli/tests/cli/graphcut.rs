@@ -272,7 +272,7 @@ fn tiny_and_constant_exemplars_are_woven() {
 const REFUSED: [(&str, i32, &[&str]); 27] = [
     ("", 3, &["'small.png'", "16 samples", "[9, 12]", "use --region 9 or a larger exemplar"]),
     ("--refine -1", 2, &["'-1'", "--refine"]),
-    ("--tries 0", 2, &["tries is 0", "at least 1"]),
+    ("--tries 0", 2, &["tries is 0", "1 to 64"]),
     ("--feather nan", 2, &["feather is NaN", "0 to 16"]),
     ("--feather 17", 2, &["feather is 17", "0 to 16"]),
     ("--spline 6", 2, &["spline is 6", "0 to 5"]),

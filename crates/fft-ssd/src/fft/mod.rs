@@ -24,7 +24,7 @@ use crate::word::Word;
 use bound::Norms;
 use size::Window;
 use spectra::{Signal, Signals};
-use tile::{Block, Finish};
+use tile::{Block, Finish, Tiled};
 use transform::C64;
 use workers::Worker;
 
@@ -117,8 +117,8 @@ fn planes(terms: &[Term], job: &Job<'_>) -> usize {
 }
 
 /// Costs of every position. Where validity has any shape and the number of compared samples varies, also the template's
-/// own part and the counts; else those are left to `cover`. False if a value was too far from an integer; the map is then
-/// worthless.
+/// own part and the counts; else those are left to `cover`. False if rounding cannot be trusted: its bound is too large
+/// for any block, or a value was too far from an integer. The map is then worthless.
 pub(crate) fn search<W: Word + Squares>(
     job: &Job<'_>,
     scratch: &mut FftScratch,
@@ -127,7 +127,7 @@ pub(crate) fn search<W: Word + Squares>(
 ) -> Result<bool, Error> {
     let mut terms = vec![Term::Cross];
     let mut corners = std::mem::take(&mut scratch.corners);
-    corners.of_mask(job.template, Table::<W>::shape(job.prepared.extension.shape));
+    corners.of_masks(&[*job.template], Table::<W>::shape(job.prepared.extension.shape))?;
     let mut table: &[W] = &[];
     let mut shape = [0; 3];
     if corners.len() <= CORNERS {
@@ -149,7 +149,7 @@ pub(crate) fn search<W: Word + Squares>(
     Ok(exact)
 }
 
-/// The sum of the terms' correlations at every position, block by block of the template.
+/// The sum of the terms' correlations at every position, block by block of the template. False as [`search`].
 fn correlate<W: Word>(
     job: &Job<'_>,
     terms: &[Term],
@@ -166,13 +166,18 @@ fn correlate<W: Word>(
         let mut first = true;
         for block in blocks(job, shape) {
             let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
-            let spectra = job.prepared.spectra(tiling, job);
-            scratch.bound = rounding(job, terms, &block, &spectra, scratch)?;
-            if scratch.limit <= scratch.bound && shape != [1; 3] {
+            let spectra = &*job.cache.spectra(&tiling, planes(terms, job), job);
+            let kept = job.keeps(spectra.expected(planes(terms, job)));
+            let tiled = Tiled { block, tiling, spectra, kept };
+            scratch.bound = rounding(job, terms, &tiled, scratch)?;
+            if scratch.limit <= scratch.bound {
+                if shape == [1; 3] {
+                    return Ok(false);
+                }
                 halve(&mut shape);
                 continue 'smaller;
             }
-            let exact = tile::correlate(job, terms, &block, &spectra, finish, first, scratch, map)?;
+            let exact = tile::correlate(job, terms, &tiled, finish, first, scratch, map)?;
             if !exact {
                 return Ok(false);
             }
@@ -204,7 +209,7 @@ pub(crate) fn bytes(job: &Job<'_>, noisy: bool, threads: usize) -> (u64, u64) {
     let planes = job.weights.len() + usize::from(noisy) + varies;
     let batch = (tile::batch(half, column, threads)).min(tiling.n_tiles());
     let spectra = half * column * planes;
-    let fits = (spectra * tiling.n_tiles() * size_of::<C64>()) as u64 <= job.cache;
+    let fits = job.keeps((spectra * tiling.n_tiles() * size_of::<C64>()) as u64);
     let (kept, transient) = if fits { (spectra * tiling.n_tiles(), 0) } else { (0, spectra * batch) };
     // Rows on their way to a spectrum are as many as the spectrum's values; the template's are fewer.
     let working = spectra + spectra + transient + batch * half * (column + tile::GAP);
@@ -253,17 +258,12 @@ fn met(job: &Job<'_>, start: [usize; 3], shape: [usize; 3]) -> Option<Window> {
 }
 
 /// The rounding bound of a block.
-fn rounding(
-    job: &Job<'_>,
-    terms: &[Term],
-    block: &Block,
-    spectra: &Spectra,
-    scratch: &mut FftScratch,
-) -> Result<f64, Error> {
+fn rounding(job: &Job<'_>, terms: &[Term], tiled: &Tiled<'_>, scratch: &mut FftScratch) -> Result<f64, Error> {
+    let Tiled { block, spectra, .. } = tiled;
     let mut norms = Vec::new();
     let n: usize = spectra.tiling.size.iter().product();
     for &term in terms {
-        let source = match spectra.fits(job.cache, planes(terms, job)) {
+        let source = match tiled.kept {
             true => spectra.get(term.signal(), &signals(job), &mut scratch.workers)?.norm,
             false => largest(job, term.signal()) * (n as f64).sqrt(),
         };

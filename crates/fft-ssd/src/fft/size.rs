@@ -5,7 +5,7 @@ use crate::extension::Extension;
 
 /// How positions are covered by tiles (overlap-save). Along each axis a transform of `size` samples answers `hop`
 /// positions; `tiles` of them answer all.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Tiling {
     pub(crate) size: Shape,
     pub(crate) hop: Shape,
@@ -42,6 +42,13 @@ impl Tiling {
         }
         let (size, hop) = (best.1.map(|o| o.0), best.1.map(|o| o.1));
         Self { size, hop, tiles: [0, 1, 2].map(|a: usize| window.count[a].div_ceil(hop[a])), start, cost: best.0 }
+    }
+
+    /// True if both cut a source into the same tiles. Positions that a tile answers are asked of it, not of its spectra:
+    /// where there is just one tile, they do not matter.
+    pub(crate) fn shares_spectra(&self, other: &Self) -> bool {
+        let axis = |a: usize| self.tiles[a] == 1 || self.hop[a] == other.hop[a];
+        (self.size, self.start, self.tiles) == (other.size, other.start, other.tiles) && (0..3).all(axis)
     }
 
     pub(crate) fn n_tiles(&self) -> usize {

@@ -57,10 +57,9 @@ impl Spectra {
         Self { tiling, transforms: Transforms::new(tiling.size, scalar), signals: Default::default() }
     }
 
-    /// True if the spectra of so many planes may be kept.
-    pub(crate) fn fits(&self, budget: u64, planes: usize) -> bool {
-        let all = self.transforms.len() * self.tiling.n_tiles() * planes;
-        (all * size_of::<C64>()) as u64 <= budget
+    /// Bytes of the spectra of so many planes.
+    pub(crate) fn expected(&self, planes: usize) -> u64 {
+        (self.transforms.len() * self.tiling.n_tiles() * planes * size_of::<C64>()) as u64
     }
 
     /// The spectra of a signal, if they are kept.
@@ -84,9 +83,9 @@ impl Spectra {
         let mut spectra = try_vec(len * self.tiling.n_tiles(), C64::default())?;
         let mut norm: f64 = 0.0;
         let mut rows = Vec::new();
-        workers::prepare(workers, &self.transforms);
+        workers::prepare(workers, &self.transforms)?;
         for (tile, spectrum) in spectra.chunks_mut(len).enumerate() {
-            norm = norm.max(self.tile(tile, signal, of, &mut rows, spectrum, workers));
+            norm = norm.max(self.tile(tile, signal, of, &mut rows, spectrum, workers)?);
         }
         Ok(slot.get_or_init(|| Kept { spectra, norm }))
     }
@@ -100,7 +99,7 @@ impl Spectra {
         rows: &mut Vec<C64>,
         spectra: &mut [C64],
         workers: &mut [Worker],
-    ) -> f64 {
+    ) -> Result<f64, Error> {
         let origin = self.tiling.origin(tile);
         let [frames, height, width] = self.tiling.size;
         let from = [0, 1, 2].map(|a: usize| origin[a] + self.tiling.start[a]);
@@ -108,7 +107,7 @@ impl Spectra {
             of.load(signal, plane, [from[0] + t, from[1] + y, from[2]], &mut row[..width]);
         };
         let planes = signal.planes(of.weights.len());
-        self.transforms.forward(planes, [frames, height], load, rows, spectra, workers);
+        self.transforms.forward(planes, [frames, height], load, rows, spectra, workers)?;
         // Parseval: the norm from the half spectrum, in which inner columns stand for two.
         let mut squares = vec![0.0; planes];
         for (i, column) in spectra.chunks(self.transforms.column()).enumerate() {
@@ -117,7 +116,7 @@ impl Spectra {
             squares[plane] += if 0 < k && 2 * k < width { 2.0 * square } else { square };
         }
         let n = (frames * height * width) as f64;
-        squares.into_iter().fold(0.0, |norm: f64, s: f64| norm.max((s / n).sqrt()))
+        Ok(squares.into_iter().fold(0.0, |norm: f64, s: f64| norm.max((s / n).sqrt())))
     }
 }
 

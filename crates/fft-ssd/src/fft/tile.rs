@@ -1,6 +1,6 @@
 //! A block of a template over all tiles: products, inverse transforms, rounding, and what is added to each position.
 
-use super::size::Window;
+use super::size::{Tiling, Window};
 use super::spectra::Spectra;
 use super::transform::C64;
 use super::workers::{self, Worker, deal};
@@ -9,6 +9,7 @@ use crate::Error;
 use crate::axes::Shape;
 use crate::job::Job;
 use crate::kernel::{CHUNK, Row};
+use crate::memory::{fit, reserve};
 use crate::sums::Corners;
 use crate::taps::ROWS;
 use crate::template::Checked;
@@ -64,6 +65,16 @@ impl Block {
     }
 }
 
+/// A block, how its positions are cut into tiles, and the source's spectra of those.
+pub(super) struct Tiled<'a> {
+    pub(super) block: Block,
+    /// It shares the tiles of the spectra; how many positions a tile answers is its own.
+    pub(super) tiling: Tiling,
+    pub(super) spectra: &'a Spectra,
+    /// The spectra are kept.
+    pub(super) kept: bool,
+}
+
 /// What stands at a position beside the correlations.
 pub(super) struct Finish<'a, W> {
     pub(super) constant: W,
@@ -94,19 +105,17 @@ struct Rows<'m, W> {
 }
 
 /// Writes (`first`) or adds a block's correlations. False if a value was too far from an integer.
-#[expect(clippy::too_many_arguments, reason = "one call, from the engine's loop over blocks")]
 pub(super) fn correlate<W: Word>(
     job: &Job<'_>,
     terms: &[Term],
-    block: &Block,
-    spectra: &Spectra,
+    tiled: &Tiled<'_>,
     finish: &Finish<'_, W>,
     first: bool,
     scratch: &mut FftScratch,
     map: &mut [W],
 ) -> Result<bool, Error> {
-    let (tiling, transforms) = (&spectra.tiling, &spectra.transforms);
-    let kept = spectra.fits(job.cache, super::planes(terms, job));
+    let &Tiled { ref block, ref tiling, spectra, kept } = tiled;
+    let transforms = &spectra.transforms;
     let signals = signals(job);
     if kept {
         for term in terms {
@@ -114,18 +123,18 @@ pub(super) fn correlate<W: Word>(
         }
     }
     let FftScratch { workers, rows, templates, columns, transient, bound, .. } = scratch;
-    workers::prepare(workers, transforms);
+    workers::prepare(workers, transforms)?;
     workers.iter_mut().for_each(|w| w.residual = 0.0);
     let len = transforms.len();
     templates.resize_with(terms.len().max(templates.len()), Vec::new);
     transient.resize_with(terms.len().max(transient.len()), Vec::new);
     for (term, template) in terms.iter().zip(templates.iter_mut()) {
-        crate::costs::fit(template, term.planes(job) * len)?;
+        fit(template, term.planes(job) * len)?;
         let load = |plane: usize, t: usize, y: usize, row: &mut [f64]| block.load(job, *term, plane, t, y, row);
-        transforms.forward(term.planes(job), [block.shape[0], block.shape[1]], load, rows, template, workers);
+        transforms.forward(term.planes(job), [block.shape[0], block.shape[1]], load, rows, template, workers)?;
     }
 
-    let mut tasks = tasks(job, block, spectra, map);
+    let mut tasks = tasks(job, block, tiling, map)?;
     let mut tasks = tasks.as_mut_slice();
     let column = transforms.column();
     let stride = column + GAP;
@@ -135,9 +144,9 @@ pub(super) fn correlate<W: Word>(
         if !kept {
             for (term, transient) in terms.iter().zip(transient.iter_mut()) {
                 let len = term.planes(job) * len;
-                crate::costs::fit(transient, tiles * len)?;
+                fit(transient, tiles * len)?;
                 for (i, spectra_of_tile) in transient.chunks_mut(len).enumerate() {
-                    spectra.tile(tile + i, term.signal(), &signals, rows, spectra_of_tile, workers);
+                    spectra.tile(tile + i, term.signal(), &signals, rows, spectra_of_tile, workers)?;
                 }
             }
         }
@@ -150,7 +159,7 @@ pub(super) fn correlate<W: Word>(
             };
             &all[(t * transforms.half() + kx) * planes * column..][..planes * column]
         };
-        crate::costs::fit(columns, tiles * transforms.half() * stride)?;
+        fit(columns, tiles * transforms.half() * stride)?;
         // Tiles of one frequency follow each other, so that they find the template's column near.
         deal(columns, stride, workers, |number, to, worker| {
             let (t, kx) = (number % tiles, number / tiles);
@@ -178,11 +187,17 @@ pub(super) fn correlate<W: Word>(
 }
 
 /// The map's rows, four by four, tile by tile.
-fn tasks<'m, W: Word>(job: &Job<'_>, block: &Block, spectra: &Spectra, map: &'m mut [W]) -> Vec<Rows<'m, W>> {
-    let (tiling, window) = (&spectra.tiling, &block.window);
+fn tasks<'m, W: Word>(
+    job: &Job<'_>,
+    block: &Block,
+    tiling: &Tiling,
+    map: &'m mut [W],
+) -> Result<Vec<Rows<'m, W>>, Error> {
+    let window = &block.window;
     let [_, height, width] = job.range.count;
     let mut list: Vec<Rows<'m, W>> = Vec::new();
     let mut first = Vec::new();
+    reserve(&mut first, tiling.n_tiles())?;
     let groups = |tile: usize| {
         let origin = tiling.origin(tile);
         let answered = [0, 1].map(|a: usize| tiling.hop[a].min(window.count[a] - origin[a]));
@@ -191,6 +206,7 @@ fn tasks<'m, W: Word>(job: &Job<'_>, block: &Block, spectra: &Spectra, map: &'m 
     for tile in 0..tiling.n_tiles() {
         first.push(list.len());
         let (origin, frames, groups) = groups(tile);
+        reserve(&mut list, frames * groups)?;
         for i in 0..frames * groups {
             let (t, y) = (i / groups, i % groups * ROWS);
             let local = [t, y, 0];
@@ -212,7 +228,7 @@ fn tasks<'m, W: Word>(job: &Job<'_>, block: &Block, spectra: &Spectra, map: &'m 
             list[first[tile] + t * groups + y / ROWS].rows[y % ROWS] = part;
         }
     }
-    list
+    Ok(list)
 }
 
 /// The last pass of a batch of tiles.

@@ -5,7 +5,9 @@
 //! by column beside each other: `[kx][plane][ky][kt]`.
 
 use super::workers::{Worker, deal};
+use crate::Error;
 use crate::axes::Shape;
+use crate::memory::fit;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner, FftPlannerScalar};
 use std::sync::Arc;
@@ -78,19 +80,18 @@ impl Transforms {
         rows: &mut Vec<C64>,
         spectra: &mut [C64],
         workers: &mut [Worker],
-    ) {
+    ) -> Result<(), Error> {
         let [frames, height] = extent;
         let (half, pairs) = (self.half(), height.div_ceil(2));
-        rows.clear();
-        rows.resize(planes * frames * pairs * 2 * half, ZERO);
+        fit(rows, planes * frames * pairs * 2 * half)?;
         deal(rows, 2 * half, workers, |pair, two, worker| {
             let (plane, t, y) = (pair / pairs / frames, pair / pairs % frames, 2 * (pair % pairs));
             let n = self.size[2];
-            worker.real.resize(2 * n, 0.0);
-            worker.real.fill(0.0);
-            load(plane, t, y, &mut worker.real[..n]);
+            let real = &mut worker.real[..2 * n];
+            real.fill(0.0);
+            load(plane, t, y, &mut real[..n]);
             if y + 1 < height {
-                load(plane, t, y + 1, &mut worker.real[n..]);
+                load(plane, t, y + 1, &mut real[n..]);
             }
             for (x, z) in worker.line[..n].iter_mut().enumerate() {
                 *z = C64::new(worker.real[x], worker.real[n + x]);
@@ -115,6 +116,7 @@ impl Transforms {
                 self.forward[0].process_with_scratch(column, &mut worker.scratch);
             }
         });
+        Ok(())
     }
 
     /// A column of a spectrum back to `[t][y]`, the first `frames` frames of it.

@@ -1,6 +1,8 @@
 //! One share of the work, with working memory of its own.
 
 use super::transform::{C64, Transforms};
+use crate::Error;
+use crate::memory::fit;
 use selvedge_core::par;
 
 /// Working memory of one task.
@@ -15,16 +17,18 @@ pub(crate) struct Worker {
 }
 
 /// As many workers as there are threads, with memory for transforms of some size.
-pub(crate) fn prepare(workers: &mut Vec<Worker>, transforms: &Transforms) {
+pub(crate) fn prepare(workers: &mut Vec<Worker>, transforms: &Transforms) -> Result<(), Error> {
     let (line, scratch) = transforms.working();
     workers.resize_with(par::threads(), Worker::default);
     for worker in workers {
         for (buffer, len) in [(&mut worker.line, line), (&mut worker.second, line), (&mut worker.scratch, scratch)] {
-            if buffer.len() < len {
-                buffer.resize(len, C64::default());
-            }
+            let len = buffer.len().max(len);
+            fit(buffer, len)?;
         }
+        let len = worker.real.len().max(2 * line);
+        fit(&mut worker.real, len)?;
     }
+    Ok(())
 }
 
 /// Calls `f(number, unit, worker)` for each unit of `len` items; each worker has a share of neighbouring units.

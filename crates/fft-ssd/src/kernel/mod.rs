@@ -60,6 +60,19 @@ impl Kernel {
         Self(Level::Scalar)
     }
 
+    /// What it is.
+    pub(crate) fn level(self) -> SimdLevel {
+        match self.0 {
+            Level::Scalar => SimdLevel::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => SimdLevel::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Level::AvxVnni => SimdLevel::AvxVnni,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => SimdLevel::Avx512,
+        }
+    }
+
     /// True if only plain loops are allowed.
     pub(crate) fn is_scalar(self) -> bool {
         self.0 == Level::Scalar
@@ -70,7 +83,7 @@ impl Kernel {
     /// # Panics
     /// If `a` and `b` differ in length.
     pub(crate) fn multiply(self, to: &mut [Complex<f64>], a: &[Complex<f64>], b: &[Complex<f64>]) {
-        assert_eq!(a.len(), b.len(), "signals of the template and of the source");
+        assert!(a.len() == b.len() && !to.is_empty(), "signals of the template and of the source");
         match self.0 {
             Level::Scalar => scalar::multiply(to, a, b),
             #[cfg(target_arch = "x86_64")]
@@ -146,12 +159,31 @@ impl Kernel {
         }
     }
 
+    /// `to = factor * sums`, or that added to what is there.
+    pub(crate) fn scale<W: Word>(self, to: &mut [W], sums: &[i32], factor: W, more: bool) {
+        match self.0 {
+            Level::Scalar if more => scalar::scale_more(to, sums, factor),
+            Level::Scalar => scalar::scale(to, sums, factor),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::scale(level, to, sums, factor, more),
+        }
+    }
+
     /// The least value; [`Word::NONE`] of none.
     pub(crate) fn least<W: Word>(self, values: &[W]) -> W {
         match self.0 {
             Level::Scalar => scalar::least(values),
             #[cfg(target_arch = "x86_64")]
             level => x86::least(level, values),
+        }
+    }
+
+    /// `to = weight * from`.
+    pub(crate) fn weigh(self, to: &mut [u64], from: &[u32], weight: u32) {
+        match self.0 {
+            Level::Scalar => scalar::weigh(to, from, weight),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::weigh(level, to, from, weight),
         }
     }
 

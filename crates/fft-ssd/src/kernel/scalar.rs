@@ -12,7 +12,7 @@ pub(super) fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: us
     *sums = [[0; super::CHUNK]; crate::taps::ROWS];
     for phase in phases {
         for tap in &taps[phase.taps.clone()] {
-            let image = &image[tap.offset as usize..][..width];
+            let image = &image[tap.offset..][..width];
             for (sums, &word) in sums[phase.first..][..phase.rows].iter_mut().zip(&tap.words) {
                 let (low, high) = (i32::from(word as i16), i32::from((word >> 16) as i16));
                 for (sum, &i) in sums.iter_mut().zip(image) {
@@ -24,22 +24,64 @@ pub(super) fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: us
     }
 }
 
+/// Positions of a row that are summed together: a few vectors, which stay in registers.
+const TOGETHER: usize = 32;
+
 /// See [`super::Kernel::finish`]. Compiled once for each level.
 #[inline(always)]
 pub(super) fn finish<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
-    let n = out.len();
-    for (out, &product) in out.iter_mut().zip(products) {
-        *out = constant.plus(product);
+    if TOGETHER <= out.len() {
+        finish_by::<W, TOGETHER>(out, constant, corners, products);
+    } else {
+        finish_by::<W, 1>(out, constant, corners, products);
     }
+}
+
+/// `N` positions at a time; the last ones may be computed twice.
+#[inline(always)]
+fn finish_by<W: Word, const N: usize>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
+    for x in (0..out.len()).step_by(N) {
+        let x = x.min(out.len() - N);
+        finish_some::<W, N>(&mut out[x..], constant, corners, &products[x..], x);
+    }
+}
+
+/// `N` positions, the first of them `x` places from the row's.
+#[inline(always)]
+fn finish_some<W: Word, const N: usize>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W], x: usize) {
+    // Plain loops: closures would be compiled for the baseline.
+    let mut sums = [constant; N];
     for &at in corners.plus {
-        for (out, &sum) in out.iter_mut().zip(&corners.table[at..at + n]) {
-            *out = out.plus(sum);
+        let table = &corners.table[at + x..][..N];
+        for i in 0..N {
+            sums[i] = sums[i].plus(table[i]);
         }
     }
     for &at in corners.minus {
-        for (out, &sum) in out.iter_mut().zip(&corners.table[at..at + n]) {
-            *out = out.minus(sum);
+        let table = &corners.table[at + x..][..N];
+        for i in 0..N {
+            sums[i] = sums[i].minus(table[i]);
         }
+    }
+    let (out, products) = (&mut out[..N], &products[..N]);
+    for i in 0..N {
+        out[i] = sums[i].plus(products[i]);
+    }
+}
+
+/// See [`super::Kernel::scale`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn scale<W: Word>(to: &mut [W], sums: &[i32], factor: W) {
+    for (to, &sum) in to.iter_mut().zip(sums) {
+        *to = W::wrapping(i64::from(sum)).times(factor);
+    }
+}
+
+/// See [`super::Kernel::scale`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn scale_more<W: Word>(to: &mut [W], sums: &[i32], factor: W) {
+    for (to, &sum) in to.iter_mut().zip(sums) {
+        *to = to.plus(W::wrapping(i64::from(sum)).times(factor));
     }
 }
 
@@ -75,6 +117,14 @@ pub(super) fn round<W: Word>(z: &[C64], scale: f64, to: &mut [[W; super::CHUNK];
 #[inline(always)]
 pub(super) fn least<W: Word>(values: &[W]) -> W {
     values.iter().fold(W::NONE, |least, &v| least.min(v))
+}
+
+/// See [`super::Kernel::weigh`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn weigh(to: &mut [u64], from: &[u32], weight: u32) {
+    for (to, &v) in to.iter_mut().zip(from) {
+        *to = u64::from(v) * u64::from(weight);
+    }
 }
 
 /// See [`super::Kernel::add`]. Compiled once for each level.

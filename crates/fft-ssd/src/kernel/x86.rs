@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "instructions beyond the baseline are called through unsafe functions")]
 
 use super::{Block, CHUNK, Level, Row, scalar};
-use crate::taps::{Phase, ROWS, Tap};
+use crate::taps::{Phase, Tap};
 use crate::word::Word;
 use rustfft::num_complex::Complex;
 use std::arch::x86_64::*;
@@ -41,6 +41,28 @@ fn finish_avx2<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, produc
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
 fn finish_avx512<W: Word>(out: &mut [W], constant: W, corners: &Row<'_, W>, products: &[W]) {
     scalar::finish(out, constant, corners, products);
+}
+
+pub(super) fn scale<W: Word>(level: Level, to: &mut [W], sums: &[i32], factor: W, more: bool) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match (level, more) {
+            (Level::Scalar, false) => scalar::scale(to, sums, factor),
+            (Level::Scalar, true) => scalar::scale_more(to, sums, factor),
+            (Level::Avx2 | Level::AvxVnni, _) => scale_avx2(to, sums, factor, more),
+            (Level::Avx512, _) => scale_avx512(to, sums, factor, more),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn scale_avx2<W: Word>(to: &mut [W], sums: &[i32], factor: W, more: bool) {
+    if more { scalar::scale_more(to, sums, factor) } else { scalar::scale(to, sums, factor) }
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn scale_avx512<W: Word>(to: &mut [W], sums: &[i32], factor: W, more: bool) {
+    if more { scalar::scale_more(to, sums, factor) } else { scalar::scale(to, sums, factor) }
 }
 
 pub(super) fn multiply(level: Level, to: &mut [C64], a: &[C64], b: &[C64]) {
@@ -86,6 +108,27 @@ fn least_avx512<W: Word>(values: &[W]) -> W {
     scalar::least(values)
 }
 
+pub(super) fn weigh(level: Level, to: &mut [u64], from: &[u32], weight: u32) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::weigh(to, from, weight),
+            Level::Avx2 | Level::AvxVnni => weigh_avx2(to, from, weight),
+            Level::Avx512 => weigh_avx512(to, from, weight),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn weigh_avx2(to: &mut [u64], from: &[u32], weight: u32) {
+    scalar::weigh(to, from, weight);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn weigh_avx512(to: &mut [u64], from: &[u32], weight: u32) {
+    scalar::weigh(to, from, weight);
+}
+
 pub(super) fn add(level: Level, to: &mut [u64], from: &[u32], weight: u32) {
     // SAFETY: a level is only made where its features were detected.
     unsafe {
@@ -114,6 +157,7 @@ macro_rules! multiply {
         #[target_feature(enable = $features)]
         fn $name(to: &mut [C64], a: &[C64], b: &[C64]) {
             let n = to.len();
+            assert!(n != 0 && a.len() == b.len(), "signals of the template and of the source");
             let (signals, whole) = (a.len() / n, n - n % $lanes);
             for i in (0..whole).step_by($lanes) {
                 let (mut first, mut second) = ($zero(), $zero());
@@ -189,8 +233,10 @@ macro_rules! level {
             /// The machine has the features, and each tap's offset leaves `CHUNK` words of the image.
             #[target_feature(enable = $features)]
             pub(super) unsafe fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
-                *sums = [[0; CHUNK]; ROWS];
                 let all = width.div_ceil(LANES);
+                for row in sums.iter_mut() {
+                    row[..all * LANES].fill(0);
+                }
                 // Parts of nearly equal width: a narrow last one would leave multipliers idle.
                 let parts = all.div_ceil($vectors).max(1);
                 for part in 0..parts {
@@ -241,7 +287,7 @@ macro_rules! level {
                         }
                     }
                     for tap in taps {
-                        let image = image.as_ptr().add(tap.offset as usize + at);
+                        let image = image.as_ptr().add(tap.offset + at);
                         let mut words = [$broadcast(0); R];
                         for r in 0..R {
                             words[r] = $broadcast(tap.words[r] as i32);

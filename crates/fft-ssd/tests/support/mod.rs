@@ -82,6 +82,17 @@ impl<const D: usize> Case<D> {
         Source { features, valid, origin: Origin { exemplar, transform: Transform::IDENTITY } }
     }
 
+    /// True if all samples of a part of the template, by its start and shape, stand on valid samples.
+    pub(crate) fn stands(&self, source: usize, position: [i32; D], part: Option<([u32; D], [u32; D])>) -> bool {
+        let Some((start, part)) = part else { return true };
+        let source = &self.exemplars.sources()[source];
+        Domain::open(part).positions().all(|x| {
+            let by = std::array::from_fn(|a| position[a] + (start[a] + x[a]) as i32);
+            let under = source.domain().step([0; D], by);
+            under.is_some_and(|u| source.valid.as_ref().is_none_or(|v| v.get(0, u)))
+        })
+    }
+
     /// Error and compared samples at a position, from the definition; `None` if it is no candidate.
     pub(crate) fn definition(&self, source: usize, position: [i32; D]) -> Option<(u64, u64)> {
         let (source, template) = (&self.exemplars.sources()[source], Domain::open(self.shape));

@@ -31,10 +31,7 @@ struct Laid<'m, const D: usize> {
 
 impl<'m, const D: usize> Laid<'m, D> {
     fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>) -> Result<Self, crate::Error> {
-        let samples = map.table.len();
-        if let Some(id) = map.ids.plane(0).iter().find(|id| id.is_assigned() && samples <= id.get()) {
-            return Err(crate::Error::ForeignMap { id: id.get(), samples });
-        }
+        crate::start::check_map(&map.table, map)?;
         let of_sources = valid.iter().map(|v| v.map(Grid::domain)).chain(std::iter::repeat(None));
         for ((_, domain), found) in map.table.sources().iter().zip(of_sources) {
             check_shape("validity of a source", *domain, found)?;

@@ -7,6 +7,7 @@ mod between;
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
 pub(crate) mod strip;
+mod strong;
 pub(crate) mod tree;
 
 use crate::error::{MaxflowError, Result};
@@ -36,87 +37,126 @@ pub(crate) enum Outcome {
     Done,
     /// The caller wants to stop; the pseudoflow is valid.
     Cancelled,
-    /// There is no memory for what the engine notes of the nodes; nothing changed.
+    /// The engine has done more work than it was given; the pseudoflow is valid, and another may go on.
+    OverBudget,
+    /// There is no memory for what the engine notes of the nodes; the pseudoflow is valid.
     OutOfMemory,
 }
 
-/// Memory of the engines, kept from solve to solve.
+/// Memory of the engines, kept from solve to solve. `A` names arcs, `S` are engine P's notes of them.
 #[derive(Clone, Debug)]
-pub(crate) struct Scratch<A> {
+pub(crate) struct Scratch<A, S> {
     tree: TreeScratch<A>,
-    pseudo: PseudoScratch<A>,
+    pseudo: PseudoScratch<A, S>,
     marks: Vec<u8>,
     stack: Vec<u32>,
 }
 
-impl<A> Default for Scratch<A> {
+impl<A, S> Default for Scratch<A, S> {
     fn default() -> Self {
         Self { tree: TreeScratch::default(), pseudo: PseudoScratch::default(), marks: Vec::new(), stack: Vec::new() }
     }
 }
 
+/// What engine T may spend a node before engine P takes over: twice what it needs where it is at its best, a fraction
+/// of what engine P takes where it is not.
+const TREE_BUDGET: u64 = 4;
+
 /// Saturates the pins and makes the flow maximum, or says [`MaxflowError::Cancelled`] or
 /// [`MaxflowError::OutOfMemory`].
 ///
-/// `solved`: the flow was maximum before some changes, and is nearly so now.
+/// `solved`: the flow was maximum before some changes, and may be nearly so now.
 pub(crate) fn maximize<N: Network>(
     net: &mut N,
     engine: Engine,
     solved: bool,
-    scratch: &mut Scratch<N::Arc>,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Result<()> {
     saturate_pins(net);
     let automatic = matches!(engine, Engine::Auto | Engine::ShortestPath);
-    let outcome =
-        if solved && automatic { mend(net, scratch, cancelled) } else { run(net, engine, scratch, cancelled) };
+    let outcome = if solved && automatic {
+        mend(net, scratch, cancelled)
+    } else {
+        run(net, engine, |_| true, net.nodes().len(), scratch, cancelled)
+    };
     match outcome {
         Outcome::Done => Ok(()),
         Outcome::Cancelled => Err(MaxflowError::Cancelled),
-        Outcome::OutOfMemory => Err(MaxflowError::OutOfMemory { nodes: net.nodes().len(), links: 0 }),
+        Outcome::OverBudget | Outcome::OutOfMemory => {
+            Err(MaxflowError::OutOfMemory { nodes: net.nodes().len(), links: 0 })
+        }
     }
 }
 
-/// Few paths are left to be found: engine T finds them in one growth of its trees, where engine P would first have to
-/// give up all the excess that did not get through last time.
-fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc>, cancelled: &dyn Fn() -> bool) -> Outcome {
-    match between::mark(net, &mut scratch.marks, &mut scratch.stack) {
-        None => return Outcome::OutOfMemory,
-        Some(false) => return Outcome::Done,
-        Some(true) => {}
+/// Solves what changes have left to do: what lies between positive and negative excess.
+fn mend<N: Network>(net: &mut N, scratch: &mut Scratch<N::Arc, N::Notes>, cancelled: &dyn Fn() -> bool) -> Outcome {
+    let Some(nodes) = between::mark(net, &mut scratch.marks, &mut scratch.stack) else { return Outcome::OutOfMemory };
+    if nodes == 0 {
+        return Outcome::Done;
     }
-    let marks = &scratch.marks;
-    tree::solve(net, &mut scratch.tree, |v| between::is_between(marks, v), cancelled)
+    let marks = std::mem::take(&mut scratch.marks);
+    let relevant = |v| between::is_between(&marks, v);
+    let outcome = run(net, Engine::Auto, relevant, nodes, scratch, cancelled);
+    scratch.marks = marks;
+    outcome
 }
 
+/// Runs an engine on the `relevant` nodes, of which there are `nodes`.
 fn run<N: Network>(
     net: &mut N,
     engine: Engine,
-    scratch: &mut Scratch<N::Arc>,
+    relevant: impl Fn(usize) -> bool + Copy,
+    nodes: usize,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let supply = Supply::of(net);
-    let engine = match engine {
-        Engine::Auto | Engine::ShortestPath => supply.choose(net.nodes().len()),
-        chosen => chosen,
-    };
-    if engine == Engine::Trees {
-        return tree::solve(net, &mut scratch.tree, |_| true, cancelled);
+    match engine {
+        Engine::Trees => loop {
+            let outcome = tree::solve(net, &mut scratch.tree, relevant, u64::MAX, cancelled);
+            if outcome != Outcome::OverBudget {
+                return outcome;
+            }
+        },
+        Engine::Pseudoflow => run_pseudoflow(net, relevant, scratch, cancelled),
+        Engine::Auto | Engine::ShortestPath if Supply::of(net, relevant).suits_trees(nodes) => {
+            run_trees_first(net, relevant, nodes, scratch, cancelled)
+        }
+        Engine::Auto | Engine::ShortestPath => run_pseudoflow(net, relevant, scratch, cancelled),
     }
-    run_pseudoflow(net, &supply, scratch, cancelled)
+}
+
+/// Runs engine T, and where that turns out to take too much work, engine P on what is left.
+fn run_trees_first<N: Network>(
+    net: &mut N,
+    relevant: impl Fn(usize) -> bool + Copy,
+    nodes: usize,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
+    cancelled: &dyn Fn() -> bool,
+) -> Outcome {
+    // One engine's memory at a time.
+    scratch.pseudo = PseudoScratch::default();
+    let budget = TREE_BUDGET * nodes as u64;
+    match tree::solve(net, &mut scratch.tree, relevant, budget, cancelled) {
+        Outcome::OverBudget => run_pseudoflow(net, relevant, scratch, cancelled),
+        outcome => outcome,
+    }
 }
 
 /// Runs engine P from the side that has less to give: there more gets through, and less has to be given up step by step.
 fn run_pseudoflow<N: Network>(
     net: &mut N,
-    supply: &Supply,
-    scratch: &mut Scratch<N::Arc>,
+    relevant: impl Fn(usize) -> bool + Copy,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
+    // One engine's memory at a time.
+    scratch.tree = TreeScratch::default();
+    let supply = Supply::of(net, relevant);
     if supply.lack < supply.excess / 2 {
-        pseudoflow::solve(&mut Reversed(net), &mut scratch.pseudo, cancelled)
+        pseudoflow::solve(&mut Reversed(net), &mut scratch.pseudo, relevant, cancelled)
     } else {
-        pseudoflow::solve(net, &mut scratch.pseudo, cancelled)
+        pseudoflow::solve(net, &mut scratch.pseudo, relevant, cancelled)
     }
 }
 
@@ -132,9 +172,9 @@ struct Supply {
 }
 
 impl Supply {
-    fn of<N: Network>(net: &N) -> Self {
+    fn of<N: Network>(net: &N, relevant: impl Fn(usize) -> bool) -> Self {
         let mut supply = Self::default();
-        for v in net.nodes().filter(|&v| net.role(v) == Role::Free) {
+        for v in net.nodes().filter(|&v| net.role(v) == Role::Free && relevant(v)) {
             let excess: i64 = net.excess(v).into();
             supply.excess += excess.max(0);
             supply.lack += (-excess).max(0);
@@ -143,9 +183,63 @@ impl Supply {
         supply
     }
 
-    /// Dense terminals of both kinds in balance mean short paths: engine T. All else is for engine P.
-    fn choose(&self, nodes: usize) -> Engine {
+    /// Dense terminals of both kinds in balance mean short paths, for engine T. All else is for engine P.
+    fn suits_trees(&self, nodes: usize) -> bool {
         let balanced = self.excess < 2 * self.lack && self.lack < 2 * self.excess;
-        if balanced && 2 * self.terminals > nodes { Engine::Trees } else { Engine::Pseudoflow }
+        balanced && 2 * self.terminals > nodes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cut::{MinCut, Side};
+    use crate::grid::GridGraph;
+
+    /// A grid of noise between two pinned corners, with a few terminals.
+    fn noise(seed: u32) -> GridGraph<2> {
+        let mut graph = GridGraph::new([7, 9], [false, true]).unwrap();
+        let mut state = seed;
+        let mut draw = |n: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16) % n
+        };
+        for v in 0..graph.len() {
+            for axis in (0..2).filter(|&a| graph.next(v, a).is_some()).collect::<Vec<_>>() {
+                graph.link(v, axis, draw(20) as i32, draw(20) as i32).unwrap();
+            }
+            if draw(4) == 0 {
+                graph.terminal(v, draw(30) as i32, draw(30) as i32).unwrap();
+            }
+        }
+        graph.pin(0, Side::Source).unwrap();
+        graph.pin(40, Side::Sink).unwrap();
+        graph
+    }
+
+    #[test]
+    fn trees_may_stop_at_any_budget() {
+        let (mut over, mut done) = (0, 0);
+        for seed in 0..20 {
+            let expected = noise(seed).solve(&|| false).unwrap();
+            for budget in 0..400 {
+                let mut graph = noise(seed);
+                let total = graph.source_total();
+                let (mut net, mut scratch) = (graph.net::<4, true>(), Scratch::default());
+                saturate_pins(&mut net);
+                match tree::solve(&mut net, &mut scratch.tree, |_| true, budget, &|| false) {
+                    Outcome::OverBudget => over += 1,
+                    outcome => {
+                        assert_eq!(outcome, Outcome::Done);
+                        done += 1;
+                    }
+                }
+                assert_eq!(run_pseudoflow(&mut net, |_| true, &mut scratch, &|| false), Outcome::Done);
+                let mut cut = MinCut::default();
+                closure::read_off(&net, total, &mut cut, &mut Vec::new()).unwrap();
+                assert_eq!(cut, expected, "seed {seed}, budget {budget}");
+            }
+        }
+        assert!(over > 100 && done > 100, "{over} over the budget, {done} within it");
     }
 }

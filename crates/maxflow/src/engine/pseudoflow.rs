@@ -13,82 +13,50 @@
 //!
 //! Labels start at 0 and 1, as in the paper. Exact distances are a valid start too, but took twice as long on overlays
 //! (excess travels far before it has gathered in large trees), and restarting from exact distances now and then two to
-//! three times as long. Each property of a node has an array of its own: a visit reads labels and parents of
-//! all neighbours, and these arrays are small enough to stay in cache.
+//! three times as long. Of the strong trees with the highest label the one that became strong last goes first: its
+//! nodes are still in cache. Each property of a node has an array of its own: a visit reads the labels of all
+//! neighbours, and that array is small enough to stay in cache.
 
 use super::Outcome;
+use super::strong::{Bucket, Strong};
 use crate::error::refill;
-use crate::network::{Capacity, Network, Role};
+use crate::network::{ArcNotes, Capacity, Network, Role};
 
 /// Label of nodes that cannot reach negative excess, and of those that take no part.
 const DEAD: u32 = u32::MAX;
-/// End of a list.
-const NIL: u32 = u32::MAX;
 /// How many trees are processed between two looks at `cancelled`.
 const CANCEL_PERIOD: u64 = 4096;
 
-/// What engine P knows of the nodes, by slot: 11 bytes a node on a grid.
+/// Memory of engine P, kept from solve to solve: by slot, 10 bytes a node on a grid, and by label.
 #[derive(Clone, Debug)]
-struct PseudoNodes<A> {
-    /// A lower bound of the distance to negative excess. Children's labels are at least their parent's.
+pub(crate) struct PseudoScratch<A, S> {
     label: Vec<u32>,
-    /// The next strong root in the bucket.
     next: Vec<u32>,
-    /// The arc to the parent, or [`Network::ROOT`].
     parent: Vec<A>,
-    /// Arcs before this one do not lead to a child with the label that is being processed.
-    child: Vec<A>,
-    /// Arcs before this one do not lead to a label one less.
-    arc: Vec<A>,
-}
-
-impl<A: Copy> PseudoNodes<A> {
-    /// Every node a dead tree of its own. Returns whether there was memory.
-    fn reset(&mut self, slots: usize, root: A) -> bool {
-        refill(&mut self.label, DEAD, slots)
-            && refill(&mut self.next, NIL, slots)
-            && [&mut self.parent, &mut self.child, &mut self.arc].into_iter().all(|arcs| refill(arcs, root, slots))
-    }
-}
-
-/// A first-in, first-out list of strong roots with the same label.
-#[derive(Clone, Copy, Debug)]
-struct Bucket {
-    first: u32,
-    last: u32,
-    /// Number of nodes with this label, in any tree.
-    nodes: u32,
-}
-
-const EMPTY: Bucket = Bucket { first: NIL, last: NIL, nodes: 0 };
-
-/// Memory of engine P, kept from solve to solve.
-#[derive(Clone, Debug)]
-pub(crate) struct PseudoScratch<A> {
-    nodes: PseudoNodes<A>,
-    /// By label.
+    notes: Vec<S>,
     buckets: Vec<Bucket>,
 }
 
-impl<A> Default for PseudoScratch<A> {
+impl<A, S> Default for PseudoScratch<A, S> {
     fn default() -> Self {
-        let (label, next, parent, child, arc) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { nodes: PseudoNodes { label, next, parent, child, arc }, buckets: Vec::new() }
+        let (label, next, parent, notes, buckets) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { label, next, parent, notes, buckets }
     }
 }
 
-/// Runs engine P until the flow is maximum or `cancelled` says stop.
+/// Runs engine P on the `relevant` nodes until their flow is maximum or `cancelled` says stop.
 pub(crate) fn solve<N: Network>(
     net: &mut N,
-    scratch: &mut PseudoScratch<N::Arc>,
+    scratch: &mut PseudoScratch<N::Arc, N::Notes>,
+    relevant: impl Fn(usize) -> bool,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut forest = Forest { net, nodes: &mut scratch.nodes, buckets: &mut scratch.buckets, highest: 0 };
-    if !forest.plant() {
-        return Outcome::OutOfMemory;
-    }
+    let Some(mut forest) = Forest::plant(net, scratch, relevant) else { return Outcome::OutOfMemory };
     let mut processed = 0_u64;
     while let Some(root) = forest.pop_highest() {
+        if !forest.strong.reach(forest.label[root] + 1) {
+            return Outcome::OutOfMemory;
+        }
         forest.process(root);
         processed += 1;
         if processed.is_multiple_of(CANCEL_PERIOD) && cancelled() {
@@ -98,92 +66,72 @@ pub(crate) fn solve<N: Network>(
     Outcome::Done
 }
 
+/// The state of a run; slices, by slot, of the memory that is kept.
 struct Forest<'a, N: Network> {
     net: &'a mut N,
-    nodes: &'a mut PseudoNodes<N::Arc>,
-    buckets: &'a mut Vec<Bucket>,
-    /// No strong root has a higher label.
-    highest: usize,
+    /// A lower bound of the distance to negative excess. Children's labels are at least their parent's.
+    label: &'a mut [u32],
+    /// The arc to the parent, or [`Network::ROOT`].
+    parent: &'a mut [N::Arc],
+    notes: &'a mut [N::Notes],
+    strong: Strong<'a>,
 }
 
-impl<N: Network> Forest<'_, N> {
-    /// Every node is a tree; those with positive excess are at least one away from negative excess.
-    /// Returns whether there was memory.
-    fn plant(&mut self) -> bool {
-        if !self.nodes.reset(self.net.slots(), N::ROOT) {
-            return false;
+impl<'a, N: Network> Forest<'a, N> {
+    /// Every relevant node a tree; those with positive excess are at least one away from negative excess. `None` without
+    /// memory.
+    fn plant(
+        net: &'a mut N,
+        scratch: &'a mut PseudoScratch<N::Arc, N::Notes>,
+        relevant: impl Fn(usize) -> bool,
+    ) -> Option<Self> {
+        let slots = net.slots();
+        let fits = refill(&mut scratch.label, DEAD, slots)
+            && refill(&mut scratch.next, 0, slots)
+            && refill(&mut scratch.parent, N::ROOT, slots)
+            && refill(&mut scratch.notes, N::Notes::default(), slots);
+        let strong = Strong::new(&mut scratch.next, &mut scratch.buckets);
+        let (label, parent, notes) = (&mut scratch.label[..], &mut scratch.parent[..], &mut scratch.notes[..]);
+        let mut forest = Self { net, label, parent, notes, strong };
+        if !fits || !forest.strong.reach(0) || !forest.strong.reach(1) {
+            return None;
         }
-        self.buckets.clear();
-        for v in self.net.nodes() {
-            if self.net.role(v) != Role::Free {
-                continue;
-            }
-            let strong = self.net.excess(v) > N::Cap::ZERO;
-            self.nodes.label[v] = u32::from(strong);
-            self.nodes.arc[v] = self.net.first_arc(v);
-            self.bucket(usize::from(strong)).nodes += 1;
+        for v in forest.net.nodes().filter(|&v| forest.net.role(v) == Role::Free && relevant(v)) {
+            let strong = forest.net.excess(v) > N::Cap::ZERO;
+            let label = u32::from(strong);
+            forest.label[v] = label;
+            forest.strong.count(label);
             if strong {
-                self.add_strong(v);
+                forest.strong.add(v, label);
             }
         }
-        true
+        Some(forest)
     }
 
     #[inline]
-    fn bucket(&mut self, label: usize) -> &mut Bucket {
-        if label >= self.buckets.len() {
-            self.buckets.resize(label + 1, EMPTY);
-        }
-        &mut self.buckets[label]
-    }
-
     fn add_strong(&mut self, v: usize) {
-        let label = self.nodes.label[v] as usize;
-        self.nodes.next[v] = NIL;
-        self.highest = self.highest.max(label);
-        let bucket = self.bucket(label);
-        let last = std::mem::replace(&mut bucket.last, v as u32);
-        if bucket.first == NIL {
-            bucket.first = v as u32;
-        } else {
-            self.nodes.next[last as usize] = v as u32;
-        }
-    }
-
-    fn pop(&mut self, label: usize) -> Option<usize> {
-        let bucket = &mut self.buckets[label];
-        let v = bucket.first;
-        if v == NIL {
-            return None;
-        }
-        bucket.first = self.nodes.next[v as usize];
-        Some(v as usize)
+        self.strong.add(v, self.label[v]);
     }
 
     /// The next strong root that may still reach negative excess, of the highest label.
     fn pop_highest(&mut self) -> Option<usize> {
-        if self.buckets.is_empty() {
-            return None;
-        }
         loop {
-            while self.highest > 0 {
-                let Some(root) = self.pop(self.highest) else {
-                    self.highest -= 1;
-                    continue;
-                };
-                if self.buckets[self.highest - 1].nodes > 0 {
+            while let Some(root) = self.strong.pop_highest() {
+                if self.strong.nodes(self.label[root] - 1) > 0 {
                     return Some(root);
                 }
                 // No node is one nearer: none of this tree can ever get there.
                 self.bury(root);
             }
             // What was the goal has been filled up: it is at least one away from the rest.
-            let root = self.pop(0)?;
-            self.raise(root);
-            self.add_strong(root);
-            while let Some(root) = self.pop(0) {
-                self.raise(root);
-                self.add_strong(root);
+            let mut filled = self.strong.pop_lowest()?;
+            loop {
+                self.raise(filled);
+                self.add_strong(filled);
+                match self.strong.pop_lowest() {
+                    Some(root) => filled = root,
+                    None => break,
+                }
             }
         }
     }
@@ -191,19 +139,19 @@ impl<N: Network> Forest<'_, N> {
     /// Adds one to a node's label.
     #[inline]
     fn raise(&mut self, v: usize) {
-        let label = self.nodes.label[v] as usize;
-        self.nodes.label[v] += 1;
-        self.nodes.arc[v] = self.net.first_arc(v);
-        self.buckets[label].nodes -= 1;
-        self.bucket(label + 1).nodes += 1;
+        let label = self.label[v];
+        self.label[v] = label + 1;
+        self.notes[v].rewind_down();
+        self.strong.discount(label);
+        self.strong.count(label + 1);
     }
 
     /// Merges a strong tree if one of its nodes with the root's label has an arc to the label below, else relabels
     /// those nodes. Depth first; a node's label rises once its children's have.
     fn process(&mut self, root: usize) {
-        let label = self.nodes.label[root];
+        let label = self.label[root];
         let mut v = root;
-        self.nodes.child[v] = self.net.first_arc(v);
+        self.notes[v].rewind_children();
         loop {
             if let Some(a) = self.arc_down(v, label) {
                 self.hang(v, a);
@@ -211,9 +159,9 @@ impl<N: Network> Forest<'_, N> {
                 return;
             }
             loop {
-                if let Some(child) = self.next_child(v, label) {
+                if let Some(child) = self.next_child(v, |l| l == label) {
                     v = child;
-                    self.nodes.child[v] = self.net.first_arc(v);
+                    self.notes[v].rewind_children();
                     break;
                 }
                 self.raise(v);
@@ -221,7 +169,7 @@ impl<N: Network> Forest<'_, N> {
                     self.add_strong(root);
                     return;
                 }
-                v = self.net.head(v, self.nodes.parent[v]);
+                v = self.net.head(v, self.parent[v]);
             }
         }
     }
@@ -229,34 +177,31 @@ impl<N: Network> Forest<'_, N> {
     /// An arc with residual from `v` to a node one nearer to the sink.
     #[inline]
     fn arc_down(&mut self, v: usize, label: u32) -> Option<N::Arc> {
-        let labels = &self.nodes.label;
-        let found = self
-            .net
-            .find(v, self.nodes.arc[v], |net, a, w| (labels[w] == label - 1) & (net.residual(v, a) > N::Cap::ZERO));
-        self.nodes.arc[v] = found.unwrap_or(self.net.end_arc(v));
-        found
+        let labels = &*self.label;
+        let down = |net: &N, a, w: usize| (labels[w] == label - 1) & (net.residual(v, a) > N::Cap::ZERO);
+        self.net.find_down(v, &mut self.notes[v], down)
     }
 
-    /// The next child of `v` with the given label that was not visited yet.
+    /// The next child of `v` with a wanted label. One that was returned must no longer be wanted when it is asked for
+    /// the next, since its label has changed.
     #[inline]
-    fn next_child(&mut self, v: usize, label: u32) -> Option<usize> {
-        let (labels, parents) = (&self.nodes.label, &self.nodes.parent);
-        let found =
-            self.net.find(v, self.nodes.child[v], |net, a, w| (labels[w] == label) & (parents[w] == net.twin(a)));
-        self.nodes.child[v] = found.map_or(self.net.end_arc(v), N::next_arc);
-        found.map(|a| self.net.head(v, a))
+    fn next_child(&mut self, v: usize, wanted: impl Fn(u32) -> bool) -> Option<usize> {
+        let labels = &*self.label;
+        self.net.find_child(v, &mut self.notes[v], self.parent, |w| wanted(labels[w]))
     }
 
     /// Turns the tree of `v` over so that `v` is its root, and hangs it at the other end of arc `a`.
     fn hang(&mut self, v: usize, a: N::Arc) {
-        let (mut v, mut a) = (v, a);
+        let (mut v, mut a, mut w) = (v, a, self.net.head(v, a));
         loop {
-            let old = std::mem::replace(&mut self.nodes.parent[v], a);
+            self.notes[w].gain_child(self.net.twin(a));
+            let old = std::mem::replace(&mut self.parent[v], a);
             if old == N::ROOT {
                 return;
             }
+            (w, a) = (v, self.net.twin(old));
             v = self.net.head(v, old);
-            a = self.net.twin(old);
+            self.notes[v].lose_child(a);
         }
     }
 
@@ -264,7 +209,7 @@ impl<N: Network> Forest<'_, N> {
     fn send_excess(&mut self, v: usize) {
         let (mut v, mut before) = (v, N::Cap::ZERO);
         loop {
-            let a = self.nodes.parent[v];
+            let a = self.parent[v];
             let excess = self.net.excess(v);
             if a == N::ROOT || excess == N::Cap::ZERO {
                 break;
@@ -276,7 +221,8 @@ impl<N: Network> Forest<'_, N> {
             before = self.net.excess(w);
             self.net.add_excess(w, x);
             if x < excess {
-                self.nodes.parent[v] = N::ROOT;
+                self.parent[v] = N::ROOT;
+                self.notes[w].lose_child(self.net.twin(a));
                 self.add_strong(v);
             }
             v = w;
@@ -291,24 +237,20 @@ impl<N: Network> Forest<'_, N> {
         let mut v = root;
         self.mark_dead(v);
         loop {
-            let (labels, parents) = (&self.nodes.label, &self.nodes.parent);
-            let child =
-                self.net.find(v, self.nodes.child[v], |net, a, w| (labels[w] != DEAD) & (parents[w] == net.twin(a)));
-            if let Some(a) = child {
-                self.nodes.child[v] = N::next_arc(a);
-                v = self.net.head(v, a);
+            if let Some(child) = self.next_child(v, |l| l != DEAD) {
+                v = child;
                 self.mark_dead(v);
             } else if v == root {
                 return;
             } else {
-                v = self.net.head(v, self.nodes.parent[v]);
+                v = self.net.head(v, self.parent[v]);
             }
         }
     }
 
     fn mark_dead(&mut self, v: usize) {
-        let label = std::mem::replace(&mut self.nodes.label[v], DEAD);
-        self.buckets[label as usize].nodes -= 1;
-        self.nodes.child[v] = self.net.first_arc(v);
+        let label = std::mem::replace(&mut self.label[v], DEAD);
+        self.strong.discount(label);
+        self.notes[v].rewind_children();
     }
 }

@@ -11,11 +11,15 @@
 //! row before and then in itself both ways. A path with `t` turns is found after `t + 1` sweeps, and rows that did not change
 //! are skipped. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
 
+use super::Outcome;
+use crate::error::refill;
 use crate::grid::GridNet;
 use crate::network::{Network, Role, saturate_pins};
 
 /// After so many sweeps a strip is left to the general engines.
 const MAX_SWEEPS: usize = 64;
+/// How many rows are swept between two looks at `cancelled`.
+const CANCEL_PERIOD: usize = 64;
 /// Distance of a face not reached yet; small enough to add capacities to.
 const FAR: i64 = i64::MAX / 4;
 
@@ -34,15 +38,23 @@ struct Strip {
     right: usize,
 }
 
-/// Makes the flow maximum if the grid is a plain strip without flow. Returns whether it did; if not, nothing changed.
+/// Makes the flow maximum if the grid is a plain strip without flow. `None` if it is not, takes too many sweeps, or there
+/// is no memory for its faces: then, and when it is cancelled, nothing has changed.
 ///
 /// Pins are saturated along with it. `distance` is scratch. Time `O(nodes)` a sweep.
-pub(crate) fn solve(net: &mut GridNet<'_, 4, false>, shape: [usize; 2], distance: &mut Vec<i64>) -> bool {
-    let Some(strip) = Strip::of(net, shape) else { return false };
-    let Some(length) = strip.distances(net, distance) else { return false };
-    strip.push_flow(net, distance, length);
-    saturate_pins(net);
-    true
+pub(crate) fn solve(
+    net: &mut GridNet<'_, 4, false>,
+    shape: [usize; 2],
+    distance: &mut Vec<i64>,
+    cancelled: &dyn Fn() -> bool,
+) -> Option<Outcome> {
+    let strip = Strip::of(net, shape)?;
+    let (outcome, length) = strip.distances(net, distance, cancelled)?;
+    if outcome == Outcome::Done {
+        strip.push_flow(net, distance, length);
+        saturate_pins(net);
+    }
+    Some(outcome)
 }
 
 impl Strip {
@@ -84,17 +96,26 @@ impl Strip {
     }
 
     /// Distances of the faces below each row but the last, `columns - 1` a row, from the outer face above; and the
-    /// distance of the outer face below. `None` after too many sweeps.
-    fn distances(&self, net: &GridNet<'_, 4, false>, distance: &mut Vec<i64>) -> Option<i64> {
+    /// distance of the outer face below. `None` after too many sweeps, or without memory.
+    fn distances(
+        &self,
+        net: &GridNet<'_, 4, false>,
+        distance: &mut Vec<i64>,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Option<(Outcome, i64)> {
         let faces = self.columns - 1;
-        distance.clear();
-        distance.resize((self.rows - 1) * faces, FAR);
         let mut length = FAR;
         // Whether a row has changed since the sweeps last carried it on, down and up.
-        let mut changed = vec![[true; 2]; self.rows];
+        let mut changed = Vec::new();
+        if !refill(distance, FAR, (self.rows - 1) * faces) || !refill(&mut changed, [true; 2], self.rows) {
+            return None;
+        }
         for _ in 0..MAX_SWEEPS / 2 {
             let before = length;
             for row in 0..self.rows {
+                if row % CANCEL_PERIOD == 0 && cancelled() {
+                    return Some((Outcome::Cancelled, length));
+                }
                 let (above, here) = distance.split_at_mut(row * faces);
                 let above = above.get((row.max(1) - 1) * faces..);
                 if row > 0 && !std::mem::take(&mut changed[row - 1][0]) {
@@ -123,7 +144,7 @@ impl Strip {
             }
             let settled = changed[..self.rows - 1].iter().all(|c| !c[0]);
             if settled && before == length {
-                return Some(length);
+                return Some((Outcome::Done, length));
             }
         }
         None

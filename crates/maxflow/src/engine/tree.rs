@@ -7,7 +7,7 @@
 //! new parent in their tree or fall off it (*adopt*). When neither tree can grow the flow is maximum.
 //!
 //! Best where most nodes have terminals and paths are short. Its worst case is bad, `O(n^2 m C)`, and shows where few
-//! terminals are joined by long paths.
+//! terminals are joined by long paths: the work of mending the trees is counted, and can be given a budget.
 
 use std::collections::VecDeque;
 
@@ -53,17 +53,19 @@ impl<A> Default for TreeScratch<A> {
     }
 }
 
-/// How many augmentations pass between two looks at `cancelled`.
-const CANCEL_PERIOD: u32 = 1024;
+/// How much work is done between two looks at `cancelled`.
+const CANCEL_PERIOD: u64 = 1 << 14;
 
-/// Runs engine T on the `relevant` nodes until their flow is maximum or `cancelled` says stop.
+/// Runs engine T on the `relevant` nodes until their flow is maximum, mending has looked at more than `budget` arcs and
+/// ancestors, or `cancelled` says stop.
 pub(crate) fn solve<N: Network>(
     net: &mut N,
     scratch: &mut TreeScratch<N::Arc>,
     relevant: impl Fn(usize) -> bool,
+    budget: u64,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut trees = Trees { net, scratch, time: 1, stop: None, cancelled };
+    let mut trees = Trees { net, scratch, time: 1, budget, unasked: 0, stop: None, cancelled };
     if !trees.plant(relevant) {
         return Outcome::OutOfMemory;
     }
@@ -76,6 +78,10 @@ struct Trees<'a, N: Network> {
     scratch: &'a mut TreeScratch<N::Arc>,
     /// Number of the current augmentation.
     time: u32,
+    /// Arcs and ancestors that mending may still look at.
+    budget: u64,
+    /// Work done since the last look at `cancelled`.
+    unasked: u64,
     stop: Option<Outcome>,
     cancelled: &'a dyn Fn() -> bool,
 }
@@ -177,8 +183,8 @@ impl<N: Network> Trees<'_, N> {
 
     #[inline]
     fn activate(&mut self, v: usize) {
-        if !std::mem::replace(&mut self.scratch.nodes[v].queued, true) {
-            self.scratch.active.push_back(v as u32);
+        if !std::mem::replace(&mut self.scratch.nodes[v].queued, true) && !enqueue(&mut self.scratch.active, v) {
+            self.stop = Some(Outcome::OutOfMemory);
         }
     }
 
@@ -237,23 +243,41 @@ impl<N: Network> Trees<'_, N> {
     #[inline]
     fn orphan(&mut self, v: usize) {
         self.scratch.nodes[v].parent = N::ORPHAN;
-        self.scratch.orphans.push_back(v as u32);
+        if !enqueue(&mut self.scratch.orphans, v) {
+            self.stop = Some(Outcome::OutOfMemory);
+        }
     }
 
-    /// A new time for the marks, and now and then a look at the caller's wish.
+    /// A new time for the marks.
     fn tick(&mut self) {
         self.time += 1;
         if self.time == u32::MAX {
-            self.scratch.nodes.iter_mut().for_each(|n| n.stamp = 0);
-            self.time = 1;
+            // No more times: new trees have to be planted.
+            self.stop = Some(Outcome::OverBudget);
         }
-        if self.time.is_multiple_of(CANCEL_PERIOD) && (self.cancelled)() {
-            self.stop = Some(Outcome::Cancelled);
+        self.spend(1);
+    }
+
+    /// Counts work against the budget, and now and then asks the caller's wish.
+    #[inline]
+    fn spend(&mut self, work: u64) {
+        match self.budget.checked_sub(work) {
+            Some(left) => self.budget = left,
+            None => self.stop = self.stop.or(Some(Outcome::OverBudget)),
+        }
+        self.unasked += work;
+        if self.unasked >= CANCEL_PERIOD {
+            self.unasked = 0;
+            if (self.cancelled)() {
+                self.stop = Some(Outcome::Cancelled);
+            }
         }
     }
 
     fn adopt_all(&mut self) {
-        while let Some(v) = self.scratch.orphans.pop_front() {
+        while self.stop.is_none()
+            && let Some(v) = self.scratch.orphans.pop_front()
+        {
             match self.scratch.nodes[v as usize].tag {
                 Tag::Source => self.adopt::<false>(v as usize),
                 _ => self.adopt::<true>(v as usize),
@@ -264,17 +288,19 @@ impl<N: Network> Trees<'_, N> {
     /// Finds the orphan the parent nearest to a root, or drops it from its tree.
     fn adopt<const SINK: bool>(&mut self, v: usize) {
         let mine = self.scratch.nodes[v].tag;
-        let mut best = (u32::MAX, N::ORPHAN);
+        let (mut best, mut work) = ((u32::MAX, N::ORPHAN), 0);
         for a in self.net.arcs(v) {
+            work += 1;
             let w = self.net.head(v, a);
             if self.scratch.nodes[w].tag == mine
                 && self.open::<SINK>(w, self.net.twin(a), v)
-                && let Some(depth) = self.depth(w)
+                && let Some(depth) = self.depth(w, &mut work)
                 && depth < best.0
             {
                 best = (depth, a);
             }
         }
+        self.spend(work);
         if best.1 == N::ORPHAN {
             self.drop_from_tree::<SINK>(v, mine);
         } else {
@@ -300,10 +326,11 @@ impl<N: Network> Trees<'_, N> {
     }
 
     /// Depth of `v` if its path leads to a root, `None` if it ends at an orphan. Marks the path as known.
-    fn depth(&mut self, v: usize) -> Option<u32> {
+    fn depth(&mut self, v: usize, work: &mut u64) -> Option<u32> {
         let nodes = &mut self.scratch.nodes;
         let (mut u, mut steps) = (v, 0);
         let depth = loop {
+            *work += 1;
             let node = nodes[u];
             if node.stamp == self.time {
                 break steps + node.depth;
@@ -326,4 +353,15 @@ impl<N: Network> Trees<'_, N> {
         }
         Some(depth)
     }
+}
+
+/// Adds a node to a queue. Returns whether there was memory.
+#[inline]
+#[must_use]
+fn enqueue(queue: &mut VecDeque<u32>, v: usize) -> bool {
+    let fits = queue.len() < queue.capacity() || queue.try_reserve(1).is_ok();
+    if fits {
+        queue.push_back(v as u32);
+    }
+    fits
 }

@@ -23,7 +23,8 @@ impl<const D: usize> GridGraph<D> {
     /// flow is kept.
     ///
     /// Only the difference of the two capacities is stored: taking back more than was given goes unnoticed and counts
-    /// as a capacity to the other terminal (with the value of the cut shifted by the same amount).
+    /// as a capacity to the other terminal (with the value of the cut shifted by the same amount). Of a node with links
+    /// somewhat more than [`MAX_TERMINAL`](Self::MAX_TERMINAL) is accepted: what the links could take away.
     ///
     /// # Errors
     ///
@@ -36,12 +37,35 @@ impl<const D: usize> GridGraph<D> {
             return Ok(());
         }
         let excess = i64::from(self.excess[slot]) + i64::from(from_source) - i64::from(to_sink);
-        if excess.abs() > i64::from(Self::MAX_TERMINAL) {
-            return Err(MaxflowError::CapacityTooLarge { node, value: excess, max: Self::MAX_TERMINAL.into() });
-        }
+        self.check_headroom(slot, excess, [0, 0])?;
         self.excess[slot] = excess as i32;
         self.source_total += i64::from(from_source);
         Ok(())
+    }
+
+    /// Whether no flow can overflow a node with this excess, whose arcs have this much more residual capacity, out and
+    /// in together, than is stored.
+    ///
+    /// Excess less the residual capacity out, and excess plus that in, are not changed by flow: they are the net
+    /// terminal capacity less, or plus, the capacity of the arcs. As long as they stay within `MAX_TERMINAL` below and
+    /// above, excess does within `i32`, since the capacity of all arcs is at most `8 MAX_LINK`.
+    #[inline]
+    fn check_headroom(&self, slot: usize, excess: i64, [out, into]: [i64; 2]) -> Result<()> {
+        let max = i64::from(Self::MAX_TERMINAL);
+        if excess.abs() <= max {
+            return Ok(());
+        }
+        let (mut least, mut most) = (excess - out, excess + into);
+        for d in 0..self.lattice.directions {
+            let (out, back) = self.arc_pair(d, slot, self.head(slot, d));
+            least -= i64::from(self.caps[out]);
+            most += i64::from(self.caps[back]);
+        }
+        if least <= max && -max <= most {
+            return Ok(());
+        }
+        let value = if least > max { least } else { most };
+        Err(MaxflowError::CapacityTooLarge { node: slot - self.lattice.margin, value, max })
     }
 
     /// Gives the link between a node and the next along `axis` capacity: `forward` from `node` to the next, `backward`
@@ -118,11 +142,10 @@ impl<const D: usize> GridGraph<D> {
         // Flow beyond the new capacity goes back to where it came from.
         let returned = (-residual[0]).max(0) - (-residual[1]).max(0);
         residual = [residual[0] + returned, residual[1] - returned];
-        let limit = i64::from(i32::MAX);
+        let more = [residual[0] - i64::from(self.caps[out]), residual[1] - i64::from(self.caps[back])];
         let excess = [i64::from(self.excess[v]) + returned, i64::from(self.excess[w]) - returned];
-        if let Some(&value) = excess.iter().find(|e| e.abs() > limit) {
-            return Err(MaxflowError::CapacityTooLarge { node, value, max: limit });
-        }
+        self.check_headroom(v, excess[0], more)?;
+        self.check_headroom(w, excess[1], [more[1], more[0]])?;
         (self.caps[out], self.caps[back]) = (residual[0] as i32, residual[1] as i32);
         (self.excess[v], self.excess[w]) = (excess[0] as i32, excess[1] as i32);
         Ok(())

@@ -10,7 +10,7 @@ use crate::error::{MaxflowError, Result, filled};
 use crate::lattice::{EDGE_PATTERNS, Lattice};
 use crate::network::Role;
 pub(crate) use residual::GridNet;
-use residual::{EDGE_MASK, ROLE_SHIFT, role};
+use residual::{Children, EDGE_MASK, ROLE_SHIFT, role};
 
 /// A diagonal of a two-dimensional grid, seen from the node it starts at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub struct GridGraph<const D: usize> {
     /// Solved since the graph was new or cleared: the flow is nearly maximum.
     solved: bool,
     engine: Engine,
-    scratch: Scratch<u8>,
+    scratch: Scratch<u8, Children>,
     stack: Vec<u32>,
     distance: Vec<i64>,
 }
@@ -78,8 +78,8 @@ pub struct GridGraph<const D: usize> {
 impl<const D: usize> GridGraph<D> {
     /// Largest sum of the two capacities of one link: `2^27`.
     pub const MAX_LINK: i32 = 1 << 27;
-    /// Largest net terminal capacity of a node, `from_source - to_sink`, either way: `2^30`.
-    pub const MAX_TERMINAL: i32 = 1 << 30;
+    /// Largest net terminal capacity of a node, `from_source - to_sink`, either way: `2^30 - 1`.
+    pub const MAX_TERMINAL: i32 = (1 << 30) - 1;
 
     /// A grid linked along its axes, without any capacity.
     ///
@@ -115,12 +115,12 @@ impl<const D: usize> GridGraph<D> {
         })
     }
 
-    /// About how many bytes a graph of this shape takes while it is solved: 35 a node in 2-D, 43 in 3-D.
+    /// How many bytes a graph of this shape takes at most while it is solved, and solved again: 43 a node in 2-D, 51 in
+    /// 3-D. With diagonals it takes 16 a node more. `u64::MAX` for shapes that are refused.
     pub fn estimate(shape: [usize; D]) -> u64 {
-        let slots = shape.iter().fold(1_u64, |n, &side| n.saturating_mul(side as u64));
-        let margins = (slots / shape.first().map_or(1, |&side| side.max(1) as u64)).saturating_mul(2);
-        // Capacities, excess and flags; the larger of the engines' notes; the cut and a stack.
-        slots.saturating_add(margins).saturating_mul(8 * D as u64 + 5 + 12 + 2)
+        // Capacities, excess and flags; engine T's notes and queue; marks; the cut and a stack.
+        let per_slot = 8 * D + 5 + 12 + 4 + 1 + 5;
+        Lattice::new(shape, [false; D], false).map_or(u64::MAX, |lattice| lattice.slots() as u64 * per_slot as u64)
     }
 
     /// Takes all capacities, pins and masks away and keeps the memory: for the next problem of the same shape.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::network::{Network, Role};
+use crate::network::{ArcNotes, Network, Role};
 
 /// Where a node's role stands in its flags; below are its edge bits.
 pub(super) const ROLE_SHIFT: u32 = 6;
@@ -17,6 +17,22 @@ pub(super) fn role(flags: u8) -> Role {
         1 => Role::PinnedSource,
         2 => Role::PinnedSink,
         _ => Role::Masked,
+    }
+}
+
+/// The directions in which a node has children, a bit each.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Children(u8);
+
+impl ArcNotes<u8> for Children {
+    #[inline]
+    fn gain_child(&mut self, a: u8) {
+        self.0 |= 1 << a;
+    }
+
+    #[inline]
+    fn lose_child(&mut self, a: u8) {
+        self.0 &= !(1 << a);
     }
 }
 
@@ -38,6 +54,7 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
     type Cap = i32;
     type Arc = u8;
     type Arcs = Range<u8>;
+    type Notes = Children;
     const ROOT: u8 = 254;
     const ORPHAN: u8 = 255;
 
@@ -47,21 +64,6 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
 
     fn nodes(&self) -> Range<usize> {
         self.nodes.clone()
-    }
-
-    #[inline]
-    fn first_arc(&self, _: usize) -> u8 {
-        0
-    }
-
-    #[inline]
-    fn end_arc(&self, _: usize) -> u8 {
-        K as u8
-    }
-
-    #[inline]
-    fn next_arc(a: u8) -> u8 {
-        a + 1
     }
 
     #[inline]
@@ -106,13 +108,26 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
         role(self.flags[v])
     }
 
+    /// Asks about all neighbours and looks at the answers once: faster than a branch an arc.
     #[inline]
-    fn find(&self, v: usize, from: u8, wanted: impl Fn(&Self, u8, usize) -> bool) -> Option<u8> {
+    fn find_down(&self, v: usize, _: &mut Children, wanted: impl Fn(&Self, u8, usize) -> bool) -> Option<u8> {
         let mut found = 0_u32;
         for a in 0..K as u8 {
             found |= u32::from(wanted(self, a, self.head(v, a))) << a;
         }
-        found &= !0 << from;
         (found != 0).then(|| found.trailing_zeros() as u8)
+    }
+
+    #[inline]
+    fn find_child(&self, v: usize, notes: &mut Children, _: &[u8], wanted: impl Fn(usize) -> bool) -> Option<usize> {
+        let mut children = notes.0;
+        while children != 0 {
+            let w = self.head(v, children.trailing_zeros() as u8);
+            if wanted(w) {
+                return Some(w);
+            }
+            children &= children - 1;
+        }
+        None
     }
 }

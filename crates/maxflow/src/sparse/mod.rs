@@ -4,9 +4,9 @@ mod residual;
 
 use crate::cut::{MinCut, Side};
 use crate::engine::{self, Engine, Scratch, closure};
-use crate::error::{MaxflowError, Result, filled};
+use crate::error::{MaxflowError, Result, filled, push};
 use crate::network::Role;
-use residual::{Edge, Rows, SparseNet};
+use residual::{Cursors, Edge, Rows, SparseNet};
 
 /// Names an arc of a [`Graph`]: the number of arcs added before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -14,8 +14,9 @@ pub struct ArcId(u32);
 
 /// A min-cut problem on a graph of any form, its current flow, and the memory to solve it.
 ///
-/// Nodes and arcs come in any order. Arcs are sorted by tail once, at the first solve after arcs were added. Capacities are
-/// `i64`; those of a graph may sum to [`MAX_TOTAL`](Self::MAX_TOTAL), so that no flow can overflow.
+/// Nodes and arcs come in any order. Arcs are sorted by tail, all of them, at the first solve after arcs were added: to
+/// solve again and again, add them once and change their capacities. Capacities are `i64`; those of a graph may sum to
+/// [`MAX_TOTAL`](Self::MAX_TOTAL), so that no flow can overflow.
 ///
 /// ```
 /// use selvedge_maxflow::{Graph, Side};
@@ -29,28 +30,30 @@ pub struct ArcId(u32);
 /// let cut = graph.solve(&|| false)?;
 /// assert_eq!(cut.flow, 5);
 /// assert_eq!(cut.source_side(), [true, false, true, false]);
-/// assert_eq!(graph.cut_arcs(&cut).collect::<Vec<_>>(), [(0, 1), (2, 3)]);
+/// assert_eq!(graph.cut_arcs(&cut).collect::<Vec<_>>(), [(0, 1, 3), (2, 3, 2)]);
 /// # Ok::<(), selvedge_maxflow::MaxflowError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Graph {
     excess: Vec<i64>,
+    /// Net capacity from the source, by node.
+    terminals: Vec<i64>,
     roles: Vec<Role>,
     rows: Rows,
     /// Arcs that are not in `rows` yet.
     fresh: Vec<Edge>,
     source_total: i64,
-    /// Sum of everything that was given.
+    /// Sum of all capacities of arcs and net capacities of terminals.
     total: i64,
     /// Solved before: the flow is nearly maximum.
     solved: bool,
     engine: Engine,
-    scratch: Scratch<u32>,
+    scratch: Scratch<u32, Cursors>,
     stack: Vec<u32>,
 }
 
 impl Graph {
-    /// Largest sum of all capacities of a graph: `2^61`.
+    /// Largest sum of all capacities of a graph, net where terminals are concerned: `2^61`.
     pub const MAX_TOTAL: i64 = 1 << 61;
     /// Largest number of nodes, and of arcs: `2^31 - 8`.
     pub const MAX_NODES: usize = (1 << 31) - 8;
@@ -59,16 +62,18 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Shape`] beyond [`MAX_NODES`](Self::MAX_NODES), [`MaxflowError::OutOfMemory`].
+    /// [`MaxflowError::TooLarge`] beyond [`MAX_NODES`](Self::MAX_NODES), [`MaxflowError::OutOfMemory`].
     pub fn new(nodes: usize) -> Result<Self> {
         if nodes > Self::MAX_NODES {
-            return Err(MaxflowError::Shape { shape: vec![nodes], max: Self::MAX_NODES });
+            return Err(MaxflowError::TooLarge { nodes, arcs: 0, max: Self::MAX_NODES });
         }
         let rows = Rows::of(nodes, &[])?;
-        let (excess, roles) = (filled(0, nodes, nodes, 0)?, filled(Role::Free, nodes, nodes, 0)?);
+        let (excess, terminals) = (filled(0, nodes, nodes, 0)?, filled(0, nodes, nodes, 0)?);
+        let roles = filled(Role::Free, nodes, nodes, 0)?;
         let (fresh, stack, scratch) = (Vec::new(), Vec::new(), Scratch::default());
         Ok(Self {
             excess,
+            terminals,
             roles,
             rows,
             fresh,
@@ -96,6 +101,18 @@ impl Graph {
         self.rows.place.len() + self.fresh.len()
     }
 
+    /// Takes all capacities and pins away and keeps nodes, arcs and memory: the next problem of the same form is set with
+    /// [`change_arc`](Self::change_arc) and [`terminal`](Self::terminal).
+    pub fn clear(&mut self) {
+        self.excess.fill(0);
+        self.terminals.fill(0);
+        self.roles.fill(Role::Free);
+        self.rows.arcs.iter_mut().for_each(|arc| arc.residual = 0);
+        self.rows.forward.fill(0);
+        self.fresh.iter_mut().for_each(|edge| (edge.residuals, edge.forward) = ([0, 0], 0));
+        (self.source_total, self.total, self.solved) = (0, 0, false);
+    }
+
     /// Chooses how later solves work. The answer does not depend on it.
     pub fn set_engine(&mut self, engine: Engine) {
         self.engine = engine;
@@ -119,9 +136,15 @@ impl Graph {
     /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`].
     pub fn change_terminal(&mut self, node: usize, from_source: i64, to_sink: i64) -> Result<()> {
         self.inside(node)?;
-        self.count(node, [from_source, to_sink])?;
-        self.excess[node] += from_source - to_sink;
-        self.source_total += from_source;
+        let old = self.terminals[node];
+        let too_large = |value| MaxflowError::CapacityTooLarge { node, value, max: Self::MAX_TOTAL };
+        let new = from_source.checked_sub(to_sink).and_then(|more| old.checked_add(more));
+        let new = new.filter(|new| new.abs_diff(0) <= Self::MAX_TOTAL as u64).ok_or(too_large(from_source))?;
+        let source_total = self.source_total.checked_add(from_source).ok_or(too_large(from_source))?;
+        self.count(node, new.abs() - old.abs())?;
+        self.excess[node] += new - old;
+        self.terminals[node] = new;
+        self.source_total = source_total;
         Ok(())
     }
 
@@ -131,19 +154,22 @@ impl Graph {
     /// # Errors
     ///
     /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::NegativeCapacity`], [`MaxflowError::CapacityTooLarge`],
-    /// [`MaxflowError::OutOfMemory`].
+    /// [`MaxflowError::TooLarge`], [`MaxflowError::OutOfMemory`].
     pub fn arc(&mut self, tail: usize, head: usize, capacity: i64, back: i64) -> Result<ArcId> {
         self.inside(tail)?;
         self.inside(head)?;
         not_negative(tail, capacity.min(back))?;
         let id = self.arc_count();
-        let no_memory = MaxflowError::OutOfMemory { nodes: self.len(), links: id + 1 };
-        if id >= Self::MAX_NODES || self.fresh.try_reserve(1).is_err() {
-            return Err(no_memory);
+        if id >= Self::MAX_NODES {
+            return Err(MaxflowError::TooLarge { nodes: self.len(), arcs: id + 1, max: Self::MAX_NODES });
         }
-        self.count(tail, [capacity, back])?;
-        let capacities = if tail == head { [0, 0] } else { [capacity, back] };
-        self.fresh.push(Edge { ends: [tail as u32, head as u32], capacities });
+        let residuals = if tail == head { [0, 0] } else { [capacity, back] };
+        let sum = residuals[0].checked_add(residuals[1]).unwrap_or(i64::MAX);
+        self.count(tail, sum)?;
+        if !push(&mut self.fresh, Edge { ends: [tail as u32, head as u32], residuals, forward: residuals[0] }) {
+            self.total -= sum;
+            return Err(MaxflowError::OutOfMemory { nodes: self.len(), links: id + 1 });
+        }
         Ok(ArcId(id as u32))
     }
 
@@ -152,26 +178,28 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::NodeOutOfRange`] for an arc of another graph, [`MaxflowError::NegativeCapacity`] if more is taken
-    /// back than the arc has (as far as its flow shows it), [`MaxflowError::CapacityTooLarge`].
+    /// [`MaxflowError::NoSuchArc`], [`MaxflowError::NegativeCapacity`] if more is taken back than the arc has,
+    /// [`MaxflowError::CapacityTooLarge`], [`MaxflowError::OutOfMemory`]; the arc is then unchanged.
     pub fn change_arc(&mut self, arc: ArcId, forward: i64, backward: i64) -> Result<()> {
         self.sort_in()?;
-        let len = self.arc_count();
-        let Some(&at) = self.rows.place.get(arc.0 as usize) else {
-            return Err(MaxflowError::NodeOutOfRange { node: arc.0 as usize, len });
-        };
+        let (id, arcs) = (arc.0 as usize, self.arc_count());
+        let Some(&at) = self.rows.place.get(id) else { return Err(MaxflowError::NoSuchArc { arc: id, arcs }) };
         let (out, back) = (at as usize, self.rows.arcs[at as usize].twin as usize);
         let (v, w) = (self.rows.arcs[back].head as usize, self.rows.arcs[out].head as usize);
         if v == w {
             return Ok(());
         }
-        self.count(v, [forward, backward])?;
-        let residual = [self.rows.arcs[out].residual + forward, self.rows.arcs[back].residual + backward];
-        not_negative(v, residual[0] + residual[1])?;
+        let residual = [self.rows.arcs[out].residual, self.rows.arcs[back].residual];
+        let old = [self.rows.forward[id], residual[0] + residual[1] - self.rows.forward[id]];
+        let new = [old[0].saturating_add(forward), old[1].saturating_add(backward)];
+        not_negative(v, new[0].min(new[1]))?;
+        self.count(v, new[0].saturating_add(new[1]) - (old[0] + old[1]))?;
+        let residual = [residual[0] + forward, residual[1] + backward];
         // Flow beyond the new capacity goes back to where it came from.
         let returned = (-residual[0]).max(0) - (-residual[1]).max(0);
         self.rows.arcs[out].residual = residual[0] + returned;
         self.rows.arcs[back].residual = residual[1] - returned;
+        self.rows.forward[id] = new[0];
         self.excess[v] += returned;
         self.excess[w] -= returned;
         Ok(())
@@ -202,7 +230,8 @@ impl Graph {
         Ok(())
     }
 
-    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow.
+    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow. Time is
+    /// at worst `O(nodes^2 arcs)`, unless [`Engine::Trees`] is named.
     ///
     /// # Errors
     ///
@@ -238,20 +267,23 @@ impl Graph {
         }
         let inside = in_source.iter().zip(&self.excess).filter(|&(&s, _)| s);
         let terminals = self.source_total - inside.map(|(_, &e)| e).sum::<i64>();
-        let halves = self.edges().flat_map(|e| [(e.ends, e.capacities[0]), ([e.ends[1], e.ends[0]], e.capacities[1])]);
+        let halves = self.edges().flat_map(|e| [(e.ends, e.residuals[0]), ([e.ends[1], e.ends[0]], e.residuals[1])]);
         let cut = halves.filter(|([v, w], _)| in_source[*v as usize] && !in_source[*w as usize]);
         Ok(terminals + cut.map(|(_, c)| c).sum::<i64>())
     }
 
-    /// The arcs that a cut severs, as pairs (on the source's side, on the sink's side), in the order in which they were
-    /// added. Arcs that have no capacity either way are not listed.
-    pub fn cut_arcs<'a>(&'a self, cut: &'a MinCut) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let given = self.edges().filter(|e| e.capacities != [0, 0]);
-        given.map(|e| e.ends.map(|v| v as usize)).filter_map(|[v, w]| match (cut.in_source[v], cut.in_source[w]) {
-            (true, false) => Some((v, w)),
-            (false, true) => Some((w, v)),
-            _ => None,
-        })
+    /// The arcs that a cut of this graph severs, as (tail, head, capacity), in the order in which they were added: from
+    /// the source's side to the sink's, those with capacity. With the terminals severed they make up the flow.
+    ///
+    /// # Panics
+    ///
+    /// If the cut is of a smaller graph.
+    pub fn cut_arcs<'a>(&'a self, cut: &'a MinCut) -> impl Iterator<Item = (usize, usize, i64)> + 'a {
+        let halves = self.edges().flat_map(|e| {
+            let ([v, w], [forward, backward]) = (e.ends.map(|v| v as usize), e.capacities());
+            [(v, w, forward), (w, v, backward)]
+        });
+        halves.filter(|&(v, w, capacity)| capacity > 0 && cut.in_source[v] && !cut.in_source[w])
     }
 
     fn edges(&self) -> impl Iterator<Item = Edge> + '_ {
@@ -267,7 +299,10 @@ impl Graph {
             self.rows = Rows::default();
             self.rows = Rows::of(self.len(), &self.fresh)?;
         } else {
-            let all: Vec<Edge> = self.edges().collect();
+            let (count, mut all) = (self.arc_count(), Vec::new());
+            let no_memory = |_| MaxflowError::OutOfMemory { nodes: self.len(), links: count };
+            all.try_reserve_exact(count).map_err(no_memory)?;
+            all.extend(self.edges());
             self.rows = Rows::of(self.len(), &all)?;
         }
         self.fresh = Vec::new();
@@ -279,16 +314,14 @@ impl Graph {
         if node < len { Ok(()) } else { Err(MaxflowError::NodeOutOfRange { node, len }) }
     }
 
-    /// Counts capacities against the headroom.
-    fn count(&mut self, node: usize, capacities: [i64; 2]) -> Result<()> {
-        let sum = capacities.iter().try_fold(self.total, |sum, c| sum.checked_add(c.checked_abs()?));
-        match sum {
-            Some(sum) if sum <= Self::MAX_TOTAL => {
-                self.total = sum;
-                Ok(())
-            }
-            _ => Err(MaxflowError::CapacityTooLarge { node, value: sum.unwrap_or(i64::MAX), max: Self::MAX_TOTAL }),
+    /// Counts a change of capacity against the headroom.
+    fn count(&mut self, node: usize, change: i64) -> Result<()> {
+        let (value, max) = (self.total.saturating_add(change), Self::MAX_TOTAL);
+        if value > max {
+            return Err(MaxflowError::CapacityTooLarge { node, value, max });
         }
+        self.total = value;
+        Ok(())
     }
 }
 

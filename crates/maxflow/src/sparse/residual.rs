@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::error::{MaxflowError, Result, filled};
-use crate::network::{Network, Role};
+use crate::network::{ArcNotes, Network, Role};
 
 /// Half of an edge.
 #[derive(Clone, Copy, Debug, Default)]
@@ -14,11 +14,21 @@ pub(super) struct Arc {
     pub(super) twin: u32,
 }
 
-/// An edge before it is sorted in: capacities both ways.
+/// An edge as it is sorted in.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub(super) ends: [u32; 2],
-    pub(super) capacities: [i64; 2],
+    /// Both ways.
+    pub(super) residuals: [i64; 2],
+    /// The capacity forward; that backward is the rest of the two residuals' sum, which no flow changes.
+    pub(super) forward: i64,
+}
+
+impl Edge {
+    /// Capacities forward and backward.
+    pub(super) fn capacities(&self) -> [i64; 2] {
+        [self.forward, self.residuals[0] + self.residuals[1] - self.forward]
+    }
 }
 
 /// Arcs by tail (compressed sparse rows): those of `v` are `arcs[first[v]..first[v + 1]]`.
@@ -28,6 +38,8 @@ pub(super) struct Rows {
     pub(super) arcs: Vec<Arc>,
     /// By edge: where its forward arc went.
     pub(super) place: Vec<u32>,
+    /// By edge: its capacity forward.
+    pub(super) forward: Vec<i64>,
 }
 
 impl Rows {
@@ -42,8 +54,9 @@ impl Rows {
             first[v] += first[v - 1];
         }
         let mut arcs = filled(Arc::default(), 2 * edges.len(), nodes, edges.len())?;
-        let mut place = Vec::new();
+        let (mut place, mut forward) = (Vec::new(), Vec::new());
         place.try_reserve_exact(edges.len()).map_err(no_memory)?;
+        forward.try_reserve_exact(edges.len()).map_err(no_memory)?;
         // `first[v + 1]` is where the next arc of `v` goes, and ends up as the end of its row.
         for edge in edges {
             let at = edge.ends.map(|v| {
@@ -53,21 +66,42 @@ impl Rows {
             });
             for (half, other) in [(0, 1), (1, 0)] {
                 arcs[at[half] as usize] =
-                    Arc { residual: edge.capacities[half], head: edge.ends[other], twin: at[other] };
+                    Arc { residual: edge.residuals[half], head: edge.ends[other], twin: at[other] };
             }
             place.push(at[0]);
+            forward.push(edge.forward);
         }
         first.pop();
-        Ok(Self { first, arcs, place })
+        Ok(Self { first, arcs, place, forward })
     }
 
-    /// The edges again, with residual capacities, in the order in which they were given.
+    /// The edges again, in the order in which they were given.
     pub(super) fn edges(&self) -> impl Iterator<Item = Edge> + '_ {
-        self.place.iter().map(|&at| {
+        self.place.iter().zip(&self.forward).map(|(&at, &capacity)| {
             let forward = self.arcs[at as usize];
             let backward = self.arcs[forward.twin as usize];
-            Edge { ends: [backward.head, forward.head], capacities: [forward.residual, backward.residual] }
+            let (ends, residuals) = ([backward.head, forward.head], [forward.residual, backward.residual]);
+            Edge { ends, residuals, forward: capacity }
         })
+    }
+}
+
+/// How many arcs of a node each of engine P's searches has passed over.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cursors {
+    down: u32,
+    child: u32,
+}
+
+impl ArcNotes<u32> for Cursors {
+    #[inline]
+    fn rewind_down(&mut self) {
+        self.down = 0;
+    }
+
+    #[inline]
+    fn rewind_children(&mut self) {
+        self.child = 0;
     }
 }
 
@@ -82,6 +116,7 @@ impl Network for SparseNet<'_> {
     type Cap = i64;
     type Arc = u32;
     type Arcs = Range<u32>;
+    type Notes = Cursors;
     const ROOT: u32 = u32::MAX;
     const ORPHAN: u32 = u32::MAX - 1;
 
@@ -91,21 +126,6 @@ impl Network for SparseNet<'_> {
 
     fn nodes(&self) -> Range<usize> {
         0..self.excess.len()
-    }
-
-    #[inline]
-    fn first_arc(&self, v: usize) -> u32 {
-        self.rows.first[v]
-    }
-
-    #[inline]
-    fn end_arc(&self, v: usize) -> u32 {
-        self.rows.first[v + 1]
-    }
-
-    #[inline]
-    fn next_arc(a: u32) -> u32 {
-        a + 1
     }
 
     #[inline]
@@ -149,5 +169,28 @@ impl Network for SparseNet<'_> {
     #[inline]
     fn role(&self, v: usize) -> Role {
         self.roles[v]
+    }
+
+    #[inline]
+    fn find_down(&self, v: usize, notes: &mut Cursors, wanted: impl Fn(&Self, u32, usize) -> bool) -> Option<u32> {
+        let Range { start, end } = self.arcs(v);
+        let found = (start + notes.down..end).find(|&a| wanted(self, a, self.head(v, a)));
+        notes.down = found.unwrap_or(end) - start;
+        found
+    }
+
+    #[inline]
+    fn find_child(
+        &self,
+        v: usize,
+        notes: &mut Cursors,
+        parents: &[u32],
+        wanted: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let Range { start, end } = self.arcs(v);
+        let is_child = |&(a, w): &(u32, usize)| wanted(w) && parents[w] == self.twin(a);
+        let found = (start + notes.child..end).map(|a| (a, self.head(v, a))).find(is_child);
+        notes.child = found.map_or(end, |(a, _)| a + 1) - start;
+        found.map(|(_, w)| w)
     }
 }

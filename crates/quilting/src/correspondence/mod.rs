@@ -13,6 +13,7 @@ use std::borrow::Cow;
 use selvedge_core::{Encoder, Grid, Plane, Samples};
 
 use crate::options::Error;
+use crate::quilter::reserve;
 use gaussian::Gaussian;
 
 pub use histogram::match_histogram;
@@ -34,8 +35,11 @@ pub fn encode_together(planes: &[&Plane<2>]) -> Result<Vec<Grid<u8, 2>>, Error> 
 
 /// A grey plane as red, green and blue; any other as it is.
 fn colored(plane: &Plane<2>) -> Result<Cow<'_, Plane<2>>, Error> {
-    fn thrice<T: Copy>(grid: &Grid<T, 2>) -> Result<Grid<T, 2>, selvedge_core::Error> {
-        Grid::from_vec(grid.domain(), 3, [grid.plane(0); 3].concat())
+    fn thrice<T: Copy>(grid: &Grid<T, 2>) -> Result<Grid<T, 2>, Error> {
+        let (mut samples, one) = (Vec::new(), grid.plane(0));
+        reserve(&mut samples, 3 * one.len())?;
+        (0..3).for_each(|_| samples.extend_from_slice(one));
+        Ok(Grid::from_vec(grid.domain(), 3, samples)?)
     }
     if plane.color_channels() != 1 {
         return Ok(Cow::Borrowed(plane));
@@ -47,6 +51,14 @@ fn colored(plane: &Plane<2>) -> Result<Cow<'_, Plane<2>>, Error> {
         Samples::F32(g) => Samples::F32(thrice(g)?),
     };
     Ok(Cow::Owned(Plane::new(plane.role, samples)))
+}
+
+/// All of an iterator that knows its length.
+fn collected<T>(items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, Error> {
+    let mut all = Vec::new();
+    reserve(&mut all, items.len())?;
+    all.extend(items);
+    Ok(all)
 }
 
 /// Luminance: of three channels `(77 R + 150 G + 29 B) / 256`, the weights of BT.601; of any other number their mean.
@@ -76,7 +88,7 @@ pub fn blur(map: &Grid<u8, 2>, sigma: f64) -> Result<Grid<u8, 2>, Error> {
     let gaussian = Gaussian::new(sigma)?;
     let mut out = Grid::try_filled(map.domain(), map.channels(), 0)?;
     for c in 0..map.channels() {
-        let values: Vec<f64> = map.plane(c).iter().map(|&v| f64::from(v)).collect();
+        let values = collected(map.plane(c).iter().map(|&v| f64::from(v)))?;
         let smooth = gaussian.smooth(map.domain(), &values)?;
         out.plane_mut(c).iter_mut().zip(smooth).for_each(|(to, v)| *to = (v + 0.5) as u8);
     }

@@ -2,8 +2,10 @@
 
 use selvedge_core::{Domain, Grid};
 
+use super::collected;
 use super::gaussian::{Gaussian, neighbor};
 use crate::options::Error;
+use crate::quilter::reserve;
 
 /// Added to the gradients' energy: gradients of about 2 grey levels a sample are as good as none.
 const FLAT: f64 = 4.0;
@@ -18,8 +20,10 @@ const FLAT: f64 = 4.0;
 /// [`Error::Blur`], and [`Error::Core`] if memory is short.
 pub fn orientation(map: &Grid<u8, 2>, sigma: f64) -> Result<Grid<u8, 2>, Error> {
     let (domain, gaussian) = (map.domain(), Gaussian::new(sigma)?);
-    let gradients: Vec<[f64; 2]> = domain.positions().map(|at| gradient(map, domain, at)).collect();
-    let smooth = |of: fn(&[f64; 2]) -> f64| gaussian.smooth(domain, &gradients.iter().map(of).collect::<Vec<_>>());
+    let mut gradients: Vec<[f64; 2]> = Vec::new();
+    reserve(&mut gradients, domain.len())?;
+    gradients.extend(domain.positions().map(|at| gradient(map, domain, at)));
+    let smooth = |of: fn(&[f64; 2]) -> f64| gaussian.smooth(domain, &collected(gradients.iter().map(of))?);
     // With the tensor's eigenvalues a >= b, xx - yy = (a - b) cos 2t and 2 xy = (a - b) sin 2t; the coherence is
     // (a - b) / (a + b), so no angle is needed.
     let energy = smooth(|[x, y]| x * x + y * y)?;

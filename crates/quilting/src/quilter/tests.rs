@@ -48,7 +48,7 @@ fn every_block_is_within_the_tolerance_of_the_least_and_not_all_are_the_least() 
                 return;
             }
             let terms = [Term { space: Space::Texture, template: &quilter.overlap, weight: 1 }];
-            let least = PlainSearch::new(&exemplars, None).near(&terms, 0, &|_, _| false).unwrap()[0].error;
+            let least = PlainSearch::new(&exemplars, None).near(&terms, &|_| 0, &|_, _| false).unwrap()[0].error;
             let chosen = quilter.laid[number].error;
             assert!(least <= chosen && chosen * 1000 <= least * squared, "{tolerance}: {chosen} {least}");
             worse += u32::from(least < chosen);

@@ -3,10 +3,11 @@
 #[cfg(test)]
 pub(crate) mod plain;
 
-use selvedge_core::{Exemplars, Guide, SimdLevel, par};
-use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Tolerance};
+use selvedge_core::{Exemplars, Guide, SimdLevel};
+use selvedge_fft_ssd::{Costs, Placement, SsdSearcher, SumScratch, Tolerance, search_sum};
 
 use crate::options::Error;
+use crate::quilter::reserve;
 
 /// A window of features, where there are any.
 #[derive(Clone, Debug, Default)]
@@ -51,32 +52,25 @@ pub(crate) struct Candidate {
 /// Which candidates are passed over while there are others: by source and top left sample.
 pub(crate) type Avoid<'a> = &'a dyn Fn(usize, [u32; 2]) -> bool;
 
+/// How much worse than the best a candidate may be, in thousandths, if that is the best.
+pub(crate) type Within<'a> = &'a dyn Fn(&Candidate) -> u32;
+
 /// Finds the blocks within a tolerance of the best.
 pub(crate) trait Search {
-    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those whose error is at most
-    /// `1 + per_mille / 1000` times the least, in any order. None if no valid block fits.
+    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first by
+    /// error, source and position, in any order. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
-    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error>;
+    fn near(&mut self, terms: &[Term<'_>], within: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error>;
 }
 
 /// The exact search of `selvedge-fft-ssd`.
 pub(crate) struct FastSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
-    /// Each term.
-    parts: Vec<Part>,
-    /// Their sum.
-    total: Costs<2>,
-    found: Vec<Candidate>,
-}
-
-/// One term's errors.
-#[derive(Default)]
-struct Part {
-    scratch: Scratch,
+    scratch: SumScratch<2>,
     costs: Costs<2>,
-    failed: Option<selvedge_fft_ssd::Error>,
+    found: Vec<Candidate>,
 }
 
 impl<'e> FastSearch<'e> {
@@ -89,62 +83,44 @@ impl<'e> FastSearch<'e> {
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
         let guide = guide.map(of_guide).transpose()?;
-        Ok(Self { texture, guide, parts: Vec::new(), total: Costs::new(), found: Vec::new() })
+        Ok(Self { texture, guide, scratch: SumScratch::new(), costs: Costs::new(), found: Vec::new() })
     }
 
     /// The weighted sum of all terms.
-    fn sum(&mut self, terms: &[Term<'_>]) -> Result<&mut Costs<2>, Error> {
-        if self.parts.len() < terms.len() {
-            self.parts.resize_with(terms.len(), Part::default);
+    fn sum(&mut self, terms: &[Term<'_>]) -> Result<(), Error> {
+        let mut sum = Vec::with_capacity(terms.len());
+        for Term { space, template, weight } in terms {
+            let searcher = match space {
+                Space::Texture => &self.texture,
+                Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
+            };
+            let template = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
+            sum.push(selvedge_fft_ssd::Term { searcher, template, weight: *weight });
         }
-        let parts = &mut self.parts[..terms.len()];
-        let (texture, guide) = (&self.texture, self.guide.as_ref());
-        // Searches of small blocks are too short to be split, but not too short to run beside each other.
-        par::for_rows(parts, 1, |number, part| part[0].search(texture, guide, &terms[number]));
-        if let Some(error) = parts.iter_mut().find_map(|part| part.failed.take()) {
-            return Err(error.into());
-        }
-        if let [Term { weight: 1, .. }] = terms {
-            return Ok(&mut parts[0].costs);
-        }
-        let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(parts.iter().map(|p| &p.costs)).collect();
-        self.total.sum_of(&weighted)?;
-        Ok(&mut self.total)
-    }
-}
-
-impl Part {
-    fn search(&mut self, texture: &SsdSearcher<'_, 2>, guide: Option<&SsdSearcher<'_, 2>>, term: &Term<'_>) {
-        let searcher = match term.space {
-            Space::Texture => texture,
-            Space::Guide => guide.expect("guide terms come with a guide"),
-        };
-        let template = term.template;
-        let query = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
-        self.failed = searcher.search(&query, Placement::INSIDE, &mut self.scratch, &mut self.costs).err();
+        Ok(search_sum(&sum, Placement::INSIDE, &mut self.scratch, &mut self.costs)?)
     }
 }
 
 impl Search for FastSearch<'_> {
-    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
+    fn near(&mut self, terms: &[Term<'_>], within: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error> {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
-        let costs = self.sum(terms)?;
-        let tolerance = Tolerance::from(per_mille);
+        self.sum(terms)?;
         let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
-        let mut near = costs.within_where(tolerance, allowed);
-        if near.is_empty() {
-            near = costs.within(tolerance);
-        }
-        let bytes = u64::from(near.len()) * size_of::<Candidate>() as u64;
-        found.try_reserve(near.len() as usize).map_err(|_| selvedge_core::Error::Allocation { bytes })?;
-        found.extend(near.iter().map(|c| Candidate {
+        let of = |c: selvedge_fft_ssd::Candidate<2>| Candidate {
             error: c.error,
             source: c.source,
             at: c.position.map(|p| p as u32),
-        }));
+        };
+        let tolerance = |best: &selvedge_fft_ssd::Candidate<2>| Tolerance::from(within(&of(*best)));
+        let mut near = self.costs.within_of_best(tolerance, allowed)?;
+        if near.is_empty() {
+            near = self.costs.within_of_best(tolerance, |_, _| true)?;
+        }
+        reserve(&mut found, near.len() as usize)?;
+        found.extend(near.iter().map(of));
         self.found = found;
-        Ok(&mut self.found)
+        Ok(&self.found)
     }
 }
 
@@ -175,9 +151,9 @@ mod tests {
 
     /// The whole list, in order.
     fn list(search: &mut dyn Search, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
-        let found = search.near(terms, per_mille, avoid).unwrap();
+        let mut found = search.near(terms, &|_| per_mille, avoid).unwrap().to_vec();
         found.sort_unstable();
-        found.clone()
+        found
     }
 
     fn texture(template: &Template) -> [Term<'_>; 1] {

@@ -55,20 +55,20 @@ fn fits(source: &Source<2>, block: [u32; 2], at: [u32; 2]) -> bool {
 }
 
 impl Search for PlainSearch<'_> {
-    fn near(&mut self, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Result<&mut Vec<Candidate>, Error> {
+    fn near(&mut self, terms: &[Term<'_>], by: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error> {
         let all = self.all(terms);
-        self.found = within(&all, per_mille, |c| !avoid(c.source, c.at));
+        self.found = within(&all, by, |c| !avoid(c.source, c.at));
         if self.found.is_empty() {
-            self.found = within(&all, per_mille, |_| true);
+            self.found = within(&all, by, |_| true);
         }
-        Ok(&mut self.found)
+        Ok(&self.found)
     }
 }
 
-fn within(all: &[Candidate], per_mille: u32, allow: impl Fn(&Candidate) -> bool) -> Vec<Candidate> {
+fn within(all: &[Candidate], by: Within<'_>, allow: impl Fn(&Candidate) -> bool) -> Vec<Candidate> {
     let mut near: Vec<Candidate> = all.iter().copied().filter(allow).collect();
     near.sort_unstable();
-    let limit = near.first().map_or(0, |best| u128::from(best.error) * (1000 + u128::from(per_mille)));
+    let limit = near.first().map_or(0, |best| u128::from(best.error) * (1000 + u128::from(by(best))));
     near.retain(|c| u128::from(c.error) * 1000 <= limit);
     near
 }

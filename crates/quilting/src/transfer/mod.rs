@@ -10,10 +10,9 @@ use crate::options::{Continuation, Error, Stage, per_mille};
 use crate::quilt::check_fit;
 use crate::quilter::{Pass, Progress, Quilter};
 use crate::search::{FastSearch, Search};
-use crate::suggest_block;
 
 use options::PassPlan;
-pub use options::TransferOptions;
+pub use options::{TransferOptions, suggest_transfer_block};
 pub(crate) use steering::Steering;
 
 /// Counts of one transfer.
@@ -57,7 +56,9 @@ pub struct PassStats {
 /// without a valid block, an empty target, or no memory for the maps.
 ///
 /// # Complexity
-/// Time `O(passes * output samples * candidates * channels)`, space `O(output + exemplars)`.
+/// A block takes `O(positions * block samples * channels)` as long as it is small (see the crate's page for figures),
+/// so a pass `O(output samples * exemplar samples * channels)` times what its blocks overlap; the last pass, with the
+/// smallest blocks, takes most. Space `O(output + exemplars)`.
 ///
 /// # Determinism
 /// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point). Block number `i` of pass `p` draws from `"quilting/pass"`, `p` and `"quilting/block"`, `i`.
@@ -81,16 +82,21 @@ fn transfer_by(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
     let output = guide.target().domain();
-    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
+    let block = options.block.unwrap_or_else(|| suggest_transfer_block(exemplars, output));
     check_fit(exemplars, output, block)?;
     let plan: Vec<(PassPlan, BlockGrid)> =
         options.plan(block).into_iter().map(|p| (p, BlockGrid::new(output, p.block, p.overlap))).collect();
     let of = plan.iter().map(|(_, grid)| grid.len() as u64).sum();
     let mut map = SourceMap::unassigned(exemplars, output)?;
+    // What the last pass laid, while the next one lays over it.
+    let mut last = if options.passes == 1 { None } else { Some(SourceMap::unassigned(exemplars, output)?) };
     let mut stats = TransferStats::default();
     let (mut before, mut complete) = (0, true);
     for (number, (plan, grid)) in plan.into_iter().enumerate() {
-        let last = if number == 0 { None } else { Some(map.clone()) };
+        let last = last.as_mut().filter(|_| number != 0).map(|last| {
+            last.ids.plane_mut(0).copy_from_slice(map.ids.plane(0));
+            &*last
+        });
         let blocks = grid.len() as u64;
         let pass = Pass {
             exemplars,
@@ -100,9 +106,8 @@ fn transfer_by(
             stage: Stage::Cut,
             // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
             continuation: Continuation::Allow,
-            // The target says what is needed where.
-            spread: 0.0,
-            steering: Some(Steering::new(guide, last.as_ref(), plan.alpha)),
+            spread: options.spread,
+            steering: Some(Steering::new(guide, last, plan.alpha)),
             seed: run.seed.derive("quilting/pass", number as u64),
             progress: Progress { name: "transfer", before, of },
         };
@@ -176,7 +181,8 @@ mod tests {
             let guide = Guide::new(&exemplars, &maps, target).unwrap();
             let guide = Guide::join(&[(guide.clone(), 1.0), (guide, 0.25)]).unwrap();
             let alpha = if case == 2 { Some(1.0) } else { None };
-            let options = TransferOptions { block: Some(11), passes: 3, alpha, ..TransferOptions::default() };
+            let spread = if case == 1 { 0.0 } else { 0.4 };
+            let options = TransferOptions { block: Some(11), passes: 3, alpha, spread, ..TransferOptions::default() };
             let run = Run::seeded(case as u64);
             let fast = transfer(&exemplars, &guide, &options, &run).unwrap();
             let plain = PlainSearch::new(&exemplars, Some(&guide));

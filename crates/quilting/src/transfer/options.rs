@@ -1,16 +1,21 @@
 //! What the caller of a transfer chooses, and what follows for each pass.
 
-use crate::options::{Error, check_tolerance};
+use selvedge_core::{Domain, Exemplars};
+
+use crate::options::{Error, check_spread, check_tolerance};
 
 /// Most passes: blocks are at their smallest long before.
 const MOST_PASSES: u32 = 32;
+
+/// Blocks under this have no room for an overlap of two samples, and no seam to choose.
+const LEAST_BLOCK: u32 = 4;
 
 /// Options of [`transfer`](crate::transfer).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferOptions {
     /// Side of the first pass's blocks in samples; each pass takes blocks smaller by a third, down to 4. Large ones keep
-    /// more of the texture, small ones follow the target closer. From 1 to the exemplar's shorter side. Default: chosen
-    /// by [`suggest_block`](crate::suggest_block) from the exemplar.
+    /// more of the texture, small ones follow the target closer. From 4, so that overlaps have two samples, to the
+    /// exemplar's shorter side. Default: chosen by [`suggest_transfer_block`] from target and exemplar.
     pub block: Option<u32>,
     /// Passes over the output, 1 to 32. From the second on blocks also agree with what the last pass put under them.
     /// Default: 5, the most that the paper used.
@@ -21,22 +26,31 @@ pub struct TransferOptions {
     /// A block is drawn from those whose error (its root) is at most `1 + tolerance` times the least. From 0 (always the
     /// best) to 100. Default: 0.1, as in the paper.
     pub tolerance: f64,
+    /// How evenly the exemplar's parts are used, as in [`Options::spread`](crate::Options::spread), within each pass. From
+    /// 0 (whatever fits best, as in the paper) to 10. Default: 0.1, which shows more than one piece of an exemplar
+    /// whose darkest or lightest place is small.
+    pub spread: f64,
 }
 
 impl Default for TransferOptions {
     fn default() -> Self {
-        Self { block: None, passes: 5, alpha: None, tolerance: 0.1 }
+        Self { block: None, passes: 5, alpha: None, tolerance: 0.1, spread: 0.1 }
     }
 }
 
 impl TransferOptions {
+    /// The paper, to the letter; the block is left to the user there, and to [`suggest_transfer_block`] here.
+    pub fn paper() -> Self {
+        Self { spread: 0.0, ..Self::default() }
+    }
+
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Block`], [`Error::Passes`], [`Error::Alpha`], [`Error::Tolerance`].
+    /// [`Error::TransferBlock`], [`Error::Passes`], [`Error::Alpha`], [`Error::Tolerance`], [`Error::Spread`].
     pub fn validate(&self) -> Result<(), Error> {
-        if self.block == Some(0) {
-            return Err(Error::Block);
+        if let Some(block) = self.block.filter(|&b| b < LEAST_BLOCK) {
+            return Err(Error::TransferBlock { block, least: LEAST_BLOCK });
         }
         if !(1..=MOST_PASSES).contains(&self.passes) {
             return Err(Error::Passes { passes: self.passes, limit: MOST_PASSES });
@@ -44,6 +58,7 @@ impl TransferOptions {
         if let Some(alpha) = self.alpha.filter(|a| !(0.0..=1.0).contains(a)) {
             return Err(Error::Alpha { alpha });
         }
+        check_spread(self.spread)?;
         check_tolerance(self.tolerance)
     }
 
@@ -54,7 +69,7 @@ impl TransferOptions {
         for number in 0..self.passes {
             plan.push(PassPlan { block: side, overlap: overlap(side), alpha: self.alpha_of(number) });
             // Smaller by a third, to the nearest; blocks under 4 have no room for an overlap of 2.
-            side = ((2 * side + 1) / 3).max(side.min(4));
+            side = ((2 * side + 1) / 3).max(side.min(LEAST_BLOCK));
         }
         plan
     }
@@ -65,6 +80,19 @@ impl TransferOptions {
         let share = if number == 0 { 0.0 } else { f64::from(number) / f64::from(self.passes - 1) };
         (self.alpha.unwrap_or(0.8 * share + 0.1) * 1000.0).round() as u32
     }
+}
+
+/// A first block for a target: a ninth of its shorter side, from 12 to 36, but no more than two fifths of the smallest
+/// exemplar's shorter side, for few large ones fit; and never under 4, unless the exemplar is.
+///
+/// Larger blocks than that blur what the target shows, however well they suit the texture: faces of 256 samples a side
+/// read with first blocks up to some 32, and keep the more of the texture the larger they are. `[Efros01 3]` gives no size.
+pub fn suggest_transfer_block(exemplars: &Exemplars<2>, target: Domain<2>) -> u32 {
+    let sides = exemplars.sources().iter().flat_map(|s| s.domain().shape);
+    let exemplar = sides.min().unwrap_or(1);
+    let [height, width] = target.shape;
+    let block = (height.min(width) / 9).clamp(12, 36);
+    block.min((exemplar * 2 / 5).max(exemplar.min(LEAST_BLOCK)))
 }
 
 /// A sixth of the block, at least 2 samples where the block has room for them.
@@ -111,9 +139,13 @@ mod tests {
     #[test]
     fn wrong_options_are_refused() {
         let d = TransferOptions::default();
-        assert!(d.validate().is_ok());
+        assert!(d.validate().is_ok() && TransferOptions::paper().validate().is_ok());
+        assert!(TransferOptions { block: Some(4), ..d }.validate().is_ok());
         let wrong = [
             TransferOptions { block: Some(0), ..d },
+            TransferOptions { block: Some(3), ..d },
+            TransferOptions { spread: -0.1, ..d },
+            TransferOptions { spread: f64::NAN, ..d },
             TransferOptions { passes: 0, ..d },
             TransferOptions { passes: 33, ..d },
             TransferOptions { alpha: Some(f64::NAN), ..d },

@@ -3,6 +3,7 @@
 use selvedge_core::{Domain, Exemplars, Guide, SourceMap};
 
 use crate::block_grid::Block;
+use crate::options::Error;
 use crate::search::{Space, Template, Term};
 
 /// What blocks follow besides their neighbours. `[Efros01 3]`
@@ -30,11 +31,11 @@ impl<'a> Steering<'a> {
         exemplars: &Exemplars<2>,
         block: &Block,
         overlap: &'t Template,
-    ) -> Vec<Term<'t>> {
-        self.target.read_target(self.guide, block);
+    ) -> Result<Vec<Term<'t>>, Error> {
+        self.target.read_target(self.guide, block)?;
         let mut samples = overlap.samples();
         if let Some(last) = self.last {
-            self.under.read(exemplars, last, block, |_| true);
+            self.under.read(exemplars, last, block, |_| true)?;
             samples += self.under.samples();
         }
         let texture = samples * whole(exemplars.weights());
@@ -49,22 +50,23 @@ impl<'a> Steering<'a> {
             terms.push(Term { space: Space::Texture, template: &self.under, weight: texture });
         }
         terms.push(Term { space: Space::Guide, template: &self.target, weight: guide });
-        terms
+        Ok(terms)
     }
 }
 
 impl Template {
     /// Takes the guide's target under a block.
-    fn read_target(&mut self, guide: &Guide<2>, block: &Block) {
+    fn read_target(&mut self, guide: &Guide<2>, block: &Block) -> Result<(), Error> {
         let target = guide.target();
         self.shape = block.shape();
-        self.mask.clear();
-        self.features.clear();
+        let samples = (self.shape[0] * self.shape[1]) as usize;
+        self.clear(samples, target.channels())?;
         for c in 0..target.channels() {
             let under = |p| target.get(c, block.position(target.domain(), p));
             self.features.extend(Domain::open(self.shape).positions().map(under));
         }
-        self.mask.resize((self.shape[0] * self.shape[1]) as usize, true);
+        self.mask.resize(samples, true);
+        Ok(())
     }
 }
 

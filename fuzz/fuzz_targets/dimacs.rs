@@ -1,0 +1,10 @@
+//! `cargo fuzz run dimacs`: DIMACS files of any bytes. What can be read is written, read again and solved.
+//!
+//! The same check replays the corpus in `cargo test -p selvedge-maxflow --test corpus`, without the fuzzer.
+#![no_main]
+
+#[allow(dead_code, reason = "the other target runs the rest")]
+#[path = "../../crates/maxflow/tests/bytes/mod.rs"]
+mod bytes;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| bytes::run_dimacs(data));
