@@ -33,6 +33,17 @@ fn energy(said: &Said) -> Vec<i64> {
 }
 
 #[test]
+fn paper_is_what_it_stands_for() {
+    let folder = Folder::new("graphcut-paper");
+    let line = "graphcut @/weave.png --size 120x100 --placement random --refine 4";
+    folder.run(&format!("{line} -o a.png --paper")).done();
+    folder.run(&format!("{line} -o b.png --reach all --variety 0 --tries 1")).done();
+    folder.run(&format!("{line} -o c.png")).done();
+    assert_eq!(samples(&folder, "a.png"), samples(&folder, "b.png"));
+    assert_ne!(samples(&folder, "a.png"), samples(&folder, "c.png"));
+}
+
+#[test]
 fn maps_of_turned_and_scaled_sources_stand_alone() {
     let folder = Folder::new("graphcut-sources");
     write(&folder, "half.png", [128, 128], 1, |_, [_, x]| if x < 80 { 255 } else { 0 });

@@ -57,6 +57,9 @@ pub(crate) struct Graphcut {
     /// Patches that are tried at each step, of which the best is taken.
     #[arg(long, value_name = "N", default_value_t = Options::default().tries)]
     tries: u32,
+    /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --tries 1.
+    #[arg(long, conflicts_with_all = ["reach", "variety", "tries"])]
+    paper: bool,
     #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
@@ -97,17 +100,19 @@ type Orientation = (f64, bool);
 
 impl Graphcut {
     fn options(&self) -> Options {
-        Options {
+        let options = Options {
             placement: self.placement.into(),
             seam: self.seam.into(),
             region: self.region.0,
-            reach: self.reach.0,
             randomness: self.randomness,
-            variety: self.variety,
             refine: self.refine.0,
             patience: self.patience,
-            tries: self.tries,
+            ..Options::paper()
+        };
+        if self.paper {
+            return options;
         }
+        Options { reach: self.reach.0, variety: self.variety, tries: self.tries, ..options }
     }
 
     /// The orientations asked for, each once, as they are first.
