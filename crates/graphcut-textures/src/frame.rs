@@ -3,7 +3,7 @@
 use selvedge_core::{Exemplars, Grid, SampleId, SourceMap};
 
 use crate::patch::Patch;
-use crate::window::Window;
+use crate::window::{Window, over_axes};
 
 /// A window of the output with one more sample on every side, row-major: what is there and what is offered.
 #[derive(Debug)]
@@ -52,19 +52,14 @@ fn offered<const D: usize>(
 ) -> Vec<SampleId> {
     let source = &exemplars.sources()[patch.source];
     let first = exemplars.table().first(patch.source);
-    let mut places = vec![Some(0_u32)];
-    for axis in 0..D {
+    let places = over_axes::<D>(|axis| {
         let inside = |l: usize| {
             let p = frame.start[axis] + l as i32;
             window.start[axis] <= p && p < window.end(axis)
         };
-        let along: Vec<Option<u32>> = patch
-            .places(source.domain(), frame, axis)
-            .enumerate()
-            .map(|(l, place)| place.filter(|_| inside(l)))
-            .collect();
-        places = places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect();
-    }
+        let along = patch.places(source.domain(), frame, axis).enumerate();
+        along.map(|(l, place)| place.filter(|_| inside(l))).collect()
+    });
     let valid = |i: u32| source.valid.as_ref().is_none_or(|v| v.samples()[i as usize]);
     let id =
         |place: Option<u32>| place.filter(|&i| valid(i)).map_or(SampleId::UNASSIGNED, |i| SampleId::new(first + i));

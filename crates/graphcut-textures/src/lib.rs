@@ -40,13 +40,13 @@
 //!
 //! | output | seconds | MiB |
 //! |---|---|---|
-//! | 512^2 | 0.47 | 19 |
-//! | 1024^2 | 1.7 | 23 |
-//! | 2048^2 | 6.5 | 68 |
-//! | 4096^2 | 25 | 229 |
+//! | 512^2 | 0.41 | 18 |
+//! | 1024^2 | 1.6 | 21 |
+//! | 2048^2 | 6.2 | 51 |
+//! | 4096^2 | 25 | 153 |
 //!
 //! Time grows with the output's area: a cut sees a window of the output, never all of it, and the worst region is kept
-//! up to date in a tree. By default refinement goes on until seams settle, which takes three to five times as long. Cuts take
+//! up to date in a tree. By default refinement goes on until seams settle, which takes four to five times as long. Cuts take
 //! about half of the time, searches a fifth.
 //!
 //! Sizes of regions and reach were chosen by measure on ten textures at 1024^2: with them no texture repeats itself more

@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Exemplars, SourceMap};
 
 use crate::patch::Patch;
-use crate::window::Window;
+use crate::window::{Window, over_axes};
 
 /// The output's features over a box that may reach beyond the output, planar, and where they are known.
 pub(crate) struct Patchwork {
@@ -30,12 +30,7 @@ pub(crate) fn look<const D: usize>(exemplars: &Exemplars<D>, map: &SourceMap<D>,
 
 /// Place in the output of each position of a window; `None` outside of the output.
 fn places<const D: usize>(output: Domain<D>, window: &Window<D>) -> Vec<Option<u32>> {
-    let mut places = vec![Some(0_u32)];
-    for axis in 0..D {
-        let along: Vec<Option<u32>> = window.places(output, axis).collect();
-        places = places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect();
-    }
-    places
+    over_axes::<D>(|axis| window.places(output, axis).collect())
 }
 
 /// The patches that meet in a window, in the window's own unwrapped coordinates, each once.

@@ -99,13 +99,17 @@ impl<const D: usize> Window<D> {
 
     /// Place in the output's buffer of each position, row-major. Positions outside of open axes are left out.
     pub(crate) fn indices(&self, output: Domain<D>) -> Vec<u32> {
-        let mut indices = vec![0_u32];
-        for axis in 0..D {
-            let places: Vec<u32> = self.places(output, axis).flatten().collect();
-            indices = indices.iter().flat_map(|i| places.iter().map(move |p| i + p)).collect();
-        }
-        indices
+        over_axes::<D>(|axis| self.places(output, axis).collect()).into_iter().flatten().collect()
     }
+}
+
+/// Places of a box's positions, row-major, from those of its coordinates along each axis, times its stride; `None` where a
+/// coordinate has none.
+pub(crate) fn over_axes<const D: usize>(along: impl Fn(usize) -> Vec<Option<u32>>) -> Vec<Option<u32>> {
+    (0..D).fold(vec![Some(0)], |places, axis| {
+        let along = along(axis);
+        places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect()
+    })
 }
 
 #[cfg(test)]

@@ -169,7 +169,7 @@ fn how(stats: &Stats) -> String {
 }
 
 /// Errors about exemplars name the file, and options by their flags.
-fn failure(loom: &Loom<'_>, error: Error) -> Failure {
+pub(super) fn failure(loom: &Loom<'_>, error: Error) -> Failure {
     let remedy = match &error {
         Error::BlockExceedsExemplar { limit, .. } => format!("use --block {limit} or a larger exemplar"),
         Error::Masked { .. } => "use a smaller --block or mask less".to_owned(),

@@ -10,7 +10,7 @@ use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer
 use serde_json::json;
 
 use crate::blending::Blending;
-use crate::commands::quilt::{Auto, auto_or_number};
+use crate::commands::quilt::{Auto, auto_or_number, failure};
 use crate::failure::{Failure, n, shown};
 use crate::inputs::Input;
 use crate::report::Done;
@@ -336,14 +336,4 @@ fn how(stats: &TransferStats, done: bool) -> String {
     let blocks: u64 = stats.passes.iter().map(|p| p.blocks).sum();
     let blocks = if done { format!("{blocks} blocks") } else { "blocks".into() };
     format!("from {blocks} of {} px", sides.join(", "))
-}
-
-/// Errors about exemplars name the file, and options by their flags.
-fn failure(loom: &Loom<'_>, error: Error) -> Failure {
-    let remedy = match &error {
-        Error::BlockExceedsExemplar { limit, .. } => format!("use --block {limit} or a larger exemplar"),
-        Error::Masked { .. } => "use a smaller --block or mask less".to_owned(),
-        _ => return Failure::from(error),
-    };
-    loom.loaded.about(Failure::from(error).remedy(remedy))
 }

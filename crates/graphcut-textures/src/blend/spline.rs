@@ -9,7 +9,7 @@ use super::mixing::Mixing;
 use super::{Laid, Mixed, Part, gathered, render};
 use crate::patch::Patch;
 use crate::region::patches;
-use crate::window::Window;
+use crate::window::{Window, over_axes};
 
 /// A source map whose seams are splined: each band of detail is blended over a width of its own.
 ///
@@ -105,11 +105,7 @@ impl<'m, const D: usize> Splined<'m, D> {
     fn of_patch(&self, patch: &Patch<D>, window: &Window<D>, shown: &[SampleId]) -> (Vec<SampleId>, Vec<f64>) {
         let table = &self.laid.map.table;
         let domain = table.sources()[patch.source].1;
-        let mut places = vec![Some(0_u32)];
-        for axis in 0..D {
-            let along: Vec<_> = patch.places(domain, window, axis).collect();
-            places = places.iter().flat_map(|p| along.iter().map(move |a| Some((*p)? + (*a)?))).collect();
-        }
+        let places = over_axes::<D>(|axis| patch.places(domain, window, axis).collect());
         let valid = |&p: &u32| self.laid.is_valid(patch.source, domain.position(p as usize));
         let id = |p: Option<u32>| p.filter(valid).map(|p| SampleId::new(table.first(patch.source) + p));
         let own: Vec<Option<SampleId>> = places.into_iter().map(id).collect();
