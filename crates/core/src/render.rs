@@ -3,7 +3,10 @@
 use crate::plane::Plane;
 use crate::resample;
 use crate::source_map::SourceTable;
-use crate::{Domain, Error, Grid, NormalCoding, Role, SampleId, Samples, SourceMap, Transform, try_vec};
+use crate::{Domain, Error, Grid, NormalCoding, Role, SampleId, Samples, SourceMap, Transform, par, try_vec};
+
+/// Samples that one task looks up.
+const TOGETHER: usize = 1 << 14;
 
 /// What can be laid over registered planes.
 pub trait Render<const D: usize> {
@@ -80,12 +83,12 @@ impl<'a, const D: usize> Payload<'a, D> {
     }
 
     /// Copies each sample of each channel from the grid of its source; `negate` mirrors one component of a normal.
-    fn copy<T: Copy + Default>(
+    fn copy<T: Copy + Default + Send + Sync>(
         &self,
         ids: &Grid<SampleId, D>,
         grids: &[&Grid<T, D>],
         role: Role,
-        negate: impl Fn(T) -> T,
+        negate: impl Fn(T) -> T + Send + Sync,
     ) -> Result<Grid<T, D>, Error> {
         let channels = grids[0].channels();
         let mut out = Grid::try_filled(ids.domain(), channels, T::default())?;
@@ -100,12 +103,15 @@ impl<'a, const D: usize> Payload<'a, D> {
                     (grid.plane(from), negated)
                 })
                 .collect();
-            for (to, &id) in out.plane_mut(c).iter_mut().zip(ids.plane(0)) {
-                let Some(source) = self.table.source(id) else { continue };
-                let (plane, negated) = payload[source];
-                let value = plane[self.index(source, id)];
-                *to = if negated { negate(value) } else { value };
-            }
+            let ids = ids.plane(0);
+            par::for_rows(out.plane_mut(c), TOGETHER, |part, to| {
+                for (to, &id) in to.iter_mut().zip(&ids[part * TOGETHER..]) {
+                    let Some(source) = self.table.source(id) else { continue };
+                    let (plane, negated) = payload[source];
+                    let value = plane[self.index(source, id)];
+                    *to = if negated { negate(value) } else { value };
+                }
+            });
         }
         Ok(out)
     }

@@ -117,6 +117,25 @@ impl BlockGrid {
         self.rows.len() * self.columns.len()
     }
 
+    /// How many waves there are, at least one.
+    ///
+    /// The blocks of a wave neither touch nor wait for each other: all that a block agrees with was laid in waves before its own, and
+    /// with any order of a wave's blocks the output is that of raster order. Row `i` follows two blocks behind row
+    /// `i - 1`, as a block also meets the one above on its right: block `j` of it is in wave `2 i + j`. Where columns close
+    /// to a ring, a row's first block meets the last one of the row above, and every wave is one block.
+    pub(crate) fn waves(&self) -> usize {
+        if self.periodic[1] { self.len() } else { 2 * (self.rows.len() - 1) + self.columns.len() }
+    }
+
+    /// The blocks of a wave, in raster order.
+    pub(crate) fn wave(&self, wave: usize) -> impl Iterator<Item = usize> + use<> {
+        let (rows, columns) = (self.rows.len(), self.columns.len());
+        let ring = self.periodic[1].then_some(wave);
+        let first = (wave + 1).saturating_sub(columns).div_ceil(2);
+        let last = if ring.is_some() { 0 } else { rows.min(wave / 2 + 1) };
+        ring.into_iter().chain((first..last).map(move |i| i * columns + wave - 2 * i))
+    }
+
     /// Block number `number`.
     pub(crate) fn block(&self, number: usize) -> Block {
         let n = self.columns.len();
@@ -180,6 +199,34 @@ mod tests {
                 places.iter().for_each(|&(_, at)| laid[at] = true);
             }
             assert!(laid.iter().all(|&l| l));
+        }
+    }
+
+    #[test]
+    fn waves_hold_every_block_once_after_all_that_it_meets() {
+        for (output, block, overlap) in
+            [([50, 60], 9, 3), ([9, 60], 9, 3), ([70, 9], 8, 4), ([33, 41], 8, 4), ([5, 5], 9, 2)]
+        {
+            for periodic in [[false, false], [true, false], [false, true], [true, true]] {
+                let domain = Domain { shape: output, periodic };
+                let grid = BlockGrid::new(domain, block, overlap);
+                let mut wave_of = vec![None; grid.len()];
+                let mut owner = vec![None; domain.len()];
+                for wave in 0..grid.waves() {
+                    let numbers: Vec<usize> = grid.wave(wave).collect();
+                    assert!(numbers.is_sorted());
+                    for &number in &numbers {
+                        assert_eq!(wave_of[number].replace(wave), None, "{number} twice");
+                        assert!(grid.neighbors(number).all(|n| wave_of[n].is_some_and(|w| w < wave)), "{number}");
+                        let block = grid.block(number);
+                        for at in Domain::open(block.shape()).positions() {
+                            let at = domain.index(block.position(domain, at));
+                            assert!(owner[at].replace(wave) != Some(wave), "blocks of wave {wave} touch");
+                        }
+                    }
+                }
+                assert!(wave_of.iter().all(Option::is_some), "{output:?} {periodic:?}");
+            }
         }
     }
 

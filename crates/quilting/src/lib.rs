@@ -61,6 +61,7 @@ mod block_grid;
 mod boundary_cut;
 pub mod correspondence;
 mod estimate;
+mod finding;
 mod free;
 mod options;
 mod quilt;

@@ -56,7 +56,7 @@ pub fn quilt(
 
 /// The same by any search.
 fn quilt_by(
-    mut search: impl Search,
+    search: impl Search,
     exemplars: &Exemplars<2>,
     output: Domain<2>,
     options: &Options,
@@ -66,7 +66,7 @@ fn quilt_by(
     check_fit(exemplars, output, block)?;
     let mut map = SourceMap::unassigned(exemplars, output)?;
     let pass = pass(exemplars, output, options, block, run.seed)?;
-    let mut quilter = Quilter::new(&mut search, pass, run, &mut map)?;
+    let mut quilter = Quilter::new(&search, pass, run, &mut map)?;
     let complete = quilter.lay_all()?;
     let counts = quilter.counts;
     let stats = Stats {

@@ -24,9 +24,10 @@ pub(crate) struct Usage {
     /// Side of a place in samples.
     side: u32,
     sources: Vec<Uses>,
-    /// Candidates with what they count, kept for its memory.
-    counted: Vec<(u128, Candidate)>,
 }
+
+/// Working memory of draws: candidates with what they count.
+pub(crate) type Draws = Vec<(u128, Candidate)>;
 
 /// Uses of blocks by the place of their top left sample in one source.
 struct Uses {
@@ -45,7 +46,7 @@ impl Usage {
             Ok(Uses { shape, uses, total: 0 })
         };
         let sources = exemplars.sources().iter().map(|s| uses(s.domain().shape)).collect::<Result<_, Error>>()?;
-        Ok(Self { spread: (spread * 1000.0).round() as u64, side, sources, counted: Vec::new() })
+        Ok(Self { spread: (spread * 1000.0).round() as u64, side, sources })
     }
 
     /// True if no place is rarer than another.
@@ -60,17 +61,17 @@ impl Usage {
         ((1000 + u64::from(per_mille)) * (1000 + added)).div_ceil(1000) as u32 - 1000
     }
 
-    /// Of the candidates that count at most `1 + per_mille / 1000` times the least, one by a uniform draw, which counts as
-    /// its use; and how many there were. `None` if there are no candidates.
+    /// Of the candidates that count at most `1 + per_mille / 1000` times the least, one by a uniform draw; and how many there
+    /// were. `None` if there are no candidates.
     pub(crate) fn draw(
-        &mut self,
+        &self,
         candidates: &[Candidate],
         per_mille: u32,
         rng: &mut Rng,
+        counted: &mut Draws,
     ) -> Result<Option<(Candidate, u32)>, Error> {
-        let mut counted = std::mem::take(&mut self.counted);
         counted.clear();
-        reserve(&mut counted, candidates.len())?;
+        reserve(counted, candidates.len())?;
         counted.extend(candidates.iter().map(|c| (self.counted(c), *c)));
         let Some(least) = counted.iter().map(|c| c.0).min() else { return Ok(None) };
         let limit = least * (1000 + u128::from(per_mille));
@@ -78,10 +79,6 @@ impl Usage {
         let n = counted.len() as u32;
         // The order is that of what they count, then source and position.
         let (_, &mut (_, chosen), _) = counted.select_nth_unstable(rng.below(n) as usize);
-        if self.spread != 0 {
-            self.note(&chosen);
-        }
-        self.counted = counted;
         Ok(Some((chosen, n)))
     }
 
@@ -151,7 +148,8 @@ mod tests {
         let mut drawn = [0; 2];
         for _ in 0..1000 {
             let both = [candidate(errors[0], [0, 0]), candidate(errors[1], [30, 20])];
-            let (chosen, _) = usage.draw(&both, 0, &mut rng).unwrap().unwrap();
+            let (chosen, _) = usage.draw(&both, 0, &mut rng, &mut Draws::new()).unwrap().unwrap();
+            usage.note(&chosen);
             drawn[usize::from(chosen.at == [30, 20])] += 1;
         }
         drawn
@@ -179,7 +177,8 @@ mod tests {
             let best = candidates.iter().min().unwrap();
             let limit = best.error * (1000 + u64::from(usage.widened(210, best)));
             widened += u32::from(1210 * best.error < limit);
-            let (chosen, _) = usage.draw(&candidates, 210, &mut rng).unwrap().unwrap();
+            let (chosen, _) = usage.draw(&candidates, 210, &mut rng, &mut Draws::new()).unwrap().unwrap();
+            usage.note(&chosen);
             assert!(chosen.error * 1000 <= limit);
         }
         assert!(50 < widened, "{widened}");

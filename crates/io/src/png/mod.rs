@@ -1,5 +1,6 @@
 //! PNG: 8 and 16 bits, grey or colour, with or without alpha; palettes and fewer bits are expanded.
 
+mod pack;
 mod palette;
 mod read;
 mod write;

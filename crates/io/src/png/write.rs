@@ -1,18 +1,16 @@
 //! Writing PNG.
 
-use std::io::Write as _;
-
-use png::{BitDepth, ColorType, Encoder, Info, PixelDimensions, ScaledFloat, SourceChromaticities, Unit};
-use selvedge_core::{Grid, Plane, Samples, try_vec};
+use png::chunk::IDAT;
+use png::{BitDepth, ColorType, Encoder, EncodingError, Info};
+use png::{PixelDimensions, ScaledFloat, SourceChromaticities, Unit};
+use selvedge_core::{Grid, Plane, Samples};
 
 use super::KEYWORD;
+use super::pack::Rows;
 use crate::Format;
 use crate::error::Problem;
 use crate::metadata::Metadata;
 use crate::sink::encoded;
-
-/// Packed bytes of one chunk.
-const CHUNK: usize = 1 << 16;
 
 /// The whole file. Equal planes and metadata give equal bytes.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
@@ -23,10 +21,10 @@ pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, P
     }
 }
 
-fn with_depth<T: Copy, const N: usize>(
+fn with_depth<T: Copy + Sync, const N: usize>(
     grid: &Grid<T, 2>,
     bit_depth: BitDepth,
-    bytes: impl Fn(T) -> [u8; N],
+    bytes: impl Fn(T) -> [u8; N] + Sync,
     plane: &Plane<2>,
     metadata: &Metadata,
 ) -> Result<Vec<u8>, Problem> {
@@ -41,21 +39,18 @@ fn with_depth<T: Copy, const N: usize>(
     let mut info = Info::with_size(width, height);
     (info.color_type, info.bit_depth) = (color_type, bit_depth);
     describe(&mut info, plane, metadata);
-    let mut row = try_vec(width as usize * grid.channels() * N, 0_u8)?;
+    let pixel = grid.channels() * N;
+    let read = |y: usize, row: &mut [u8]| interleave(grid, y, &bytes, row);
+    let rows = Rows { count: height as usize, bytes: width as usize * pixel, pixel, read };
     encoded(Format::Png, |file| {
+        file.ask_for(rows.room())?;
         let mut encoder = Encoder::with_info(file, info)?;
         if let Some(made) = &metadata.provenance {
             encoder.add_itxt_chunk(KEYWORD.to_owned(), made.to_string())?;
         }
-        // In chunks, for the whole would be packed into memory that cannot be refused.
-        let mut header = encoder.write_header()?;
-        let mut writer = header.stream_writer_with_size(CHUNK)?;
-        for y in 0..height as usize {
-            interleave(grid, y, &bytes, &mut row);
-            writer.write_all(&row)?;
-        }
-        writer.finish()?;
-        header.finish()
+        let mut writer = encoder.write_header()?;
+        rows.pack::<EncodingError>(|part| writer.write_chunk(IDAT, part))?;
+        writer.finish()
     })
 }
 

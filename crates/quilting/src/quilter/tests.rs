@@ -1,10 +1,12 @@
 //! Which blocks are chosen, one by one.
 
 use super::*;
+use crate::finding::near;
 use crate::options::Options;
 use crate::quilt::pass;
 use crate::search::plain::PlainSearch;
-use selvedge_core::{Grid, Plane, Role, Samples};
+use crate::search::{Space, Template, Term};
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
 /// Smooth noise: patches fit more or less everywhere.
 fn noise(seed: u64, shape: [u32; 2]) -> Exemplars<2> {
@@ -24,16 +26,18 @@ fn lay_each(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
     options: &Options,
-    mut look: impl FnMut(&Quilter<'_, PlainSearch<'_>>, usize),
+    mut look: impl FnMut(&Quilter<'_, PlainSearch<'_>>, &Template, usize),
 ) {
     let run = Run::seeded(4);
-    let mut search = PlainSearch::new(exemplars, None);
+    let search = PlainSearch::new(exemplars, None);
     let mut map = SourceMap::unassigned(exemplars, output).unwrap();
     let pass = pass(exemplars, output, options, options.block.unwrap(), run.seed).unwrap();
-    let mut quilter = Quilter::new(&mut search, pass, &run, &mut map).unwrap();
+    let mut quilter = Quilter::new(&search, pass, &run, &mut map).unwrap();
+    let mut worker = Worker::new(&quilter.pass).unwrap();
     for number in 0..quilter.pass.grid.len() {
-        quilter.lay(number).unwrap();
-        look(&quilter, number);
+        let found = quilter.find(number, &mut worker).unwrap();
+        quilter.lay(found).unwrap();
+        look(&quilter, &worker.overlap, number);
     }
 }
 
@@ -43,13 +47,14 @@ fn every_block_is_within_the_tolerance_of_the_least_and_not_all_are_the_least() 
     for (tolerance, squared) in [(0.1, 1210), (0.3, 1690), (0.0, 1000)] {
         let options = Options { block: Some(9), overlap: Some(3), tolerance, ..Options::paper() };
         let (mut worse, mut blocks) = (0, 0);
-        lay_each(&exemplars, Domain::open([80, 80]), &options, |quilter, number| {
+        lay_each(&exemplars, Domain::open([80, 80]), &options, |quilter, overlap, number| {
             if number == 0 {
                 return;
             }
-            let terms = [Term { space: Space::Texture, template: &quilter.overlap, weight: 1 }];
-            let least = PlainSearch::new(&exemplars, None).near(&terms, &|_| 0, &|_, _| false).unwrap()[0].error;
-            let chosen = quilter.laid[number].error;
+            let terms = [Term { space: Space::Texture, template: overlap, weight: 1 }];
+            let (search, mut scratch) = (PlainSearch::new(&exemplars, None), Vec::new());
+            let least = search.near(&terms, &|_| 0, &|_, _| false, &mut scratch).unwrap()[0].error;
+            let chosen = quilter.laid[number].unwrap().error;
             assert!(least <= chosen && chosen * 1000 <= least * squared, "{tolerance}: {chosen} {least}");
             worse += u32::from(least < chosen);
             blocks += 1;
@@ -65,10 +70,10 @@ fn no_block_is_within_two_samples_of_a_continuation() {
     let (mut close, mut two_away) = (0, 0);
     for continuation in [Continuation::Avoid, Continuation::Allow] {
         let options = Options { block: Some(10), continuation, spread: 0.0, ..Options::default() };
-        lay_each(&exemplars, Domain::open([60, 60]), &options, |quilter, number| {
+        lay_each(&exemplars, Domain::open([60, 60]), &options, |quilter, _, number| {
             let block = quilter.pass.grid.block(number);
             for neighbor in quilter.pass.grid.neighbors(number) {
-                let (there, here) = (quilter.laid[neighbor], quilter.laid[number]);
+                let (there, here) = (quilter.laid[neighbor].unwrap(), quilter.laid[number].unwrap());
                 let way = quilter.pass.grid.block(neighbor).way_to(quilter.map.domain(), &block);
                 let off = (0..2).map(|a| (i64::from(there.at[a]) + way[a] - i64::from(here.at[a])).abs()).max();
                 assert!(continuation == Continuation::Allow || Some(2) < off, "{off:?}");
@@ -92,7 +97,7 @@ fn random_blocks_are_drawn_from_all_even_where_they_overlap() {
     let options = Options { block: Some(8), stage: Stage::Random, ..Options::default() };
     // Three blocks of eight go round 21 samples: some of them overlap.
     let (mut before, mut overlaps) = (0, 0);
-    lay_each(&exemplars, Domain::periodic([21, 21]), &options, |quilter, number| {
+    lay_each(&exemplars, Domain::periodic([21, 21]), &options, |quilter, _, number| {
         let block = quilter.pass.grid.block(number);
         overlaps += block.rows.before + block.columns.before;
         let [h, w] = block.shape();
@@ -100,4 +105,18 @@ fn random_blocks_are_drawn_from_all_even_where_they_overlap() {
         before = quilter.counts.candidates;
     });
     assert!(0 < overlaps);
+}
+
+#[test]
+fn waves_lay_what_raster_order_lays() {
+    let exemplars = noise(4, [30, 26]);
+    for (shape, periodic) in [([70, 80], [false, false]), ([12, 90], [true, false]), ([50, 40], [false, true])] {
+        let output = Domain { shape, periodic };
+        // Uses are counted from wave to wave.
+        let options = Options { block: Some(9), overlap: Some(4), spread: 0.0, ..Options::default() };
+        let mut raster = None;
+        lay_each(&exemplars, output, &options, |quilter, _, _| raster = Some(quilter.map.clone()));
+        let waves = crate::quilt(&exemplars, output, &options, &Run::seeded(4)).unwrap().result;
+        assert!(raster == Some(waves), "{periodic:?}");
+    }
 }

@@ -56,19 +56,33 @@ pub(crate) type Avoid<'a> = &'a dyn Fn(usize, [u32; 2]) -> bool;
 pub(crate) type Within<'a> = &'a dyn Fn(&Candidate) -> u32;
 
 /// Finds the blocks within a tolerance of the best.
-pub(crate) trait Search {
+pub(crate) trait Search: Sync {
+    /// Working memory of one search after the other.
+    type Scratch: Default + Send + Sync;
+
     /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first by
     /// error, source and position, in any order. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
-    fn near(&mut self, terms: &[Term<'_>], within: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error>;
+    fn near<'s>(
+        &self,
+        terms: &[Term<'_>],
+        within: Within<'_>,
+        avoid: Avoid<'_>,
+        scratch: &'s mut Self::Scratch,
+    ) -> Result<&'s [Candidate], Error>;
 }
 
 /// The exact search of `selvedge-fft-ssd`.
 pub(crate) struct FastSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
-    scratch: SumScratch<2>,
+}
+
+/// Working memory of [`FastSearch`].
+#[derive(Default)]
+pub(crate) struct FastScratch {
+    sum: SumScratch<2>,
     costs: Costs<2>,
     found: Vec<Candidate>,
 }
@@ -83,11 +97,11 @@ impl<'e> FastSearch<'e> {
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
         let guide = guide.map(of_guide).transpose()?;
-        Ok(Self { texture, guide, scratch: SumScratch::new(), costs: Costs::new(), found: Vec::new() })
+        Ok(Self { texture, guide })
     }
 
     /// The weighted sum of all terms.
-    fn sum(&mut self, terms: &[Term<'_>]) -> Result<(), Error> {
+    fn sum(&self, terms: &[Term<'_>], to: &mut FastScratch) -> Result<(), Error> {
         let mut sum = Vec::with_capacity(terms.len());
         for Term { space, template, weight } in terms {
             let searcher = match space {
@@ -97,15 +111,22 @@ impl<'e> FastSearch<'e> {
             let template = selvedge_fft_ssd::Template::new(template.shape, &template.features).masked(&template.mask);
             sum.push(selvedge_fft_ssd::Term { searcher, template, weight: *weight });
         }
-        Ok(search_sum(&sum, Placement::INSIDE, &mut self.scratch, &mut self.costs)?)
+        Ok(search_sum(&sum, Placement::INSIDE, &mut to.sum, &mut to.costs)?)
     }
 }
 
 impl Search for FastSearch<'_> {
-    fn near(&mut self, terms: &[Term<'_>], within: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error> {
-        let mut found = std::mem::take(&mut self.found);
-        found.clear();
-        self.sum(terms)?;
+    type Scratch = FastScratch;
+
+    fn near<'s>(
+        &self,
+        terms: &[Term<'_>],
+        within: Within<'_>,
+        avoid: Avoid<'_>,
+        scratch: &'s mut FastScratch,
+    ) -> Result<&'s [Candidate], Error> {
+        self.sum(terms, scratch)?;
+        let FastScratch { costs, found, .. } = scratch;
         let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
         let of = |c: selvedge_fft_ssd::Candidate<2>| Candidate {
             error: c.error,
@@ -113,14 +134,14 @@ impl Search for FastSearch<'_> {
             at: c.position.map(|p| p as u32),
         };
         let tolerance = |best: &selvedge_fft_ssd::Candidate<2>| Tolerance::from(within(&of(*best)));
-        let mut near = self.costs.within_of_best(tolerance, allowed)?;
+        let mut near = costs.within_of_best(tolerance, allowed)?;
         if near.is_empty() {
-            near = self.costs.within_of_best(tolerance, |_, _| true)?;
+            near = costs.within_of_best(tolerance, |_, _| true)?;
         }
-        reserve(&mut found, near.len() as usize)?;
+        found.clear();
+        reserve(found, near.len() as usize)?;
         found.extend(near.iter().map(of));
-        self.found = found;
-        Ok(&self.found)
+        Ok(found)
     }
 }
 
@@ -150,8 +171,9 @@ mod tests {
     }
 
     /// The whole list, in order.
-    fn list(search: &mut dyn Search, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
-        let mut found = search.near(terms, &|_| per_mille, avoid).unwrap().to_vec();
+    fn list(search: &impl Search, terms: &[Term<'_>], per_mille: u32, avoid: Avoid<'_>) -> Vec<Candidate> {
+        let mut scratch = Default::default();
+        let mut found = search.near(terms, &|_| per_mille, avoid, &mut scratch).unwrap().to_vec();
         found.sort_unstable();
         found
     }
@@ -164,10 +186,10 @@ mod tests {
     fn a_piece_of_the_exemplar_is_found_where_it_was_cut() {
         let e = exemplars([9, 11], None);
         let t = template(&e, [2, 5], [4, 3]);
-        let mut fast = FastSearch::new(&e, None, SimdLevel::Auto).unwrap();
-        assert_eq!(list(&mut fast, &texture(&t), 0, &|_, _| false), [Candidate { error: 0, source: 0, at: [2, 5] }]);
-        assert!(0 < list(&mut fast, &texture(&t), 0, &|_, at| at == [2, 5])[0].error);
-        assert_eq!(list(&mut fast, &texture(&t), 0, &|_, _| true).len(), 1, "where all are avoided, none is");
+        let fast = FastSearch::new(&e, None, SimdLevel::Auto).unwrap();
+        assert_eq!(list(&fast, &texture(&t), 0, &|_, _| false), [Candidate { error: 0, source: 0, at: [2, 5] }]);
+        assert!(0 < list(&fast, &texture(&t), 0, &|_, at| at == [2, 5])[0].error);
+        assert_eq!(list(&fast, &texture(&t), 0, &|_, _| true).len(), 1, "where all are avoided, none is");
     }
 
     #[test]
@@ -179,10 +201,10 @@ mod tests {
             for (shape, per_mille) in [([3, 4], 0), ([3, 4], 210), ([5, 2], 100_000), ([1, 1], 5_000_000)] {
                 let t = template(&e, [1, 1], shape);
                 let avoid: Avoid<'_> = &|_, at| at[0] + at[1] < 4;
-                let mut fast = FastSearch::new(&e, None, SimdLevel::Auto).unwrap();
+                let fast = FastSearch::new(&e, None, SimdLevel::Auto).unwrap();
                 assert_eq!(
-                    list(&mut fast, &texture(&t), per_mille, avoid),
-                    list(&mut PlainSearch::new(&e, None), &texture(&t), per_mille, avoid)
+                    list(&fast, &texture(&t), per_mille, avoid),
+                    list(&PlainSearch::new(&e, None), &texture(&t), per_mille, avoid)
                 );
             }
         }
@@ -199,8 +221,8 @@ mod tests {
         let features = (0..3).flat_map(|c| map.plane(c)[30..42].to_vec()).collect();
         let g = Template { shape: [4, 3], features, mask: vec![true; 12] };
         let whole = Template { mask: vec![true; 12], ..template(&e, [7, 5], [4, 3]) };
-        let mut fast = FastSearch::new(&e, Some(&guide), SimdLevel::Auto).unwrap();
-        let mut plain = PlainSearch::new(&e, Some(&guide));
+        let fast = FastSearch::new(&e, Some(&guide), SimdLevel::Auto).unwrap();
+        let plain = PlainSearch::new(&e, Some(&guide));
         for weights in [[1, 1, 1], [0, 3, 1], [1 << 40, 1 << 39, 0], [5, 0, (1 << 38) - 1]] {
             let [a, b, c] = weights;
             let terms = [
@@ -208,14 +230,14 @@ mod tests {
                 Term { space: Space::Texture, template: &whole, weight: b },
                 Term { space: Space::Guide, template: &g, weight: c },
             ];
-            let found = list(&mut fast, &terms, 500, &|_, _| false);
-            assert_eq!(found, list(&mut plain, &terms, 500, &|_, _| false));
+            let found = list(&fast, &terms, 500, &|_, _| false);
+            assert_eq!(found, list(&plain, &terms, 500, &|_, _| false));
             assert!(!found.is_empty());
         }
         let nothing = Template { mask: vec![false; 12], ..t.clone() };
         let terms = [&nothing, &whole].map(|template| Term { space: Space::Texture, template, weight: 2 });
-        let found = list(&mut fast, &terms, 500, &|_, _| false);
-        assert_eq!(found, list(&mut plain, &terms, 500, &|_, _| false));
+        let found = list(&fast, &terms, 500, &|_, _| false);
+        assert_eq!(found, list(&plain, &terms, 500, &|_, _| false));
     }
 
     #[test]
@@ -224,9 +246,8 @@ mod tests {
         let valid: Vec<bool> = domain.positions().map(|p| p != [2, 3]).collect();
         let e = exemplars([6, 6], Some(valid));
         let t = template(&e, [0, 0], [3, 3]);
-        let found = list(&mut FastSearch::new(&e, None, SimdLevel::Auto).unwrap(), &texture(&t), u32::MAX, &|_, at| {
-            at == [0, 0]
-        });
+        let found =
+            list(&FastSearch::new(&e, None, SimdLevel::Auto).unwrap(), &texture(&t), u32::MAX, &|_, at| at == [0, 0]);
         assert!(found.iter().all(|c| !((c.at[0]..c.at[0] + 3).contains(&2) && (c.at[1]..c.at[1] + 3).contains(&3))));
         assert_eq!(found.len(), 16 - 9 - 1);
     }

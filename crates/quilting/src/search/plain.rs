@@ -8,12 +8,11 @@ use super::*;
 pub(crate) struct PlainSearch<'e> {
     exemplars: &'e Exemplars<2>,
     guide: Option<&'e Guide<2>>,
-    found: Vec<Candidate>,
 }
 
 impl<'e> PlainSearch<'e> {
     pub(crate) fn new(exemplars: &'e Exemplars<2>, guide: Option<&'e Guide<2>>) -> Self {
-        Self { exemplars, guide, found: Vec::new() }
+        Self { exemplars, guide }
     }
 
     fn all(&self, terms: &[Term<'_>]) -> Vec<Candidate> {
@@ -55,13 +54,21 @@ fn fits(source: &Source<2>, block: [u32; 2], at: [u32; 2]) -> bool {
 }
 
 impl Search for PlainSearch<'_> {
-    fn near(&mut self, terms: &[Term<'_>], by: Within<'_>, avoid: Avoid<'_>) -> Result<&[Candidate], Error> {
+    type Scratch = Vec<Candidate>;
+
+    fn near<'s>(
+        &self,
+        terms: &[Term<'_>],
+        by: Within<'_>,
+        avoid: Avoid<'_>,
+        found: &'s mut Vec<Candidate>,
+    ) -> Result<&'s [Candidate], Error> {
         let all = self.all(terms);
-        self.found = within(&all, by, |c| !avoid(c.source, c.at));
-        if self.found.is_empty() {
-            self.found = within(&all, by, |_| true);
+        *found = within(&all, by, |c| !avoid(c.source, c.at));
+        if found.is_empty() {
+            *found = within(&all, by, |_| true);
         }
-        Ok(&self.found)
+        Ok(found)
     }
 }
 

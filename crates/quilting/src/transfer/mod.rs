@@ -13,7 +13,7 @@ use crate::search::{FastSearch, Search};
 
 use options::PassPlan;
 pub use options::{TransferOptions, suggest_transfer_block};
-pub(crate) use steering::Steering;
+pub(crate) use steering::{Followed, Steering};
 
 /// Counts of one transfer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,7 +75,7 @@ pub fn transfer(
 
 /// The same by any search.
 fn transfer_by(
-    mut search: impl Search,
+    search: impl Search,
     exemplars: &Exemplars<2>,
     guide: &Guide<2>,
     options: &TransferOptions,
@@ -111,7 +111,7 @@ fn transfer_by(
             seed: run.seed.derive("quilting/pass", number as u64),
             progress: Progress { name: "transfer", before, of },
         };
-        let mut quilter = Quilter::new(&mut search, pass, run, &mut map)?;
+        let mut quilter = Quilter::new(&search, pass, run, &mut map)?;
         complete = quilter.lay_all()?;
         let counts = quilter.counts;
         stats.passes.push(PassStats {

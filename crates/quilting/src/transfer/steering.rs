@@ -13,33 +13,39 @@ pub(crate) struct Steering<'a> {
     last: Option<&'a SourceMap<2>>,
     /// The texture's share in thousandths.
     alpha: u32,
-    /// Under the current block: what the last pass laid, and the target.
+}
+
+/// What lies under one block: what the last pass laid, and the target.
+#[derive(Default)]
+pub(crate) struct Followed {
     under: Template,
     target: Template,
 }
 
 impl<'a> Steering<'a> {
     pub(crate) fn new(guide: &'a Guide<2>, last: Option<&'a SourceMap<2>>, alpha: u32) -> Self {
-        Self { guide, last, alpha, under: Template::default(), target: Template::default() }
+        Self { guide, last, alpha }
     }
 
     /// `alpha * texture error + (1 - alpha) * correspondence error`, both as means a sample and channel, so that alpha
     /// means the same for every block and every number of channels. The texture error is the mean over the overlap and,
     /// from the second pass on, over the whole of what the last pass laid there.
     pub(crate) fn terms<'t>(
-        &'t mut self,
+        &self,
         exemplars: &Exemplars<2>,
         block: &Block,
         overlap: &'t Template,
+        followed: &'t mut Followed,
     ) -> Result<Vec<Term<'t>>, Error> {
-        self.target.read_target(self.guide, block)?;
+        let Followed { under, target } = followed;
+        target.read_target(self.guide, block)?;
         let mut samples = overlap.samples();
         if let Some(last) = self.last {
-            self.under.read(exemplars, last, block, |_| true)?;
-            samples += self.under.samples();
+            under.read(exemplars, last, block, |_| true)?;
+            samples += under.samples();
         }
         let texture = samples * whole(exemplars.weights());
-        let guide = self.target.samples() * whole(self.guide.weights());
+        let guide = target.samples() * whole(self.guide.weights());
         let [texture, guide] = mean_weights([(self.alpha, texture), (1000 - self.alpha, guide)]);
 
         let mut terms = Vec::with_capacity(3);
@@ -47,9 +53,9 @@ impl<'a> Steering<'a> {
             terms.push(Term { space: Space::Texture, template: overlap, weight: texture });
         }
         if self.last.is_some() {
-            terms.push(Term { space: Space::Texture, template: &self.under, weight: texture });
+            terms.push(Term { space: Space::Texture, template: under, weight: texture });
         }
-        terms.push(Term { space: Space::Guide, template: &self.target, weight: guide });
+        terms.push(Term { space: Space::Guide, template: target, weight: guide });
         Ok(terms)
     }
 }
