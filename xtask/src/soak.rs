@@ -1,4 +1,4 @@
-//! `soak`: what takes too long for every change. Each crate alone, random options, runs killed half way, and fuzzing.
+//! `soak`: what takes too long for every change. Each crate alone, random options, runs killed half way, many searches, and fuzzing.
 
 use std::fs;
 use std::path::Path;
@@ -17,16 +17,17 @@ const RUNS: i32 = 300;
 /// Runs that are killed.
 const KILLS: i32 = 40;
 
-/// Runs everything, or the one part that is named: `crates`, `options`, `kills`, `large`, `fuzz`.
+/// Runs everything, or the one part that is named: `crates`, `options`, `kills`, `search`, `large`, `fuzz`.
 pub(crate) fn run(args: &[String]) -> Outcome {
     match args.first().map(String::as_str) {
-        None => [crates, options, kills, large, fuzz].into_iter().try_for_each(|part| part()),
+        None => [crates, options, kills, search, large, fuzz].into_iter().try_for_each(|part| part()),
         Some("crates") => crates(),
         Some("options") => options(),
         Some("kills") => kills(),
+        Some("search") => search(),
         Some("large") => large(),
         Some("fuzz") => fuzz(),
-        Some(_) => Err("usage: cargo xtask soak [crates|options|kills|large|fuzz]".into()),
+        Some(_) => Err("usage: cargo xtask soak [crates|options|kills|search|large|fuzz]".into()),
     }
 }
 
@@ -39,6 +40,11 @@ fn crates() -> Outcome {
         cargo(&["test", "--quiet", "-p", &package, "--no-default-features"])?;
     }
     Ok(())
+}
+
+/// Ten times as many searches against the definition as its tests make.
+fn search() -> Outcome {
+    cargo(&["test", "--release", "--quiet", "-p", "selvedge-fft-ssd", "--test", "oracle", "--", "--ignored"])
 }
 
 /// Random options: the program does the work or refuses it properly, and threads do not matter.

@@ -1,7 +1,7 @@
 //! The best positions that are apart from each other.
 
 use crate::candidates::{Pick, candidate};
-use crate::memory::reserve;
+use crate::memory::push;
 use crate::{Candidate, Costs, Error, Positioned};
 use selvedge_core::try_vec;
 use std::cmp::Reverse;
@@ -22,8 +22,9 @@ impl<const D: usize> Costs<D> {
         // The best of each run. A run whose best was taken since is looked at again.
         let mut heap = Vec::new();
         for run in self.runs() {
-            reserve(&mut heap, 1)?;
-            heap.extend(self.best_of(run.places(), &taken).map(|best| Reverse(Entry { best, run })));
+            if let Some(best) = self.best_of(run.places(), &taken) {
+                push(&mut heap, Reverse(Entry { best, run }))?;
+            }
         }
         let mut heap = BinaryHeap::from(heap);
         while chosen.len() < k
@@ -31,11 +32,11 @@ impl<const D: usize> Costs<D> {
         {
             let flat = entry.best.flat as usize;
             if !taken[flat] {
-                reserve(&mut chosen, 1)?;
-                chosen.push(candidate(&self.sources, entry.best));
+                push(&mut chosen, candidate(&self.sources, entry.best))?;
                 let source = &self.sources[entry.run.source as usize];
                 take(source, flat - source.start, distance, &mut taken[source.start..source.start + source.len()]);
             }
+            // One left, so there is room for one.
             let next = self.best_of(entry.run.places(), &taken);
             heap.extend(next.map(|best| Reverse(Entry { best, ..entry })));
         }

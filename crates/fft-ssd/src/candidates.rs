@@ -1,6 +1,6 @@
 //! Choosing among the positions of a search: the best, all within a tolerance.
 
-use crate::memory::reserve;
+use crate::memory::{refill, reserve};
 use crate::{Costs, Error, Positioned};
 use std::cmp::Ordering;
 
@@ -181,9 +181,7 @@ impl<const D: usize> Costs<D> {
         picks: &mut Vec<Pick>,
         runs: &mut Vec<Run>,
     ) -> Result<(), Error> {
-        runs.clear();
-        reserve(runs, self.len() / RUN + self.sources.len())?;
-        runs.extend(self.runs());
+        refill(runs, self.runs())?;
         let Some(best) = self.best_pick(runs.iter().copied(), &mut allow) else { return Ok(()) };
         let tolerance = tolerance(&candidate(&self.sources, best));
         let floor = Pick { error: tolerance.floor, count: self.samples as u32, flat: 0 };

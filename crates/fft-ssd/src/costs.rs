@@ -2,7 +2,7 @@
 
 use crate::axes::{Shape, lift, lower};
 use crate::kernel::Kernel;
-use crate::memory::{fit, reserve};
+use crate::memory::{fit, push, refill};
 use crate::placement::Range;
 use crate::{Candidate, Error};
 use selvedge_core::par;
@@ -104,9 +104,8 @@ impl<const D: usize> Costs<D> {
         let bound = u64::try_from(bound).map_err(|_| Error::Overflow { bound: bound as f64 })?;
         let mut start = 0_usize;
         self.sources.clear();
-        reserve(&mut self.sources, ranges.len())?;
         for range in ranges {
-            self.sources.push(Positioned::new(range, start));
+            push(&mut self.sources, Positioned::new(range, start))?;
             let total = range.checked_len().and_then(|n| n.checked_add(start));
             start = total.filter(|&n| n < u32::MAX as usize).ok_or(Error::TooLarge { positions: positions(ranges) })?;
         }
@@ -182,8 +181,9 @@ impl<const D: usize> Costs<D> {
         let bound = terms.iter().map(|&(weight, t)| u128::from(weight) * u128::from(t.bound)).sum::<u128>();
         self.bound =
             u64::try_from(bound).ok().filter(|&b| b < u64::MAX).ok_or(Error::Overflow { bound: bound as f64 })?;
-        self.sources.clone_from(&first.sources);
-        self.counts.clone_from(&first.counts);
+        refill(&mut self.sources, first.sources.iter().copied())?;
+        fit(&mut self.counts, first.counts.len())?;
+        self.counts.copy_from_slice(&first.counts);
         // Masks may differ: the sum is compared as if all had as many samples as the largest.
         self.samples = terms.iter().map(|(_, t)| t.samples).max().unwrap_or(0);
         self.kernel = first.kernel;

@@ -56,13 +56,12 @@ fn whole<W: Word>(job: &Job<'_>, scratch: &mut CoverScratch, map: &mut [W]) -> R
         scratch.corners.of_masks(&[*job.template], table.shape)?;
         job.template.samples
     };
-    let (task, corners) = (job.task(8), &scratch.corners);
-    par::for_rows(map, task, |number, part| {
-        for (t, y, row) in job.rows(task, number, part) {
-            for (x, cost) in row.iter_mut().enumerate() {
-                if u64::from(counted(table, corners, [t, y, x])) < needed {
-                    *cost = W::NONE;
-                }
+    let (corners, width) = (&scratch.corners, job.range.count[2]);
+    let nanoseconds = (map.len() * corners.len()) as f64;
+    job.each_part(map, 8, nanoseconds, |t, y, part| {
+        for (i, cost) in part.iter_mut().enumerate() {
+            if u64::from(counted(table, corners, [t, y + i / width, i % width])) < needed {
+                *cost = W::NONE;
             }
         }
     });

@@ -8,13 +8,13 @@ use crate::Error;
 use crate::axes::Shape;
 use crate::job::Job;
 use crate::kernel::{Block, CHUNK, Row};
+use crate::memory::push;
 use crate::pack::Packed;
 use crate::prepared::Squares;
 use crate::sums::{Corners, Table};
 use crate::taps::{Image, ROWS, Taps};
 use crate::template::Checked;
 use crate::word::Word;
-use selvedge_core::par;
 
 /// What a template's own value adds beside its square: see [`Job::own`].
 pub(crate) const BIAS: i64 = 256;
@@ -33,10 +33,9 @@ pub(crate) fn search<W: Word + Squares>(
     map: &mut [W],
 ) -> Result<(), Error> {
     let direct = Direct::new(job, &[*job.template], scratch)?;
-    let task = job.task(ROWS);
-    par::for_rows(map, task, |number, part| {
+    job.each_part(map, ROWS, cost(job), |t, y, part| {
         let mut buffers = Buffers::default();
-        direct.chunks(task, number, part, |from, rows| {
+        direct.chunks([t, y], part, |from, rows| {
             direct.products(&from, &mut buffers);
             rows.each(|r, row| direct.finish(&from, r, &buffers.products, row));
         });
@@ -57,13 +56,13 @@ pub(crate) struct Weighted<'a> {
 pub(crate) fn search_sum(terms: &[Weighted<'_>], scratch: &mut [DirectScratch], map: &mut [u64]) -> Result<(), Error> {
     let mut sums = Vec::new();
     for (term, scratch) in terms.iter().zip(scratch) {
-        sums.push((Direct::<u32>::new(&term.job, term.templates, scratch)?, term.weight));
+        push(&mut sums, (Direct::<u32>::new(&term.job, term.templates, scratch)?, term.weight))?;
     }
     let Some((first, _)) = sums.first() else { return Ok(()) };
-    let task = first.job.task(ROWS);
-    par::for_rows(map, task, |number, part| {
+    let nanoseconds = terms.iter().map(|term| cost(&term.job)).sum();
+    first.job.each_part(map, ROWS, nanoseconds, |t, y, part| {
         let (mut buffers, mut errors) = (Buffers::default(), [0; CHUNK]);
-        first.chunks(task, number, part, |from, rows| {
+        first.chunks([t, y], part, |from, rows| {
             for (i, (direct, weight)) in sums.iter().enumerate() {
                 direct.products(&from, &mut buffers);
                 rows.each(|r, row| {
@@ -151,18 +150,14 @@ impl<'a, W: Word + Squares> Direct<'a, W> {
 }
 
 impl<W: Word> Direct<'_, W> {
-    /// Calls `f` for all chunks of the rows of one task.
-    fn chunks<T>(&self, task: usize, number: usize, part: &mut [T], mut f: impl FnMut(Chunk, &mut Rows<'_, T>)) {
-        let [_, height, width] = self.job.range.count;
-        let first = number * task / width;
+    /// Calls `f` for all chunks of up to [`ROWS`] rows, which begin at a frame and row.
+    fn chunks<T>(&self, [t, y]: [usize; 2], rows: &mut [T], mut f: impl FnMut(Chunk, &mut Rows<'_, T>)) {
+        let width = self.job.range.count[2];
         // Chunks of about equal width, in steps of a vector: a narrow last one would leave multipliers idle.
         let step = width.div_ceil(width.div_ceil(CHUNK)).next_multiple_of(16);
-        for (i, rows) in part.chunks_mut(ROWS * width).enumerate() {
-            let row = first + i * ROWS;
-            for x in (0..width).step_by(step) {
-                let chunk = Chunk { at: [row / height, row % height, x], n: step.min(width - x) };
-                f(chunk, &mut Rows { rows, width, chunk });
-            }
+        for x in (0..width).step_by(step) {
+            let chunk = Chunk { at: [t, y, x], n: step.min(width - x) };
+            f(chunk, &mut Rows { rows, width, chunk });
         }
     }
 

@@ -51,7 +51,7 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
         }
         costs += positions as u64 * of_position;
         let key = Extension::key(shape, &range, template);
-        let prepared = Prepared::new(&source, &range, template, number, key);
+        let prepared = Prepared::new(&source, &range, template, number, key)?;
         let template = Checked { shape: template, features: &[], mask: None, samples };
         let (weights, kernel, cache) = (sizes.weights, Kernel::new(options.simd), Cache::default());
         let job = Job {

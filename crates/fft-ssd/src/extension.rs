@@ -1,6 +1,8 @@
 //! A source continued over its borders, so that every placement becomes "the box lies inside".
 
+use crate::Error;
 use crate::axes::Shape;
+use crate::memory::collected;
 use crate::placement::Range;
 use crate::source::SourceView;
 
@@ -21,8 +23,8 @@ pub(crate) struct Extension {
 
 impl Extension {
     /// The samples that a template of shape `template` touches at the positions of `range`.
-    pub(crate) fn new(source: Shape, range: &Range, template: Shape) -> Self {
-        let axis = |a: usize| -> Vec<u32> {
+    pub(crate) fn new(source: Shape, range: &Range, template: Shape) -> Result<Self, Error> {
+        let axis = |a: usize| {
             let n = source[a] as isize;
             let touched = (range.count[a] + template[a] - 1) as isize;
             let place = |i: isize| match range.first[a] + i {
@@ -30,15 +32,15 @@ impl Extension {
                 q if q < 0 || n <= q => OUTSIDE,
                 q => q as u32,
             };
-            (0..touched).map(place).collect()
+            collected((0..touched).map(place))
         };
-        let index = [axis(0), axis(1), axis(2)];
+        let index: [Vec<u32>; 3] = [axis(0)?, axis(1)?, axis(2)?];
         let inside = [0, 1, 2].map(|a: usize| {
             let first = index[a].iter().position(|&i| i != OUTSIDE).unwrap_or(0);
             first..first + index[a].iter().filter(|&&i| i != OUTSIDE).count()
         });
         let period = [0, 1, 2].map(|a: usize| range.wraps[a].then_some(source[a]));
-        Self { shape: [0, 1, 2].map(|a: usize| index[a].len()), index, period, inside }
+        Ok(Self { shape: [0, 1, 2].map(|a: usize| index[a].len()), index, period, inside })
     }
 
     /// A name for caches: the same source, range and shape have the same extension.

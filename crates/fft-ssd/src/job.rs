@@ -6,6 +6,11 @@ use crate::placement::Range;
 use crate::prepared::{Cache, Prepared};
 use crate::source::SourceView;
 use crate::template::Checked;
+use selvedge_core::par;
+
+/// What takes fewer nanoseconds is not split: it takes half of them to wake a thread. Measured on two threads: searches of 0.07 ms
+/// gain nothing, of 0.11 ms a fifth for half as much processor time again, which searches side by side use better.
+const ALONE: f64 = 1.0e5;
 
 /// What an engine needs to know.
 #[derive(Clone, Copy)]
@@ -49,21 +54,24 @@ impl Job<'_> {
         self.weights.iter().enumerate().map(|(c, &w)| i64::from(w) * value(c) * (value(c) + bias)).sum()
     }
 
-    /// Positions of a map that one task computes: rows of one frame, a multiple of four where possible.
-    pub(crate) fn task(&self, rows: usize) -> usize {
-        let [frames, height, width] = self.range.count;
-        if frames == 1 { rows * width } else { height * width }
-    }
-
-    /// Frame, row and positions of each row of a task's part of a map.
-    pub(crate) fn rows<'m, T>(
+    /// Calls `f(frame, first row, positions)` for each `rows` rows of a map (fewer at the end of a frame): beside each other,
+    /// if `nanoseconds` for all of it are worth waking a thread.
+    pub(crate) fn each_part<T: Send>(
         &self,
-        task: usize,
-        number: usize,
-        part: &'m mut [T],
-    ) -> impl Iterator<Item = (usize, usize, &'m mut [T])> {
+        map: &mut [T],
+        rows: usize,
+        nanoseconds: f64,
+        f: impl Fn(usize, usize, &mut [T]) + Sync + Send,
+    ) {
         let [_, height, width] = self.range.count;
-        let first = task * number / width;
-        part.chunks_mut(width).enumerate().map(move |(i, row)| ((first + i) / height, (first + i) % height, row))
+        if nanoseconds < ALONE {
+            for (t, frame) in map.chunks_mut(height * width).enumerate() {
+                frame.chunks_mut(rows * width).enumerate().for_each(|(i, part)| f(t, i * rows, part));
+            }
+        } else {
+            par::for_rows(map, height * width, |t, frame| {
+                par::for_rows(frame, rows * width, |i, part| f(t, i * rows, part));
+            });
+        }
     }
 }

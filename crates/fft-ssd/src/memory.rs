@@ -29,10 +29,27 @@ pub(crate) fn reserve<T>(buffer: &mut Vec<T>, more: usize) -> Result<(), Error> 
     buffer.try_reserve(more).map_err(|_| selvedge_core::Error::Allocation { bytes }.into())
 }
 
-/// All of an iterator that knows its length.
-pub(crate) fn collected<T>(items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, Error> {
+/// Appends a value.
+pub(crate) fn push<T>(buffer: &mut Vec<T>, value: T) -> Result<(), Error> {
+    reserve(buffer, 1)?;
+    buffer.push(value);
+    Ok(())
+}
+
+/// Becomes all of an iterator.
+pub(crate) fn refill<T>(buffer: &mut Vec<T>, items: impl IntoIterator<Item = T>) -> Result<(), Error> {
+    let items = items.into_iter();
+    buffer.clear();
+    reserve(buffer, items.size_hint().0)?;
+    for item in items {
+        push(buffer, item)?;
+    }
+    Ok(())
+}
+
+/// All of an iterator.
+pub(crate) fn collected<T>(items: impl IntoIterator<Item = T>) -> Result<Vec<T>, Error> {
     let mut all = Vec::new();
-    reserve(&mut all, items.len())?;
-    all.extend(items);
+    refill(&mut all, items)?;
     Ok(all)
 }

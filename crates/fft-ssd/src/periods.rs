@@ -1,6 +1,7 @@
 //! Translations under which an exemplar resembles itself: its periods.
 
 use crate::axes::lift;
+use crate::memory::{collected, push};
 use crate::placement::Range;
 use crate::{Costs, Cover, Error, Options, Scratch, SsdSearcher, Template};
 use selvedge_core::{Domain, Grid, try_vec};
@@ -34,7 +35,7 @@ pub fn periods<const D: usize>(
     weights: &[u8],
 ) -> Result<Vec<Period<D>>, Error> {
     let strengths = Strengths::of(features, valid, weights)?;
-    Ok(strengths.map_or_else(Vec::new, |s| s.periods()))
+    strengths.map_or_else(|| Ok(Vec::new()), |s| s.periods())
 }
 
 /// The sums of squared differences at every translation of at most half the exemplar, one of each pair of opposites.
@@ -43,7 +44,7 @@ fn differences<const D: usize>(
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
 ) -> Result<Costs<D>, Error> {
-    let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default());
+    let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default())?;
     let template = valid.map_or(Template::of(features), |v| Template::of(features).masked(v.samples()));
     let template = template.check(weights.len())?;
     let shape: [usize; 3] = lift(features.domain().shape.map(|n| n as usize), 1);
@@ -53,7 +54,7 @@ fn differences<const D: usize>(
     // Few samples resemble each other by chance.
     let least = Cover::AtLeast(template.samples / 8);
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
-    scratch.ranges.push(range);
+    push(&mut scratch.ranges, range)?;
     searcher.search_ranges(&template, least, &mut scratch, &mut costs)?;
     Ok(costs)
 }
@@ -100,10 +101,10 @@ impl<const D: usize> Strengths<D> {
     }
 
     /// See [`periods`].
-    pub(crate) fn periods(&self) -> Vec<Period<D>> {
-        let mut found: Vec<Period<D>> = self.costs.iter().filter_map(|c| self.peak(c.position)).collect();
+    pub(crate) fn periods(&self) -> Result<Vec<Period<D>>, Error> {
+        let mut found = collected(self.costs.iter().filter_map(|c| self.peak(c.position)))?;
         rank(&mut found);
-        found
+        Ok(found)
     }
 
     /// In thousandths; `None` beyond the translations looked at.
@@ -139,11 +140,11 @@ impl<const D: usize> Strengths<D> {
 /// Strongest first; of those within a twentieth of the strongest left, the shorter first.
 fn rank<const D: usize>(found: &mut [Period<D>]) {
     let length = |p: &Period<D>| p.vector.iter().map(|&v| i64::from(v).pow(2)).sum::<i64>();
-    found.sort_by_key(|p| (std::cmp::Reverse(p.strength), length(p), p.vector));
+    found.sort_unstable_by_key(|p| (std::cmp::Reverse(p.strength), length(p), p.vector));
     let mut rest = found;
     while let Some(strongest) = rest.first().map(|p| p.strength) {
         let n = rest.partition_point(|p| strongest - strongest / 20 <= p.strength);
-        rest[..n].sort_by_key(|p| (length(p), std::cmp::Reverse(p.strength), p.vector));
+        rest[..n].sort_unstable_by_key(|p| (length(p), std::cmp::Reverse(p.strength), p.vector));
         rest = &mut rest[n..];
     }
 }

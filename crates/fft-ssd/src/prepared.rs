@@ -5,6 +5,7 @@ use crate::axes::Shape;
 use crate::extension::{Extension, Key};
 use crate::fft::{Spectra, Tiling};
 use crate::job::Job;
+use crate::memory::push;
 use crate::pack::{Lanes, Packed};
 use crate::placement::Range;
 use crate::source::SourceView;
@@ -29,10 +30,16 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    pub(crate) fn new(source: &SourceView<'_>, range: &Range, template: Shape, number: usize, key: Key) -> Self {
-        let extension = Extension::new(source.shape, range, template);
+    pub(crate) fn new(
+        source: &SourceView<'_>,
+        range: &Range,
+        template: Shape,
+        number: usize,
+        key: Key,
+    ) -> Result<Self, Error> {
+        let extension = Extension::new(source.shape, range, template)?;
         let is_box = source.valid.is_none();
-        Self {
+        Ok(Self {
             name: (number, key),
             is_full: is_box && extension.is_inside(),
             is_box,
@@ -42,7 +49,7 @@ impl Prepared {
             narrow: OnceLock::new(),
             wide: OnceLock::new(),
             valid: OnceLock::new(),
-        }
+        })
     }
 
     /// The source as words for a kernel.
@@ -131,21 +138,21 @@ impl Cache {
         range: &Range,
         template: Shape,
         budget: u64,
-    ) -> Arc<Prepared> {
+    ) -> Result<Arc<Prepared>, Error> {
         let key = Extension::key(source.shape, range, template);
         self.get(number, key, budget, Kept::as_tables, || {
-            Kept::Tables(Arc::new(Prepared::new(source, range, template, number, key)))
+            Ok(Kept::Tables(Arc::new(Prepared::new(source, range, template, number, key)?)))
         })
     }
 
     /// Transforms of a tiling, with the spectra of the source that were needed so far; `planes` of them are going to be.
-    pub(crate) fn spectra(&self, tiling: &Tiling, planes: usize, job: &Job<'_>) -> Arc<Spectra> {
+    pub(crate) fn spectra(&self, tiling: &Tiling, planes: usize, job: &Job<'_>) -> Result<Arc<Spectra>, Error> {
         let (number, key) = job.prepared.name;
         let same = |kept: &Kept| kept.as_spectra().filter(|s| s.tiling.shares_spectra(tiling));
         self.get(number, key, job.budget, same, || {
             let spectra = Spectra::new(*tiling, job.kernel.is_scalar());
             let expected = if job.keeps(spectra.expected(planes)) { spectra.expected(planes) } else { 0 };
-            Kept::Spectra(Arc::new(spectra), expected)
+            Ok(Kept::Spectra(Arc::new(spectra), expected))
         })
     }
 
@@ -157,12 +164,15 @@ impl Cache {
         key: Key,
         budget: u64,
         find: impl Fn(&Kept) -> Option<Arc<T>>,
-        make: impl FnOnce() -> Kept,
-    ) -> Arc<T> {
+        make: impl FnOnce() -> Result<Kept, Error>,
+    ) -> Result<Arc<T>, Error> {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         match entries.iter().position(|e| e.source == source && e.key == key && find(&e.kept).is_some()) {
             Some(at) => entries[..=at].rotate_right(1),
-            None => entries.insert(0, Entry { source, key, kept: make() }),
+            None => {
+                push(&mut entries, Entry { source, key, kept: make()? })?;
+                entries.rotate_right(1);
+            }
         }
         let mut held = 0;
         let mut first = true;
@@ -170,7 +180,7 @@ impl Cache {
             held += e.kept.bytes();
             std::mem::take(&mut first) || held <= budget
         });
-        find(&entries[0].kept).expect("it is what was looked for")
+        Ok(find(&entries[0].kept).expect("it is what was looked for"))
     }
 
     /// Sets of spectra that are kept, and bytes of all.

@@ -3,6 +3,7 @@
 use crate::axes::{Shape, lift};
 use crate::job::Job;
 use crate::kernel::Kernel;
+use crate::memory::{collected, push, refill};
 use crate::placement::{Positions, Range};
 use crate::prepared::{Cache, Prepared, Squares};
 use crate::source::SourceView;
@@ -68,8 +69,8 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     /// # Errors
     /// [`Error::Core`] if memory is short.
     pub fn with_options(exemplars: &'e Exemplars<D>, options: Options) -> Result<Self, Error> {
-        let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_ref())).collect();
-        Ok(Self::build(sources, exemplars.weights().to_vec(), options))
+        let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_ref()));
+        Self::build(collected(sources)?, exemplars.weights(), options)
     }
 
     /// A searcher over guides: other features of the same sources, with weights of their own. Its costs have the same
@@ -96,9 +97,9 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
             }
             let mut view = SourceView::new(guide, source.valid.as_ref());
             view.periodic = crate::axes::lift(source.domain().periodic, false);
-            sources.push(view);
+            push(&mut sources, view)?;
         }
-        Ok(Self::build(sources, weights.to_vec(), options))
+        Self::build(sources, weights, options)
     }
 
     /// A searcher over one grid.
@@ -107,12 +108,13 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         valid: Option<&'e Grid<bool, D>>,
         weights: &[u8],
         options: Options,
-    ) -> Self {
-        Self::build(vec![SourceView::new(features, valid)], weights.to_vec(), options)
+    ) -> Result<Self, Error> {
+        Self::build(vec![SourceView::new(features, valid)], weights, options)
     }
 
-    fn build(sources: Vec<SourceView<'e>>, weights: Vec<u8>, options: Options) -> Self {
-        Self { sources, weights, options, kernel: Kernel::new(options.simd), cache: Cache::default() }
+    fn build(sources: Vec<SourceView<'e>>, weights: &[u8], options: Options) -> Result<Self, Error> {
+        let weights = collected(weights.iter().copied())?;
+        Ok(Self { sources, weights, options, kernel: Kernel::new(options.simd), cache: Cache::default() })
     }
 
     /// Channels that a template must have.
@@ -140,8 +142,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         costs: &mut Costs<D>,
     ) -> Result<(), Error> {
         let template = template.check(self.channels())?;
-        scratch.ranges.clear();
-        scratch.ranges.extend(self.ranges(placement.positions, template.shape));
+        refill(&mut scratch.ranges, self.ranges(placement.positions, template.shape))?;
         self.search_ranges(&template, placement.cover, scratch, costs)
     }
 
@@ -170,12 +171,11 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let template = template.check(self.channels())?;
         let [start, part] = [lift(start, 0), lift(part, 1)].map(|axes| axes.map(|n| n as usize));
         let range = |s: &SourceView<'_>| Range::of_part(s.shape, s.periodic, start, part);
-        scratch.ranges.clear();
-        scratch.ranges.extend(self.sources.iter().map(range));
+        refill(&mut scratch.ranges, self.sources.iter().map(range))?;
         self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)?;
         for (number, source) in self.sources.iter().enumerate().filter(|(_, s)| s.valid.is_some()) {
             let range = scratch.ranges[number];
-            let prepared = self.prepared(number, &range, template.shape);
+            let prepared = self.prepared(number, &range, template.shape)?;
             let table = prepared.valid(source)?;
             let map = costs.sources[number].start..costs.sources[number].start + costs.sources[number].len();
             if costs.is_wide {
@@ -224,7 +224,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
             return Ok(());
         }
         let range = scratch.ranges[number];
-        let prepared = self.prepared(number, &range, template.shape);
+        let prepared = self.prepared(number, &range, template.shape)?;
         let job = self.job(number, range, cover, &prepared, template);
         if prefers_fft(&job, self.options.engine) {
             if fft::search(&job, &mut scratch.fft, map, counts)? {
@@ -242,7 +242,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     }
 
     /// What is kept of a source for the positions of a range.
-    pub(crate) fn prepared(&self, number: usize, range: &Range, template: Shape) -> Arc<Prepared> {
+    pub(crate) fn prepared(&self, number: usize, range: &Range, template: Shape) -> Result<Arc<Prepared>, Error> {
         self.cache.tables(number, &self.sources[number], range, template, self.options.cache)
     }
 
@@ -262,14 +262,14 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
 
     /// True if both have sources of the same shapes.
     pub(crate) fn has_shapes_of(&self, other: &Self) -> bool {
-        let shapes = |s: &Self| s.sources.iter().map(|s| (s.shape, s.periodic)).collect::<Vec<_>>();
-        shapes(self) == shapes(other)
+        let shapes = |s: &'_ SourceView<'_>| (s.shape, s.periodic);
+        self.sources.iter().map(shapes).eq(other.sources.iter().map(shapes))
     }
 
     /// True if both look at the same masks.
     pub(crate) fn has_validity_of(&self, other: &Self) -> bool {
-        let masks = |s: &Self| s.sources.iter().map(|s| s.valid.map(<[bool]>::as_ptr)).collect::<Vec<_>>();
-        masks(self) == masks(other)
+        let masks = |s: &'_ SourceView<'_>| s.valid.map(<[bool]>::as_ptr);
+        self.sources.iter().map(masks).eq(other.sources.iter().map(masks))
     }
 
     /// Sets of spectra that are kept, and bytes of all that is.

@@ -29,7 +29,7 @@ pub fn feature_size<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Err
         let strengths = Strengths::of(&source.features, source.valid.as_ref(), exemplars.weights())?;
         let Some(strengths) = strengths else { continue };
         size = size.max(5 * correlation_length(&strengths));
-        if let Some(strongest) = strengths.periods().first().filter(|p| STRONG <= p.strength) {
+        if let Some(strongest) = strengths.periods()?.first().filter(|p| STRONG <= p.strength) {
             let squared: i64 = strongest.vector.iter().map(|&v| i64::from(v).pow(2)).sum();
             size = size.max(squared.isqrt() as u32 * 5 / 4);
         }

@@ -2,6 +2,7 @@
 
 use crate::direct::{self, DirectScratch, Weighted};
 use crate::job::Job;
+use crate::memory::{collected, push};
 use crate::placement::Range;
 use crate::prepared::Prepared;
 use crate::searcher::prefers_fft;
@@ -77,7 +78,7 @@ struct Merged<'a, 'e, const D: usize> {
 }
 
 impl<'a, 'e, const D: usize> Merged<'a, 'e, D> {
-    fn list(terms: &[Term<'a, 'e, D>], checked: &[Checked<'a>]) -> Vec<Self> {
+    fn list(terms: &[Term<'a, 'e, D>], checked: &[Checked<'a>]) -> Result<Vec<Self>, Error> {
         let mut list: Vec<Self> = Vec::new();
         for (term, &template) in terms.iter().zip(checked) {
             let bound = term.searcher.bound(template.samples);
@@ -85,14 +86,14 @@ impl<'a, 'e, const D: usize> Merged<'a, 'e, D> {
                 std::ptr::eq(m.searcher, term.searcher) && m.weight == term.weight && is_narrow(m.bound + bound)
             };
             if let Some(merged) = list.iter_mut().find(same) {
-                merged.templates.push(template);
+                push(&mut merged.templates, template)?;
                 merged.bound += bound;
             } else {
                 let (searcher, weight) = (term.searcher, term.weight);
-                list.push(Self { searcher, templates: vec![template], weight, bound });
+                push(&mut list, Self { searcher, templates: vec![template], weight, bound })?;
             }
         }
-        list
+        Ok(list)
     }
 
     /// What the engine is told about a source, ready but for what is prepared of it.
@@ -113,33 +114,37 @@ fn sum<const D: usize>(
     costs: &mut Costs<D>,
 ) -> Result<(), Error> {
     let first = terms[0].searcher;
-    let checked = terms.iter().map(|t| t.template.check(t.searcher.channels())).collect::<Result<Vec<_>, _>>()?;
+    let mut checked = Vec::new();
+    for term in terms {
+        push(&mut checked, term.template.check(term.searcher.channels())?)?;
+    }
     let shape = checked[0].shape;
     if terms.iter().zip(&checked).any(|(t, c)| c.shape != shape || !t.searcher.has_shapes_of(first)) {
         return Err(Error::Mismatch);
     }
-    let merged = Merged::list(terms, &checked);
+    let merged = Merged::list(terms, &checked)?;
     if placement.cover != Cover::Box
         || merged.iter().any(|m| !m.searcher.has_validity_of(first))
         || merged.iter().any(|m| !is_narrow(m.bound) || u64::from(u32::MAX) < m.weight)
     {
         return one_by_one(terms, placement, scratch, costs);
     }
-    let ranges: Vec<Range> = first.ranges(placement.positions, shape).collect();
-    let prepared: Vec<Vec<_>> = ranges
-        .iter()
-        .enumerate()
-        .map(|(number, range)| merged.iter().map(|m| m.searcher.prepared(number, range, shape)).collect())
-        .collect();
+    let ranges: Vec<Range> = collected(first.ranges(placement.positions, shape))?;
+    let mut prepared = Vec::new();
+    for (number, range) in ranges.iter().enumerate() {
+        for m in &merged {
+            push(&mut prepared, m.searcher.prepared(number, range, shape)?)?;
+        }
+    }
     let mut jobs = Vec::new();
-    for (number, (&range, prepared)) in ranges.iter().zip(&prepared).enumerate() {
+    for (number, (&range, prepared)) in ranges.iter().zip(prepared.chunks(merged.len())).enumerate() {
         for (m, prepared) in merged.iter().zip(prepared) {
             let job = |template| m.job(number, range, prepared, template);
             if m.templates.iter().any(|t| prefers_fft(&job(t), m.searcher.engine())) {
                 return one_by_one(terms, placement, scratch, costs);
             }
             let (job, templates, weight) = (job(&m.templates[0]), &m.templates[..], m.weight as u32);
-            jobs.push(Weighted { job, templates, weight });
+            push(&mut jobs, Weighted { job, templates, weight })?;
         }
     }
     let bound = merged.iter().map(|m| m.bound * u128::from(m.weight)).sum::<u128>();
@@ -173,6 +178,6 @@ fn one_by_one<const D: usize>(
     if let Some(error) = parts.iter_mut().find_map(|part| part.failed.take()) {
         return Err(error);
     }
-    let weighted: Vec<_> = terms.iter().map(|t| t.weight).zip(parts.iter().map(|p| &p.costs)).collect();
+    let weighted = collected(terms.iter().map(|t| t.weight).zip(parts.iter().map(|p| &p.costs)))?;
     costs.sum_of(&weighted)
 }

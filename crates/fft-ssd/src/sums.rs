@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::axes::Shape;
 use crate::extension::Extension;
-use crate::memory::reserve;
+use crate::memory::{filled, reserve};
 use crate::source::SourceView;
 use crate::template::Checked;
 use crate::word::Word;
@@ -104,19 +104,35 @@ pub(crate) struct Corners {
     /// Places in the table, relative to the position's.
     pub(crate) plus: Vec<usize>,
     pub(crate) minus: Vec<usize>,
+    /// Working memory.
+    differences: Vec<i32>,
 }
 
 impl Corners {
     /// Corners in a table of that shape of the masks of templates of one shape, which are summed.
     pub(crate) fn of_masks(&mut self, templates: &[Checked<'_>], table: Shape) -> Result<(), Error> {
-        let counted = |i: usize| templates.iter().filter(|t| t.counts(i)).count() as i32;
-        let is_box = templates.iter().all(|t| t.mask.is_none());
-        self.fill(templates[0].shape, table, counted, is_box)
+        let shape = templates[0].shape;
+        if templates.iter().all(|t| t.mask.is_none()) {
+            return self.of_boxes(shape, table, templates.len());
+        }
+        self.clear();
+        self.count(templates, table[0] != 1)?;
+        let [_, height, width] = shape.map(|n| n + 1);
+        for (number, row) in self.differences.chunks(width).enumerate() {
+            let place = (number / height * table[1] + number % height) * table[2];
+            for (x, &difference) in row.iter().enumerate().filter(|&(_, &difference)| difference != 0) {
+                let list = if 0 < difference { &mut self.plus } else { &mut self.minus };
+                let times = difference.unsigned_abs() as usize;
+                reserve(list, times)?;
+                list.extend(std::iter::repeat_n(place + x, times));
+            }
+        }
+        Ok(())
     }
 
     /// Corners of the template's box.
     pub(crate) fn of_box(&mut self, template: &Checked<'_>, table: Shape) -> Result<(), Error> {
-        self.fill(template.shape, table, |_| 1, true)
+        self.of_boxes(template.shape, table, 1)
     }
 
     /// No corners.
@@ -130,29 +146,55 @@ impl Corners {
         self.plus.len() + self.minus.len()
     }
 
-    /// Corners of what is `counted` how often at which sample of a box.
-    fn fill(&mut self, shape: Shape, table: Shape, counted: impl Fn(usize) -> i32, is_box: bool) -> Result<(), Error> {
+    /// Corners of a box that is counted some times.
+    fn of_boxes(&mut self, shape: Shape, table: Shape, times: usize) -> Result<(), Error> {
         self.clear();
-        let frames = usize::from(table[0] != 1);
-        // Of a box, only its corners can differ from their neighbours.
-        let steps = |axis: usize| if is_box { shape[axis] } else { 1 };
-        let sample = |t: usize, y: usize, x: usize| {
-            let inside = t < shape[0] && y < shape[1] && x < shape[2];
-            if inside { counted((t * shape[1] + y) * shape[2] + x) } else { 0 }
-        };
-        for t in (0..=shape[0] * frames).step_by(steps(0)) {
-            for y in (0..=shape[1]).step_by(steps(1)) {
-                for x in (0..=shape[2]).step_by(steps(2)) {
-                    let row = |t: usize, y: usize| sample(t, y, x.wrapping_sub(1)) - sample(t, y, x);
-                    let plane = |t: usize| row(t, y.wrapping_sub(1)) - row(t, y);
-                    let difference = if frames == 1 { plane(t.wrapping_sub(1)) - plane(t) } else { plane(0) };
-                    let list = if 0 < difference { &mut self.plus } else { &mut self.minus };
-                    let place = (t * table[1] + y) * table[2] + x;
-                    reserve(list, difference.unsigned_abs() as usize)?;
-                    list.extend(std::iter::repeat_n(place, difference.unsigned_abs() as usize));
-                }
-            }
+        // Bit `a` of a corner tells that it lies at the box's end along axis `a`.
+        for corner in (0..8_u32).filter(|corner| table[0] != 1 || corner & 1 == 0) {
+            let [t, y, x] = [0, 1, 2].map(|a: usize| if corner >> a & 1 == 1 { shape[a] } else { 0 });
+            let starts = if table[0] == 1 { 2 } else { 3 } - corner.count_ones();
+            let list = if starts.is_multiple_of(2) { &mut self.plus } else { &mut self.minus };
+            reserve(list, times)?;
+            list.extend(std::iter::repeat_n((t * table[1] + y) * table[2] + x, times));
         }
         Ok(())
     }
+
+    /// How often each sample is counted, taken from how often its neighbour before it is, along each axis in turn; one
+    /// sample more along each axis than the templates have.
+    fn count(&mut self, templates: &[Checked<'_>], clip: bool) -> Result<(), Error> {
+        let [frames, height, width] = templates[0].shape;
+        let (row, frame) = (width + 1, (width + 1) * (height + 1));
+        filled(&mut self.differences, frame * (frames + usize::from(clip)), 0)?;
+        for template in templates {
+            for number in 0..frames * height {
+                let to = &mut self.differences[number / height * frame + number % height * row..][..width];
+                match template.mask {
+                    Some(mask) => to.iter_mut().zip(&mask[number * width..]).for_each(|(n, &on)| *n += i32::from(on)),
+                    None => to.iter_mut().for_each(|n| *n += 1),
+                }
+            }
+        }
+        for row in self.differences.chunks_mut(row) {
+            row.iter_mut().fold(0, |before, here| {
+                let now = *here;
+                *here = before - now;
+                now
+            });
+        }
+        self.differences.chunks_mut(frame).for_each(|frame| differ(frame, row));
+        if clip {
+            differ(&mut self.differences, frame);
+        }
+        Ok(())
+    }
+}
+
+/// Takes each value from the one `step` before it, of which there is none before the first.
+fn differ(values: &mut [i32], step: usize) {
+    for start in (step..values.len()).step_by(step).rev() {
+        let (before, here) = values.split_at_mut(start);
+        here[..step].iter_mut().zip(&before[start - step..]).for_each(|(here, &before)| *here = before - *here);
+    }
+    values[..step].iter_mut().for_each(|first| *first = -*first);
 }

@@ -6,7 +6,7 @@
 
 use crate::Error;
 use crate::axes::Shape;
-use crate::memory::{filled, reserve};
+use crate::memory::{filled, push, reserve};
 use crate::pack::{Lanes, Packed, Packing, in_lane};
 use crate::template::Checked;
 
@@ -151,7 +151,7 @@ impl Taps {
         for end in 0..all {
             let row = (cell.frame * shape[1] + end) * shape[2];
             let words = &self.words[row + cell.x.start..row + cell.x.end];
-            let weight = words.iter().map(|&w| largest(w, under.lanes)).sum();
+            let weight = if budget.exact { words.iter().map(|&w| largest(w, under.lanes)).sum() } else { 0 };
             if !budget.take(weight) {
                 cell.y.end = end;
                 self.sort(shape, &cell, under)?;
@@ -179,12 +179,16 @@ impl Taps {
         let len = template.len();
         for (lane, (c, pixel)) in packing.lanes().enumerate() {
             let features = &template.features[c * len..(c + 1) * len];
-            for row in 0..frames * height {
-                let words = &mut self.words[row * shape[2]..(row + 1) * shape[2]];
-                let indices = (row * width + pixel..(row + 1) * width).step_by(packing.pixels);
-                for (word, i) in words.iter_mut().zip(indices).filter(|&(_, i)| template.counts(i)) {
-                    let factor = i32::from(weights[c]) * (i32::from(features[i]) - 128);
-                    *word |= in_lane(part.of(factor), lane, lanes);
+            let add = |(word, &feature): (&mut u32, &u8)| {
+                let factor = i32::from(weights[c]) * (i32::from(feature) - 128);
+                *word |= in_lane(part.of(factor), lane, lanes);
+            };
+            for (row, words) in self.words.chunks_mut(shape[2]).enumerate() {
+                let samples = row * width + pixel.min(width)..(row + 1) * width;
+                let pairs = words.iter_mut().zip(features[samples.clone()].iter().step_by(packing.pixels));
+                match template.mask.map(|mask| mask[samples].iter().step_by(packing.pixels)) {
+                    Some(mask) => pairs.zip(mask).filter(|(_, on)| **on).for_each(|(pair, _)| add(pair)),
+                    None => pairs.for_each(add),
                 }
             }
         }
@@ -193,7 +197,7 @@ impl Taps {
 
     /// Puts the taps of some template rows under the output rows that they serve.
     fn sort(&mut self, shape: Shape, cell: &Cell, under: &Under) -> Result<(), Error> {
-        let word = |y: usize, x: usize| self.words[(cell.frame * shape[1] + y) * shape[2] + x];
+        let width = shape[2];
         for y in cell.y.start..cell.y.end + ROWS - 1 {
             // Template row `y - o` must lie in the cell.
             let first = (y + 1).saturating_sub(cell.y.end);
@@ -203,11 +207,13 @@ impl Taps {
             }
             let list = &mut self.sorted[first * ROWS + rows - 1];
             reserve(list, cell.x.len())?;
+            // The template row that serves each output row.
+            let serving: [&[u32]; ROWS] = std::array::from_fn(|o| {
+                let row = (cell.frame * shape[1] + y).wrapping_sub(first + o);
+                if o < rows { &self.words[row * width..(row + 1) * width] } else { &[] }
+            });
             for x in cell.x.clone() {
-                let mut words = [0; ROWS];
-                for (o, w) in words.iter_mut().take(rows).enumerate() {
-                    *w = word(y - first - o, x);
-                }
+                let words = serving.map(|row| row.get(x).copied().unwrap_or(0));
                 if words != [0; ROWS] {
                     list.push(Tap { offset: under.place + y * under.width + x * under.pixels, words });
                 }
@@ -223,10 +229,10 @@ impl Taps {
             let start = self.taps.len();
             reserve(&mut self.taps, list.len())?;
             self.taps.append(list);
-            self.phases.push(Phase { first: key / ROWS, rows: key % ROWS + 1, taps: start..self.taps.len() });
+            push(&mut self.phases, Phase { first: key / ROWS, rows: key % ROWS + 1, taps: start..self.taps.len() })?;
         }
         if first < self.phases.len() {
-            self.groups.push(Group { scale, phases: first..self.phases.len() });
+            push(&mut self.groups, Group { scale, phases: first..self.phases.len() })?;
         }
         Ok(())
     }
@@ -246,7 +252,7 @@ impl Budget {
     }
 
     fn take(&mut self, weight: i64) -> bool {
-        self.left -= if self.exact { weight } else { 0 };
+        self.left -= weight;
         0 <= self.left
     }
 

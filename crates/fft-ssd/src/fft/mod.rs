@@ -18,6 +18,7 @@ pub(crate) use spectra::Spectra;
 
 use crate::Error;
 use crate::job::Job;
+use crate::memory::push;
 use crate::prepared::Squares;
 use crate::sums::{Corners, Table};
 use crate::word::Word;
@@ -164,9 +165,9 @@ fn correlate<W: Word>(
     // The bound is known once the spectra are; blocks are halved until it holds.
     'smaller: loop {
         let mut first = true;
-        for block in blocks(job, shape) {
+        for block in blocks(job, shape)? {
             let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
-            let spectra = &*job.cache.spectra(&tiling, planes(terms, job), job);
+            let spectra = &*job.cache.spectra(&tiling, planes(terms, job), job)?;
             let kept = job.keeps(spectra.expected(planes(terms, job)));
             let tiled = Tiled { block, tiling, spectra, kept };
             scratch.bound = rounding(job, terms, &tiled, scratch)?;
@@ -224,24 +225,26 @@ fn halve(shape: &mut [usize; 3]) {
 
 /// Cuts a template into blocks of equal shape; where they overlap, samples belong to the earlier one. Positions at which
 /// a block lies beside the source are left out of its window, except in the first block, which writes the whole map.
-fn blocks(job: &Job<'_>, shape: [usize; 3]) -> Vec<Block> {
+fn blocks(job: &Job<'_>, shape: [usize; 3]) -> Result<Vec<Block>, Error> {
     let (whole, range) = (job.template.shape, &job.range);
-    let along = |a: usize| -> Vec<(usize, usize)> {
+    let along = |a: usize| {
         let starts = (0..whole[a]).step_by(shape[a]);
-        starts.map(|s| (s.min(whole[a] - shape[a]), s)).collect()
+        starts.map(move |s| (s.min(whole[a] - shape[a]), s))
     };
     let mut list = Vec::new();
-    for &(t, fresh_t) in &along(0) {
-        for &(y, fresh_y) in &along(1) {
-            for &(x, fresh_x) in &along(2) {
+    for (t, fresh_t) in along(0) {
+        for (y, fresh_y) in along(1) {
+            for (x, fresh_x) in along(2) {
                 let (start, fresh) = ([t, y, x], [fresh_t, fresh_y, fresh_x]);
                 let all = Window { first: [0; 3], count: range.count };
                 let window = if list.is_empty() { Some(all) } else { met(job, start, shape) };
-                list.extend(window.map(|window| Block { start, fresh, shape, window }));
+                if let Some(window) = window {
+                    push(&mut list, Block { start, fresh, shape, window })?;
+                }
             }
         }
     }
-    list
+    Ok(list)
 }
 
 /// The positions at which a block of a template may meet the source; `None` if there are none.

@@ -20,7 +20,8 @@ fn both(index: u64, block: usize, limit: f64, shape: [u32; 2], template: [u32; 2
     let cover = [Cover::AtLeast(1), Cover::Mask][index as usize / 3 % 2];
     [Engine::Direct, Engine::Fft].map(|engine| {
         let valid = Some(&valid).filter(|_| index.is_multiple_of(5));
-        let searcher = SsdSearcher::of_grid(&features, valid, &[3, 200], Options { engine, ..Options::default() });
+        let searcher =
+            SsdSearcher::of_grid(&features, valid, &[3, 200], Options { engine, ..Options::default() }).unwrap();
         let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
         (scratch.fft.block, scratch.fft.limit) = (block, limit);
         let template = Template::new(template, &query).masked(&mask);
@@ -56,7 +57,7 @@ fn flat_extremes_stay_within_the_bound() {
         let features = Grid::try_filled(Domain::open([side, side]), 3, 0_u8).unwrap();
         let query = vec![255; 3 * (part * part) as usize];
         let options = Options { engine: Engine::Fft, ..Options::default() };
-        let searcher = SsdSearcher::of_grid(&features, None, &[255; 3], options);
+        let searcher = SsdSearcher::of_grid(&features, None, &[255; 3], options).unwrap();
         let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
         searcher.search(&Template::new([part, part], &query), Placement::INSIDE, &mut scratch, &mut costs).unwrap();
         assert_eq!(scratch.repeated(), 0);
@@ -71,7 +72,7 @@ fn flat_extremes_stay_within_the_bound() {
 fn held(side: u32, cache: u64, templates: impl Iterator<Item = u32>) -> Vec<(usize, u64)> {
     let features = Grid::try_filled(Domain::open([side, side]), 3, 7_u8).unwrap();
     let options = Options { engine: Engine::Fft, cache, ..Options::default() };
-    let searcher = SsdSearcher::of_grid(&features, None, &[1; 3], options);
+    let searcher = SsdSearcher::of_grid(&features, None, &[1; 3], options).unwrap();
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     let search = |part: u32| {
         let query = vec![9; 3 * (part * part) as usize];
@@ -104,7 +105,7 @@ fn what_is_kept_fits_the_budget() {
 fn a_bound_that_no_block_meets_is_never_trusted() {
     let features = Grid::try_filled(Domain::open([40, 40]), 1, 7_u8).unwrap();
     let options = Options { engine: Engine::Fft, ..Options::default() };
-    let searcher = SsdSearcher::of_grid(&features, None, &[1], options);
+    let searcher = SsdSearcher::of_grid(&features, None, &[1], options).unwrap();
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     scratch.fft.limit = 0.0;
     searcher.search(&Template::new([3, 3], &[9; 9]), Placement::INSIDE, &mut scratch, &mut costs).unwrap();

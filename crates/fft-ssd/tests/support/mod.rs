@@ -25,58 +25,147 @@ fn noise(rng: &mut Rng, n: usize) -> Vec<u8> {
     (0..n).map(|_| if extremes { pick(rng, &[0, 255]) } else { (low + rng.below(span)) as u8 }).collect()
 }
 
-/// One true region: all, none, random, a blob, an L, a rectangle.
-fn mask<const D: usize>(rng: &mut Rng, domain: Domain<D>) -> Option<Vec<bool>> {
-    let shape = domain.shape;
-    let cut: [u32; D] = shape.map(|s| rng.below(s + 1));
-    let kind = rng.below(7);
-    let density = 1 + rng.below(9);
-    let inside = |at: [u32; D]| at.iter().zip(&cut).all(|(a, c)| a < c);
-    let mask = |rng: &mut Rng, at: [u32; D]| match kind {
-        0 => true,
-        1 => false,
-        2 => rng.below(10) < density,
-        3 => inside(at),
-        4 => at.iter().zip(&cut).any(|(a, c)| a < c),
-        _ => {
-            let r2: u32 = at.iter().zip(&shape).map(|(&a, &s)| (2 * a + 1).abs_diff(s).pow(2)).sum();
-            density * 4 < r2
+/// Which samples of a box count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Region {
+    Unmasked,
+    Full,
+    Empty,
+    Holes,
+    Rectangle,
+    L,
+    Ring,
+}
+
+impl Region {
+    const ALL: [Self; 7] = [Self::Unmasked, Self::Full, Self::Empty, Self::Holes, Self::Rectangle, Self::L, Self::Ring];
+
+    /// `None` if unmasked.
+    fn mask<const D: usize>(self, rng: &mut Rng, domain: Domain<D>) -> Option<Vec<bool>> {
+        let shape = domain.shape;
+        let cut: [u32; D] = shape.map(|s| rng.below(s + 1));
+        let density = 1 + rng.below(9);
+        let mut counts = |at: [u32; D]| match self {
+            Self::Unmasked | Self::Full => true,
+            Self::Empty => false,
+            Self::Holes => rng.below(10) < density,
+            Self::Rectangle => at.iter().zip(&cut).all(|(a, c)| a < c),
+            Self::L => at.iter().zip(&cut).any(|(a, c)| a < c),
+            Self::Ring => {
+                let r2: u32 = at.iter().zip(&shape).map(|(&a, &s)| (2 * a + 1).abs_diff(s).pow(2)).sum();
+                density * 4 < r2
+            }
+        };
+        (self != Self::Unmasked).then(|| domain.positions().map(&mut counts).collect())
+    }
+}
+
+/// How long the sides of sources and templates are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sides {
+    /// Any length, or 1, or a prime, axis by axis.
+    Mixed,
+    Prime,
+    /// One row of up to 64: all axes but the last have length 1.
+    Row,
+    /// One column of up to 64: all axes but the last but one (the only one of a line) have length 1.
+    Column,
+    /// The template is as large as the first source.
+    Same,
+}
+
+impl Sides {
+    const ALL: [Self; 5] = [Self::Mixed, Self::Prime, Self::Row, Self::Column, Self::Same];
+
+    fn shape<const D: usize>(self, rng: &mut Rng, side: u32) -> [u32; D] {
+        let primes = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61];
+        let long = match self {
+            Self::Row => D - 1,
+            _ => D.saturating_sub(2),
+        };
+        let fitting = primes.iter().take_while(|&&p| p <= side).count();
+        let length = |axis: usize| {
+            let (any, prime) = (1 + rng.below(side), primes[rng.below(fitting as u32) as usize]);
+            match self {
+                Self::Prime => prime,
+                Self::Row | Self::Column if axis != long => 1,
+                Self::Row | Self::Column => 1 + rng.below(64),
+                Self::Mixed | Self::Same => pick(rng, &[any, any, prime, 1]),
+            }
+        };
+        std::array::from_fn(length)
+    }
+}
+
+/// What a case is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kind {
+    pub(crate) channels: usize,
+    pub(crate) region: Region,
+    pub(crate) sides: Sides,
+    pub(crate) positions: Positions,
+}
+
+impl Kind {
+    /// Different kinds: 1 to 8 channels, every region and sides, inside, circular and overlapping.
+    pub(crate) const COUNT: u64 = 8 * 7 * 5 * 3;
+
+    /// Any [`COUNT`](Self::COUNT) numbers in a row are all kinds.
+    pub(crate) fn nth(number: u64) -> Self {
+        let mut left = number;
+        let mut digit = |base: usize| {
+            let digit = left % base as u64;
+            left /= base as u64;
+            digit as usize
+        };
+        let positions = [Positions::Inside, Positions::Circular, Positions::Overlapping];
+        Self {
+            positions: positions[digit(3)],
+            sides: Sides::ALL[digit(5)],
+            region: Region::ALL[digit(7)],
+            channels: 1 + digit(8),
         }
-    };
-    (kind != 6).then(|| domain.positions().map(|at| mask(rng, at)).collect())
+    }
 }
 
 impl<const D: usize> Case<D> {
-    /// Sides up to `side`, primes and 1 among them; channels up to 8; one or two sources.
+    /// Any kind.
     pub(crate) fn random(rng: &mut Rng, side: u32) -> Self {
-        let channels = pick(rng, &[1, 2, 3, 3, 3, 4, 5, 7, 8]);
+        let kind = Kind::nth(u64::from(rng.below(Kind::COUNT as u32)));
+        Self::of(kind, rng, side)
+    }
+
+    /// Sides up to `side`, but for rows and columns; one or two sources, some with holes, some periodic; weights and covers of all sorts.
+    pub(crate) fn of(kind: Kind, rng: &mut Rng, side: u32) -> Self {
+        let channels = kind.channels;
         let weights: Vec<u8> = match rng.below(3) {
             0 => (0..channels).map(|_| rng.below(256) as u8).collect(),
             1 => [77, 150, 29, 255, 1, 2, 0, 9][..channels].to_vec(),
             _ => vec![1; channels],
         };
-        let length = |rng: &mut Rng| {
-            let primes = [1, 2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61];
-            let any = 1 + rng.below(side);
-            let prime = pick(rng, &primes).min(side);
-            pick(rng, &[any, any, prime, 1])
-        };
-        let sources = (0..1 + rng.below(2)).map(|e| Self::source(rng, e as u16, channels, length)).collect();
+        let n = 1 + rng.below(2);
+        let sources: Vec<_> = (0..n)
+            .map(|e| {
+                let shape = kind.sides.shape(rng, side);
+                Self::source(rng, e as u16, channels, shape)
+            })
+            .collect();
+        let same = sources[0].domain().shape;
+        let shape: [u32; D] = if kind.sides == Sides::Same { same } else { kind.sides.shape(rng, side) };
         let exemplars = Exemplars::from_sources(sources, weights).expect("sources are well formed");
-        let shape: [u32; D] = std::array::from_fn(|_| length(rng));
         let domain = Domain::open(shape);
-        let positions = pick(rng, &[Positions::Inside, Positions::Inside, Positions::Circular, Positions::Overlapping]);
         let cover = pick(rng, &[Cover::Box, Cover::Box, Cover::Mask, Cover::AtLeast(1)]);
         let cover = if cover == Cover::AtLeast(1) { Cover::AtLeast(u64::from(rng.below(9))) } else { cover };
         let features = noise(rng, domain.len() * channels);
-        Self { exemplars, shape, features, mask: mask(rng, domain), placement: Placement { positions, cover } }
+        let mask = kind.region.mask(rng, domain);
+        Self { exemplars, shape, features, mask, placement: Placement { positions: kind.positions, cover } }
     }
 
-    fn source(rng: &mut Rng, exemplar: u16, channels: usize, length: impl Fn(&mut Rng) -> u32) -> Source<D> {
-        let shape: [u32; D] = std::array::from_fn(|_| length(rng));
+    fn source(rng: &mut Rng, exemplar: u16, channels: usize, shape: [u32; D]) -> Source<D> {
         let domain = Domain { shape, periodic: shape.map(|_| rng.below(8) == 0) };
         let features = Grid::from_vec(domain, channels, noise(rng, domain.len() * channels)).expect("right length");
-        let valid = (rng.below(3) == 0).then(|| mask(rng, Domain::open(shape))).flatten();
+        let region = pick(rng, &Region::ALL);
+        let valid = (rng.below(3) == 0).then(|| region.mask(rng, Domain::open(shape))).flatten();
         // At least one sample must be valid.
         let valid = valid.filter(|v| v.contains(&true)).map(|v| Grid::from_vec(domain, 1, v).expect("right length"));
         Source { features, valid, origin: Origin { exemplar, transform: Transform::IDENTITY } }
