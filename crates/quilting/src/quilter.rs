@@ -171,13 +171,19 @@ impl<'a, S: Search> Quilter<'a, S> {
     /// Writes the samples of the chosen block for which `new` is true; all if there is no such list.
     fn paste(&mut self, block: &Block, chosen: Candidate, new: Option<&[bool]>) {
         let (output, table) = (self.map.domain(), self.pass.exemplars.table());
-        let [height, width] = block.shape();
+        let [height, width] = block.shape().map(|side| side as usize);
+        // Blocks of a periodic output may reach over the end of a row.
+        let inside = width.min((output.shape[1] - block.columns.start) as usize);
         let ids = self.map.ids.plane_mut(0);
         for y in 0..height {
-            let first = table.id(chosen.source, [chosen.at[0] + y, chosen.at[1]]).get();
-            for x in 0..width {
-                if new.is_none_or(|new| new[(y * width + x) as usize]) {
-                    ids[output.index(block.position(output, [y, x]))] = SampleId::new(first + x);
+            let first = table.id(chosen.source, [chosen.at[0] + y as u32, chosen.at[1]]).get();
+            let row = new.map(|new| &new[y * width..][..width]);
+            for columns in [0..inside, inside..width] {
+                let to = output.index(block.position(output, [y as u32, columns.start as u32]));
+                for (x, id) in columns.clone().zip(&mut ids[to..]) {
+                    if row.is_none_or(|row| row[x]) {
+                        *id = SampleId::new(first + x as u32);
+                    }
                 }
             }
         }
