@@ -105,8 +105,13 @@ impl<'a, const D: usize> Payload<'a, D> {
                 .collect();
             let ids = ids.plane(0);
             par::for_rows(out.plane_mut(c), TOGETHER, |part, to| {
+                // Neighbours mostly come from one source.
+                let mut source = 0;
                 for (to, &id) in to.iter_mut().zip(&ids[part * TOGETHER..]) {
-                    let Some(source) = self.table.source(id) else { continue };
+                    if !self.table.holds(source, id) {
+                        let Some(found) = self.table.source(id) else { continue };
+                        source = found;
+                    }
                     let (plane, negated) = payload[source];
                     let value = plane[self.index(source, id)];
                     *to = if negated { negate(value) } else { value };

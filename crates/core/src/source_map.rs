@@ -82,6 +82,12 @@ impl<const D: usize> SourceTable<D> {
         SampleId(self.first[source] + self.sources[source].1.index(at) as u32)
     }
 
+    /// True if the sample is one of this source.
+    #[inline]
+    pub(crate) fn holds(&self, source: usize, id: SampleId) -> bool {
+        (self.first[source]..self.first[source + 1]).contains(&id.0)
+    }
+
     /// Which source holds a sample; `None` if unassigned or unknown.
     #[inline]
     pub fn source(&self, id: SampleId) -> Option<usize> {
