@@ -21,21 +21,26 @@ pub struct Sizes<'a, const D: usize> {
     pub sources: &'a [Domain<D>],
     /// Weights of the channels.
     pub weights: &'a [u8],
+    /// Whether some of their samples are not valid.
+    pub holes: bool,
     /// The template's shape.
     pub template: [u32; D],
+    /// Samples of the template that are not masked; all of the box is an upper bound. They tell which engine answers.
+    pub samples: u64,
     /// Whether masks have more than 40 corners, as random ones do; rectangles, Ls and the like have fewer.
     pub noisy_masks: bool,
 }
 
 /// Bytes that a searcher, its scratch and its costs hold during and after searches of these sizes, beside the features and
 /// the template: at least what they do hold, and at most half as much again where that is more than some MiB. Candidates
-/// within a tolerance come on top, 16 bytes each. Needs sizes only.
+/// within a tolerance come on top, 16 bytes each; and, where heavy weights and strong contrasts make a large template be
+/// transformed in blocks, their spectra, within [`Options::cache`]. Needs sizes only.
 ///
 /// # Errors
 /// [`Error::TooLarge`] if the positions cannot be addressed.
 pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<u64, Error> {
     let template: Shape = lift(sizes.template.map(|n| n as usize), 1);
-    let samples = template.iter().map(|&n| n as u64).product();
+    let samples = sizes.samples;
     let weight: u64 = sizes.weights.iter().map(|&w| u64::from(w)).sum();
     let wide = u128::from(u32::MAX) <= u128::from(samples) * u128::from(weight) * 65_025;
     let counted = matches!(placement.cover, Cover::AtLeast(_));
@@ -43,7 +48,8 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
     let (mut costs, mut kept, mut working) = (0_u64, 0_u64, 0_u64);
     for (number, domain) in sizes.sources.iter().enumerate() {
         let shape = lift(domain.shape.map(|n| n as usize), 1);
-        let source = SourceView { shape, periodic: lift(domain.periodic, false), features: &[], valid: None };
+        let valid: Option<&[bool]> = sizes.holes.then_some(&[]);
+        let source = SourceView { shape, periodic: lift(domain.periodic, false), features: &[], valid };
         let range = Range::new(placement.positions, shape, source.periodic, template);
         let positions = range.checked_len().ok_or(Error::TooLarge { positions: u64::MAX })?;
         if positions == 0 {
@@ -80,7 +86,9 @@ fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> (u64, u6
     let extension = &job.prepared.extension;
     let (shape, channels) = (extension.shape, job.weights.len());
     let table = Table::<u32>::shape(shape).iter().map(|&n| n as u64).product::<u64>();
-    let valid = if job.prepared.is_full { 0 } else { 4 * table };
+    // Where only borders make the number of compared samples vary, boxes tell it.
+    let (varies, is_box) = (job.varies(), job.prepared.is_box);
+    let valid = if job.prepared.is_full || varies && is_box { 0 } else { 4 * table };
     if crate::searcher::prefers_fft(job, options.engine) {
         let (kept, working) = fft::bytes(job, noisy, par::threads());
         let table = if noisy { 0 } else { width * table };
@@ -88,7 +96,8 @@ fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> (u64, u6
     } else {
         let words = Packed::len(extension.len(), shape[2], channels, job.kernel.lanes());
         let taps = job.template.len() * channels * 40;
-        (4 * words as u64 + width * table + valid, taps as u64)
+        let looked_at = if varies && !is_box { extension.len() } else { 0 };
+        (4 * words as u64 + width * table + valid, (taps + looked_at) as u64)
     }
 }
 
@@ -100,7 +109,14 @@ mod tests {
     fn larger_searches_take_more_and_impossible_ones_nothing() {
         let bytes = |side: u32, template: u32| {
             let sources = [Domain::open([side, side])];
-            let sizes = Sizes { sources: &sources, weights: &[1, 1, 1], template: [template; 2], noisy_masks: false };
+            let sizes = Sizes {
+                sources: &sources,
+                weights: &[1, 1, 1],
+                holes: false,
+                template: [template; 2],
+                samples: u64::from(template).pow(2),
+                noisy_masks: false,
+            };
             estimate(&sizes, Placement::INSIDE, &Options::default()).unwrap()
         };
         assert_eq!(bytes(10, 11), 0);

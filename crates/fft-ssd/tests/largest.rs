@@ -1,4 +1,4 @@
-//! Large searches: exact where rounding is hardest, the same on any number of threads. The largest is in `memory.rs`.
+//! Large searches: exact where rounding is hardest, the same on any number of threads. The largest picture is in `memory.rs`.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, Source, Transform};
 use selvedge_fft_ssd::{Costs, Engine, Options, Placement, Scratch, SsdSearcher, Template};
@@ -49,7 +49,15 @@ fn checked<const D: usize>(exemplars: &Exemplars<D>, shape: [u32; D]) -> Costs<D
 
 #[test]
 fn a_clip_of_a_million_voxels() {
-    checked(&exemplars([64, 128, 128]), [24, 60, 70]);
+    let (exemplars, shape) = (exemplars([64, 128, 128]), [24, 60, 70]);
+    let fourier = checked(&exemplars, shape);
+    // And all of them against the other engine.
+    let options = Options { engine: Engine::Direct, ..Options::default() };
+    let features = extremes(2, 3 * Domain::open(shape).len());
+    let (template, mut direct) = (Template::new(shape, &features), Costs::new());
+    let searcher = SsdSearcher::with_options(&exemplars, options).unwrap();
+    searcher.search(&template, Placement::INSIDE, &mut Scratch::new(), &mut direct).unwrap();
+    assert!(fourier.iter().eq(direct.iter()));
 }
 
 #[test]

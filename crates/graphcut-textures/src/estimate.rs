@@ -44,7 +44,8 @@ pub fn estimate<const D: usize>(sources: &[Domain<D>], channels: usize, output: 
 
 /// A search for a box in all sources.
 fn search<const D: usize>(sources: &[Domain<D>], weights: &[u8], template: [u32; D], placement: Positions) -> u64 {
-    let sizes = Sizes { sources, weights, template, noisy_masks: true };
+    let samples = len(template);
+    let sizes = Sizes { sources, weights, holes: true, template, samples, noisy_masks: true };
     selvedge_fft_ssd::estimate(&sizes, placement, &selvedge_fft_ssd::Options::default()).unwrap_or(u64::MAX)
 }
 

@@ -62,8 +62,10 @@ pub fn estimate_transfer(
 
 /// What a searcher and its answer hold for blocks of that side.
 fn searched(exemplars: &[Domain<2>], channels: usize, block: u32) -> u64 {
-    let weights = vec![1; channels];
-    let sizes = Sizes { sources: exemplars, weights: &weights, template: [block.max(1); 2], noisy_masks: false };
+    let (weights, block) = (vec![1; channels], block.max(1));
+    // Neither masks nor overlaps are known; what they do to a search fits into what is added for borders.
+    let (holes, template, samples) = (false, [block; 2], u64::from(block).pow(2));
+    let sizes = Sizes { sources: exemplars, weights: &weights, holes, template, samples, noisy_masks: false };
     selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &selvedge_fft_ssd::Options::default()).unwrap_or(u64::MAX)
 }
 

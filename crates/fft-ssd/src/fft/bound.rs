@@ -29,9 +29,9 @@
 //!
 //! `error <= sum over signals of ((2 tau + (4 + s) u) |a|_2 |b|_2 + tau |a|_1 |b|_2)`.
 //!
-//! Rounding is exact if this is below 1/2. Blocks of the template are made so small that it is below [`LIMIT`]; and every
-//! value that is rounded is looked at: one farther than the bound from an integer would discredit the derivation, and the
-//! search is repeated by the direct engine.
+//! Rounding is exact if this is below 1/2. Blocks of the template, and parts of their samples, are made so small that it is
+//! below [`LIMIT`]; and every value that is rounded is looked at: one farther than the bound from an integer would
+//! discredit the derivation, and the search is repeated by the direct engine.
 
 /// Largest accepted bound; half of what rounding would forgive.
 pub(crate) const LIMIT: f64 = 0.25;

@@ -36,6 +36,9 @@ pub(crate) const BIAS: i64 = 0;
 /// 0.1 ms a corner, and one more channel as much as 30 corners.
 const CORNERS: usize = 40;
 
+/// Blocks whose rounding bound is less than so many times too large are parted.
+const PARTS: f64 = 8.0;
+
 /// Largest block of a template that is transformed at once, in samples.
 const BLOCK: usize = 1 << 20;
 
@@ -162,30 +165,54 @@ fn correlate<W: Word>(
     while scratch.block < shape.iter().product() {
         halve(&mut shape);
     }
-    // The bound is known once the spectra are; blocks are halved until it holds.
-    'smaller: loop {
-        let mut first = true;
-        for block in blocks(job, shape)? {
-            let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
-            let spectra = &*job.cache.spectra(&tiling, planes(terms, job), job)?;
-            let kept = job.keeps(spectra.expected(planes(terms, job)));
+    loop {
+        match correlate_blocks(job, terms, finish, shape, scratch, map)? {
+            Outcome::Exact => return Ok(true),
+            Outcome::TooLarge if shape != [1; 3] => halve(&mut shape),
+            _ => return Ok(false),
+        }
+    }
+}
+
+/// How the blocks of a shape went.
+enum Outcome {
+    Exact,
+    /// A value was too far from an integer.
+    Wrong,
+    /// The rounding bound of a block is far too large. The bound is known only once the spectra are.
+    TooLarge,
+}
+
+fn correlate_blocks<W: Word>(
+    job: &Job<'_>,
+    terms: &[Term],
+    finish: &Finish<'_, W>,
+    shape: [usize; 3],
+    scratch: &mut FftScratch,
+    map: &mut [W],
+) -> Result<Outcome, Error> {
+    let mut first = true;
+    for block in blocks(job, shape)? {
+        let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
+        let spectra = &*job.cache.spectra(&tiling, planes(terms, job), job)?;
+        let kept = job.keeps(spectra.expected(planes(terms, job)));
+        let mut parts = vec![block];
+        while let Some(block) = parts.pop() {
             let tiled = Tiled { block, tiling, spectra, kept };
             scratch.bound = rounding(job, terms, &tiled, scratch)?;
             if scratch.limit <= scratch.bound {
-                if shape == [1; 3] {
-                    return Ok(false);
-                }
-                halve(&mut shape);
-                continue 'smaller;
+                // A few parts of its samples do with the same spectra; smaller blocks have smaller tiles, of smaller norms.
+                let halves = block.halves().filter(|_| scratch.bound < PARTS * scratch.limit);
+                let Some(halves) = halves else { return Ok(Outcome::TooLarge) };
+                halves.into_iter().try_for_each(|half| push(&mut parts, half))?;
+            } else if tile::correlate(job, terms, &tiled, finish, first, scratch, map)? {
+                first = false;
+            } else {
+                return Ok(Outcome::Wrong);
             }
-            let exact = tile::correlate(job, terms, &tiled, finish, first, scratch, map)?;
-            if !exact {
-                return Ok(false);
-            }
-            first = false;
         }
-        return Ok(true);
     }
+    Ok(Outcome::Exact)
 }
 
 /// About how many nanoseconds a search takes, once the spectra of the source are there.
@@ -236,10 +263,11 @@ fn blocks(job: &Job<'_>, shape: [usize; 3]) -> Result<Vec<Block>, Error> {
         for (y, fresh_y) in along(1) {
             for (x, fresh_x) in along(2) {
                 let (start, fresh) = ([t, y, x], [fresh_t, fresh_y, fresh_x]);
+                let end = [0, 1, 2].map(|a: usize| start[a] + shape[a]);
                 let all = Window { first: [0; 3], count: range.count };
                 let window = if list.is_empty() { Some(all) } else { met(job, start, shape) };
                 if let Some(window) = window {
-                    push(&mut list, Block { start, fresh, shape, window })?;
+                    push(&mut list, Block { start, fresh, end, shape, window })?;
                 }
             }
         }

@@ -50,22 +50,34 @@ fn blocks_shrink_until_rounding_is_safe() {
     }
 }
 
+/// White over black by transforms: every error is known, the bound holds and is of use.
+fn flat<const D: usize>(shape: [u32; D], template: [u32; D], weights: &[u8]) {
+    let (n, samples) = (weights.len(), Domain::open(template).len());
+    let features = Grid::try_filled(Domain::open(shape), n, 0_u8).unwrap();
+    let query = vec![255; n * samples];
+    let options = Options { engine: Engine::Fft, ..Options::default() };
+    let searcher = SsdSearcher::of_grid(&features, None, weights, options).unwrap();
+    let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+    searcher.search(&Template::new(template, &query), Placement::INSIDE, &mut scratch, &mut costs).unwrap();
+    assert_eq!(scratch.repeated(), 0);
+    let error = samples as u64 * 255 * 255 * weights.iter().map(|&w| u64::from(w)).sum::<u64>();
+    assert!(costs.iter().all(|c| c.error == error) && !costs.is_empty());
+    let worst = scratch.fft.workers.iter().fold(0.0_f64, |m, w| m.max(w.residual));
+    assert!(worst <= scratch.fft.bound && scratch.fft.bound < super::bound::LIMIT, "{worst} {}", scratch.fft.bound);
+}
+
 /// One frequency holds all of a flat picture: nothing is farther from noise, of which rounding errors average out.
 #[test]
 fn flat_extremes_stay_within_the_bound() {
-    for (side, part) in [(200, 100), (700, 512)] {
-        let features = Grid::try_filled(Domain::open([side, side]), 3, 0_u8).unwrap();
-        let query = vec![255; 3 * (part * part) as usize];
-        let options = Options { engine: Engine::Fft, ..Options::default() };
-        let searcher = SsdSearcher::of_grid(&features, None, &[255; 3], options).unwrap();
-        let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
-        searcher.search(&Template::new([part, part], &query), Placement::INSIDE, &mut scratch, &mut costs).unwrap();
-        assert_eq!(scratch.repeated(), 0);
-        let error = u64::from(part * part) * 3 * 255 * 255 * 255;
-        assert!(costs.iter().all(|c| c.error == error) && !costs.is_empty());
-        let worst = scratch.fft.workers.iter().fold(0.0_f64, |m, w| m.max(w.residual));
-        assert!(worst <= scratch.fft.bound && scratch.fft.bound < super::bound::LIMIT);
-    }
+    flat([200, 200], [100, 100], &[255; 3]);
+    flat([700, 700], [512, 512], &[255; 3]);
+}
+
+#[test]
+fn the_largest_picture_and_clip_stay_within_the_bound() {
+    flat([4096, 4096], [300, 300], &[1]);
+    // A million voxels.
+    flat([64, 128, 128], [30, 60, 70], &[77, 150, 29]);
 }
 
 /// A searcher over one flat picture, and the sets of spectra and the bytes it holds after searches by squares.

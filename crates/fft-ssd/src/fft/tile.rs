@@ -32,19 +32,31 @@ pub(super) fn batch(half: usize, column: usize, threads: usize) -> usize {
 pub(super) struct Block {
     /// First sample of the template.
     pub(super) start: Shape,
-    /// Samples before this belong to an earlier block.
+    /// Samples before this belong to an earlier block,
     pub(super) fresh: Shape,
+    /// and from this on to a later one.
+    pub(super) end: Shape,
     pub(super) shape: Shape,
     pub(super) window: Window,
 }
 
 impl Block {
+    /// The same box with one half of its samples each; `None` if it has but one.
+    pub(super) fn halves(self) -> Option<[Self; 2]> {
+        let lengths = [0, 1, 2].map(|a: usize| self.end[a] - self.fresh[a]);
+        let longest = (0..3).max_by_key(|&a| lengths[a]).filter(|&a| 1 < lengths[a])?;
+        let (mut former, mut latter) = (self, self);
+        former.end[longest] -= lengths[longest] / 2;
+        latter.fresh[longest] = former.end[longest];
+        Some([former, latter])
+    }
+
     /// Calls `f` with the index of each sample of the block that counts.
     pub(super) fn each(&self, template: &Checked<'_>, mut f: impl FnMut(usize)) {
-        for t in self.fresh[0]..self.start[0] + self.shape[0] {
-            for y in self.fresh[1]..self.start[1] + self.shape[1] {
+        for t in self.fresh[0]..self.end[0] {
+            for y in self.fresh[1]..self.end[1] {
                 let row = (t * template.shape[1] + y) * template.shape[2];
-                let samples = row + self.fresh[2]..row + self.start[2] + self.shape[2];
+                let samples = row + self.fresh[2]..row + self.end[2];
                 samples.filter(|&i| template.counts(i)).for_each(&mut f);
             }
         }
@@ -53,11 +65,11 @@ impl Block {
     /// Row `y` of frame `t` of a plane of a term's signal.
     fn load(&self, job: &Job<'_>, term: Term, plane: usize, t: usize, y: usize, to: &mut [f64]) {
         let (t, y) = (self.start[0] + t, self.start[1] + y);
-        if t < self.fresh[0] || y < self.fresh[1] {
+        if !(self.fresh[0]..self.end[0]).contains(&t) || !(self.fresh[1]..self.end[1]).contains(&y) {
             return;
         }
         let row = (t * job.template.shape[1] + y) * job.template.shape[2];
-        for x in self.fresh[2]..self.start[2] + self.shape[2] {
+        for x in self.fresh[2]..self.end[2] {
             if job.template.counts(row + x) {
                 to[x - self.start[2]] = term.value(job, plane, row + x);
             }
