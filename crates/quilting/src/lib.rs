@@ -46,7 +46,7 @@
 //! blocks of 4 that step by 2, one of 36 with 7 that step by 5.
 //!
 //! # Features
-//! `rayon` (default): candidates are searched on the caller's pool; the output is the same either way.
+//! `rayon` (default): blocks and candidates are searched on the caller's pool; the output is the same either way.
 //!
 //! # Current state
 //! Synthesis and transfer (sections 2 and 3 of the paper) in full, with periodic outputs, masks and several exemplars.

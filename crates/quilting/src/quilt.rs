@@ -25,11 +25,13 @@ pub struct Stats {
     pub cut_error: u64,
 }
 
-/// Quilts an output from blocks of the exemplars, in raster order. `[Efros01 2.2]`
+/// Quilts an output from blocks of the exemplars. `[Efros01 2.2]`
 ///
 /// Each block is drawn from all those of all sources whose overlap error is within the tolerance of the least, then
-/// cut along the path of least error against what is there. With [`Options::spread`] an error counts more where its
-/// place was used more often than others, and the tolerance is one on what errors count. Periodic axes of `output`
+/// cut along the path of least error against what is there. Blocks are laid in raster order, but for those that neither touch
+/// nor follow from each other: block `j` of row `i` is laid in wave `2 i + j`, at once with the others of its wave (one after the other
+/// where columns are periodic). With [`Options::spread`] an error counts more where its
+/// place was used more often than others by the waves before, and the tolerance is one on what errors count. Periodic axes of `output`
 /// close without a seam of their own: at least two blocks go round them, shortened where that many do not fit.
 ///
 /// # Errors
@@ -50,7 +52,7 @@ pub fn quilt(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     options.validate()?;
-    check_limits(exemplars, output, options, run)?;
+    check_limits(output, estimate(&domains(exemplars), exemplars.channels(), output, options), run)?;
     quilt_by(FastSearch::new(exemplars, None, run.simd)?, exemplars, output, options, run)
 }
 
@@ -109,15 +111,18 @@ fn overlap(options: &Options, block: u32) -> Result<u32, Error> {
     if options.stage == Stage::Random { Ok(0) } else { options.overlap_of(block) }
 }
 
-/// The output and what it takes are within the run's limits.
-fn check_limits(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options, run: &Run<'_, 2>) -> Result<(), Error> {
+/// The output and the memory that it takes are within the run's limits.
+pub(crate) fn check_limits(output: Domain<2>, needed: u64, run: &Run<'_, 2>) -> Result<(), Error> {
     let ([height, width], Limits { memory: budget, side, samples }) = (output.shape, run.limits);
     if side < height.max(width) || samples < u64::from(height) * u64::from(width) {
         return Err(Error::OutputExceedsLimits { width, height, side, samples });
     }
-    let sources: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
-    let needed = estimate(&sources, exemplars.channels(), output, options);
     if budget < needed { Err(Error::Memory { needed, budget }) } else { Ok(()) }
+}
+
+/// The domains of all sources.
+pub(crate) fn domains(exemplars: &Exemplars<2>) -> Vec<Domain<2>> {
+    exemplars.sources().iter().map(|s| s.domain()).collect()
 }
 
 /// There is something to fill, and at least one source holds a block.

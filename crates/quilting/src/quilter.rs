@@ -70,11 +70,11 @@ pub(crate) struct Quilter<'a, S: Search> {
     pub(crate) counts: Counts,
 }
 
-/// Places in the exemplars that are looked at at once, unless there are more for one block: several blocks take memory each
-/// for all places, and one of many places keeps all threads busy by itself.
-const AT_ONCE: u64 = 1 << 20;
+/// Places in the exemplars whose errors are known at once, unless there are more for one block: each block takes memory for all
+/// places, and one of many places keeps all threads busy by itself.
+const AT_ONCE: u64 = 1 << 19;
 
-/// Blocks that are looked for at once.
+/// Blocks that are looked for at once on the threads of the current pool, in exemplars of so many samples.
 pub(crate) fn at_once(places: u64) -> usize {
     ((AT_ONCE / places.max(1)) as usize).clamp(1, par::threads())
 }

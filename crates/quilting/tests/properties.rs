@@ -197,6 +197,14 @@ fn the_limits_of_a_run_are_kept() {
     assert_eq!(refused.kind(), selvedge_core::ErrorKind::Memory);
     assert!(matches!(fail(Limits { side: 199, ..d }), Error::OutputExceedsLimits { width: 200, side: 199, .. }));
     assert!(matches!(fail(Limits { samples: 5_999, ..d }), Error::OutputExceedsLimits { samples: 5_999, .. }));
+
+    let (exemplars, guide) = guided(&exemplar, &simple::noise(30, 200, 2), [false; 2]);
+    let fail = |limits: Limits| {
+        let run = Run { limits, ..Run::seeded(0) };
+        transfer(&exemplars, &guide, &TransferOptions::default(), &run).unwrap_err()
+    };
+    assert!(matches!(fail(Limits { memory: 100_000, ..d }), Error::Memory { needed: 100_001.., budget: 100_000 }));
+    assert!(matches!(fail(Limits { side: 199, ..d }), Error::OutputExceedsLimits { height: 30 | 200, side: 199, .. }));
 }
 
 /// Cancels after some events.

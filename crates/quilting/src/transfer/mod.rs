@@ -6,8 +6,9 @@ mod steering;
 use selvedge_core::{Exemplars, Guide, Run, SourceMap, Woven, par};
 
 use crate::block_grid::BlockGrid;
+use crate::estimate_transfer;
 use crate::options::{Continuation, Error, Stage, per_mille};
-use crate::quilt::check_fit;
+use crate::quilt::{check_fit, check_limits, domains};
 use crate::quilter::{Pass, Progress, Quilter};
 use crate::search::{FastSearch, Search};
 
@@ -53,7 +54,8 @@ pub struct PassStats {
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`TransferOptions::validate`]), a guide made for other exemplars, exemplars
-/// without a valid block, an empty target, or no memory for the maps.
+/// without a valid block, an empty target, one over the run's limits (its [`estimate_transfer`] counts against their memory),
+/// or no memory for it.
 ///
 /// # Complexity
 /// A block takes `O(positions * block samples * channels)` as long as it is small (see the crate's page for figures),
@@ -70,6 +72,9 @@ pub fn transfer(
 ) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
     options.validate()?;
     guide.check(exemplars)?;
+    let (channels, guide_channels) = (exemplars.channels(), guide.weights().len());
+    let output = guide.target().domain();
+    check_limits(output, estimate_transfer(&domains(exemplars), channels, guide_channels, output, options), run)?;
     transfer_by(FastSearch::new(exemplars, Some(guide), run.simd)?, exemplars, guide, options, run)
 }
 
