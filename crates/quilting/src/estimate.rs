@@ -7,7 +7,7 @@ use crate::quilter::at_once;
 use crate::{Options, TransferOptions};
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
-const A_CANDIDATE: u64 = 96;
+const A_CANDIDATE: u64 = 40;
 /// Bytes of the error of a place.
 const AN_ERROR: u64 = 8;
 /// Bytes of the errors of a place where several searches are summed: of each of three, and of the sum.
@@ -26,8 +26,8 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let step = u64::from(options.block.unwrap_or(8)).div_ceil(2).pow(2);
     let blocks = (len(&output) / step.max(1)).saturating_add(1);
     let places = exemplars.iter().map(len).fold(0, u64::saturating_add);
-    // One of the blocks that are looked for at once is counted with the searcher.
-    let beside = (at_once(places) as u64 - 1).saturating_mul(places.saturating_mul(A_CANDIDATE + AN_ERROR));
+    // On as many threads as there may be. One of the blocks is counted with the searcher.
+    let beside = (at_once(places) - 1).saturating_mul(places.saturating_mul(A_CANDIDATE + AN_ERROR));
     [
         // Blocks at the output's border have other shapes, which may need spectra of their own.
         searched(exemplars, channels, block).saturating_mul(2),

@@ -8,7 +8,6 @@ use crate::options::{Error, Stage};
 use crate::quilter::{Pass, Quilter, reserve};
 use crate::search::{Candidate, Search, Space, Template, Term};
 use crate::transfer::Followed;
-use crate::usage::Draws;
 
 /// What is kept from one block to the next.
 pub(crate) struct Worker<S: Search> {
@@ -16,7 +15,6 @@ pub(crate) struct Worker<S: Search> {
     /// The output under the block, where blocks of this pass lie.
     pub(crate) overlap: Template,
     followed: Followed,
-    draws: Draws,
 }
 
 /// What is to be laid at a block.
@@ -31,7 +29,7 @@ pub(crate) struct Found {
 impl<S: Search> Worker<S> {
     pub(crate) fn new(pass: &Pass<'_>) -> Result<Self, Error> {
         let overlap = Template::for_blocks(pass.block, pass.exemplars)?;
-        Ok(Self { search: S::Scratch::default(), overlap, followed: Followed::default(), draws: Draws::default() })
+        Ok(Self { search: S::Scratch::default(), overlap, followed: Followed::default() })
     }
 }
 
@@ -55,7 +53,7 @@ impl<S: Search> Quilter<'_, S> {
 
     /// A uniform draw from the candidates within the tolerance, and how many they are.
     fn choose(&self, number: usize, block: &Block, worker: &mut Worker<S>) -> Result<(Candidate, u32), Error> {
-        let Worker { search, overlap, followed, draws } = worker;
+        let Worker { search, overlap, followed } = worker;
         let continued = self.continuations(number, block);
         let avoid = |source: usize, at: [u32; 2]| continued.iter().any(|&(s, p)| s == source && near(at, p));
         let agree = [Term { space: Space::Texture, template: overlap, weight: 1 }];
@@ -65,8 +63,7 @@ impl<S: Search> Quilter<'_, S> {
         let per_mille = self.pass.per_mille;
         let within = |best: &Candidate| self.usage.widened(per_mille, best);
         let near = self.search.near(terms, &within, &avoid, search)?;
-        let drawn = self.usage.draw(near, per_mille, &mut self.rng(number), draws)?;
-        drawn.ok_or(masked(block))
+        self.usage.draw(near, per_mille, &mut self.rng(number)).ok_or(masked(block))
     }
 
     /// Where the chosen block shows. `[Efros01 2.1]`

@@ -74,9 +74,9 @@ pub(crate) struct Quilter<'a, S: Search> {
 /// places, and one of many places keeps all threads busy by itself.
 const AT_ONCE: u64 = 1 << 19;
 
-/// Blocks that are looked for at once on the threads of the current pool, in exemplars of so many samples.
-pub(crate) fn at_once(places: u64) -> usize {
-    ((AT_ONCE / places.max(1)) as usize).clamp(1, par::threads())
+/// Blocks that are looked for at once at most, in exemplars of so many samples.
+pub(crate) fn at_once(places: u64) -> u64 {
+    (AT_ONCE / places.max(1)).max(1)
 }
 
 impl<'a, S: Search> Quilter<'a, S> {
@@ -88,8 +88,8 @@ impl<'a, S: Search> Quilter<'a, S> {
     ) -> Result<Self, Error> {
         let usage = Usage::new(pass.exemplars, pass.block, pass.spread)?;
         let (free, laid) = (FreePlaces::new(pass.exemplars), try_vec(pass.grid.len(), None)?);
-        let places = pass.exemplars.table().len().into();
-        let workers = (0..at_once(places)).map(|_| Worker::new(&pass)).collect::<Result<_, _>>()?;
+        let at_once = at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
+        let workers = (0..at_once).map(|_| Worker::new(&pass)).collect::<Result<_, _>>()?;
         Ok(Self { search, pass, run, map, laid, usage, free, workers, counts: Counts::default() })
     }
 

@@ -7,7 +7,6 @@
 use selvedge_core::{Exemplars, Rng, try_vec};
 
 use crate::options::Error;
-use crate::quilter::reserve;
 use crate::search::Candidate;
 
 /// Most that is added to an error, in thousandths of it: no block is drawn for its rareness that is twice as bad as
@@ -25,9 +24,6 @@ pub(crate) struct Usage {
     side: u32,
     sources: Vec<Uses>,
 }
-
-/// Working memory of draws: candidates with what they count.
-pub(crate) type Draws = Vec<(u128, Candidate)>;
 
 /// Uses of blocks by the place of their top left sample in one source.
 struct Uses {
@@ -62,24 +58,13 @@ impl Usage {
     }
 
     /// Of the candidates that count at most `1 + per_mille / 1000` times the least, one by a uniform draw; and how many there
-    /// were. `None` if there are no candidates.
-    pub(crate) fn draw(
-        &self,
-        candidates: &[Candidate],
-        per_mille: u32,
-        rng: &mut Rng,
-        counted: &mut Draws,
-    ) -> Result<Option<(Candidate, u32)>, Error> {
-        counted.clear();
-        reserve(counted, candidates.len())?;
-        counted.extend(candidates.iter().map(|c| (self.counted(c), *c)));
-        let Some(least) = counted.iter().map(|c| c.0).min() else { return Ok(None) };
+    /// were. `None` if there are no candidates. They come in the order of source and position.
+    pub(crate) fn draw(&self, candidates: &[Candidate], per_mille: u32, rng: &mut Rng) -> Option<(Candidate, u32)> {
+        let least = candidates.iter().map(|c| self.counted(c)).min()?;
         let limit = least * (1000 + u128::from(per_mille));
-        counted.retain(|c| c.0 * 1000 <= limit);
-        let n = counted.len() as u32;
-        // The order is that of what they count, then source and position.
-        let (_, &mut (_, chosen), _) = counted.select_nth_unstable(rng.below(n) as usize);
-        Ok(Some((chosen, n)))
+        let near = || candidates.iter().filter(|c| self.counted(c) * 1000 <= limit);
+        let n = near().count() as u32;
+        near().nth(rng.below(n) as usize).map(|&chosen| (chosen, n))
     }
 
     /// What a candidate's error counts, in thousandths.
@@ -148,7 +133,7 @@ mod tests {
         let mut drawn = [0; 2];
         for _ in 0..1000 {
             let both = [candidate(errors[0], [0, 0]), candidate(errors[1], [30, 20])];
-            let (chosen, _) = usage.draw(&both, 0, &mut rng, &mut Draws::new()).unwrap().unwrap();
+            let (chosen, _) = usage.draw(&both, 0, &mut rng).unwrap();
             usage.note(&chosen);
             drawn[usize::from(chosen.at == [30, 20])] += 1;
         }
@@ -177,7 +162,7 @@ mod tests {
             let best = candidates.iter().min().unwrap();
             let limit = best.error * (1000 + u64::from(usage.widened(210, best)));
             widened += u32::from(1210 * best.error < limit);
-            let (chosen, _) = usage.draw(&candidates, 210, &mut rng, &mut Draws::new()).unwrap().unwrap();
+            let (chosen, _) = usage.draw(&candidates, 210, &mut rng).unwrap();
             usage.note(&chosen);
             assert!(chosen.error * 1000 <= limit);
         }

@@ -61,7 +61,7 @@ pub(crate) trait Search: Sync {
     type Scratch: Default + Send + Sync;
 
     /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first by
-    /// error, source and position, in any order. None if no valid block fits.
+    /// error, source and position, in the order of source and position. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
     fn near<'s>(

@@ -77,5 +77,6 @@ fn within(all: &[Candidate], by: Within<'_>, allow: impl Fn(&Candidate) -> bool)
     near.sort_unstable();
     let limit = near.first().map_or(0, |best| u128::from(best.error) * (1000 + u128::from(by(best))));
     near.retain(|c| u128::from(c.error) * 1000 <= limit);
+    near.sort_unstable_by_key(|c| (c.source, c.at));
     near
 }
