@@ -74,10 +74,13 @@ impl<S: Search> Quilter<'_, S> {
         let corner = features.domain().index(chosen.at);
         let mut error = try_vec(h * w, 0_u64)?;
         for (c, &weight) in self.pass.exemplars.weights().iter().enumerate() {
-            let (old, new) = (&under.features[c * h * w..][..h * w], features.plane(c));
-            for (i, e) in error.iter_mut().enumerate().filter(|(i, _)| under.mask[*i]) {
-                let d = new[corner + i / w * stride + i % w].abs_diff(old[i]);
-                *e += u64::from(u32::from(d) * u32::from(d)) * u64::from(weight);
+            let (old, new) = (under.features[c * h * w..].chunks(w), features.plane(c)[corner..].chunks(stride));
+            let rows = error.chunks_mut(w).zip(under.mask.chunks(w)).zip(old.zip(new));
+            for ((error, mask), (old, new)) in rows {
+                for (((e, &on), &old), &new) in error.iter_mut().zip(mask).zip(old).zip(new) {
+                    let d = u32::from(new.abs_diff(old));
+                    *e += u64::from(on) * u64::from(d * d) * u64::from(weight);
+                }
             }
         }
         let overlaps = Overlaps {
@@ -133,10 +136,10 @@ impl Template {
         self.clear(n, exemplars.channels())?;
         self.features.resize(n * exemplars.channels(), 0);
         for (i, p) in Domain::open(self.shape).positions().enumerate() {
-            let id = map.ids.get(0, block.position(output, p));
-            let source = Some(id).filter(|_| compared(p)).and_then(|id| table.source(id));
+            let id = compared(p).then(|| map.ids.get(0, block.position(output, p)));
+            let source = id.and_then(|id| table.source(id));
             self.mask.push(source.is_some());
-            if let Some(source) = source {
+            if let (Some(source), Some(id)) = (source, id) {
                 let from = (id.get() - table.first(source)) as usize;
                 let features = &exemplars.sources()[source].features;
                 for c in 0..features.channels() {
