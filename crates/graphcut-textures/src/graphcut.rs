@@ -61,6 +61,10 @@ pub fn graphcut<const D: usize>(
 /// # Errors
 /// Those of [`graphcut`], [`Error::Shape`] and [`Error::ForeignMap`] for a start that does not fit, and
 /// [`Error::NoSource`] where a hole may not be filled.
+/// # Events
+/// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All of
+/// them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)).
+///
 pub fn graphcut_from<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,

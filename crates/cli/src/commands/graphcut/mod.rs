@@ -5,7 +5,7 @@ mod scales;
 mod start;
 
 use clap::Args;
-use selvedge_core::{Domain, Grid, Run, Transform};
+use selvedge_core::{Domain, Grid, Observer, Run, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
 use serde_json::json;
 
@@ -13,6 +13,7 @@ use self::choices::{Auto, PlacementArg, Reach, SeamArg, number_or};
 use self::scales::{Field, Range, Scales};
 use self::start::StartArgs;
 use crate::blending::Blending;
+use crate::course::{self, Film};
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::report::Done;
@@ -177,7 +178,10 @@ impl Graphcut {
                     // A bit for each source at each place.
                     let field = if steered { bits_of_sources(output) } else { 0 };
                     let method = estimate(sources, channels, output, &options);
-                    method.saturating_add(field).saturating_add(self.blending.memory(output, channels + 1))
+                    let film =
+                        if self.weaving.report.is_some() { course::memory(sources, channels, output) } else { 0 };
+                    let method = method.saturating_add(field).saturating_add(film);
+                    method.saturating_add(self.blending.memory(output, channels + 1))
                 },
             },
         )?;
@@ -192,7 +196,12 @@ impl Graphcut {
             return Ok(loom.would(used, "from patches"));
         }
         let start = Start { map, fixed: fixed.clone(), sources };
-        let woven = graphcut_from(exemplars, start, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let filmed = self.weaving.report.is_some();
+        let film = filmed.then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
+        let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
+        let run = Run { observer, ..session.run() };
+        let woven = graphcut_from(exemplars, start, &options, &run).map_err(|e| failure(&loom, e))?;
+        let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
         let outcome = Outcome {
             map: woven.result,
             complete: woven.complete,
@@ -200,6 +209,7 @@ impl Graphcut {
             kept: fixed,
             options: self.used(&loom, field.as_ref(), &options, Some(&woven.stats)),
             stats: counts(&woven.stats),
+            course,
             how: how(&woven.stats),
         };
         loom.finish(outcome)
