@@ -24,7 +24,7 @@ fn of<const D: usize>(plane: &Plane<D>) -> Exemplars<D> {
     Exemplars::of(&[std::slice::from_ref(plane)]).unwrap()
 }
 
-fn weave<const D: usize>(e: &Exemplars<D>, output: Domain<D>, options: &Options) -> (SourceMap<D>, Stats) {
+fn weave<const D: usize>(e: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> (SourceMap<D>, Stats<D>) {
     let woven = graphcut(e, output, options, &Run::seeded(3)).unwrap();
     assert!(woven.complete);
     assert_eq!(woven.result.holes(), 0, "{options:?}");
@@ -66,7 +66,7 @@ fn wrapped_seams_are_no_worse_than_inner_ones() {
     let e = of(&blobs([40, 40], 3));
     let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
     for placement in PLACEMENTS {
-        for (side, region) in [(56, None), (40, Some(40)), (24, Some(40)), (30, Some(30)), (25, None)] {
+        for (side, region) in [(56, None), (40, Some([40; 2])), (24, Some([40; 2])), (30, Some([30; 2])), (25, None)] {
             let options = Options { placement, region, ..Options::default() };
             let (mut wrapped, mut inner) = (0, 0);
             for seed in 0..6 {
@@ -107,7 +107,7 @@ fn masks_do_not_make_patches_of_single_samples() {
     let e =
         Exemplars::masked(&Encoder::fit(&planes).unwrap(), &planes, &[Some(valid)], &[Transform::IDENTITY]).unwrap();
     for placement in PLACEMENTS {
-        let options = Options { placement, region: Some(12), ..Options::default() };
+        let options = Options { placement, region: Some([12; 2]), ..Options::default() };
         let (map, stats) = weave(&e, Domain::open([80, 80]), &options);
         let single = map.domain().positions().filter(|&p| map.locate(p).is_some_and(|(_, at)| 24 <= at[1])).count();
         assert!(
@@ -229,6 +229,132 @@ fn a_field_of_sources_is_obeyed() {
 }
 
 #[test]
+fn patches_at_the_border_of_a_field_show_more_than_a_sliver() {
+    // The first exemplar stands up to column 29 and may go on for one more: no patch goes on as well as it does itself,
+    // but there is one column left for it. The second may show from there on.
+    let planes = [blobs([60, 40], 1), blobs([60, 40], 2)];
+    let e = Exemplars::of(&planes.each_ref().map(std::slice::from_ref)).unwrap();
+    let output = Domain::open([60, 70]);
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    for [y, x] in output.positions().filter(|at| at[1] < 30) {
+        map.ids.set(0, [y, x], e.table().id(0, [y, x]));
+    }
+    let bits = |[_, x]: [u32; 2]| u64::from(x <= 30) | u64::from(30 <= x) << 1;
+    let field = Grid::from_vec(output, 1, output.positions().map(bits).collect()).unwrap();
+    for placement in PLACEMENTS {
+        let start = Start { map: map.clone(), fixed: None, sources: Some(field.clone()) };
+        let options = Options { placement, region: Some([12; 2]), refine: Some(0), ..Options::default() };
+        let woven = graphcut_from(&e, start, &options, &Run::seeded(1)).unwrap().result;
+        assert!((0..60).all(|y| woven.locate([y, 30]).unwrap().0 == 1), "{placement:?}");
+    }
+}
+
+#[test]
+fn where_no_source_has_room_the_roomiest_is_laid() {
+    // Stripes of one row and column: no source may show in a fourth of any region.
+    let planes = [1, 2, 3, 4, 5].map(|seed| blobs([24, 24], seed));
+    let refs = planes.each_ref().map(std::slice::from_ref);
+    let e = Exemplars::of(&refs).unwrap();
+    let output = Domain::periodic([30, 35]);
+    let field = Grid::from_vec(output, 1, output.positions().map(|[y, x]| 1_u64 << ((y + x) % 5)).collect()).unwrap();
+    for placement in PLACEMENTS {
+        let start =
+            Start { map: SourceMap::unassigned(&e, output).unwrap(), fixed: None, sources: Some(field.clone()) };
+        let options = Options { placement, refine: Some(9), ..Options::default() };
+        let map = graphcut_from(&e, start, &options, &Run::seeded(1)).unwrap().result;
+        assert!(output.positions().all(|[y, x]| map.locate([y, x]).unwrap().0 == ((y + x) % 5) as usize));
+    }
+}
+
+#[test]
+fn regions_and_reach_have_a_length_along_each_axis() {
+    // Wider than the exemplar is high.
+    let e = of(&blobs([20, 60], 5));
+    for placement in PLACEMENTS {
+        let options = Options { placement, region: Some([9, 30]), reach: Some([3, 0]), ..Options::default() };
+        let (_, stats) = weave(&e, Domain { shape: [40, 70], periodic: [true, false] }, &options);
+        assert_eq!((stats.region, stats.reach), ([9, 30], [3, 0]));
+        assert!(stats.energy.is_sorted_by(|a, b| a >= b));
+    }
+    let clip = of(&blobs([6, 20, 22], 6));
+    let options = Options { region: Some([3, 10, 8]), reach: Some([1, 4, 9]), refine: Some(3), ..Options::default() };
+    weave(&clip, Domain::open([10, 24, 30]), &options);
+
+    // Around a single hole nothing changes beyond the region and its reach, however bad it is there.
+    let (output, hole) = (Domain::open([50, 50]), [24, 25]);
+    let e = of(&blobs([50, 50], 7));
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    let mut rng = Seed(7).rng();
+    map.ids.plane_mut(0).fill_with(|| SampleId::new(rng.below(2500)));
+    map.ids.set(0, hole, SampleId::UNASSIGNED);
+    let mut widest = [0; 2];
+    for seed in 0..40 {
+        let start = Start { map: map.clone(), fixed: None, sources: None };
+        let (region, reach) = ([3, 5], [2, 9]);
+        let options = Options {
+            placement: Placement::Random,
+            region: Some(region),
+            reach: Some(reach),
+            refine: Some(0),
+            ..Options::default()
+        };
+        let woven = graphcut_from(&e, start, &options, &Run::seeded(seed)).unwrap().result;
+        for at in output.positions().filter(|&at| woven.ids.get(0, at) != map.ids.get(0, at)) {
+            widest = std::array::from_fn(|axis| widest[axis].max(at[axis].abs_diff(hole[axis])));
+        }
+        assert!(widest[0] <= 1 + 2 && widest[1] <= 2 + 9, "{widest:?}");
+    }
+    assert!(1 < widest[0] && 8 < widest[1], "patches reach as far as they may somewhere: {widest:?}");
+    let fails = |region| {
+        let options = Options { region: Some(region), ..Options::default() };
+        graphcut(&of(&blobs([20, 60], 5)), output, &options, &Run::seeded(0)).unwrap_err()
+    };
+    let error = fails([21, 3]);
+    assert_eq!(error, Error::RegionExceedsExemplar { region: vec![21, 3], largest: vec![20, 60] });
+    assert!(error.to_string().contains("a region of [21, 3] samples (the largest is [20, 60])"), "{error}");
+    assert!(fails([21; 2]).to_string().contains("a region of 21 samples a side"));
+}
+
+#[test]
+fn refinement_goes_on_elsewhere_when_the_worst_seams_cannot_be_mended() {
+    // On the left, seams that are fixed, dearer than all others; on the right, one that any patch mends.
+    let domain = Domain::open([40, 160]);
+    let value = |[y, x]: [u32; 2]| {
+        (Seed(2).derive("grain", u64::from(y * 160 + x)).0 % 24) as u8 + if x < 20 { 200 } else { 0 }
+    };
+    let grid = Grid::from_vec(domain, 1, domain.positions().map(value).collect()).unwrap();
+    let e = of(&Plane::new(Role::Scalar, Samples::U8(grid)));
+    let output = Domain::open([40, 120]);
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    let mut fixed = Grid::try_filled(output, 1, false).unwrap();
+    for [y, x] in output.positions() {
+        // Stripes of the bright and the dark part by turns, then two dark pieces that do not fit.
+        let from = if x < 32 {
+            x / 4 % 2 * 60 + x % 4
+        } else if x < 90 {
+            x + 20
+        } else {
+            x + 21
+        };
+        map.ids.set(0, [y, x], e.table().id(0, [y, from]));
+        fixed.set(0, [y, x], x < 32);
+    }
+    // Windows that are not remembered would be tried again and again: as many failures in a row end the run.
+    let options = Options {
+        placement: Placement::Sub,
+        seam: SeamMeasure::Difference,
+        region: Some([8; 2]),
+        patience: 120,
+        refine: Some(200),
+        ..Options::default()
+    };
+    let start = Start { map, fixed: Some(fixed), sources: None };
+    let woven = graphcut_from(&e, start, &options, &Run::seeded(3)).unwrap();
+    assert!(0 < woven.stats.improvements, "{:?}", woven.stats);
+    assert!(woven.stats.energy.is_sorted_by(|a, b| a >= b));
+}
+
+#[test]
 fn several_exemplars_and_orientations_are_used() {
     let (a, b) = (blobs([26, 20], 8), blobs([20, 30], 8));
     let planes = [std::slice::from_ref(&a), std::slice::from_ref(&b)];
@@ -262,18 +388,18 @@ fn constant_and_tiny_exemplars_end() {
 fn wrong_input_is_an_error_with_its_numbers() {
     let e = of(&blobs([16, 20], 9));
     let run = Run::seeded(0);
-    let fails = |output, options: &Options| graphcut(&e, output, options, &run).unwrap_err();
+    let fails = |output, options: &Options<2>| graphcut(&e, output, options, &run).unwrap_err();
     let output = Domain::open([20, 20]);
     let options = Options::default();
-    let region = fails(output, &Options { region: Some(17), ..options });
-    assert_eq!(region, Error::RegionExceedsExemplar { region: 17, largest: vec![16, 20] });
+    let region = fails(output, &Options { region: Some([17; 2]), ..options });
+    assert_eq!(region, Error::RegionExceedsExemplar { region: vec![17; 2], largest: vec![16, 20] });
     assert_eq!(region.kind(), ErrorKind::Input);
     assert!(matches!(fails(Domain::open([0, 5]), &options), Error::EmptyOutput { .. }));
     for wrong in [
         Options { randomness: f64::NAN, ..options },
         Options { randomness: -1.0, ..options },
         Options { variety: f64::INFINITY, ..options },
-        Options { region: Some(0), ..options },
+        Options { region: Some([4, 0]), ..options },
         Options { tries: 0, ..options },
         Options { tries: 65, ..options },
         Options { patience: 0, ..options },

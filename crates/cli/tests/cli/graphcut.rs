@@ -44,6 +44,24 @@ fn paper_is_what_it_stands_for() {
 }
 
 #[test]
+fn regions_may_be_oblong() {
+    let folder = Folder::new("graphcut-oblong");
+    let line = "graphcut @/weave.png --size 120x100 --placement sub --refine 6 --map m.exr";
+    let made = |options: &str| {
+        let said = folder.run(&format!("{line} -o a.png --json {options}")).done();
+        let used = said.json()["options"].clone();
+        (used["region"].to_string(), used["reach"].to_string(), samples(&folder, "a.png"))
+    };
+    let (square, typed) = (made("--region 24 --reach 12"), made("--region 24x24 --reach 12x12"));
+    assert_eq!((square.0.as_str(), square.1.as_str()), ("24", "12"));
+    assert_eq!(square, typed);
+    let wide = made("--region 40x16 --reach 30X0");
+    assert_eq!((wide.0.as_str(), wide.1.as_str()), ("\"40x16\"", "\"30x0\""));
+    assert_ne!(wide.2, square.2);
+    assert_eq!(made("--region 40x16").1, "\"20x8\"", "half of the region");
+}
+
+#[test]
 fn maps_of_turned_and_scaled_sources_stand_alone() {
     let folder = Folder::new("graphcut-sources");
     write(&folder, "half.png", [128, 128], 1, |_, [_, x]| if x < 80 { 255 } else { 0 });
@@ -250,6 +268,7 @@ fn the_command_inside_makes_it_again() {
         ),
         "graphcut cobbles.png -o a.png --start a.exr --rotate -30,20 --scale 0.8 --region 9 --refine 3".into(),
         format!("graphcut cobbles.png -o a.png --size 40 {QUICK} --scale-field stars.png --scale-range 0.8..1.25"),
+        "graphcut cobbles.png -o a.png --size 60x50 --region 24x16 --reach 6x9 --placement sub --refine 2".into(),
         "graphcut cobbles.png -o a.png --over stars.png --fixed stars.png --region 16 --refine 1 --tries 1".into(),
     ];
     for line in lines {
@@ -261,25 +280,6 @@ fn the_command_inside_makes_it_again() {
     }
 }
 
-#[test]
-fn tiny_and_constant_exemplars_are_woven() {
-    let folder = Folder::new("graphcut-tiny");
-    for (name, shape) in [("one.png", [1, 1]), ("row.png", [1, 50]), ("column.png", [50, 1]), ("flat.png", [40, 40])] {
-        write(&folder, name, shape, 3, |_, _| 7);
-        for options in
-            ["--size 9x5", "--size 30x20 --tile xy", "--size 1 --feather 2", "--size 12 --placement entire --spline 2"]
-        {
-            let line = format!("graphcut {name} -o out.png {options}");
-            folder.run(&line).done();
-            assert!(
-                matches!(samples(&folder, "out.png"), Samples::U8(g) if g.samples().iter().all(|v| *v == 7)),
-                "{line}"
-            );
-        }
-    }
-}
-
-/// Command lines that fail, their codes, and what their lines name.
 /// The pictures of seam costs on a page: number of the refinement, price of all seams, samples.
 fn steps(page: &str) -> Vec<(usize, i64, Grid<u8, 2>)> {
     let digit = |c: u8| match c {
@@ -365,8 +365,31 @@ fn the_report_shows_what_seams_cost_after_refinements() {
     assert!(needed("") + 400 * 400 < needed("--report page"));
 }
 
-const REFUSED: [(&str, i32, &[&str]); 27] = [
+#[test]
+fn tiny_and_constant_exemplars_are_woven() {
+    let folder = Folder::new("graphcut-tiny");
+    for (name, shape) in [("one.png", [1, 1]), ("row.png", [1, 50]), ("column.png", [50, 1]), ("flat.png", [40, 40])] {
+        write(&folder, name, shape, 3, |_, _| 7);
+        for options in
+            ["--size 9x5", "--size 30x20 --tile xy", "--size 1 --feather 2", "--size 12 --placement entire --spline 2"]
+        {
+            let line = format!("graphcut {name} -o out.png {options}");
+            folder.run(&line).done();
+            assert!(
+                matches!(samples(&folder, "out.png"), Samples::U8(g) if g.samples().iter().all(|v| *v == 7)),
+                "{line}"
+            );
+        }
+    }
+}
+
+/// Command lines that fail, their codes, and what their lines name.
+const REFUSED: [(&str, i32, &[&str]); 31] = [
     ("", 3, &["'small.png'", "16 samples", "[9, 12]", "use --region 9 or a larger exemplar"]),
+    ("--region 9x10", 3, &["'small.png'", "a region of [10, 9] samples", "[9, 12]"]),
+    ("--region 4x", 2, &["'4x'", "48x32 (width by height)"]),
+    ("--region 0x4", 2, &["region is 0", "at least 1"]),
+    ("--reach -1", 2, &["'-1'", "24x16 (across by down)"]),
     ("--refine -1", 2, &["'-1'", "--refine"]),
     ("--tries 0", 2, &["tries is 0", "1 to 64"]),
     ("--feather nan", 2, &["feather is NaN", "0 to 16"]),
@@ -405,7 +428,11 @@ fn what_cannot_be_done_is_refused_in_one_line() {
     selvedge_io::write(folder.path("nan.exr"), &field, &Metadata::default(), &WriteOptions::default()).unwrap();
     let before = folder.names();
     for (options, exit, parts) in REFUSED {
-        let region = if options.is_empty() { "--region 16" } else { "--region 4" };
+        let region = match options {
+            "" => "--region 16",
+            _ if options.contains("--region") => "",
+            _ => "--region 4",
+        };
         let said = folder.run(&format!("graphcut small.png -o a.png {region} {options}")).refused(exit, parts);
         assert!(said.stdout.is_empty());
         assert_eq!(folder.names(), before, "{options}");
