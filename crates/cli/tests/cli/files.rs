@@ -107,6 +107,8 @@ fn the_estimate_is_no_less_than_the_peak() {
         "quilt @/stars.png -o a.png --size 2000 --block 24 --map m.exr",
         "graphcut @/cobbles.png -o a.png --size 300 --placement entire --refine 4 --map m.exr",
         "graphcut @/stars.png -o a.png --size 512 --placement sub --refine 4 --tries 8",
+        "graphcut @/stars.png -o a.png --size 300 --placement random --region 2 --reach 0 --refine 4",
+        "graphcut @/stars.png -o a.png --size 400 --placement random --region 24 --refine 60 --report page",
         "graphcut @/cobbles.png -o a.png --size 256 --placement sub --refine 4 --scale-field top=0.5,bottom=2",
         "graphcut @/stars.png -o a.png --size 1500 --placement random --region 100 --refine 0 --feather 3",
         "graphcut @/bricks/albedo.png -o a.png --over @/bricks/albedo.png --fixed @/bricks/height.png --refine 0 --spline 4",
