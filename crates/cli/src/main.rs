@@ -6,6 +6,7 @@ mod available;
 mod blending;
 mod commands;
 mod config;
+mod course;
 mod exemplars;
 mod explain;
 mod failure;

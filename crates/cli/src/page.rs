@@ -19,7 +19,9 @@ color:#222;background:#fafafa}h1{font-size:1.3rem}h2{font-size:1rem;margin:2rem 
 img{max-width:100%;image-rendering:pixelated;border:1px solid #ccc}figure{margin:0 0 1.5rem}\
 figcaption,th{color:#666;font-weight:normal}table{border-collapse:collapse}\
 th,td{text-align:left;vertical-align:top;padding:.1rem 1rem .1rem 0}td{font-family:ui-monospace,monospace;\
-overflow-wrap:anywhere}pre{white-space:pre-wrap;background:#eee;padding:.5rem}";
+overflow-wrap:anywhere}pre{white-space:pre-wrap;background:#eee;padding:.5rem}\
+svg{width:100%;height:12rem;background:#fff;border:1px solid #ccc}polyline{fill:none;stroke:#b33}circle{fill:#b33}\
+.steps{display:grid;grid-template-columns:repeat(auto-fill,minmax(13rem,1fr));gap:0 1rem}.steps img{width:100%}";
 
 /// The file that a folder of `--report` gets, or, while there is no such folder, the folder: what has to be writable.
 pub(crate) fn checked(folder: &Path) -> PathBuf {
@@ -43,8 +45,14 @@ pub(crate) fn file(folder: &Path) -> Result<PathBuf, Failure> {
     Ok(folder.join(NAME))
 }
 
-/// The page of a run, given as the object of `--json`, with the command that makes it again and pictures with captions.
-pub(crate) fn page(run: &Value, command: &str, pictures: &[(&str, &Plane<2>)]) -> Result<String, Failure> {
+/// The page of a run, given as the object of `--json`, with the command that makes it again, pictures with captions, and
+/// what a method shows of its course, ready as HTML.
+pub(crate) fn page(
+    run: &Value,
+    command: &str,
+    pictures: &[(&str, &Plane<2>)],
+    course: &str,
+) -> Result<String, Failure> {
     let title = run["outputs"][0]["path"].as_str().unwrap_or("a run");
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style>\n\
@@ -53,13 +61,10 @@ pub(crate) fn page(run: &Value, command: &str, pictures: &[(&str, &Plane<2>)]) -
         escaped(command)
     );
     for (caption, plane) in pictures {
-        let png = preview(plane)?;
         let [height, width] = plane.domain().shape;
-        let (caption, data) = (escaped(caption), base64(&png));
-        let said = format!("{caption}, {width}x{height} px");
-        let image = format!("<img alt=\"{caption}\" src=\"data:image/png;base64,{data}\">");
-        page += &format!("<figure>{image}<figcaption>{said}</figcaption></figure>\n");
+        page += &figure(plane, caption, &format!("{caption}, {width}x{height} px"))?;
     }
+    page += course;
     for (heading, key) in [
         ("Options", "options"),
         ("Counts", "stats"),
@@ -71,6 +76,13 @@ pub(crate) fn page(run: &Value, command: &str, pictures: &[(&str, &Plane<2>)]) -
         page += &format!("<h2>{heading}</h2>\n{}\n", table(&run[key]));
     }
     Ok(page + "</html>\n")
+}
+
+/// A picture inside of the page, with what it shows and a caption.
+pub(crate) fn figure(plane: &Plane<2>, shows: &str, caption: &str) -> Result<String, Failure> {
+    let (shows, caption, data) = (escaped(shows), escaped(caption), base64(&preview(plane)?));
+    let image = format!("<img alt=\"{shows}\" src=\"data:image/png;base64,{data}\">");
+    Ok(format!("<figure>{image}<figcaption>{caption}</figcaption></figure>\n"))
 }
 
 /// A value as a table of its parts, or as text.
@@ -148,7 +160,7 @@ mod tests {
     #[test]
     fn names_cannot_break_out_of_the_page() {
         let run = json!({"outputs": [{"path": "<script>.png"}], "options": {"a": "\"&<b>"}, "stats": {}});
-        let page = page(&run, "selvedge 'a<b'", &[]).unwrap();
+        let page = page(&run, "selvedge 'a<b'", &[], "").unwrap();
         assert!(!page.contains("<script>") && !page.contains("<b>") && page.contains("a&lt;b"), "{page}");
     }
 

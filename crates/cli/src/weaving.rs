@@ -9,6 +9,7 @@ use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOption
 
 use crate::args::FormatArg;
 use crate::blending::Blending;
+use crate::course::Course;
 use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
 use crate::explain::{self, explain};
 use crate::failure::{Failure, shown};
@@ -45,7 +46,8 @@ pub(crate) struct Weaving {
     /// Write a picture of the seams and of where each part came from, for eyes.
     #[arg(long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) explain: Option<PathBuf>,
-    /// Write a page about the run with its pictures inside: DIR/index.html.
+    /// Write a page about the run with its pictures inside: DIR/index.html. That of graphcut also shows what seams cost
+    /// after refinements that changed something, evenly thinned to at most 25 pictures.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) report: Option<PathBuf>,
 }
@@ -111,6 +113,8 @@ pub(crate) struct Outcome {
     pub(crate) stats: serde_json::Value,
     /// How it was made, for people.
     pub(crate) how: String,
+    /// How its seams became cheaper, for the page of `--report`.
+    pub(crate) course: Option<Course>,
 }
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
@@ -284,7 +288,7 @@ impl Loom<'_> {
         provenance: Option<Provenance>,
     ) -> Result<(), Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { map, blending, kept, complete, .. } = outcome;
+        let Outcome { map, blending, kept, complete, course, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them.
         let blending = if complete { blending } else { Blending::default() };
         let plane = blending.render(&map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?;
@@ -306,7 +310,7 @@ impl Loom<'_> {
         self.report.stage("encode");
         let new_folder = self.args.report.clone().filter(|folder| !folder.is_dir());
         if let (Some(folder), Some((command, explained))) = (&self.args.report, &shown) {
-            let page = self.page(command, &outputs, &plane, explained)?;
+            let page = self.page(command, &outputs, &[&plane, explained], course.as_ref())?;
             outputs.bytes(&page::file(folder)?, page.into_bytes());
         }
         drop((plane, shown));
@@ -323,8 +327,8 @@ impl Loom<'_> {
         &self,
         command: &str,
         outputs: &Outputs,
-        picture: &Plane<2>,
-        explained: &Plane<2>,
+        [picture, explained]: &[&Plane<2>; 2],
+        course: Option<&Course>,
     ) -> Result<String, Failure> {
         let threads = rayon::current_num_threads();
         let mut run = self.report.json(self.session.global.seed, threads, false);
@@ -335,7 +339,12 @@ impl Loom<'_> {
             .collect::<serde_json::Map<_, _>>()
             .into();
         let what = "Seams; the places that each part came from; the exemplars in the colours of those places";
-        page::page(&run, command, &[("The output", picture), (what, explained)])
+        if let (Some(_), Some(stats)) = (course, run["stats"].as_object_mut()) {
+            // Drawn, not listed.
+            stats.remove("energy");
+        }
+        let course = course.map_or(Ok(String::new()), Course::html)?;
+        page::page(&run, command, &[("The output", picture), (what, explained)], &course)
     }
 
     /// How the picture was made: nothing that differs between equal runs.

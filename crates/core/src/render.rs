@@ -15,6 +15,11 @@ pub trait Render<const D: usize> {
     /// # Errors
     /// If planes are missing, differ in layout, or have another shape than their exemplar.
     fn render(&self, plane_of_each_exemplar: &[&Plane<D>]) -> Result<Plane<D>, Error>;
+
+    /// The source map, where this is one: for those who look at more than its samples.
+    fn as_map(&self) -> Option<&SourceMap<D>> {
+        None
+    }
 }
 
 impl<const D: usize> Render<D> for SourceMap<D> {
@@ -22,6 +27,10 @@ impl<const D: usize> Render<D> for SourceMap<D> {
     /// sources are interpolated.
     fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
         Payload::new(&self.table, planes)?.gather(&self.ids)
+    }
+
+    fn as_map(&self) -> Option<&SourceMap<D>> {
+        Some(self)
     }
 }
 

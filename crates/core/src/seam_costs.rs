@@ -268,6 +268,25 @@ mod tests {
     }
 
     #[test]
+    fn in_a_clip_seams_between_frames_are_divided_by_gradients_in_time() {
+        let mut rng = Seed(4).rng();
+        let features = (0..60).map(|_| rng.below(256) as u8).collect();
+        let transform = Transform::IDENTITY;
+        let source = Source {
+            features: Grid::from_vec(Domain::open([5, 3, 4]), 1, features).unwrap(),
+            valid: None,
+            origin: Origin { exemplar: 0, transform },
+        };
+        let e = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let [plain, weighed] = [SeamMeasure::Difference, SeamMeasure::Gradient].map(|m| SeamCosts::new(&e, m).unwrap());
+        // Sample 17 of frame 1, and sample 30 of frame 2; a frame holds 12.
+        let half = |a: u32, b: u32| u64::from(plain.norm(id(a), id(b)) / 2);
+        let gradients = half(5, 29) + half(17, 41) + half(6, 30) + half(18, 42);
+        let norms = plain.norm(id(17), id(18)) + plain.norm(id(29), id(30));
+        assert_eq!(weighed.between(0, id(17), id(30)) as u64, (u64::from(norms) * 1024).div_ceil(gradients + 16));
+    }
+
+    #[test]
     fn norms_obey_the_triangle_inequality_after_rounding() {
         let e = exemplars(Domain::open([6, 6]), &[1, 1, 1], None);
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();

@@ -39,7 +39,7 @@ impl<const D: usize> Offer<D> {
 }
 
 impl<'e, const D: usize> Canvas<'e, D> {
-    /// A canvas that starts from a map; `cell` is the side of the boxes over which seam costs are summed.
+    /// A canvas that starts from a map; `cell` are the sides of the boxes over which seam costs are summed.
     ///
     /// # Errors
     /// [`Error::Core`] if memory is short.
@@ -49,7 +49,7 @@ impl<'e, const D: usize> Canvas<'e, D> {
         map: SourceMap<D>,
         fixed: Option<Grid<bool, D>>,
         allowed: Option<Grid<u64, D>>,
-        cell: u32,
+        cell: [u32; D],
     ) -> Result<Self, Error> {
         let holes = map.holes();
         let mut cells = ErrorCells::new(map.domain(), cell)?;

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::options::Placement;
 use crate::patch::Patch;
 use crate::region::patches;
+use crate::usable::Usable;
 use crate::weaver::Weaver;
 use crate::window::Window;
 
@@ -14,27 +15,42 @@ use crate::window::Window;
 const RANDOM: usize = 64;
 const MOST_DRAWS: usize = 4096;
 
+/// What a patch is wanted for.
+struct Here<'a, const D: usize> {
+    /// It covers the region,
+    region: &'a Window<D>,
+    /// shows at this position of it,
+    at: [i32; D],
+    /// comes from one of these sources,
+    usable: Usable,
+    /// and reflects none of these.
+    neighbours: &'a [Patch<D>],
+}
+
 impl<const D: usize> Weaver<'_, D> {
     /// Draws up to `count` patches that cover a region and show at a position of it; the draw is keyed by the step.
     ///
     /// # Errors
     /// [`Error::Search`].
     pub(crate) fn choose(&mut self, region: &Window<D>, at: [i32; D], count: usize) -> Result<Vec<Patch<D>>, Error> {
+        let usable = Usable::of(&self.canvas, region, at);
         match self.placement {
             Placement::Random => {}
-            Placement::Entire => self.matcher.search(&self.canvas.map, region, &self.near(region))?,
-            Placement::Sub | Placement::Auto => self.matcher.search(&self.canvas.map, region, region)?,
+            Placement::Entire => self.matcher.search(&self.canvas.map, region, &self.near(region), usable)?,
+            Placement::Sub | Placement::Auto => self.matcher.search(&self.canvas.map, region, region, usable)?,
         }
         let neighbours = patches(&self.canvas.map, region);
-        let mut list = self.shortlist(region, &neighbours, at);
+        let mut here = Here { region, at, usable, neighbours: &neighbours };
+        let mut list = self.shortlist(&here);
         if list.is_empty() {
             // Every offset that fits was used, or reflects what is there.
             self.history.forget_used();
-            list = self.shortlist(region, &[], at);
+            here.neighbours = &[];
+            list = self.shortlist(&here);
         }
         if list.is_empty() && region.shape == [1; D] {
             // What shows here agrees with nothing around: any sample is better than none.
-            list = self.fresh(self.everything(at), region, &[], at);
+            list = self.fresh(self.everything(at), &here);
         }
         for c in &mut list {
             c.cost += self.scale * self.options.variety * self.history.repeats(&c.patch, &neighbours);
@@ -50,27 +66,22 @@ impl<const D: usize> Weaver<'_, D> {
     }
 
     /// The patches that have a chance in the draw.
-    fn shortlist(&self, region: &Window<D>, neighbours: &[Patch<D>], at: [i32; D]) -> Vec<Candidate<D>> {
+    fn shortlist(&self, here: &Here<'_, D>) -> Vec<Candidate<D>> {
         match self.placement {
-            Placement::Random => self.fresh(self.random(region), region, neighbours, at),
-            _ => self.fresh(self.matcher.found(), region, neighbours, at),
+            Placement::Random => self.fresh(self.random(here.region), here),
+            _ => self.fresh(self.matcher.found(), here),
         }
     }
 
-    /// The cheapest of some candidates that show at a position, were not used before and reflect none of the neighbours.
-    fn fresh(
-        &self,
-        candidates: impl IntoIterator<Item = Candidate<D>>,
-        region: &Window<D>,
-        neighbours: &[Patch<D>],
-        at: [i32; D],
-    ) -> Vec<Candidate<D>> {
+    /// The cheapest of some candidates that show here, were not used before and reflect none of the neighbours.
+    fn fresh(&self, candidates: impl IntoIterator<Item = Candidate<D>>, here: &Here<'_, D>) -> Vec<Candidate<D>> {
         let output = self.canvas.domain();
         let mut list = Shortlist::new(self.scale * NOTHING);
         let fresh = |patch: &Patch<D>| {
-            self.canvas.offered(patch, at).is_some()
+            here.usable.has(patch.source)
+                && self.canvas.offered(patch, here.at).is_some()
                 && !self.history.is_used(patch, self.canvas.exemplars.sources()[patch.source].domain(), output)
-                && !neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, region))
+                && !here.neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, here.region))
         };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()

@@ -51,7 +51,8 @@ pub(crate) struct CutScratch<const D: usize> {
 ///
 /// At every seam both patches should be defined on both sides. Hence positions next to one that can only keep what is
 /// there (the ring, and where the source ends) keep it as well, and positions next to one that can only take the patch
-/// take it. At the ends of an overlap, next to both, costs decide.
+/// take it. At the ends of an overlap, next to both, costs decide. Of a patch surrounded by what is there nothing is
+/// forced to show. `[Kwatra03 3.2]`
 pub(crate) fn choices<const D: usize>(frame: &Frame<D>, fixed: Option<&[bool]>) -> Vec<Choice> {
     let is_fixed = |i: usize| fixed.is_some_and(|f| f[frame.places[i] as usize]);
     let mut choices: Vec<Choice> = (0..frame.old.len())

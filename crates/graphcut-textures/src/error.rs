@@ -24,11 +24,12 @@ pub enum Error {
     },
     /// No exemplar holds an error region.
     #[error(
-        "no exemplar holds a region of {region} samples a side (the largest is {largest:?}); use a smaller region or a larger exemplar"
+        "no exemplar holds a region of {} (the largest is {largest:?}); use a smaller region or a larger exemplar",
+        sides(region)
     )]
     RegionExceedsExemplar {
-        /// The region's side.
-        region: u32,
+        /// The region's shape, slowest axis first.
+        region: Vec<u32>,
         /// The largest exemplar's shape, slowest axis first.
         largest: Vec<u32>,
     },
@@ -95,6 +96,14 @@ pub enum Error {
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
+}
+
+/// The sides of a box in words.
+fn sides(shape: &[u32]) -> String {
+    match shape {
+        [first, rest @ ..] if rest.iter().all(|n| n == first) => format!("{first} samples a side"),
+        _ => format!("{shape:?} samples"),
+    }
 }
 
 impl Error {

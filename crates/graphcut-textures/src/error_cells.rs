@@ -11,8 +11,8 @@ pub(crate) const CELLS_A_REGION: u32 = 4;
 /// Costs of seams summed over small boxes, kept up to date where patches are laid.
 #[derive(Clone, Debug)]
 pub(crate) struct ErrorCells<const D: usize> {
-    /// Samples along a cell's side.
-    side: u32,
+    /// Samples along a cell's sides.
+    sides: [u32; D],
     output: Domain<D>,
     /// The cells' own grid.
     pub(crate) cells: Domain<D>,
@@ -26,12 +26,13 @@ pub(crate) struct ErrorCells<const D: usize> {
 impl<const D: usize> ErrorCells<D> {
     /// # Errors
     /// [`Error::Core`] if memory is short.
-    pub(crate) fn new(output: Domain<D>, side: u32) -> Result<Self, Error> {
-        let side = side.max(1);
-        let cells = Domain { shape: output.shape.map(|n| n.div_ceil(side)), periodic: output.periodic };
+    pub(crate) fn new(output: Domain<D>, sides: [u32; D]) -> Result<Self, Error> {
+        let sides = sides.map(|n| n.max(1));
+        let shape = std::array::from_fn(|a| output.shape[a].div_ceil(sides[a]));
+        let cells = Domain { shape, periodic: output.periodic };
         let len = cells.checked_len().unwrap_or(usize::MAX);
         let (regions, left_out) = (Tournament::new(len)?, try_vec(len, false)?);
-        Ok(Self { side, output, cells, sums: try_vec(len, 0)?, total: 0, regions, left_out })
+        Ok(Self { sides, output, cells, sums: try_vec(len, 0)?, total: 0, regions, left_out })
     }
 
     /// The cost of all seams.
@@ -47,7 +48,7 @@ impl<const D: usize> ErrorCells<D> {
             self.sums[cell] = sum;
         }
         // Regions begin up to their own side before a cell that they hold.
-        let before = [1 + (CELLS_A_REGION - 1) * self.side; D];
+        let before = self.sides.map(|side| 1 + (CELLS_A_REGION - 1) * side);
         for first in self.cells_of(&window.grown(self.output, before, [0; D])) {
             self.note(first);
         }
@@ -88,7 +89,7 @@ impl<const D: usize> ErrorCells<D> {
 
     /// Takes regions of a shape in again that meet a window.
     pub(crate) fn readmit(&mut self, window: &Window<D>, shape: [u32; D]) {
-        let around = shape.map(|n| n + self.side);
+        let around = std::array::from_fn(|a| shape[a] + self.sides[a]);
         for first in self.cells_of(&window.grown(self.output, around, around)) {
             if self.left_out[first] && self.region(first, shape).meets(window, self.output) {
                 self.left_out[first] = false;
@@ -101,7 +102,7 @@ impl<const D: usize> ErrorCells<D> {
     pub(crate) fn cells_of(&self, window: &Window<D>) -> Vec<usize> {
         let mut found = vec![0_usize];
         for (axis, stride) in self.cells.strides().into_iter().enumerate() {
-            let size = self.output.strides()[axis] as u32 * self.side;
+            let size = self.output.strides()[axis] as u32 * self.sides[axis];
             let mut along: Vec<usize> =
                 window.places(self.output, axis).flatten().map(|p| (p / size) as usize * stride).collect();
             along.sort_unstable();
@@ -112,8 +113,8 @@ impl<const D: usize> ErrorCells<D> {
     }
 
     fn sum(&self, map: &SourceMap<D>, costs: &SeamCosts<D>, cell: usize) -> i64 {
-        let first = self.cells.position(cell).map(|c| c * self.side);
-        let shape: [u32; D] = std::array::from_fn(|a| self.side.min(self.output.shape[a] - first[a]));
+        let first = self.corner(cell);
+        let shape: [u32; D] = std::array::from_fn(|a| self.sides[a].min(self.output.shape[a] - first[a]));
         let ids = map.ids.plane(0);
         let strides = self.output.strides();
         let mut sum = 0;
@@ -143,13 +144,18 @@ impl<const D: usize> ErrorCells<D> {
 
     /// The region that starts at a cell, of a given shape; moved inside on open axes.
     pub(crate) fn region(&self, cell: usize, shape: [u32; D]) -> Window<D> {
-        let first = self.cells.position(cell);
+        let corner = self.corner(cell);
         let start = std::array::from_fn(|a| {
-            let p = first[a] * self.side;
             let most = self.output.shape[a] - shape[a];
-            (if self.output.periodic[a] { p } else { p.min(most) }) as i32
+            (if self.output.periodic[a] { corner[a] } else { corner[a].min(most) }) as i32
         });
         Window { start, shape }
+    }
+
+    /// The first position of a cell.
+    fn corner(&self, cell: usize) -> [u32; D] {
+        let at = self.cells.position(cell);
+        std::array::from_fn(|a| at[a] * self.sides[a])
     }
 }
 
@@ -199,7 +205,9 @@ mod tests {
 
     #[test]
     fn the_worst_region_is_kept_up_to_date() {
-        for (i, periodic) in [[false; 2], [true, false], [true; 2]].into_iter().enumerate() {
+        let topologies = [[false; 2], [true, false], [true; 2]];
+        for (i, (periodic, sides)) in topologies.into_iter().zip([[3, 3], [2, 5], [4, 1]]).enumerate() {
+            let region = sides.map(|side| CELLS_A_REGION * side);
             let mut rng = Seed(3).derive("cells", i as u64).rng();
             let noise = (0..64).map(|_| rng.below(256) as u8).collect();
             let features = Grid::from_vec(Domain::open([8, 8]), 1, noise).unwrap();
@@ -208,7 +216,7 @@ mod tests {
             let costs = SeamCosts::new(&exemplars, SeamMeasure::Difference).unwrap();
             let mut map = SourceMap::unassigned(&exemplars, Domain { shape: [23, 31], periodic }).unwrap();
             map.ids.plane_mut(0).fill(SampleId::new(9));
-            let mut cells = ErrorCells::new(map.domain(), 3).unwrap();
+            let mut cells = ErrorCells::new(map.domain(), sides).unwrap();
             cells.update(&map, &costs, &Window::all(map.domain()));
             for _ in 0..200 {
                 let at = [rng.below(23), rng.below(31)];
@@ -219,7 +227,7 @@ mod tests {
                 assert_eq!(cells.worst(), worst_of(&cells));
                 match (rng.below(3), cells.worst()) {
                     (0, Some(first)) => cells.leave_out(first),
-                    (1, _) => cells.readmit(&window, [12, 12]),
+                    (1, _) => cells.readmit(&window, region),
                     _ => {}
                 }
                 assert_eq!(cells.worst(), worst_of(&cells));
@@ -227,9 +235,9 @@ mod tests {
             let met: Vec<usize> = (0..cells.cells.len()).collect();
             met.iter().for_each(|&first| cells.leave_out(first));
             let window = Window { start: [20, 2], shape: [5, 1] };
-            cells.readmit(&window, [12, 12]);
+            cells.readmit(&window, region);
             for first in met {
-                assert_eq!(cells.left_out[first], !cells.region(first, [12, 12]).meets(&window, map.domain()));
+                assert_eq!(cells.left_out[first], !cells.region(first, region).meets(&window, map.domain()));
             }
         }
     }

@@ -12,21 +12,35 @@ const A_CANDIDATE: u64 = 64;
 /// Bytes of a frame, its graph and its cut for each sample that a patch may show.
 const A_NODE: u64 = 96;
 
+/// Bytes for each patch: where it was laid, and the price of all seams after it.
+const A_PATCH: u64 = 80;
+/// Bytes for each way in which patches stood to each other.
+const A_VECTOR: u64 = 64;
+/// What a run takes however small it is.
+const A_RUN: u64 = 1 << 20;
+
 /// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from the
 /// domains of all sources, their feature channels, and the output's domain.
-pub fn estimate<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>, options: &Options) -> u64 {
+pub fn estimate<const D: usize>(
+    sources: &[Domain<D>],
+    channels: usize,
+    output: Domain<D>,
+    options: &Options<D>,
+) -> u64 {
     let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
     let shortest = sources.iter().map(|s| s.shape.into_iter().min().unwrap_or(0)).max().unwrap_or(0);
     // No less than what the run may choose.
-    let side = options.region.unwrap_or_else(|| largest_region(shortest));
-    let reach = options.reach.unwrap_or(side.div_ceil(2));
-    let region = output.shape.map(|n| n.min(side).max(1));
+    let sides = options.region.unwrap_or_else(|| [largest_region(shortest); D]);
+    let reach = options.reach.unwrap_or(sides.map(|n| n.div_ceil(2)));
+    let region: [u32; D] = std::array::from_fn(|a| output.shape[a].min(sides[a]).max(1));
     let window: [u32; D] =
-        std::array::from_fn(|a| region[a].saturating_add(reach.min(output.shape[a]).saturating_mul(2)));
+        std::array::from_fn(|a| region[a].saturating_add(reach[a].min(output.shape[a]).saturating_mul(2)));
     // The map, and the costs of its seams by cells.
-    let cell = u64::from(side / CELLS_A_REGION).max(1).saturating_pow(D as u32);
+    let cell = len(sides.map(|n| (n / CELLS_A_REGION).max(1)));
     let map = len(output.shape).saturating_mul(5).saturating_add(len(output.shape) / cell * 42);
     let seams = samples.saturating_mul(channels as u64 + 1 + 4 * D as u64 + A_CANDIDATE);
+    // Each source once more, to be searched alone.
+    let singles = if 1 < sources.len() { samples.saturating_mul(channels as u64 + 1) } else { 0 };
     let shown = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a])));
     let nodes = sources.iter().map(shown).max().unwrap_or(0);
     let cuts = nodes.saturating_mul(A_NODE).saturating_mul(u64::from(options.tries));
@@ -39,7 +53,22 @@ pub fn estimate<const D: usize>(sources: &[Domain<D>], channels: usize, output: 
         Placement::Entire => entire(),
         Placement::Auto => sub().max(entire()),
     };
-    [map, seams, cuts, search].into_iter().fold(0, u64::saturating_add)
+    let history = history(sources, output, region, options);
+    [A_RUN, map, seams, singles, cuts, search, history].into_iter().fold(0, u64::saturating_add)
+}
+
+/// What is kept of every patch that was laid or tried: offsets used before, vectors to neighbours, prices.
+fn history<const D: usize>(sources: &[Domain<D>], output: Domain<D>, region: [u32; D], options: &Options<D>) -> u64 {
+    // Around the first hole, half of a region along each axis is filled already.
+    let filled = region.map(|n| n.div_ceil(2));
+    let patches = len(output.shape) / len(filled) + 1;
+    let refinements = options.refine.map_or(patches.saturating_mul(Options::<D>::REFINEMENTS_A_PATCH), u64::from);
+    let steps = patches.saturating_add(refinements.saturating_mul(options.tries.into()));
+    // Each has about so many neighbours; vectors are coarse and no longer than sources and regions.
+    let neighbours = steps.saturating_mul(1 << D);
+    let vectors = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| (s.shape[a] + region[a]) / 2 + 1)) / 2;
+    let vectors = sources.iter().map(vectors).fold(0, u64::saturating_add).min(neighbours);
+    steps.saturating_mul(A_PATCH).saturating_add(vectors.saturating_mul(A_VECTOR))
 }
 
 /// A search for a box in all sources.

@@ -4,21 +4,22 @@ use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
+use crate::matching::singles;
 use crate::options::{Options, Placement};
 use crate::start::Start;
 use crate::weaver::Weaver;
 
 /// Counts of one run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stats {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stats<const D: usize> {
     /// The placement that was used: never [`Placement::Auto`].
     pub placement: Placement,
     /// What [`Placement::Auto`] chose by: the exemplars' [`periodicity`](selvedge_fft_ssd::periodicity) (1 = 1000).
     pub periodicity: Option<f64>,
-    /// Side of the error region that was used.
-    pub region: u32,
-    /// How far patches could reach beyond it.
-    pub reach: u32,
+    /// Sides of the error region that was used.
+    pub region: [u32; D],
+    /// How far patches could reach beyond it along each axis.
+    pub reach: [u32; D],
     /// Patches laid until everything was covered.
     pub patches: u64,
     /// Patches tried over bad seams.
@@ -33,6 +34,24 @@ pub struct Stats {
     pub energy: Vec<i64>,
 }
 
+impl<const D: usize> Stats<D> {
+    /// Before the first patch.
+    pub(crate) fn new(placement: Placement, periodicity: Option<f64>, region: [u32; D], reach: [u32; D]) -> Self {
+        Self {
+            placement,
+            periodicity,
+            region,
+            reach,
+            patches: 0,
+            refinements: 0,
+            improvements: 0,
+            cuts: 0,
+            cut_nodes: 0,
+            energy: Vec::new(),
+        }
+    }
+}
+
 /// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
 ///
 /// # Errors
@@ -42,18 +61,21 @@ pub struct Stats {
 /// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for the searches, and `P` maximum flows over at most
 /// a region with its reach, or `N` nodes, whichever is less; `P` grows with the output's area. Space `O(output + N)`.
 ///
+/// # Events
+/// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All of
+/// them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)).
+///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
 pub fn graphcut<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
-    options: &Options,
+    options: &Options<D>,
     run: &Run<'_, D>,
-) -> Result<Woven<SourceMap<D>, Stats>, Error> {
-    options.validate()?;
-    check_memory(exemplars, output, options, run)?;
+) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    check(exemplars, output, options, run)?;
     let map = SourceMap::unassigned(exemplars, output)?;
-    graphcut_from(exemplars, Start { map, fixed: None, sources: None }, options, run)
+    weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
 }
 
 /// Like [`graphcut`], going on from what is there.
@@ -64,13 +86,23 @@ pub fn graphcut<const D: usize>(
 pub fn graphcut_from<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,
-    options: &Options,
+    options: &Options<D>,
     run: &Run<'_, D>,
-) -> Result<Woven<SourceMap<D>, Stats>, Error> {
-    options.validate()?;
+) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    check(exemplars, start.map.domain(), options, run)?;
+    weave(exemplars, start, options, run)
+}
+
+/// A run of which options and memory were checked.
+fn weave<const D: usize>(
+    exemplars: &Exemplars<D>,
+    start: Start<D>,
+    options: &Options<D>,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     start.check(exemplars)?;
-    check_memory(exemplars, start.map.domain(), options, run)?;
-    let mut weaver = Weaver::new(exemplars, start, options, run)?;
+    let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
+    let mut weaver = Weaver::new(exemplars, &singles, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
         Ok(complete) => complete,
@@ -80,14 +112,17 @@ pub fn graphcut_from<const D: usize>(
     Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
 }
 
+/// What can be checked before anything is made.
+///
 /// # Errors
-/// [`Error::Memory`] if the run would need more than it may have.
-fn check_memory<const D: usize>(
+/// Those of [`Options::validate`], and [`Error::Memory`] if the run would need more than it may have.
+fn check<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
-    options: &Options,
+    options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<(), Error> {
+    options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     let needed = estimate(&domains, exemplars.channels(), output, options);
     if needed <= run.limits.memory { Ok(()) } else { Err(Error::Memory { needed, limit: run.limits.memory }) }

@@ -49,6 +49,12 @@
 //! up to date in a tree. By default refinement goes on until seams settle, which takes four to five times as long. Cuts take
 //! about half of the time, searches a fifth.
 //!
+//! Every source is searched for every patch, so that time grows with the samples of all of them: turned by 15 angles as
+//! well, 512^2 took 2.9 s instead of 0.41 with sub-patch placement, and 6.5 s instead of 0.50 with entire-patch placement.
+//! Where [`Start`] says which sources may show, only those that may show in a region are searched for it: a field of scales
+//! from 0.4 to 1.6 took 0.84 s for 512^2, against 2.0 with all of them searched. Blending takes the same for any number of
+//! sources.
+//!
 //! Sizes of regions and reach were chosen by measure on ten textures at 1024^2: with them no texture repeats itself more
 //! than image quilting does, and seams cost less than quilting's on nine (eq. 1, relative to random joins). Structured
 //! textures such as text and keyboards come out cleaner with a reach of the whole exemplar (`Options::paper`), at the
@@ -79,6 +85,7 @@ mod patch;
 mod refine;
 mod region;
 mod start;
+mod usable;
 mod weaver;
 mod window;
 

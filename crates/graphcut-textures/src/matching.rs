@@ -1,42 +1,95 @@
 //! Where exemplars fit: every translation that covers the error region, with its cost. `[Kwatra03 4]`
 
-use selvedge_core::{Exemplars, SimdLevel, SourceMap};
+use selvedge_core::{Exemplars, SimdLevel, Source, SourceMap};
 use selvedge_fft_ssd::{Costs, Options as SearchOptions, Placement, Scratch, SsdSearcher, Template};
 
 use crate::candidates::Candidate;
 use crate::error::Error;
 use crate::patch::Patch;
 use crate::region::look;
+use crate::usable::Usable;
 use crate::window::Window;
+
+/// One source as exemplars of its own.
+#[derive(Debug)]
+pub(crate) struct Single<const D: usize> {
+    source: usize,
+    exemplars: Exemplars<D>,
+}
+
+/// Each source alone, so that it can be searched without the others. Those without a valid sample are left out.
+///
+/// # Errors
+/// [`Error::Core`] if memory is short.
+pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Single<D>>, Error> {
+    let usable = |source: &Source<D>| source.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
+    let all = exemplars.sources().iter().enumerate().filter(|(_, source)| usable(source));
+    let single = |(number, source): (usize, &Source<D>)| {
+        let valid = source.valid.as_ref().map(|v| v.map(|v| v)).transpose()?;
+        let alone = Source { features: source.features.map(|v| v)?, valid, origin: source.origin };
+        Ok(Single { source: number, exemplars: Exemplars::from_sources(vec![alone], exemplars.weights().to_vec())? })
+    };
+    all.map(single).collect()
+}
 
 /// Finds patches by what they agree with.
 #[derive(Debug)]
 pub(crate) struct Matcher<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
-    searcher: SsdSearcher<'e, D>,
+    parts: Vec<Part<'e, D>>,
     scratch: Scratch,
-    costs: Costs<D>,
     /// Where in the output the last template began.
     start: [i32; D],
 }
 
+/// Sources that are searched together.
+#[derive(Debug)]
+struct Part<'e, const D: usize> {
+    /// The number of the first of them.
+    first: usize,
+    searcher: SsdSearcher<'e, D>,
+    /// What the last search found.
+    costs: Costs<D>,
+    /// False if that search left it out.
+    searched: bool,
+}
+
 impl<'e, const D: usize> Matcher<'e, D> {
+    /// Searches all sources together, or, if there are `singles`, one by one those that are asked for.
+    ///
     /// # Errors
     /// [`Error::Search`] if memory is short.
-    pub(crate) fn new(exemplars: &'e Exemplars<D>, simd: SimdLevel) -> Result<Self, Error> {
-        let searcher = SsdSearcher::with_options(exemplars, SearchOptions { simd, ..SearchOptions::default() })?;
-        Ok(Self { exemplars, searcher, scratch: Scratch::new(), costs: Costs::new(), start: [0; D] })
+    pub(crate) fn new(exemplars: &'e Exemplars<D>, singles: &'e [Single<D>], simd: SimdLevel) -> Result<Self, Error> {
+        let options = SearchOptions { simd, ..SearchOptions::default() };
+        let part = |first, exemplars, options| {
+            let searcher = SsdSearcher::with_options(exemplars, options)?;
+            Ok(Part { first, searcher, costs: Costs::new(), searched: false })
+        };
+        let parts = if singles.is_empty() {
+            vec![part(0, exemplars, options)?]
+        } else {
+            let options = SearchOptions { cache: options.cache / singles.len() as u64, ..options };
+            singles.iter().map(|s| part(s.source, &s.exemplars, options)).collect::<Result<_, Error>>()?
+        };
+        Ok(Self { exemplars, parts, scratch: Scratch::new(), start: [0; D] })
     }
 
     /// Compares what is known in `window` with the sources, wherever one covers `region`, a part of it. The window may
-    /// reach beyond the output: so it keeps its shape, and what is prepared for that shape serves every search.
+    /// reach beyond the output: so it keeps its shape, and what is prepared for that shape serves every search. Of
+    /// single sources, only those that are `usable` are searched.
     ///
     /// With the region itself as the window this is sub-patch matching `[Kwatra03 eq. 4]`, with a window as large as
-    /// patches are it is entire-patch matching `[Kwatra03 eq. 2]`.
+    /// patches are it is entire-patch matching `[Kwatra03 eq. 2]`. Both are computed by `[Kwatra03 eq. 6]`.
     ///
     /// # Errors
     /// [`Error::Search`].
-    pub(crate) fn search(&mut self, map: &SourceMap<D>, region: &Window<D>, window: &Window<D>) -> Result<(), Error> {
+    pub(crate) fn search(
+        &mut self,
+        map: &SourceMap<D>,
+        region: &Window<D>,
+        window: &Window<D>,
+        usable: Usable,
+    ) -> Result<(), Error> {
         let mut window = window;
         let mut seen = look(self.exemplars, map, window);
         if !seen.known.contains(&true) {
@@ -45,19 +98,24 @@ impl<'e, const D: usize> Matcher<'e, D> {
         }
         self.start = window.start;
         let template = Template::new(window.shape, &seen.features).masked(&seen.known);
-        if window == region {
-            self.searcher.search(&template, Placement::INSIDE, &mut self.scratch, &mut self.costs)?;
-        } else {
-            let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
-            self.searcher.search_part(&template, start, region.shape, 1, &mut self.scratch, &mut self.costs)?;
+        let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
+        for Part { first, searcher, costs, searched } in &mut self.parts {
+            *searched = usable.has(*first);
+            if *searched && window == region {
+                searcher.search(&template, Placement::INSIDE, &mut self.scratch, costs)?;
+            } else if *searched {
+                searcher.search_part(&template, start, region.shape, 1, &mut self.scratch, costs)?;
+            }
         }
         Ok(())
     }
 
     /// What the last search found.
     pub(crate) fn found(&self) -> impl Iterator<Item = Candidate<D>> + '_ {
-        self.costs.iter().map(|c| Candidate {
-            patch: Patch { source: c.source, offset: std::array::from_fn(|a| self.start[a] - c.position[a]) },
+        let searched = self.parts.iter().filter(|part| part.searched);
+        let found = searched.flat_map(|part| part.costs.iter().map(|c| (part.first + c.source, c)));
+        found.map(|(source, c)| Candidate {
+            patch: Patch { source, offset: std::array::from_fn(|a| self.start[a] - c.position[a]) },
             cost: c.error as f64 / c.samples.max(1) as f64,
         })
     }
@@ -66,7 +124,7 @@ impl<'e, const D: usize> Matcher<'e, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Grid, Origin, SampleId, Source, Transform};
+    use selvedge_core::{Domain, Grid, Origin, SampleId, Transform};
 
     /// Halves of 10 and of 17, side by side.
     fn exemplars() -> Exemplars<2> {
@@ -86,8 +144,8 @@ mod tests {
             let region = Window { start: [9, 9], shape: [side; 2] };
             let window = Window { start: [5, 5], shape: [side + 8; 2] };
             for window in [region, window] {
-                let mut matcher = Matcher::new(&exemplars, SimdLevel::Auto).unwrap();
-                matcher.search(&map, &region, &window).unwrap();
+                let mut matcher = Matcher::new(&exemplars, &[], SimdLevel::Auto).unwrap();
+                matcher.search(&map, &region, &window, Usable::all()).unwrap();
                 let found: Vec<Candidate<2>> = matcher.found().collect();
                 assert_eq!(found.len(), ((13 - side) * (25 - side)) as usize, "wherever the region is covered");
                 for c in found {

@@ -22,20 +22,21 @@ pub enum Placement {
     Sub,
 }
 
-/// Options of [`graphcut`](crate::graphcut()).
+/// Options of [`graphcut`](crate::graphcut()). Lengths are given along each axis, slowest first: `Some([32; D])` for the
+/// same along all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct Options<const D: usize> {
     /// How the next patch is found. Default: [`Placement::Auto`].
     pub placement: Placement,
     /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
     pub seam: SeamMeasure,
-    /// Side of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
-    /// the exemplar's shortest side. Default: three fifths of the exemplar's largest structures.
-    pub region: Option<u32>,
-    /// How far a patch may reach beyond the error region on each side, in samples; 0 lays the region alone. Large
-    /// patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's side on, patches
-    /// are whole exemplars, as in the paper. Default: half of the region's side.
-    pub reach: Option<u32>,
+    /// Sides of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
+    /// the sides of an exemplar. Default: three fifths of the exemplar's largest structures along all axes.
+    pub region: Option<[u32; D]>,
+    /// How far a patch may reach beyond the error region on both sides of each axis, in samples; 0 lays the region alone.
+    /// Large patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's sides on,
+    /// patches are whole exemplars, as in the paper. Default: half of the region's sides.
+    pub reach: Option<[u32; D]>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.
     pub randomness: f64,
@@ -52,7 +53,7 @@ pub struct Options {
     pub tries: u32,
 }
 
-impl Default for Options {
+impl<const D: usize> Default for Options<D> {
     fn default() -> Self {
         Self {
             placement: Placement::Auto,
@@ -68,14 +69,14 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl<const D: usize> Options<D> {
     /// Bounds refinement where no number is asked for: by then seams fall slowly.
     pub const REFINEMENTS_A_PATCH: u64 = 2;
 
     /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
     /// that is drawn is taken.
     pub fn paper() -> Self {
-        Self { reach: Some(u32::MAX), variety: 0.0, tries: 1, ..Self::default() }
+        Self { reach: Some([u32::MAX; D]), variety: 0.0, tries: 1, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.
@@ -83,12 +84,13 @@ impl Options {
     /// # Errors
     /// [`Error::Range`].
     pub fn validate(&self) -> Result<(), Error> {
-        let at_least_1 = |option, value: Option<u32>| match value {
-            Some(0) => Err(Error::Range { option, value: 0.0, range: "at least 1" }),
-            _ => Ok(()),
-        };
-        at_least_1("region", self.region)?;
-        at_least_1("patience", Some(self.patience))?;
+        for (option, zero) in
+            [("region", self.region.is_some_and(|region| region.contains(&0))), ("patience", self.patience == 0)]
+        {
+            if zero {
+                return Err(Error::Range { option, value: 0.0, range: "at least 1" });
+            }
+        }
         if !(1..=MOST_TRIES).contains(&self.tries) {
             return Err(Error::Range { option: "tries", value: self.tries.into(), range: "1 to 64" });
         }

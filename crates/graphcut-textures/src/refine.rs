@@ -22,8 +22,9 @@ impl<const D: usize> Weaver<'_, D> {
         let mut failures = 0;
         // Of more regions, more fail in a row by chance.
         let patience = u64::from(self.options.patience) + self.canvas.cells.regions() / REGIONS_A_FAILURE;
-        let most = self.stats.patches.max(4) * Options::REFINEMENTS_A_PATCH;
+        let most = self.stats.patches.max(4) * Options::<D>::REFINEMENTS_A_PATCH;
         let limit = self.options.refine.map_or(most, u64::from);
+        self.tell("refine", 0, limit);
         while self.stats.refinements < limit && failures < patience {
             if self.run.observer.cancelled() {
                 return Ok(false);

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
 use crate::graphcut::Stats;
 use crate::history::History;
-use crate::matching::Matcher;
+use crate::matching::{Matcher, Single};
 use crate::options::{Options, Placement};
 use crate::patch::Patch;
 use crate::region::patches;
@@ -28,11 +28,11 @@ const PERIODIC: u32 = 1000;
 pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) canvas: Canvas<'a, D>,
     pub(crate) matcher: Matcher<'a, D>,
-    pub(crate) options: &'a Options,
+    pub(crate) options: &'a Options<D>,
     pub(crate) run: &'a Run<'a, D>,
     pub(crate) placement: Placement,
     pub(crate) region: [u32; D],
-    pub(crate) reach: u32,
+    pub(crate) reach: [u32; D],
     /// `k sigma^2`.
     pub(crate) scale: f64,
     pub(crate) history: History<D>,
@@ -40,7 +40,7 @@ pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) step: u64,
     /// No hole lies before this place.
     pub(crate) first_hole: usize,
-    pub(crate) stats: Stats,
+    pub(crate) stats: Stats<D>,
 }
 
 impl<'a, const D: usize> Weaver<'a, D> {
@@ -48,13 +48,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
     /// Those of [`graphcut_from`](crate::graphcut_from), but for memory limits.
     pub(crate) fn new(
         exemplars: &'a Exemplars<D>,
+        singles: &'a [Single<D>],
         start: Start<D>,
-        options: &'a Options,
+        options: &'a Options<D>,
         run: &'a Run<'a, D>,
     ) -> Result<Self, Error> {
         let output = start.map.domain();
-        let side = region_side(exemplars, options)?;
-        let region = region_of(side, output);
+        let sides = region_sides(exemplars, options)?;
+        let region = region_of(sides, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars)).transpose()?;
         let placement = match options.placement {
@@ -63,10 +64,17 @@ impl<'a, const D: usize> Weaver<'a, D> {
             chosen => chosen,
         };
         // At most far beyond any output, and still far from the end of positions.
-        let reach = options.reach.unwrap_or(side.div_ceil(2)).min(1 << 24);
+        let reach = options.reach.unwrap_or(sides.map(|n| n.div_ceil(2))).map(|n| n.min(1 << 24));
         Ok(Self {
-            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, side / CELLS_A_REGION)?,
-            matcher: Matcher::new(exemplars, run.simd)?,
+            canvas: Canvas::new(
+                exemplars,
+                costs,
+                start.map,
+                start.fixed,
+                start.sources,
+                sides.map(|n| n / CELLS_A_REGION),
+            )?,
+            matcher: Matcher::new(exemplars, singles, run.simd)?,
             options,
             run,
             placement,
@@ -77,13 +85,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats {
-                placement,
-                periodicity: periodicity.map(|p| f64::from(p) / 1000.0),
-                region: side,
-                reach,
-                ..Stats::default()
-            },
+            stats: Stats::new(placement, periodicity.map(|p| f64::from(p) / 1000.0), sides, reach),
         })
     }
 
@@ -170,7 +172,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let mut near = *region;
         for axis in 0..D {
             let (side, shape) = (output.shape[axis], region.shape[axis]);
-            let (mut low, mut high) = (self.reach.min(side), self.reach.min(side));
+            let reach = self.reach[axis].min(side);
+            let (mut low, mut high) = (reach, reach);
             if output.periodic[axis] {
                 // A patch that went around would meet itself.
                 let most = side - side / 4;
@@ -193,25 +196,29 @@ fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>
 }
 
 /// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it.
-fn region_of<const D: usize>(side: u32, output: Domain<D>) -> [u32; D] {
+fn region_of<const D: usize>(sides: [u32; D], output: Domain<D>) -> [u32; D] {
     std::array::from_fn(|a| {
         let n = output.shape[a];
-        side.min(if output.periodic[a] { n - n / 4 } else { n })
+        sides[a].min(if output.periodic[a] { n - n / 4 } else { n })
     })
 }
 
-/// The side of error regions: as asked, or three fifths of the largest structures, so that a region with its
+/// The sides of error regions: as asked, or three fifths of the largest structures, so that a region with its
 /// surroundings holds one of them; but no less than an eighth of the exemplar's shortest side (at most 28), for
 /// repetitions of small patches are seen, and no more than a quarter of it (at most 76), for few large ones fit.
-fn region_side<const D: usize>(exemplars: &Exemplars<D>, options: &Options) -> Result<u32, Error> {
-    let shortest = |s: &selvedge_core::Source<D>| s.domain().shape.into_iter().min().unwrap_or(0);
-    let largest = exemplars.sources().iter().max_by_key(|s| shortest(s)).map(|s| s.domain().shape).unwrap_or([0; D]);
-    let most = largest.into_iter().min().unwrap_or(0);
-    match options.region {
-        Some(region) if most < region => Err(Error::RegionExceedsExemplar { region, largest: largest.to_vec() }),
-        Some(region) => Ok(region),
-        None => Ok((feature_size(exemplars)? * 3 / 5).clamp(least_region(most), largest_region(most))),
+fn region_sides<const D: usize>(exemplars: &Exemplars<D>, options: &Options<D>) -> Result<[u32; D], Error> {
+    let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
+    let shortest = |shape: &[u32; D]| shape.iter().copied().min().unwrap_or(0);
+    let largest = shapes().max_by_key(shortest).unwrap_or([0; D]);
+    let Some(region) = options.region else {
+        let most = shortest(&largest);
+        let side = (feature_size(exemplars)? * 3 / 5).clamp(least_region(most), largest_region(most));
+        return Ok([side; D]);
+    };
+    if shapes().any(|shape| (0..D).all(|a| region[a] <= shape[a])) {
+        return Ok(region);
     }
+    Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
 }
 
 /// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.

@@ -124,6 +124,7 @@ impl Quilt {
             options: used(&loom, &options, &stats),
             stats: counts(&stats),
             how: how(&stats),
+            course: None,
         };
         loom.finish(outcome)
     }

@@ -156,6 +156,7 @@ impl Transfer {
             options: self.used(&loom, &woven.stats),
             stats: counts(&woven.stats),
             how: how(&woven.stats, true),
+            course: None,
         };
         loom.finish(outcome)
     }

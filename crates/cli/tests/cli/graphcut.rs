@@ -10,12 +10,12 @@ use crate::program::{Folder, Said};
 /// Few patches that are found at once.
 const QUICK: &str = "--placement random --region 16 --reach 12 --refine 4 --tries 1";
 
-fn samples(folder: &Folder, name: &str) -> Samples<2> {
+pub(crate) fn samples(folder: &Folder, name: &str) -> Samples<2> {
     let path = folder.path(name.replace('@', &crate::program::fixtures()));
     decode(&fs::read(&path).unwrap(), &path, &ReadOptions::default()).unwrap().plane.samples
 }
 
-fn map(folder: &Folder, name: &str) -> MapFile {
+pub(crate) fn map(folder: &Folder, name: &str) -> MapFile {
     selvedge_io::read_map(folder.path(name), &Default::default()).unwrap()
 }
 
@@ -28,7 +28,7 @@ fn write(folder: &Folder, name: &str, shape: [u32; 2], channels: usize, value: i
     selvedge_io::write(folder.path(name), &plane, &Metadata::default(), &WriteOptions::default()).unwrap();
 }
 
-fn energy(said: &Said) -> Vec<i64> {
+pub(crate) fn energy(said: &Said) -> Vec<i64> {
     said.json()["stats"]["energy"].as_array().unwrap().iter().map(|e| e.as_i64().unwrap()).collect()
 }
 
@@ -41,6 +41,24 @@ fn paper_is_what_it_stands_for() {
     folder.run(&format!("{line} -o c.png")).done();
     assert_eq!(samples(&folder, "a.png"), samples(&folder, "b.png"));
     assert_ne!(samples(&folder, "a.png"), samples(&folder, "c.png"));
+}
+
+#[test]
+fn regions_may_be_oblong() {
+    let folder = Folder::new("graphcut-oblong");
+    let line = "graphcut @/weave.png --size 120x100 --placement sub --refine 6 --map m.exr";
+    let made = |options: &str| {
+        let said = folder.run(&format!("{line} -o a.png --json {options}")).done();
+        let used = said.json()["options"].clone();
+        (used["region"].to_string(), used["reach"].to_string(), samples(&folder, "a.png"))
+    };
+    let (square, typed) = (made("--region 24 --reach 12"), made("--region 24x24 --reach 12x12"));
+    assert_eq!((square.0.as_str(), square.1.as_str()), ("24", "12"));
+    assert_eq!(square, typed);
+    let wide = made("--region 40x16 --reach 30X0");
+    assert_eq!((wide.0.as_str(), wide.1.as_str()), ("\"40x16\"", "\"30x0\""));
+    assert_ne!(wide.2, square.2);
+    assert_eq!(made("--region 40x16").1, "\"20x8\"", "half of the region");
 }
 
 #[test]
@@ -250,6 +268,7 @@ fn the_command_inside_makes_it_again() {
         ),
         "graphcut cobbles.png -o a.png --start a.exr --rotate -30,20 --scale 0.8 --region 9 --refine 3".into(),
         format!("graphcut cobbles.png -o a.png --size 40 {QUICK} --scale-field stars.png --scale-range 0.8..1.25"),
+        "graphcut cobbles.png -o a.png --size 60x50 --region 24x16 --reach 6x9 --placement sub --refine 2".into(),
         "graphcut cobbles.png -o a.png --over stars.png --fixed stars.png --region 16 --refine 1 --tries 1".into(),
     ];
     for line in lines {
@@ -280,8 +299,12 @@ fn tiny_and_constant_exemplars_are_woven() {
 }
 
 /// Command lines that fail, their codes, and what their lines name.
-const REFUSED: [(&str, i32, &[&str]); 27] = [
+const REFUSED: [(&str, i32, &[&str]); 31] = [
     ("", 3, &["'small.png'", "16 samples", "[9, 12]", "use --region 9 or a larger exemplar"]),
+    ("--region 9x10", 3, &["'small.png'", "a region of [10, 9] samples", "[9, 12]"]),
+    ("--region 4x", 2, &["'4x'", "48x32 (width by height)"]),
+    ("--region 0x4", 2, &["region is 0", "at least 1"]),
+    ("--reach -1", 2, &["'-1'", "24x16 (across by down)"]),
     ("--refine -1", 2, &["'-1'", "--refine"]),
     ("--tries 0", 2, &["tries is 0", "1 to 64"]),
     ("--feather nan", 2, &["feather is NaN", "0 to 16"]),
@@ -320,7 +343,11 @@ fn what_cannot_be_done_is_refused_in_one_line() {
     selvedge_io::write(folder.path("nan.exr"), &field, &Metadata::default(), &WriteOptions::default()).unwrap();
     let before = folder.names();
     for (options, exit, parts) in REFUSED {
-        let region = if options.is_empty() { "--region 16" } else { "--region 4" };
+        let region = match options {
+            "" => "--region 16",
+            _ if options.contains("--region") => "",
+            _ => "--region 4",
+        };
         let said = folder.run(&format!("graphcut small.png -o a.png {region} {options}")).refused(exit, parts);
         assert!(said.stdout.is_empty());
         assert_eq!(folder.names(), before, "{options}");

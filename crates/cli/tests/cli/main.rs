@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod config;
+mod course;
 mod degenerate;
 mod exit_codes;
 mod files;

@@ -161,7 +161,7 @@ fn seams_never_become_dearer() {
         for measure in [SeamMeasure::Difference, SeamMeasure::Gradient] {
             let map = stack(&e, output, &mut rng, 4);
             let costs = SeamCosts::new(&e, measure).unwrap();
-            let mut canvas = Canvas::new(&e, costs.clone(), map, None, None, 3).unwrap();
+            let mut canvas = Canvas::new(&e, costs.clone(), map, None, None, [3; 2]).unwrap();
             for _ in 0..3 {
                 // Anywhere, also sticking out of the output and around its borders.
                 let offset = std::array::from_fn(|a| rng.below(16 + output.shape[a]) as i32 - 16);
@@ -194,7 +194,7 @@ fn a_patch_on_its_own_place_changes_nothing() {
     let (e, output) = (exemplars([12, 12], 5), Domain::open([8, 8]));
     let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
     let patch = Patch { source: 0, offset: [-2, -3] };
-    let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, None, 2).unwrap();
+    let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, None, [2; 2]).unwrap();
     for expected in [64, 0] {
         let offer = canvas.offer(&patch, &Window::all(output), &mut CutScratch::default(), &|| false).unwrap();
         assert_eq!((offer.cut.filled, offer.cut.before, offer.cut.after), (expected, 0, 0));
@@ -210,7 +210,7 @@ fn both_patches_are_defined_on_both_sides_of_a_seam() {
     let (e, output) = (exemplars([10, 10], 6), Domain::open([16, 16]));
     let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
     let map = SourceMap::unassigned(&e, output).unwrap();
-    let mut canvas = Canvas::new(&e, costs, map, None, None, 2).unwrap();
+    let mut canvas = Canvas::new(&e, costs, map, None, None, [2; 2]).unwrap();
     for offset in [[0, 0], [1, 6], [6, 1], [6, 6], [3, 3]] {
         let patch = Patch { source: 0, offset };
         let window = patch.footprint(&e, &Window::all(output)).shared(&Window::all(output)).unwrap();
@@ -239,7 +239,8 @@ fn a_cut_costs_at_most_the_boundary_cut() {
         let output = Domain::open([h as u32, 16]);
         let e = exemplars([40, 40], case);
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
-        let mut canvas = Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, None, 2).unwrap();
+        let mut canvas =
+            Canvas::new(&e, costs, SourceMap::unassigned(&e, output).unwrap(), None, None, [2; 2]).unwrap();
         let old = covering(&e, output, &mut rng);
         let new = covering(&e, output, &mut rng);
         let left = Window { start: [0, 0], shape: [h as u32, w as u32 + 2] };

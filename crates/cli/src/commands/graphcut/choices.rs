@@ -3,41 +3,52 @@
 use clap::ValueEnum;
 use selvedge_core::SeamMeasure;
 use selvedge_graphcut_textures::Placement;
+use serde_json::Value;
 
 /// A number, or a choice by the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Auto(pub(super) Option<u32>);
 
-/// The same, or the whole exemplar.
+/// A number of pixels down and one across, or a choice by the program.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reach(pub(super) Option<u32>);
+pub(super) struct Sides(pub(super) Option<[u32; 2]>);
 
-/// What is written instead of a number, and what it stands for.
-pub(super) trait Words {
-    const WORDS: &[(&str, Option<u32>)];
-    fn of(value: Option<u32>) -> Self;
-}
-
-impl Words for Auto {
-    const WORDS: &[(&str, Option<u32>)] = &[("auto", None)];
-    fn of(value: Option<u32>) -> Self {
-        Self(value)
+pub(super) fn number(text: &str) -> Result<Auto, String> {
+    match text {
+        "auto" => Ok(Auto(None)),
+        _ => text.parse().map(|n| Auto(Some(n))).map_err(|_| "write a number, or auto".into()),
     }
 }
 
-impl Words for Reach {
-    const WORDS: &[(&str, Option<u32>)] = &[("auto", None), ("all", Some(u32::MAX))];
-    fn of(value: Option<u32>) -> Self {
-        Self(value)
+/// The sides of a region.
+pub(super) fn sides(text: &str) -> Result<Sides, String> {
+    match text {
+        "auto" => Ok(Sides(None)),
+        _ => pixels(text).ok_or_else(|| "write 32, 48x32 (width by height), or auto".into()),
     }
 }
 
-pub(super) fn number_or<W: Words>(text: &str) -> Result<W, String> {
-    if let Some((_, value)) = W::WORDS.iter().find(|(word, _)| *word == text) {
-        return Ok(W::of(*value));
+/// How far from a region.
+pub(super) fn reach(text: &str) -> Result<Sides, String> {
+    match text {
+        "auto" => Ok(Sides(None)),
+        "all" => Ok(Sides(Some([u32::MAX; 2]))),
+        _ => pixels(text).ok_or_else(|| "write 16, 24x16 (across by down), auto or all".into()),
     }
-    let words: Vec<&str> = W::WORDS.iter().map(|(word, _)| *word).collect();
-    text.parse().map(|n| W::of(Some(n))).map_err(|_| format!("write a number, or {}", words.join(" or ")))
+}
+
+fn pixels(text: &str) -> Option<Sides> {
+    let number = |s: &str| s.parse::<u32>().ok();
+    let both = match text.split_once(['x', 'X']) {
+        Some((across, down)) => [number(down)?, number(across)?],
+        None => [number(text)?; 2],
+    };
+    Some(Sides(Some(both)))
+}
+
+/// As [`pixels`] are written.
+pub(super) fn typed([down, across]: [u32; 2]) -> Value {
+    if down == across { down.into() } else { format!("{across}x{down}").into() }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -5,14 +5,15 @@ mod scales;
 mod start;
 
 use clap::Args;
-use selvedge_core::{Domain, Grid, Run, Transform};
+use selvedge_core::{Domain, Grid, Observer, Run, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
 use serde_json::json;
 
-use self::choices::{Auto, PlacementArg, Reach, SeamArg, number_or};
+use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
 use self::start::StartArgs;
 use crate::blending::Blending;
+use crate::course::{self, Film};
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::report::Done;
@@ -33,29 +34,28 @@ pub(crate) struct Graphcut {
     /// How seams are priced: by their difference, or by difference over gradient.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
     seam: SeamArg,
-    /// Side of the regions that patches are found for, in pixels, or auto.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>,
+    /// Size of the regions that patches are found for: 32, 48x32, or auto.
+    #[arg(long, value_name = "SIZE|auto", default_value = "auto", value_parser = sides, allow_negative_numbers = true)]
+    region: Sides,
+    /// How far patches may reach beyond their region: 16, or 24x16 across and down; auto chooses, all is as far as the
+    /// exemplar does.
+    #[arg(long, value_name = "N|NxM|auto|all", default_value = "auto", value_parser = reach,
         allow_negative_numbers = true)]
-    region: Auto,
-    /// How far patches may reach beyond their region, in pixels; auto chooses, all is as far as the exemplar does.
-    #[arg(long, value_name = "N|auto|all", default_value = "auto", value_parser = number_or::<Reach>,
-        allow_negative_numbers = true)]
-    reach: Reach,
+    reach: Sides,
     /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1.
-    #[arg(long, value_name = "K", default_value_t = Options::default().randomness)]
+    #[arg(long, value_name = "K", default_value_t = Options::<2>::default().randomness)]
     randomness: f64,
     /// How much patches avoid to stand to each other as others do already.
-    #[arg(long, value_name = "V", default_value_t = Options::default().variety)]
+    #[arg(long, value_name = "V", default_value_t = Options::<2>::default().variety)]
     variety: f64,
     /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number_or::<Auto>,
-        allow_negative_numbers = true)]
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number, allow_negative_numbers = true)]
     refine: Auto,
     /// Refinements in a row that bring nothing before the seams count as settled.
-    #[arg(long, value_name = "N", default_value_t = Options::default().patience)]
+    #[arg(long, value_name = "N", default_value_t = Options::<2>::default().patience)]
     patience: u32,
     /// Patches that are tried at each step, of which the best is taken.
-    #[arg(long, value_name = "N", default_value_t = Options::default().tries)]
+    #[arg(long, value_name = "N", default_value_t = Options::<2>::default().tries)]
     tries: u32,
     /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --tries 1.
     #[arg(long, conflicts_with_all = ["reach", "variety", "tries"])]
@@ -99,7 +99,7 @@ fn angle(text: &str) -> Result<f64, String> {
 type Orientation = (f64, bool);
 
 impl Graphcut {
-    fn options(&self) -> Options {
+    fn options(&self) -> Options<2> {
         let options = Options {
             placement: self.placement.into(),
             seam: self.seam.into(),
@@ -177,7 +177,10 @@ impl Graphcut {
                     // A bit for each source at each place.
                     let field = if steered { bits_of_sources(output) } else { 0 };
                     let method = estimate(sources, channels, output, &options);
-                    method.saturating_add(field).saturating_add(self.blending.memory(output, channels + 1))
+                    let film =
+                        if self.weaving.report.is_some() { course::memory(sources, channels, output) } else { 0 };
+                    let method = method.saturating_add(field).saturating_add(film);
+                    method.saturating_add(self.blending.memory(output, channels + 1))
                 },
             },
         )?;
@@ -192,7 +195,12 @@ impl Graphcut {
             return Ok(loom.would(used, "from patches"));
         }
         let start = Start { map, fixed: fixed.clone(), sources };
-        let woven = graphcut_from(exemplars, start, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let filmed = self.weaving.report.is_some();
+        let film = filmed.then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
+        let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
+        let run = Run { observer, ..session.run() };
+        let woven = graphcut_from(exemplars, start, &options, &run).map_err(|e| failure(&loom, e))?;
+        let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
         let outcome = Outcome {
             map: woven.result,
             complete: woven.complete,
@@ -201,6 +209,7 @@ impl Graphcut {
             options: self.used(&loom, field.as_ref(), &options, Some(&woven.stats)),
             stats: counts(&woven.stats),
             how: how(&woven.stats),
+            course,
         };
         loom.finish(outcome)
     }
@@ -238,7 +247,7 @@ impl Graphcut {
     }
 
     /// The options as used; what the program chose is known after the run.
-    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, options: &Options, stats: Option<&Stats>) -> Used {
+    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, options: &Options<2>, stats: Option<&Stats<2>>) -> Used {
         let lower = |name: String| name.to_lowercase();
         let list = |numbers: &[f64]| {
             let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
@@ -249,8 +258,8 @@ impl Graphcut {
             .used(loom.sized())
             .with("placement", lower(format!("{placement:?}")))
             .with("seam", lower(format!("{:?}", options.seam)))
-            .with("region", stats.map_or(options.region, |s| Some(s.region)))
-            .with("reach", stats.map_or(options.reach, |s| Some(s.reach)))
+            .with("region", stats.map_or(options.region, |s| Some(s.region)).map(typed))
+            .with("reach", stats.map_or(options.reach, |s| Some(s.reach)).map(typed))
             .with("randomness", options.randomness)
             .with("variety", options.variety)
             .with("refine", options.refine)
@@ -268,7 +277,7 @@ fn bits_of_sources(output: Domain<2>) -> u64 {
     h.saturating_mul(w).saturating_mul(u64::BITS.into()) / 8
 }
 
-fn counts(stats: &Stats) -> serde_json::Value {
+fn counts(stats: &Stats<2>) -> serde_json::Value {
     json!({
         "periodicity": stats.periodicity,
         "patches": stats.patches,
@@ -280,7 +289,7 @@ fn counts(stats: &Stats) -> serde_json::Value {
     })
 }
 
-fn how(stats: &Stats) -> String {
+fn how(stats: &Stats<2>) -> String {
     let placement = format!("{:?}", stats.placement).to_lowercase();
     let (patches, improvements) = (stats.patches, stats.improvements);
     format!("from {patches} patches and {improvements} refinements, {placement} placement")
