@@ -129,6 +129,6 @@ pub use periods::{Period, periods};
 pub use placement::{Cover, Placement, Positions};
 pub use scratch::Scratch;
 pub use searcher::{Engine, Options, SsdSearcher};
-pub use structure::feature_size;
+pub use structure::{feature_size, feature_size_of, periodicity};
 pub use sum::{SumScratch, Term, search_sum};
 pub use template::Template;

@@ -117,6 +117,11 @@ impl<const D: usize> Strengths<D> {
         Some(1000 - i64::try_from(ratio).unwrap_or(i64::MAX - 1000))
     }
 
+    /// The translations looked at, of each pair of opposites one at least.
+    pub(crate) fn vectors(&self) -> impl Iterator<Item = [i32; D]> {
+        self.costs.iter().map(|c| c.position)
+    }
+
     /// The period at a vector, if it is above all its neighbours; of equal neighbours the first counts.
     fn peak(&self, vector: [i32; D]) -> Option<Period<D>> {
         let first = vector.iter().find(|&&v| v != 0)?;
@@ -165,6 +170,32 @@ fn middle<T: Copy + Default, const D: usize>(grid: &Grid<T, D>) -> Result<Grid<T
         }
     }
     Ok(Grid::from_vec(to, grid.channels(), samples)?)
+}
+
+/// A copy of at most so many samples, each the mean of the valid ones of a box, and which of them have any.
+pub(crate) fn coarse<const D: usize>(
+    grid: &Grid<u8, D>,
+    valid: Option<&Grid<bool, D>>,
+    samples: usize,
+) -> Result<(Grid<u8, D>, Grid<bool, D>), Error> {
+    let (fine, channels) = (grid.domain(), grid.channels());
+    let shape = |side: u32| Domain::open(fine.shape.map(|n| n.div_ceil(side)));
+    let side = (1..).find(|&side| shape(side).len() <= samples).unwrap_or(u32::MAX);
+    let domain = shape(side);
+    let mut sums = try_vec(channels * domain.len(), 0_u64)?;
+    let mut counts = try_vec(domain.len(), 0_u64)?;
+    for (i, at) in fine.positions().enumerate().filter(|&(i, _)| valid.is_none_or(|v| v.samples()[i])) {
+        let cell = domain.index(at.map(|p| p / side));
+        counts[cell] += 1;
+        (0..channels).for_each(|c| sums[c * domain.len() + cell] += u64::from(grid.plane(c)[i]));
+    }
+    let mean = |(i, &sum): (usize, &u64)| {
+        let n = counts[i % domain.len()].max(1);
+        ((2 * sum + n) / (2 * n)) as u8
+    };
+    let means = collected(sums.iter().enumerate().map(mean))?;
+    let known = collected(counts.iter().map(|&n| n != 0))?;
+    Ok((Grid::from_vec(domain, channels, means)?, Grid::from_vec(domain, 1, known)?))
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::weaver::Weaver;
 pub struct Stats {
     /// The placement that was used: never [`Placement::Auto`].
     pub placement: Placement,
-    /// What [`Placement::Auto`] chose by: the exemplars' [`periodicity`](crate::periodicity).
+    /// What [`Placement::Auto`] chose by: the exemplars' [`periodicity`](selvedge_fft_ssd::periodicity) (1 = 1000).
     pub periodicity: Option<f64>,
     /// Side of the error region that was used.
     pub region: u32,

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts};
-use selvedge_fft_ssd::feature_size;
+use selvedge_fft_ssd::{feature_size, periodicity};
 
 use crate::candidates::variance;
 use crate::canvas::{Canvas, Offer};
@@ -15,13 +15,14 @@ use crate::history::History;
 use crate::matching::Matcher;
 use crate::options::{Options, Placement};
 use crate::patch::Patch;
-use crate::period::periodicity;
 use crate::region::patches;
 use crate::start::Start;
 use crate::window::Window;
 
-/// From this periodicity on, all that patches reach is matched.
-const PERIODIC: f64 = 1.0;
+/// From this periodicity on, all that patches reach is matched. Of some sixty textures that it was tried on, text, keyboards,
+/// baskets and nets reach 1030 and more, kilims and the like stay below 880, fruit, peas, crowds and brick walls with uneven
+/// courses below 830.
+const PERIODIC: u32 = 1000;
 
 /// A run: the output in the making, and what is needed to go on.
 pub(crate) struct Weaver<'a, const D: usize> {
@@ -55,9 +56,9 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let side = region_side(exemplars, options)?;
         let region = region_of(side, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
-        let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars));
+        let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars)).transpose()?;
         let placement = match options.placement {
-            Placement::Auto if PERIODIC <= periodicity.unwrap_or(0.0) => Placement::Entire,
+            Placement::Auto if PERIODIC <= periodicity.unwrap_or(0) => Placement::Entire,
             Placement::Auto => Placement::Sub,
             chosen => chosen,
         };
@@ -76,7 +77,13 @@ impl<'a, const D: usize> Weaver<'a, D> {
             scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats { placement, periodicity, region: side, reach, ..Stats::default() },
+            stats: Stats {
+                placement,
+                periodicity: periodicity.map(|p| f64::from(p) / 1000.0),
+                region: side,
+                reach,
+                ..Stats::default()
+            },
         })
     }
 

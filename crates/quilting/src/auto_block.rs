@@ -1,16 +1,12 @@
 //! A block size for an exemplar.
 
-use selvedge_core::{Exemplars, Grid, Source, par, try_vec};
-use selvedge_fft_ssd::periods;
+use selvedge_core::{Exemplars, Source, try_vec};
+use selvedge_fft_ssd::feature_size_of;
 
 use crate::options::Error;
 
-/// A period counts from this strength on (of 1000): weaker ones are chance resemblances of a few large features.
-const STRONG: u32 = 300;
-/// Looks at no more than this many samples a side.
-const WINDOW: u32 = 512;
-
-/// A block that holds the largest structures of these exemplars, as far as their statistics tell.
+/// A block that holds the largest structures of these exemplars, as far as their statistics tell:
+/// [`feature_size_of`] them.
 ///
 /// That is five times the distance at which samples have lost four fifths of their likeness, or one and a quarter of
 /// the strongest period if that is longer; but no less than a fifth of the largest square free of masked samples (at
@@ -30,12 +26,7 @@ pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     let (least, most) = ((shorter / 5).min(48).max(shorter.min(4)), (shorter * 2 / 5).clamp(shorter.min(4), 128));
     let mut structure = 0;
     for (source, _) in exemplars.sources().iter().zip(&sides).filter(|&(_, &side)| counts(side)) {
-        structure = structure.max(5 * reach(source, weights, most / 5 + 1));
-        let found = periods(&source.features, source.valid.as_ref(), weights)?;
-        if let Some(strongest) = found.first().filter(|p| STRONG <= p.strength) {
-            let [y, x] = strongest.vector.map(i32::unsigned_abs);
-            structure = structure.max((y * y + x * x).isqrt() * 5 / 4);
-        }
+        structure = structure.max(feature_size_of(&source.features, source.valid.as_ref(), weights)?);
     }
     Ok(structure.clamp(least, most))
 }
@@ -58,64 +49,10 @@ fn largest_square(source: &Source<2>) -> Result<u32, Error> {
     Ok(largest)
 }
 
-/// The distance, up to `most`, from which on the mean squared difference of samples is over four fifths of what it is
-/// between unrelated ones: twice the variance.
-fn reach(source: &Source<2>, weights: &[u8], most: u32) -> u32 {
-    let Some((variance, n)) = variance(source, weights) else { return 0 };
-    let unlike = |&distance: &u32| {
-        let (error, samples) = difference(source, weights, distance);
-        // error / samples > 4/5 * 2 * variance / n^2
-        5 * u128::from(error) * n * n > 8 * variance * u128::from(samples)
-    };
-    (1..=most).find(unlike).unwrap_or(most)
-}
-
-/// `n^2` times the variance, summed over the channels by their weights, and `n`; `None` for a flat exemplar.
-fn variance(source: &Source<2>, weights: &[u8]) -> Option<(u128, u128)> {
-    let valid = |i: &usize| source.valid.as_ref().is_none_or(|v| v.samples()[*i]);
-    let n = (0..source.domain().len()).filter(valid).count() as u128;
-    let channel = |c: usize| {
-        let values = || (0..source.domain().len()).filter(valid).map(|i| u128::from(source.features.plane(c)[i]));
-        let (sum, squares) = (values().sum::<u128>(), values().map(|v| v * v).sum::<u128>());
-        u128::from(weights[c]) * (n * squares - sum * sum)
-    };
-    let variance: u128 = (0..weights.len()).map(channel).sum();
-    (variance != 0).then_some((variance, n))
-}
-
-/// Sum of the squared differences of samples that far apart, and their number: level, upright and on both diagonals.
-fn difference(source: &Source<2>, weights: &[u8], distance: u32) -> (u64, u64) {
-    let d = distance as i32;
-    // The diagonal of a square of side d / sqrt(2), rounded.
-    let s = ((2 * d * d).unsigned_abs().isqrt().div_ceil(2) as i32).max(1);
-    let each = par::map_indexed(4, |i| shifted(source, weights, [[0, d], [d, 0], [s, s], [s, -s]][i]));
-    each.iter().fold((0, 0), |(error, samples), (e, n)| (error + e, samples + n))
-}
-
-fn shifted(source: &Source<2>, weights: &[u8], by: [i32; 2]) -> (u64, u64) {
-    let domain = source.domain();
-    let from = domain.shape.map(|side| side.saturating_sub(WINDOW) / 2);
-    let to = [0, 1].map(|axis| domain.shape[axis].min(from[axis] + WINDOW));
-    let valid = |at: [u32; 2]| source.valid.as_ref().is_none_or(|v: &Grid<bool, 2>| v.get(0, at));
-    let (mut error, mut samples) = (0, 0);
-    for y in from[0]..to[0] {
-        for x in from[1]..to[1] {
-            let Some(other) = domain.step([y, x], by).filter(|&other| valid([y, x]) && valid(other)) else { continue };
-            samples += 1;
-            for (c, &weight) in weights.iter().enumerate() {
-                let d = u64::from(source.features.get(c, [y, x]).abs_diff(source.features.get(c, other)));
-                error += d * d * u64::from(weight);
-            }
-        }
-    }
-    (error, samples)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::Domain;
-    use selvedge_core::{Plane, Role, Samples};
+    use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
     fn block_for(shape: [u32; 2], at: impl Fn(u32, u32) -> u8) -> u32 {
         let domain = Domain::open(shape);
