@@ -67,24 +67,27 @@
 //!
 //! | search, 8-bit RGB, every position | ms | peer | ms | ratio |
 //! |---|---|---|---|---|
-//! | 64^2 over 1024^2 | 9.9 | OpenCV `TM_SQDIFF` | 137 | 13.8 |
-//! | 64^2 with a disc-shaped hole over 1024^2 | 11.3 | OpenCV with mask | 115 | 10.2 |
-//! | L of 36^2 with arms of 6 over 192^2 | 0.19 | OpenCV with mask | 2.2 | 11.7 |
-//! | the same, at most AVX2 | 0.34 | OpenCV with mask | 2.2 | 6.6 |
-//! | the same, at most AVX2, direct engine | 0.59 | OpenCV with mask | 2.2 | 3.8 |
-//! | the same | 0.19 | three plain nested loops in Rust | 41 | 210 |
-//! | 15 x 50 x 75 over a clip of 30 x 100 x 150 | 8.4 | FFTW, single precision | 8.7 | 1.0 |
-//! | the same | 8.0 | FFTW, double precision | 11.5 | 1.4 |
+//! | 64^2 over 1024^2 | 9.8 | OpenCV `TM_SQDIFF` | 135 | 13.8 |
+//! | 64^2 with a disc-shaped hole over 1024^2 | 11.7 | OpenCV with mask | 115 | 9.8 |
+//! | L of 36^2 with arms of 6 over 192^2 | 0.17 | OpenCV with mask | 2.2 | 13.0 |
+//! | the same, at most AVX2 | 0.30 | OpenCV with mask | 2.2 | 7.2 |
+//! | the same, at most AVX2, direct engine | 0.56 | OpenCV with mask | 2.2 | 3.9 |
+//! | the same | 0.17 | three plain nested loops in Rust | 42 | 250 |
+//! | 15 x 50 x 75 over a clip of 30 x 100 x 150 | 7.8 | FFTW, single precision | 8.4 | 1.1 |
+//! | the same | 7.7 | FFTW, double precision | 11.6 | 1.5 |
 //!
-//! On two threads searches by FFT took 1.4 to 1.9 times less time of the clock than on one; the processor's time of both
-//! threads together is that of one.
+//! On two threads (the bench's `--threads 2`, ahead of all else on the machine, medians in turns) the clock shows 1.84 to
+//! 1.92 times less for the first of these searches, 1.86 for the second, 1.86 for the clip, and 1.41 for the L: a thread
+//! that sleeps takes some 0.05 ms to wake, a third of that search. Searches expected to take less than 0.1 ms are not split;
+//! where many are asked, run them beside each other, each with a [`Scratch`] of its own.
 //!
 //! # Growth
 //! Direct: samples times positions, and a part that is not multiplied by samples. Ls of 24/4, 36/6, 48/8, 64/10 (176, 396,
-//! 704, 1180 samples) over 192^2: 0.12, 0.19, 0.28, 0.37 ms; 36/6 over 128^2, 256^2, 512^2: 0.08, 0.37, 1.53 ms. FFT:
-//! positions, nearly regardless of samples. 32^2, 64^2, 128^2, 256^2 over 1024^2: 8.9, 10, 16, 21 ms; 64^2 over 256^2,
-//! 512^2, 1024^2, 2048^2: 0.7, 2.5, 9.5, 44 ms. A first search by FFT also transforms the source: with
-//! three channels it takes about four times as long as the next.
+//! 704, 1180 samples) over 192^2: 0.10, 0.17, 0.25, 0.33 ms; 36/6 over 128^2, 192^2, 256^2, 512^2: 0.07, 0.17, 0.31,
+//! 1.37 ms (6 to 7.6 ns a position), of which 0.014 ms go before the first position. FFT: positions, nearly regardless of
+//! samples. 32^2, 64^2, 128^2, 256^2 over 1024^2: 9.3, 10, 15, 18 ms; 64^2 over 256^2, 512^2, 1024^2, 2048^2: 0.6, 2.4,
+//! 9.8, 40 ms (16, 12, 10.5, 10 ns a position). A first search by FFT also transforms the source: with three channels it
+//! takes about four times as long as the next.
 //!
 //! # Memory
 //! [`estimate()`] tells it from sizes. Spectra are the largest part: some 13 bytes a sample and channel. They are

@@ -50,11 +50,12 @@ const PLAIN: Large = Large {
 
 /// Searches, in the process that it is alone in: this test's own, started once more for it.
 fn alone(name: &str, large: &Large) {
-    if std::env::var("ALONE").is_ok_and(|alone| alone == name) {
+    if std::env::var("SELVEDGE_ALONE").is_ok_and(|alone| alone == name) {
         return large.check();
     }
     let itself = std::env::current_exe().unwrap();
-    let output = std::process::Command::new(itself).args(["--exact", name, "--nocapture"]).env("ALONE", name).output();
+    let output =
+        std::process::Command::new(itself).args(["--exact", name, "--nocapture"]).env("SELVEDGE_ALONE", name).output();
     let output = output.unwrap();
     let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
     eprintln!("{said}");
