@@ -122,7 +122,7 @@ mod tests {
     /// Bytes of no pattern, and ones of patterns: all that a row can hold.
     fn value(y: usize, i: usize) -> u8 {
         let hash = (y as u32).wrapping_mul(0x9e37_79b9) ^ (i as u32).wrapping_mul(0x85eb_ca6b);
-        if y % 3 == 0 { (hash.wrapping_mul(0xc2b2_ae35) >> 24) as u8 } else { (y * 3 + i) as u8 }
+        if y.is_multiple_of(3) { (hash.wrapping_mul(0xc2b2_ae35) >> 24) as u8 } else { (y * 3 + i) as u8 }
     }
 
     /// The filter as the standard has it.
