@@ -4,6 +4,7 @@ use selvedge_core::SampleId;
 
 use crate::candidates::{Candidate, NOTHING, Shortlist, draw};
 use crate::error::Error;
+use crate::matching::Matches;
 use crate::options::Placement;
 use crate::patch::Patch;
 use crate::region::patches;
@@ -23,8 +24,18 @@ struct Here<'a, const D: usize> {
     at: [i32; D],
     /// comes from one of these sources,
     usable: Usable,
-    /// and reflects none of these.
+    /// reflects none of these,
     neighbours: &'a [Patch<D>],
+    /// and was not used before, unless that is to be forgotten.
+    forgets: bool,
+}
+
+/// Patches for a region, the first drawn first.
+#[derive(Debug)]
+pub(crate) struct Drawn<const D: usize> {
+    pub(crate) patches: Vec<Patch<D>>,
+    /// True if no patch was left that was not used before.
+    forgets: bool,
 }
 
 impl<const D: usize> Weaver<'_, D> {
@@ -32,21 +43,26 @@ impl<const D: usize> Weaver<'_, D> {
     ///
     /// # Errors
     /// [`Error::Search`].
-    pub(crate) fn choose(&mut self, region: &Window<D>, at: [i32; D], count: usize) -> Result<Vec<Patch<D>>, Error> {
+    pub(crate) fn choose(
+        &self,
+        region: &Window<D>,
+        at: [i32; D],
+        count: usize,
+        step: u64,
+        matches: &mut Matches<D>,
+    ) -> Result<Drawn<D>, Error> {
         let usable = Usable::of(&self.canvas, region, at);
-        match self.placement {
-            Placement::Random => {}
-            Placement::Entire => self.matcher.search(&self.canvas.map, region, &self.near(region), usable)?,
-            Placement::Sub | Placement::Auto => self.matcher.search(&self.canvas.map, region, region, usable)?,
+        let near = if self.placement == Placement::Entire { self.near(region) } else { *region };
+        if self.placement != Placement::Random {
+            self.matcher.search(&self.canvas.map, region, &near, usable, matches)?;
         }
         let neighbours = patches(&self.canvas.map, region);
-        let mut here = Here { region, at, usable, neighbours: &neighbours };
-        let mut list = self.shortlist(&here);
+        let mut here = Here { region, at, usable, neighbours: &neighbours, forgets: false };
+        let mut list = self.shortlist(&here, step, matches);
         if list.is_empty() {
             // Every offset that fits was used, or reflects what is there.
-            self.history.forget_used();
-            here.neighbours = &[];
-            list = self.shortlist(&here);
+            here = Here { neighbours: &[], forgets: true, ..here };
+            list = self.shortlist(&here, step, matches);
         }
         if list.is_empty() && region.shape == [1; D] {
             // What shows here agrees with nothing around: any sample is better than none.
@@ -55,42 +71,51 @@ impl<const D: usize> Weaver<'_, D> {
         for c in &mut list {
             c.cost += self.scale * self.options.variety * self.history.repeats(&c.patch, &neighbours);
         }
-        let seed = self.run.seed.derive("graphcut/draw", self.step);
-        self.step += 1;
-        let drawn = draw(&list, self.scale, count, &mut seed.rng());
-        for patch in &drawn {
+        let seed = self.run.seed.derive("graphcut/draw", step);
+        Ok(Drawn { patches: draw(&list, self.scale, count, &mut seed.rng()), forgets: here.forgets })
+    }
+
+    /// Notes what was drawn as used.
+    pub(crate) fn note_drawn(&mut self, drawn: &Drawn<D>) {
+        if drawn.forgets {
+            self.history.forget_used();
+        }
+        for patch in &drawn.patches {
             let source = self.canvas.exemplars.sources()[patch.source].domain();
             self.history.note_used(patch, source, self.canvas.domain());
         }
-        Ok(drawn)
     }
 
     /// The patches that have a chance in the draw.
-    fn shortlist(&self, here: &Here<'_, D>) -> Vec<Candidate<D>> {
+    fn shortlist(&self, here: &Here<'_, D>, step: u64, matches: &Matches<D>) -> Vec<Candidate<D>> {
         match self.placement {
-            Placement::Random => self.fresh(self.random(here.region), here),
-            _ => self.fresh(self.matcher.found(), here),
+            Placement::Random => self.fresh(self.random(here, step), here),
+            _ => self.fresh(self.matcher.found(matches), here),
         }
     }
 
     /// The cheapest of some candidates that show here, were not used before and reflect none of the neighbours.
     fn fresh(&self, candidates: impl IntoIterator<Item = Candidate<D>>, here: &Here<'_, D>) -> Vec<Candidate<D>> {
-        let output = self.canvas.domain();
         let mut list = Shortlist::new(self.scale * NOTHING);
         let fresh = |patch: &Patch<D>| {
             here.usable.has(patch.source)
                 && self.canvas.offered(patch, here.at).is_some()
-                && !self.history.is_used(patch, self.canvas.exemplars.sources()[patch.source].domain(), output)
+                && !self.was_used(patch, here)
                 && !here.neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, here.region))
         };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()
     }
 
+    fn was_used(&self, patch: &Patch<D>, here: &Here<'_, D>) -> bool {
+        let source = self.canvas.exemplars.sources()[patch.source].domain();
+        !here.forgets && self.history.is_used(patch, source, self.canvas.domain())
+    }
+
     /// Patches that cover a region, anywhere; if none was found that was not used before, some that were.
-    fn random(&self, region: &Window<D>) -> Vec<Candidate<D>> {
-        let (samples, output) = (self.canvas.exemplars.table().len(), self.canvas.domain());
-        let mut rng = self.run.seed.derive("graphcut/random", self.step).rng();
+    fn random(&self, here: &Here<'_, D>, step: u64) -> Vec<Candidate<D>> {
+        let (samples, region) = (self.canvas.exemplars.table().len(), here.region);
+        let mut rng = self.run.seed.derive("graphcut/random", step).rng();
         let (mut fresh, mut used) = (Vec::new(), Vec::new());
         for _ in 0..MOST_DRAWS {
             let Some(candidate) = self.showing(SampleId::new(rng.below(samples)), region.start) else { continue };
@@ -99,8 +124,7 @@ impl<const D: usize> Weaver<'_, D> {
             if (0..D).any(|a| !source.periodic[a] && (source.shape[a] as i32) < end[a]) {
                 continue;
             }
-            let is_used = self.history.is_used(&candidate.patch, source, output);
-            if is_used { &mut used } else { &mut fresh }.push(candidate);
+            if self.was_used(&candidate.patch, here) { &mut used } else { &mut fresh }.push(candidate);
             if fresh.len() == RANDOM {
                 break;
             }

@@ -21,6 +21,8 @@ pub(crate) struct ErrorCells<const D: usize> {
     /// Sums over regions, by their first cell; 0 for those left out.
     regions: Tournament,
     left_out: Vec<bool>,
+    /// Regions that are hidden for now.
+    hidden: Vec<usize>,
 }
 
 impl<const D: usize> ErrorCells<D> {
@@ -32,7 +34,7 @@ impl<const D: usize> ErrorCells<D> {
         let cells = Domain { shape, periodic: output.periodic };
         let len = cells.checked_len().unwrap_or(usize::MAX);
         let (regions, left_out) = (Tournament::new(len)?, try_vec(len, false)?);
-        Ok(Self { sides, output, cells, sums: try_vec(len, 0)?, total: 0, regions, left_out })
+        Ok(Self { sides, output, cells, sums: try_vec(len, 0)?, total: 0, regions, left_out, hidden: Vec::new() })
     }
 
     /// The cost of all seams.
@@ -79,6 +81,25 @@ impl<const D: usize> ErrorCells<D> {
             let near = self.cells.index(at);
             self.left_out[near] = true;
             self.note(near);
+        }
+    }
+
+    /// Hides regions for now whose surroundings, `near` them, meet a window.
+    pub(crate) fn hide(&mut self, window: &Window<D>, shape: [u32; D], near: impl Fn(&Window<D>) -> Window<D>) {
+        let of = |first: usize| near(&self.region(first, shape));
+        let reach = of(0).shape;
+        let around = std::array::from_fn(|a| reach[a] + self.sides[a]);
+        let met = |&first: &usize| of(first).meets(window, self.output);
+        let met: Vec<usize> =
+            self.cells_of(&window.grown(self.output, around, around)).into_iter().filter(met).collect();
+        met.iter().for_each(|&first| self.regions.set(first, 0));
+        self.hidden.extend(met);
+    }
+
+    /// Shows the hidden regions again.
+    pub(crate) fn show(&mut self) {
+        for first in std::mem::take(&mut self.hidden) {
+            self.note(first);
         }
     }
 

@@ -37,9 +37,6 @@ pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Si
 pub(crate) struct Matcher<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
     parts: Vec<Part<'e, D>>,
-    scratch: Scratch,
-    /// Where in the output the last template began.
-    start: [i32; D],
 }
 
 /// Sources that are searched together.
@@ -48,10 +45,18 @@ struct Part<'e, const D: usize> {
     /// The number of the first of them.
     first: usize,
     searcher: SsdSearcher<'e, D>,
-    /// What the last search found.
-    costs: Costs<D>,
-    /// False if that search left it out.
-    searched: bool,
+}
+
+/// What one search found, and the working memory of the next.
+#[derive(Debug)]
+pub(crate) struct Matches<const D: usize> {
+    scratch: Scratch,
+    /// Of each part of the matcher; `None` where it was left out.
+    costs: Vec<Option<Costs<D>>>,
+    /// Memory of those left out.
+    spare: Vec<Costs<D>>,
+    /// Where in the output the template began.
+    start: [i32; D],
 }
 
 impl<'e, const D: usize> Matcher<'e, D> {
@@ -61,17 +66,15 @@ impl<'e, const D: usize> Matcher<'e, D> {
     /// [`Error::Search`] if memory is short.
     pub(crate) fn new(exemplars: &'e Exemplars<D>, singles: &'e [Single<D>], simd: SimdLevel) -> Result<Self, Error> {
         let options = SearchOptions { simd, ..SearchOptions::default() };
-        let part = |first, exemplars, options| {
-            let searcher = SsdSearcher::with_options(exemplars, options)?;
-            Ok(Part { first, searcher, costs: Costs::new(), searched: false })
-        };
+        let part =
+            |first, exemplars, options| Ok(Part { first, searcher: SsdSearcher::with_options(exemplars, options)? });
         let parts = if singles.is_empty() {
             vec![part(0, exemplars, options)?]
         } else {
             let options = SearchOptions { cache: options.cache / singles.len() as u64, ..options };
             singles.iter().map(|s| part(s.source, &s.exemplars, options)).collect::<Result<_, Error>>()?
         };
-        Ok(Self { exemplars, parts, scratch: Scratch::new(), start: [0; D] })
+        Ok(Self { exemplars, parts })
     }
 
     /// Compares what is known in `window` with the sources, wherever one covers `region`, a part of it. The window may
@@ -84,11 +87,12 @@ impl<'e, const D: usize> Matcher<'e, D> {
     /// # Errors
     /// [`Error::Search`].
     pub(crate) fn search(
-        &mut self,
+        &self,
         map: &SourceMap<D>,
         region: &Window<D>,
         window: &Window<D>,
         usable: Usable,
+        to: &mut Matches<D>,
     ) -> Result<(), Error> {
         let mut window = window;
         let mut seen = look(self.exemplars, map, window);
@@ -96,28 +100,39 @@ impl<'e, const D: usize> Matcher<'e, D> {
             // Nothing to compare: every translation that covers the region is as good.
             (window, seen) = (region, look(self.exemplars, map, region));
         }
-        self.start = window.start;
+        to.start = window.start;
         let template = Template::new(window.shape, &seen.features).masked(&seen.known);
         let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
-        for Part { first, searcher, costs, searched } in &mut self.parts {
-            *searched = usable.has(*first);
-            if *searched && window == region {
-                searcher.search(&template, Placement::INSIDE, &mut self.scratch, costs)?;
-            } else if *searched {
-                searcher.search_part(&template, start, region.shape, 1, &mut self.scratch, costs)?;
+        to.spare.extend(to.costs.drain(..).flatten());
+        for Part { first, searcher } in &self.parts {
+            let mut costs = usable.has(*first).then(|| to.spare.pop().unwrap_or_default());
+            if let Some(costs) = &mut costs {
+                if window == region {
+                    searcher.search(&template, Placement::INSIDE, &mut to.scratch, costs)?;
+                } else {
+                    searcher.search_part(&template, start, region.shape, 1, &mut to.scratch, costs)?;
+                }
             }
+            to.costs.push(costs);
         }
         Ok(())
     }
 
-    /// What the last search found.
-    pub(crate) fn found(&self) -> impl Iterator<Item = Candidate<D>> + '_ {
-        let searched = self.parts.iter().filter(|part| part.searched);
-        let found = searched.flat_map(|part| part.costs.iter().map(|c| (part.first + c.source, c)));
+    /// What a search found.
+    pub(crate) fn found(&self, matches: &Matches<D>) -> impl Iterator<Item = Candidate<D>> {
+        let searched = self.parts.iter().zip(&matches.costs);
+        let found =
+            searched.flat_map(|(part, costs)| costs.iter().flat_map(|c| c.iter().map(|c| (part.first + c.source, c))));
         found.map(|(source, c)| Candidate {
-            patch: Patch { source, offset: std::array::from_fn(|a| self.start[a] - c.position[a]) },
+            patch: Patch { source, offset: std::array::from_fn(|a| matches.start[a] - c.position[a]) },
             cost: c.error as f64 / c.samples.max(1) as f64,
         })
+    }
+}
+
+impl<const D: usize> Default for Matches<D> {
+    fn default() -> Self {
+        Self { scratch: Scratch::new(), costs: Vec::new(), spare: Vec::new(), start: [0; D] }
     }
 }
 
@@ -144,9 +159,10 @@ mod tests {
             let region = Window { start: [9, 9], shape: [side; 2] };
             let window = Window { start: [5, 5], shape: [side + 8; 2] };
             for window in [region, window] {
-                let mut matcher = Matcher::new(&exemplars, &[], SimdLevel::Auto).unwrap();
-                matcher.search(&map, &region, &window, Usable::all()).unwrap();
-                let found: Vec<Candidate<2>> = matcher.found().collect();
+                let matcher = Matcher::new(&exemplars, &[], SimdLevel::Auto).unwrap();
+                let mut matches = Matches::default();
+                matcher.search(&map, &region, &window, Usable::all(), &mut matches).unwrap();
+                let found: Vec<Candidate<2>> = matcher.found(&matches).collect();
                 assert_eq!(found.len(), ((13 - side) * (25 - side)) as usize, "wherever the region is covered");
                 for c in found {
                     // What the patch shows of the second half, at 7 levels' difference, out of all that it covers.

@@ -1,17 +1,29 @@
 //! Refinement: patches over the worst seams, taken where they make seams cheaper. `[Kwatra03 4, fig. 5]`
-
-use std::sync::PoisonError;
+//!
+//! Regions far enough apart to know nothing of each other are refined at once.
 
 use selvedge_core::par;
 
+use crate::canvas::Offer;
+use crate::choice::Drawn;
 use crate::error::Error;
 use crate::options::Options;
+use crate::patch::Patch;
 use crate::region::patches;
-use crate::weaver::Weaver;
+use crate::weaver::{BATCH, Weaver, Worker};
 use crate::window::Window;
 
 /// For each so many regions of the output, one more failure in a row is borne.
 const REGIONS_A_FAILURE: u64 = 32;
+
+/// What was tried over a region.
+struct Tried<const D: usize> {
+    drawn: Drawn<D>,
+    /// Cuts made, and their nodes.
+    nodes: Vec<usize>,
+    /// The patch that makes seams cheapest.
+    best: Option<(Patch<D>, Offer<D>)>,
+}
 
 impl<const D: usize> Weaver<'_, D> {
     /// Lays patches over the worst seams. False if it was cancelled.
@@ -26,46 +38,93 @@ impl<const D: usize> Weaver<'_, D> {
         let limit = self.options.refine.map_or(most, u64::from);
         self.tell("refine", 0, limit);
         while self.stats.refinements < limit && failures < patience {
-            if self.run.observer.cancelled() {
-                return Ok(false);
+            let left = (limit - self.stats.refinements).min(BATCH as u64) as usize;
+            let cells = self.worst(left);
+            if cells.is_empty() {
+                break;
             }
-            let Some(cell) = self.canvas.cells.worst() else { break };
-            let region = self.canvas.cells.region(cell, self.region);
-            let improved = self.improve(&region)?;
-            self.stats.refinements += 1;
-            if let Some(window) = improved {
-                self.stats.improvements += 1;
-                failures = 0;
-                self.canvas.cells.readmit(&window, self.region);
-            } else {
-                failures += 1;
-                self.canvas.cells.leave_out(cell);
+            for (cell, tried) in cells.iter().zip(self.try_all(&cells)) {
+                let Some(tried) = tried? else { return Ok(false) };
+                let region = self.canvas.cells.region(*cell, self.region);
+                self.stats.refinements += 1;
+                if let Some(window) = self.take(&region, tried) {
+                    self.stats.improvements += 1;
+                    failures = 0;
+                    self.canvas.cells.readmit(&window, self.region);
+                } else {
+                    failures += 1;
+                    self.canvas.cells.leave_out(*cell);
+                }
+                self.stats.energy.push(self.canvas.energy());
+                self.tell("refine", self.stats.refinements, limit);
             }
-            self.stats.energy.push(self.canvas.energy());
-            self.tell("refine", self.stats.refinements, limit);
         }
         Ok(true)
     }
 
-    /// Tries patches over a region and takes the best; answers with the window that changed, if seams became cheaper.
-    fn improve(&mut self, region: &Window<D>) -> Result<Option<Window<D>>, Error> {
-        let middle = std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2);
-        let drawn = self.choose(region, middle, self.options.tries as usize)?;
-        let cancelled = || self.run.observer.cancelled();
-        let offers = par::map_indexed(drawn.len(), |i| {
-            let window = self.window(&drawn[i], region);
-            let mut scratch = self.scratch[i].lock().unwrap_or_else(PoisonError::into_inner);
-            self.canvas.offer(&drawn[i], &window, &mut scratch, &cancelled)
-        });
-        let offers = offers.into_iter().collect::<Result<Vec<_>, _>>()?;
-        offers.iter().for_each(|o| self.count(o));
-        let best = offers.iter().enumerate().max_by_key(|(i, o)| (o.gain(), std::cmp::Reverse(*i)));
-        let Some((i, offer)) = best else { return Ok(None) };
-        let neighbours = patches(&self.canvas.map, region);
-        if !self.canvas.improve(offer) {
-            return Ok(None);
+    /// The worst regions whose patches do not meet, by their cells.
+    fn worst(&mut self, count: usize) -> Vec<usize> {
+        let (shape, output) = (self.region, self.canvas.domain());
+        let model = self.near(&Window { start: [0; D], shape });
+        let near = |region: &Window<D>| Window {
+            start: std::array::from_fn(|a| region.start[a] + model.start[a]),
+            shape: model.shape,
+        };
+        let mut cells = Vec::new();
+        while cells.len() < count {
+            let Some(cell) = self.canvas.cells.worst() else { break };
+            cells.push(cell);
+            // Nor may a seam at the border of one touch the other.
+            let around = near(&self.canvas.cells.region(cell, shape)).grown(output, [1; D], [1; D]);
+            self.canvas.cells.hide(&around, shape, near);
         }
-        self.history.note_vectors(&drawn[i], &neighbours);
-        Ok(Some(offer.frame.window))
+        self.canvas.cells.show();
+        cells
+    }
+
+    /// Tries patches over some regions that know nothing of each other; `None` where that was cancelled.
+    fn try_all(&mut self, cells: &[usize]) -> Vec<Result<Option<Tried<D>>, Error>> {
+        let mut workers = std::mem::take(&mut self.workers);
+        let this = &*self;
+        let tried = par::map_with(&mut workers, cells.len(), |worker, i| {
+            if this.run.observer.cancelled() {
+                return Ok(None);
+            }
+            let region = this.canvas.cells.region(cells[i], this.region);
+            this.attempt(&region, this.step + i as u64, worker).map(Some)
+        });
+        self.workers = workers;
+        self.step += cells.len() as u64;
+        tried
+    }
+
+    /// Draws patches over a region, cuts each, and keeps the best.
+    fn attempt(&self, region: &Window<D>, step: u64, worker: &mut Worker<D>) -> Result<Tried<D>, Error> {
+        let middle = std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2);
+        let drawn = self.choose(region, middle, self.options.tries as usize, step, &mut worker.matches)?;
+        let cancelled = || self.run.observer.cancelled();
+        let (mut nodes, mut best) = (Vec::new(), None::<(Patch<D>, Offer<D>)>);
+        for patch in &drawn.patches {
+            let window = self.window(patch, region);
+            let offer = self.canvas.offer(patch, &window, &mut worker.cut, &cancelled)?;
+            nodes.push(offer.cut.nodes);
+            if best.as_ref().is_none_or(|(_, best)| best.gain() < offer.gain()) {
+                best = Some((*patch, offer));
+            }
+        }
+        Ok(Tried { drawn, nodes, best })
+    }
+
+    /// Takes what was tried over a region if seams become cheaper; answers with the window that changed.
+    fn take(&mut self, region: &Window<D>, tried: Tried<D>) -> Option<Window<D>> {
+        self.note_drawn(&tried.drawn);
+        tried.nodes.iter().for_each(|&nodes| self.count(nodes));
+        let (patch, offer) = tried.best?;
+        let neighbours = patches(&self.canvas.map, region);
+        if !self.canvas.improve(&offer) {
+            return None;
+        }
+        self.history.note_vectors(&patch, &neighbours);
+        Some(offer.frame.window)
     }
 }

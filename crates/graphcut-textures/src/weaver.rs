@@ -1,18 +1,16 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
-use std::sync::{Mutex, PoisonError};
-
-use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts};
+use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, par};
 use selvedge_fft_ssd::{feature_size, periodicity};
 
 use crate::candidates::variance;
-use crate::canvas::{Canvas, Offer};
+use crate::canvas::Canvas;
 use crate::cut::CutScratch;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
 use crate::graphcut::Stats;
 use crate::history::History;
-use crate::matching::{Matcher, Single};
+use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
 use crate::patch::Patch;
 use crate::region::patches;
@@ -36,11 +34,31 @@ pub(crate) struct Weaver<'a, const D: usize> {
     /// `k sigma^2`.
     pub(crate) scale: f64,
     pub(crate) history: History<D>,
-    pub(crate) scratch: Vec<Mutex<CutScratch<D>>>,
+    /// Working memory of the regions that are looked at at once.
+    pub(crate) workers: Vec<Worker<D>>,
     pub(crate) step: u64,
     /// No hole lies before this place.
     pub(crate) first_hole: usize,
     pub(crate) stats: Stats<D>,
+}
+
+/// What is kept from one region to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Worker<const D: usize> {
+    pub(crate) matches: Matches<D>,
+    pub(crate) cut: CutScratch<D>,
+}
+
+/// Regions that are refined at once at most, on any number of threads.
+pub(crate) const BATCH: usize = 8;
+
+/// Samples of the exemplars that are looked at at once, unless there are more: each region that is refined takes memory for
+/// all places.
+const AT_ONCE: u64 = 1 << 18;
+
+/// Regions that take memory at once, on as many threads as there may be, with exemplars of so many samples.
+pub(crate) fn at_once(samples: u64) -> u64 {
+    (AT_ONCE / samples.max(1)).clamp(1, BATCH as u64)
 }
 
 impl<'a, const D: usize> Weaver<'a, D> {
@@ -65,6 +83,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
         };
         // At most far beyond any output, and still far from the end of positions.
         let reach = options.reach.unwrap_or(sides.map(|n| n.div_ceil(2))).map(|n| n.min(1 << 24));
+        let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
             canvas: Canvas::new(
                 exemplars,
@@ -82,7 +101,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             reach,
             scale: options.randomness * variance(exemplars),
             history: History::default(),
-            scratch: (0..options.tries).map(|_| Mutex::default()).collect(),
+            workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
             first_hole: 0,
             stats: Stats::new(placement, periodicity.map(|p| f64::from(p) / 1000.0), sides, reach),
@@ -119,8 +138,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
         loop {
             let region = self.region_around(at, shape);
             let hole = unwrapped(at, &region, self.canvas.domain());
-            if let Some(patch) = self.choose(&region, hole, 1)?.first() {
-                return self.cover(patch, &region);
+            let mut worker = std::mem::take(&mut self.workers[0]);
+            let drawn = self.choose(&region, hole, 1, self.step, &mut worker.matches)?;
+            self.step += 1;
+            self.note_drawn(&drawn);
+            let covered = drawn.patches.first().map(|patch| self.cover(patch, &region, &mut worker.cut)).transpose()?;
+            self.workers[0] = worker;
+            if covered.is_some() {
+                return Ok(());
             }
             if shape == [1; D] {
                 return Err(Error::NoSource { at: at.to_vec() });
@@ -141,23 +166,20 @@ impl<'a, const D: usize> Weaver<'a, D> {
         Window { start, shape }
     }
 
-    fn cover(&mut self, patch: &Patch<D>, region: &Window<D>) -> Result<(), Error> {
+    fn cover(&mut self, patch: &Patch<D>, region: &Window<D>, scratch: &mut CutScratch<D>) -> Result<(), Error> {
         let window = self.window(patch, region);
         let neighbours = patches(&self.canvas.map, region);
-        let offer = {
-            let mut scratch = self.scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
-            self.canvas.offer(patch, &window, &mut scratch, &|| self.run.observer.cancelled())?
-        };
-        self.count(&offer);
+        let offer = self.canvas.offer(patch, &window, scratch, &|| self.run.observer.cancelled())?;
+        self.count(offer.cut.nodes);
         self.canvas.lay(&offer);
         self.history.note_vectors(patch, &neighbours);
         self.stats.patches += 1;
         Ok(())
     }
 
-    pub(crate) fn count(&mut self, offer: &Offer<D>) {
+    pub(crate) fn count(&mut self, nodes: usize) {
         self.stats.cuts += 1;
-        self.stats.cut_nodes += offer.cut.nodes as u64;
+        self.stats.cut_nodes += nodes as u64;
     }
 
     /// What of a patch may show: its footprint within reach of its region, as far as the output goes.
