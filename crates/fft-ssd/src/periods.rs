@@ -38,19 +38,24 @@ pub fn periods<const D: usize>(
     strengths.map_or_else(|| Ok(Vec::new()), |s| s.periods())
 }
 
-/// The sums of squared differences at every translation of at most half the exemplar, one of each pair of opposites.
-fn differences<const D: usize>(
+/// The sums of squared differences between a template as large as a grid, compared where the grid is valid, and the grid, at
+/// every translation of at most half its sides; with `half`, at one of each pair of opposites.
+pub(crate) fn differences<const D: usize>(
+    template: &Grid<u8, D>,
     features: &Grid<u8, D>,
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
+    half: bool,
 ) -> Result<Costs<D>, Error> {
     let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default())?;
-    let template = valid.map_or(Template::of(features), |v| Template::of(features).masked(v.samples()));
+    let template = valid.map_or(Template::of(template), |v| Template::of(template).masked(v.samples()));
     let template = template.check(weights.len())?;
     let shape: [usize; 3] = lift(features.domain().shape.map(|n| n as usize), 1);
     let reach = shape.map(|n| n / 2);
     let mut range = Range { first: reach.map(|r| -(r as isize)), count: reach.map(|r| 2 * r + 1), wraps: [false; 3] };
-    (range.first[3 - D], range.count[3 - D]) = (0, reach[3 - D] + 1);
+    if half {
+        (range.first[3 - D], range.count[3 - D]) = (0, reach[3 - D] + 1);
+    }
     // Few samples resemble each other by chance.
     let least = Cover::AtLeast(template.samples / 8);
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
@@ -97,7 +102,7 @@ impl<const D: usize> Strengths<D> {
         if twice_variance.0 == 0 {
             return Ok(None);
         }
-        Ok(Some(Self { costs: differences(features, valid.as_ref(), weights)?, twice_variance }))
+        Ok(Some(Self { costs: differences(features, features, valid.as_ref(), weights, true)?, twice_variance }))
     }
 
     /// See [`periods`].
@@ -115,11 +120,6 @@ impl<const D: usize> Strengths<D> {
         // Sums stay below 2^20 * 65025 * 2040 < 2^47, so the product below 2^97.
         let ratio = u128::from(c.error) * n2 * 1000 / (u128::from(c.samples) * variance);
         Some(1000 - i64::try_from(ratio).unwrap_or(i64::MAX - 1000))
-    }
-
-    /// The translations looked at, of each pair of opposites one at least.
-    pub(crate) fn vectors(&self) -> impl Iterator<Item = [i32; D]> {
-        self.costs.iter().map(|c| c.position)
     }
 
     /// The period at a vector, if it is above all its neighbours; of equal neighbours the first counts.
@@ -170,32 +170,6 @@ fn middle<T: Copy + Default, const D: usize>(grid: &Grid<T, D>) -> Result<Grid<T
         }
     }
     Ok(Grid::from_vec(to, grid.channels(), samples)?)
-}
-
-/// A copy of at most so many samples, each the mean of the valid ones of a box, and which of them have any.
-pub(crate) fn coarse<const D: usize>(
-    grid: &Grid<u8, D>,
-    valid: Option<&Grid<bool, D>>,
-    samples: usize,
-) -> Result<(Grid<u8, D>, Grid<bool, D>), Error> {
-    let (fine, channels) = (grid.domain(), grid.channels());
-    let shape = |side: u32| Domain::open(fine.shape.map(|n| n.div_ceil(side)));
-    let side = (1..).find(|&side| shape(side).len() <= samples).unwrap_or(u32::MAX);
-    let domain = shape(side);
-    let mut sums = try_vec(channels * domain.len(), 0_u64)?;
-    let mut counts = try_vec(domain.len(), 0_u64)?;
-    for (i, at) in fine.positions().enumerate().filter(|&(i, _)| valid.is_none_or(|v| v.samples()[i])) {
-        let cell = domain.index(at.map(|p| p / side));
-        counts[cell] += 1;
-        (0..channels).for_each(|c| sums[c * domain.len() + cell] += u64::from(grid.plane(c)[i]));
-    }
-    let mean = |(i, &sum): (usize, &u64)| {
-        let n = counts[i % domain.len()].max(1);
-        ((2 * sum + n) / (2 * n)) as u8
-    };
-    let means = collected(sums.iter().enumerate().map(mean))?;
-    let known = collected(counts.iter().map(|&n| n != 0))?;
-    Ok((Grid::from_vec(domain, channels, means)?, Grid::from_vec(domain, 1, known)?))
 }
 
 #[cfg(test)]

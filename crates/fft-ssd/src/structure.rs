@@ -1,16 +1,13 @@
-//! How large the structures of exemplars are, and how regularly they come again.
+//! How large the structures of exemplars are.
 
 use crate::Error;
-use crate::periods::{Strengths, coarse};
+use crate::periods::Strengths;
 use selvedge_core::{Exemplars, Grid, Source};
 
 /// A period counts from this strength on (of 1000): weaker ones are chance resemblances of a few large features.
 const STRONG: u32 = 300;
 /// Samples are unlike each other from this strength down.
 const UNLIKE: i64 = 200;
-
-/// Samples of the copy at most of which the periodicity is measured: what is fine need not come again to the sample.
-const COARSE: usize = 3000;
 
 /// The side of a box that holds the largest structures of some exemplars: the largest
 /// [`feature_size_of`] them. Of an exemplar in several orientations the first counts.
@@ -44,37 +41,10 @@ pub fn feature_size_of<const D: usize>(
     Ok(size.max(squared.isqrt() as u32 * 5 / 4))
 }
 
-/// How regularly the most regular of some exemplars repeats itself, in thousandths, up to some 2000: the most by which its
-/// [strength](crate::Period::strength) at any translation is above the lowest on the straight way there.
-///
-/// Measured on a coarse copy of at most 3000 samples. Of an exemplar in several orientations the first counts. Takes some
-/// ten milliseconds an exemplar, and what a pass over its samples takes.
-///
-/// # Errors
-/// [`Error::Core`] if memory is short.
-pub fn periodicity<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Error> {
-    firsts(exemplars).try_fold(0, |most, source| {
-        let (features, valid) = coarse(&source.features, source.valid.as_ref(), COARSE)?;
-        let strengths = Strengths::of(&features, Some(&valid), exemplars.weights())?;
-        Ok(strengths.map_or(most, |s| most.max(highest_above_lowest(&s))))
-    })
-}
-
 /// The first source of each exemplar.
-fn firsts<const D: usize>(exemplars: &Exemplars<D>) -> impl Iterator<Item = &Source<D>> {
+pub(crate) fn firsts<const D: usize>(exemplars: &Exemplars<D>) -> impl Iterator<Item = &Source<D>> {
     let mut last = None;
     exemplars.sources().iter().filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
-}
-
-/// How far the strength at any translation is above the least on the way there from none.
-fn highest_above_lowest<const D: usize>(strengths: &Strengths<D>) -> u32 {
-    let above = |to: [i32; D]| {
-        let steps = to.iter().map(|c| c.abs()).max().filter(|&n| n != 0)?;
-        let on_the_way = |s: i32| to.map(|c| (c * s + steps / 2 * c.signum()) / steps);
-        let lowest = (1..=steps).filter_map(|s| strengths.at(on_the_way(s))).min()?;
-        Some(strengths.at(to)? - lowest)
-    };
-    strengths.vectors().filter_map(above).max().map_or(0, |above| above as u32)
 }
 
 /// The distance from which on samples are unlike each other, in the mean over the directions; at most half the exemplar.
@@ -102,16 +72,12 @@ mod tests {
     use super::*;
     use selvedge_core::{Domain, Origin, Transform};
 
-    fn one(shape: [u32; 2], at: impl Fn(u32, u32) -> u8) -> Exemplars<2> {
+    fn size_of(shape: [u32; 2], at: impl Fn(u32, u32) -> u8) -> u32 {
         let domain = Domain::open(shape);
         let samples = domain.positions().map(|[y, x]| at(y, x)).collect();
         let features = Grid::from_vec(domain, 1, samples).expect("right length");
         let source = Source { features, valid: None, origin: Origin { exemplar: 0, transform: Transform::IDENTITY } };
-        Exemplars::from_sources(vec![source], vec![1]).expect("well formed")
-    }
-
-    fn size_of(shape: [u32; 2], at: impl Fn(u32, u32) -> u8) -> u32 {
-        feature_size(&one(shape, at)).expect("memory suffices")
+        feature_size(&Exemplars::from_sources(vec![source], vec![1]).expect("well formed")).expect("memory suffices")
     }
 
     #[test]
@@ -125,17 +91,6 @@ mod tests {
         let spots = |size: u32| move |y: u32, x: u32| hash(y / size, x / size) as u8;
         let (fine, coarse) = (size_of([200, 200], spots(2)), size_of([200, 200], spots(14)));
         assert!(fine < 16 && (50..=80).contains(&coarse), "{fine} {coarse}");
-    }
-
-    #[test]
-    fn regular_textures_are_told_from_noise() {
-        let checks = one([60, 70], |y, x| if (y / 8 + x / 8) % 2 == 0 { 200 } else { 40 });
-        assert!(900 < periodicity(&checks).expect("memory suffices"));
-        let fine = one([400, 300], |y, x| if (y / 40 + x / 40) % 2 == 0 { 200 } else { 40 });
-        assert!(900 < periodicity(&fine).expect("memory suffices"));
-        let noise = one([60, 70], |y, x| selvedge_core::Seed(1).derive("noise", u64::from(y * 70 + x)).0 as u8);
-        assert!(periodicity(&noise).expect("memory suffices") < 300);
-        assert_eq!(periodicity(&one([60, 70], |_, _| 7)), Ok(0));
     }
 
     #[test]
