@@ -225,6 +225,29 @@ mod tests {
     }
 
     #[test]
+    fn hidden_regions_are_those_whose_surroundings_meet_a_window() {
+        for periodic in [[false; 2], [true, false], [true; 2]] {
+            let output = Domain { shape: [40, 61], periodic };
+            let mut cells = ErrorCells::<2>::new(output, [3, 4]).unwrap();
+            let all = 0..cells.cells.len();
+            all.clone().for_each(|first| cells.sums[first] = 1 + first as i64);
+            all.clone().for_each(|first| cells.note(first));
+            let (shown, region) = (cells.regions.clone(), [9, 12]);
+            let near = |r: &Window<2>| Window { start: [r.start[0] - 4, r.start[1] - 7], shape: [18, 25] };
+            for window in [Window { start: [-3, 50], shape: [10, 30] }, Window { start: [20, 20], shape: [1, 1] }] {
+                cells.hide(&window.grown(output, [0; 2], [0; 2]), region, near);
+                let is_hidden = |first: &usize| cells.regions.nodes[cells.regions.nodes.len() / 2 + first] == 0;
+                let meets = |&first: &usize| near(&cells.region(first, region)).meets(&window, output);
+                let hidden: Vec<usize> = all.clone().filter(is_hidden).collect();
+                assert_eq!(hidden, all.clone().filter(meets).collect::<Vec<_>>());
+                assert!(!hidden.is_empty() && hidden.len() < cells.cells.len());
+                cells.show();
+                assert_eq!(cells.regions.nodes, shown.nodes);
+            }
+        }
+    }
+
+    #[test]
     fn the_worst_region_is_kept_up_to_date() {
         let topologies = [[false; 2], [true, false], [true; 2]];
         for (i, (periodic, sides)) in topologies.into_iter().zip([[3, 3], [2, 5], [4, 1]]).enumerate() {

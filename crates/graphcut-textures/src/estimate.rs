@@ -5,13 +5,14 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::weaver::largest_region;
+use crate::weaver::{BATCH, at_once, largest_region};
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
 /// Bytes of a frame, its graph and its cut for each sample that a patch may show.
 const A_NODE: u64 = 96;
-
+/// Bytes of a frame and what was taken of it for each such sample.
+const A_FRAME: u64 = 24;
 /// Bytes for each patch: where it was laid, and the price of all seams after it.
 const A_PATCH: u64 = 80;
 /// Bytes for each way in which patches stood to each other.
@@ -43,7 +44,11 @@ pub fn estimate<const D: usize>(
     let singles = if 1 < sources.len() { samples.saturating_mul(channels as u64 + 1) } else { 0 };
     let shown = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a])));
     let nodes = sources.iter().map(shown).max().unwrap_or(0);
-    let cuts = nodes.saturating_mul(A_NODE).saturating_mul(u64::from(options.tries));
+    // What each region of a batch waits to lay, and what it takes on a thread of its own.
+    let batch = if options.refine == Some(0) { 1 } else { apart(output, region, window).min(BATCH as u64) };
+    let threads = at_once(samples).min(batch);
+    let cuts = nodes.saturating_mul(A_NODE * threads + A_FRAME * batch);
+    let lists = samples.saturating_mul(A_CANDIDATE).saturating_mul(threads - 1);
     let weights = vec![1; channels];
     let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box });
     let entire = || search(sources, &weights, window, Positions::overlapping(1));
@@ -54,7 +59,13 @@ pub fn estimate<const D: usize>(
         Placement::Auto => sub().max(entire()),
     };
     let history = history(sources, output, region, options);
-    [A_RUN, map, seams, singles, cuts, search, history].into_iter().fold(0, u64::saturating_add)
+    [A_RUN, map, seams, singles, cuts, lists, search, history].into_iter().fold(0, u64::saturating_add)
+}
+
+/// Regions whose patches do not meet, at most.
+fn apart<const D: usize>(output: Domain<D>, region: [u32; D], window: [u32; D]) -> u64 {
+    let along = |a: usize| u64::from((output.shape[a].saturating_sub(region[a])) / window[a].saturating_add(1) + 1);
+    (0..D).map(along).fold(1, u64::saturating_mul)
 }
 
 /// What is kept of every patch that was laid or tried: offsets used before, vectors to neighbours, prices.

@@ -128,3 +128,46 @@ impl<const D: usize> Weaver<'_, D> {
         Some(offer.frame.window)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::start::Start;
+    use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
+
+    #[test]
+    fn regions_refined_at_once_do_not_meet_and_their_gains_add_up() {
+        let domain = Domain::open([40, 40]);
+        let mut rng = Seed(1).rng();
+        let noise = (0..domain.len()).map(|_| rng.below(256) as u8).collect();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let source = Source { features: Grid::from_vec(domain, 1, noise).unwrap(), valid: None, origin };
+        let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let options = Options { region: Some([8; 2]), reach: Some([4; 2]), refine: Some(0), ..Options::default() };
+        for periodic in [[false; 2], [true, false], [true; 2]] {
+            let output = Domain { shape: [70, 90], periodic };
+            let start = Start { map: SourceMap::unassigned(&exemplars, output).unwrap(), fixed: None, sources: None };
+            let run = Run::seeded(3);
+            let mut weaver = Weaver::new(&exemplars, &[], start, &options, &run).unwrap();
+            weaver.weave().unwrap();
+            let first = weaver.canvas.cells.worst().unwrap();
+            let cells = weaver.worst(BATCH);
+            assert_eq!((cells.len(), cells[0]), (BATCH, first), "as many as may be, the worst first");
+            let near = |cell: usize| weaver.near(&weaver.canvas.cells.region(cell, weaver.region));
+            for (i, &a) in cells.iter().enumerate() {
+                for &b in &cells[..i] {
+                    assert!(!near(a).grown(output, [1; 2], [1; 2]).meets(&near(b), output), "{a} {b}");
+                }
+            }
+            let before = weaver.canvas.energy();
+            let mut gains = 0;
+            for (&cell, tried) in cells.iter().zip(weaver.try_all(&cells)) {
+                let (tried, region) = (tried.unwrap().unwrap(), weaver.canvas.cells.region(cell, weaver.region));
+                let gain = tried.best.as_ref().map_or(0, |(_, offer)| offer.gain().max(0));
+                gains += if weaver.take(&region, tried).is_some() { gain } else { 0 };
+            }
+            assert!(0 < gains);
+            assert_eq!(before - weaver.canvas.energy(), gains);
+        }
+    }
+}
