@@ -34,7 +34,7 @@ struct Here<'a, const D: usize> {
 #[derive(Debug)]
 pub(crate) struct Drawn<const D: usize> {
     pub(crate) patches: Vec<Patch<D>>,
-    /// True if no patch was left that was not used before.
+    /// True if they were all used before, and so was every other.
     forgets: bool,
 }
 
@@ -72,7 +72,8 @@ impl<const D: usize> Weaver<'_, D> {
             c.cost += self.scale * self.options.variety * self.history.repeats(&c.patch, &neighbours);
         }
         let seed = self.run.seed.derive("graphcut/draw", step);
-        Ok(Drawn { patches: draw(&list, self.scale, count, &mut seed.rng()), forgets: here.forgets })
+        let patches = draw(&list, self.scale, count, &mut seed.rng());
+        Ok(Drawn { forgets: here.forgets && !patches.is_empty(), patches })
     }
 
     /// Notes what was drawn as used.

@@ -5,7 +5,8 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::weaver::{BATCH, at_once, largest_region};
+use crate::sizes::largest_region;
+use crate::weaver::{BATCH, at_once};
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;

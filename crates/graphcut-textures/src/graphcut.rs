@@ -4,8 +4,9 @@ use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
-use crate::matching::singles;
+use crate::matching::{copied, singles};
 use crate::options::{Options, Placement};
+use crate::sizes::Sizes;
 use crate::start::Start;
 use crate::weaver::Weaver;
 
@@ -102,7 +103,9 @@ fn weave<const D: usize>(
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     start.check(exemplars)?;
     let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
-    let mut weaver = Weaver::new(exemplars, &singles, start, options, run)?;
+    let laid = start.sources.as_ref().map(|field| laid(exemplars, field.plane(0))).transpose()?;
+    let sizes = Sizes::new(laid.as_ref().unwrap_or(exemplars), options)?;
+    let mut weaver = Weaver::new(exemplars, &singles, sizes, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
         Ok(complete) => complete,
@@ -110,6 +113,15 @@ fn weave<const D: usize>(
         Err(error) => return Err(error),
     };
     Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
+}
+
+/// The sources that a field of sources lets show anywhere: what regions and draws are measured by. A picture that stands in the
+/// output, to be gone on from, is none of them.
+fn laid<const D: usize>(exemplars: &Exemplars<D>, field: &[u64]) -> Result<Exemplars<D>, Error> {
+    let bits = field.iter().fold(0, |all, bits| all | bits);
+    let sources = exemplars.sources().iter().enumerate().filter(|(number, _)| bits >> number & 1 == 1);
+    let sources = sources.map(|(_, source)| copied(source)).collect::<Result<_, _>>()?;
+    Ok(Exemplars::from_sources(sources, exemplars.weights().to_vec())?)
 }
 
 /// What can be checked before anything is made.

@@ -84,6 +84,7 @@ mod options;
 mod patch;
 mod refine;
 mod region;
+mod sizes;
 mod start;
 mod usable;
 mod weaver;

@@ -47,7 +47,7 @@ pub struct Options<const D: usize> {
     /// [`REFINEMENTS_A_PATCH`](Self::REFINEMENTS_A_PATCH) times as many as patches were needed to cover everything.
     pub refine: Option<u32>,
     /// Refinements in a row that bring nothing before seams count as settled, beside one for each 32 regions that the
-    /// output holds. At least 1.
+    /// output holds. Up to eight are made at once, so that it may be seven more. At least 1.
     pub patience: u32,
     /// Candidates that are cut at each refinement, of which the best is taken. From 1 to 64.
     pub tries: u32,

@@ -45,21 +45,29 @@ impl<const D: usize> Weaver<'_, D> {
             }
             for (cell, tried) in cells.iter().zip(self.try_all(&cells)) {
                 let Some(tried) = tried? else { return Ok(false) };
-                let region = self.canvas.cells.region(*cell, self.region);
                 self.stats.refinements += 1;
-                if let Some(window) = self.take(&region, tried) {
-                    self.stats.improvements += 1;
-                    failures = 0;
-                    self.canvas.cells.readmit(&window, self.region);
-                } else {
-                    failures += 1;
-                    self.canvas.cells.leave_out(*cell);
-                }
+                failures = if self.settle(*cell, tried) { 0 } else { failures + 1 };
                 self.stats.energy.push(self.canvas.energy());
                 self.tell("refine", self.stats.refinements, limit);
             }
         }
         Ok(true)
+    }
+
+    /// Takes what was tried over a region, or leaves the region out for now; says whether seams became cheaper.
+    fn settle(&mut self, cell: usize, tried: Tried<D>) -> bool {
+        let region = self.canvas.cells.region(cell, self.region);
+        match self.take(&region, tried) {
+            Some(window) => {
+                self.stats.improvements += 1;
+                self.canvas.cells.readmit(&window, self.region);
+                true
+            }
+            None => {
+                self.canvas.cells.leave_out(cell);
+                false
+            }
+        }
     }
 
     /// The worst regions whose patches do not meet, by their cells.
@@ -101,11 +109,20 @@ impl<const D: usize> Weaver<'_, D> {
     /// Draws patches over a region, cuts each, and keeps the best.
     fn attempt(&self, region: &Window<D>, step: u64, worker: &mut Worker<D>) -> Result<Tried<D>, Error> {
         let middle = std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2);
-        let drawn = self.choose(region, middle, self.options.tries as usize, step, &mut worker.matches)?;
+        let mut region = *region;
+        let drawn = loop {
+            let drawn = self.choose(&region, middle, self.options.tries as usize, step, &mut worker.matches)?;
+            if !drawn.patches.is_empty() || region.shape == [1; D] {
+                break drawn;
+            }
+            // No source that may show here is as large.
+            let shape = region.shape.map(|n| n.div_ceil(2));
+            region = Window { start: std::array::from_fn(|a| middle[a] - shape[a] as i32 / 2), shape };
+        };
         let cancelled = || self.run.observer.cancelled();
         let (mut nodes, mut best) = (Vec::new(), None::<(Patch<D>, Offer<D>)>);
         for patch in &drawn.patches {
-            let window = self.window(patch, region);
+            let window = self.window(patch, &region);
             let offer = self.canvas.offer(patch, &window, &mut worker.cut, &cancelled)?;
             nodes.push(offer.cut.nodes);
             if best.as_ref().is_none_or(|(_, best)| best.gain() < offer.gain()) {
@@ -130,44 +147,4 @@ impl<const D: usize> Weaver<'_, D> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::start::Start;
-    use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
-
-    #[test]
-    fn regions_refined_at_once_do_not_meet_and_their_gains_add_up() {
-        let domain = Domain::open([40, 40]);
-        let mut rng = Seed(1).rng();
-        let noise = (0..domain.len()).map(|_| rng.below(256) as u8).collect();
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let source = Source { features: Grid::from_vec(domain, 1, noise).unwrap(), valid: None, origin };
-        let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
-        let options = Options { region: Some([8; 2]), reach: Some([4; 2]), refine: Some(0), ..Options::default() };
-        for periodic in [[false; 2], [true, false], [true; 2]] {
-            let output = Domain { shape: [70, 90], periodic };
-            let start = Start { map: SourceMap::unassigned(&exemplars, output).unwrap(), fixed: None, sources: None };
-            let run = Run::seeded(3);
-            let mut weaver = Weaver::new(&exemplars, &[], start, &options, &run).unwrap();
-            weaver.weave().unwrap();
-            let first = weaver.canvas.cells.worst().unwrap();
-            let cells = weaver.worst(BATCH);
-            assert_eq!((cells.len(), cells[0]), (BATCH, first), "as many as may be, the worst first");
-            let near = |cell: usize| weaver.near(&weaver.canvas.cells.region(cell, weaver.region));
-            for (i, &a) in cells.iter().enumerate() {
-                for &b in &cells[..i] {
-                    assert!(!near(a).grown(output, [1; 2], [1; 2]).meets(&near(b), output), "{a} {b}");
-                }
-            }
-            let before = weaver.canvas.energy();
-            let mut gains = 0;
-            for (&cell, tried) in cells.iter().zip(weaver.try_all(&cells)) {
-                let (tried, region) = (tried.unwrap().unwrap(), weaver.canvas.cells.region(cell, weaver.region));
-                let gain = tried.best.as_ref().map_or(0, |(_, offer)| offer.gain().max(0));
-                gains += if weaver.take(&region, tried).is_some() { gain } else { 0 };
-            }
-            assert!(0 < gains);
-            assert_eq!(before - weaver.canvas.energy(), gains);
-        }
-    }
-}
+mod tests;

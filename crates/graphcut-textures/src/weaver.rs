@@ -1,9 +1,7 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
 use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, par};
-use selvedge_fft_ssd::{feature_size, periodicity};
 
-use crate::candidates::variance;
 use crate::canvas::Canvas;
 use crate::cut::CutScratch;
 use crate::error::Error;
@@ -14,13 +12,9 @@ use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
 use crate::patch::Patch;
 use crate::region::patches;
+use crate::sizes::Sizes;
 use crate::start::Start;
 use crate::window::Window;
-
-/// From this periodicity on, all that patches reach is matched. Of some sixty textures that it was tried on, text, keyboards,
-/// baskets and nets reach 1030 and more, kilims and the like stay below 880, fruit, peas, crowds and brick walls with uneven
-/// courses below 830.
-const PERIODIC: u32 = 1000;
 
 /// A run: the output in the making, and what is needed to go on.
 pub(crate) struct Weaver<'a, const D: usize> {
@@ -67,22 +61,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
     pub(crate) fn new(
         exemplars: &'a Exemplars<D>,
         singles: &'a [Single<D>],
+        sizes: Sizes<D>,
         start: Start<D>,
         options: &'a Options<D>,
         run: &'a Run<'a, D>,
     ) -> Result<Self, Error> {
         let output = start.map.domain();
-        let sides = region_sides(exemplars, options)?;
-        let region = region_of(sides, output);
+        let region = region_of(sizes.sides, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
-        let periodicity = (options.placement == Placement::Auto).then(|| periodicity(exemplars)).transpose()?;
-        let placement = match options.placement {
-            Placement::Auto if PERIODIC <= periodicity.unwrap_or(0) => Placement::Entire,
-            Placement::Auto => Placement::Sub,
-            chosen => chosen,
-        };
-        // At most far beyond any output, and still far from the end of positions.
-        let reach = options.reach.unwrap_or(sides.map(|n| n.div_ceil(2))).map(|n| n.min(1 << 24));
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
             canvas: Canvas::new(
@@ -91,20 +77,20 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 start.map,
                 start.fixed,
                 start.sources,
-                sides.map(|n| n / CELLS_A_REGION),
+                sizes.sides.map(|n| n / CELLS_A_REGION),
             )?,
             matcher: Matcher::new(exemplars, singles, run.simd)?,
             options,
             run,
-            placement,
+            placement: sizes.placement,
             region,
-            reach,
-            scale: options.randomness * variance(exemplars),
+            reach: sizes.reach,
+            scale: sizes.scale,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: Stats::new(placement, periodicity.map(|p| f64::from(p) / 1000.0), sides, reach),
+            stats: sizes.stats(),
         })
     }
 
@@ -223,31 +209,4 @@ fn region_of<const D: usize>(sides: [u32; D], output: Domain<D>) -> [u32; D] {
         let n = output.shape[a];
         sides[a].min(if output.periodic[a] { n - n / 4 } else { n })
     })
-}
-
-/// The sides of error regions: as asked, or three fifths of the largest structures, so that a region with its
-/// surroundings holds one of them; but no less than an eighth of the exemplar's shortest side (at most 28), for
-/// repetitions of small patches are seen, and no more than a quarter of it (at most 76), for few large ones fit.
-fn region_sides<const D: usize>(exemplars: &Exemplars<D>, options: &Options<D>) -> Result<[u32; D], Error> {
-    let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
-    let shortest = |shape: &[u32; D]| shape.iter().copied().min().unwrap_or(0);
-    let largest = shapes().max_by_key(shortest).unwrap_or([0; D]);
-    let Some(region) = options.region else {
-        let most = shortest(&largest);
-        let side = (feature_size(exemplars)? * 3 / 5).clamp(least_region(most), largest_region(most));
-        return Ok([side; D]);
-    };
-    if shapes().any(|shape| (0..D).all(|a| region[a] <= shape[a])) {
-        return Ok(region);
-    }
-    Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
-}
-
-/// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.
-pub(crate) fn largest_region(side: u32) -> u32 {
-    (side / 4).clamp(least_region(side), 76)
-}
-
-fn least_region(side: u32) -> u32 {
-    (side / 8).min(28).max(side.min(8)).max(1)
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::{PLACEMENTS, blobs, of, weave};
 use selvedge_core::{Domain, Encoder, Exemplars, Grid, Run, SampleId, Seed, SourceMap, Transform};
-use selvedge_graphcut_textures::{Options, Start, graphcut_from};
+use selvedge_graphcut_textures::{Error, Options, Start, graphcut_from};
 
 #[test]
 fn masks_do_not_make_patches_of_single_samples() {
@@ -132,4 +132,35 @@ fn where_no_source_has_room_the_roomiest_is_laid() {
         let map = graphcut_from(&e, start, &options, &Run::seeded(1)).unwrap().result;
         assert!(output.positions().all(|[y, x]| map.locate([y, x]).unwrap().0 == ((y + x) % 5) as usize));
     }
+}
+
+#[test]
+fn what_may_not_be_laid_is_not_measured_and_small_sources_are_refined_as_well() {
+    // A picture of 120 samples a side with a hole in it, and an exemplar of 24.
+    let planes = [blobs([24, 24], 1), blobs([120, 120], 2)];
+    let e = Exemplars::of(&planes.each_ref().map(std::slice::from_ref)).unwrap();
+    let alone = Exemplars::of(&[std::slice::from_ref(&planes[0])]).unwrap();
+    let output = Domain::open([120, 120]);
+    let hole = |[y, x]: [u32; 2]| (20..100).contains(&y) && (20..100).contains(&x);
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    for at in output.positions().filter(|&at| !hole(at)) {
+        map.ids.set(0, at, e.table().id(1, at));
+    }
+    let only = |bits: u64| Some(Grid::from_vec(output, 1, vec![bits; output.len()]).unwrap());
+    let run = |options: &Options<2>, bits| {
+        graphcut_from(&e, Start { map: map.clone(), fixed: None, sources: only(bits) }, options, &Run::seeded(1))
+    };
+    let woven = run(&Options::default(), 1).unwrap();
+    let (_, of_exemplar) = weave(&alone, output, &Options { refine: Some(0), ..Options::default() });
+    assert_eq!((woven.stats.region, woven.stats.placement), (of_exemplar.region, of_exemplar.placement));
+    assert!(0 < woven.stats.improvements);
+    let large = Options { region: Some([30; 2]), ..Options::default() };
+    assert!(matches!(run(&large, 1), Err(Error::RegionExceedsExemplar { .. })));
+
+    // Where the larger one may be laid as well, but only in a corner, all else is the small one's to refine.
+    let bits = |at: [u32; 2]| if at == [0, 0] { 0b11 } else { 0b01 };
+    let field = Grid::from_vec(output, 1, output.positions().map(bits).collect()).unwrap();
+    let start = Start { map: SourceMap::unassigned(&e, output).unwrap(), fixed: None, sources: Some(field) };
+    let woven = graphcut_from(&e, start, &large, &Run::seeded(1)).unwrap();
+    assert!(10 < woven.stats.improvements, "{}", woven.stats.improvements);
 }

@@ -5,7 +5,7 @@ mod scales;
 mod start;
 
 use clap::Args;
-use selvedge_core::{Domain, Grid, Observer, Run, Transform};
+use selvedge_core::{Domain, Grid, Observer, Run, Source, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
 use serde_json::json;
 
@@ -185,7 +185,7 @@ impl Graphcut {
             },
         )?;
         let (map, fixed) = begun.stand(&mut loom, session)?;
-        let sources = self.sources(&mut loom, session, field.as_ref(), levels.len())?;
+        let sources = self.sources(&mut loom, session, field.as_ref())?;
         let exemplars = &loom.loaded.exemplars;
         if loom.is_dry() {
             // The least output tells whether options and exemplars go together.
@@ -208,7 +208,11 @@ impl Graphcut {
             kept: fixed,
             options: self.used(&loom, field.as_ref(), &options, Some(&woven.stats)),
             stats: counts(&woven.stats),
-            how: how(&woven.stats),
+            how: if self.start.backdrop().is_some() && woven.stats.patches == 0 {
+                "as it was: the picture has no holes, and no --fixed makes some".to_owned()
+            } else {
+                how(&woven.stats)
+            },
             course,
         };
         loom.finish(outcome)
@@ -220,7 +224,6 @@ impl Graphcut {
         loom: &mut Loom<'_>,
         session: &Session<'_>,
         field: Option<&Scales>,
-        levels: usize,
     ) -> Result<Option<Grid<u64, 2>>, Failure> {
         let Some(field) = field else {
             if self.start.backdrop().is_none() {
@@ -230,20 +233,25 @@ impl Graphcut {
             let others = loom.loaded.exemplars.sources().len() - 1;
             return Ok(Some(Grid::try_filled(loom.domain, 1, (1 << others) - 1)?));
         };
-        let (given, orientations) = (loom.loaded.given().len(), self.orientations().len());
-        let each = orientations * levels;
         let picture = field.file().map(|path| loom.read(&Input::new(session, path)?)).transpose()?;
         let mut allowed = field.allowed(loom.domain, picture.as_ref())?;
-        let of_level = |level: usize| {
-            let sources = (0..given * each).filter(|s| s % each / orientations == level);
-            sources.fold(0_u64, |bits, source| bits | 1 << source)
-        };
-        let of_levels: Vec<u64> = (0..levels).map(of_level).collect();
+        let of_levels: Vec<u64> = field.levels().into_iter().map(|scale| self.of_scale(loom, scale)).collect();
         for bits in allowed.plane_mut(0) {
-            let set = (0..levels).filter(|level| *bits >> level & 1 == 1);
+            let set = (0..of_levels.len()).filter(|level| *bits >> level & 1 == 1);
             *bits = set.fold(0, |sources, level| sources | of_levels[level]);
         }
         Ok(Some(allowed))
+    }
+
+    /// The sources of a scale, but for the picture that is gone on from. What is the same at several scales is one source.
+    fn of_scale(&self, loom: &Loom<'_>, scale: f64) -> u64 {
+        let (given, turned) = (loom.loaded.given().len(), self.transforms(&[scale]));
+        let sources = loom.loaded.exemplars.sources().iter().enumerate();
+        let here = |(number, s): (usize, &Source<2>)| {
+            let laid = usize::from(s.origin.exemplar) < given && turned.contains(&s.origin.transform);
+            if laid { 1 << number } else { 0_u64 }
+        };
+        sources.map(here).fold(0, |all, bit| all | bit)
     }
 
     /// The options as used; what the program chose is known after the run.
@@ -292,7 +300,8 @@ fn counts(stats: &Stats<2>) -> serde_json::Value {
 fn how(stats: &Stats<2>) -> String {
     let placement = format!("{:?}", stats.placement).to_lowercase();
     let (patches, improvements) = (stats.patches, stats.improvements);
-    format!("from {patches} patches and {improvements} refinements, {placement} placement")
+    let why = stats.periodicity.map_or(String::new(), |p| format!(" by a periodicity of {p}"));
+    format!("from {patches} patches and {improvements} refinements, {placement} placement{why}")
 }
 
 /// Errors about exemplars name the file, and options by their flags.

@@ -23,7 +23,8 @@ pub(super) struct StartArgs {
     /// --fixed is black.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     over: Option<PathBuf>,
-    /// Where this picture is white, what --start or --over has there stays to the bit.
+    /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the samples of
+    /// --start may become better ones, and those of --over are holes to fill.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
 }
