@@ -353,3 +353,29 @@ fn what_cannot_be_done_is_refused_in_one_line() {
         assert_eq!(folder.names(), before, "{options}");
     }
 }
+
+#[test]
+fn small_exemplars_and_pictures_without_holes_are_named() {
+    let folder = Folder::new("graphcut-small");
+    write(&folder, "small.png", [9, 12], 3, |c, [y, x]| (y * 20 + x * 3 + c as u32) as u8);
+    let said = folder.run("graphcut small.png @/cobbles.png -o a.png --size 64 --refine 0").done();
+    assert!(said.stderr.contains("'small.png': smaller than the regions of"), "{}", said.stderr);
+    let said = folder.run("graphcut @/cobbles.png -o b.png --over @/cobbles.png --refine 0").done();
+    assert!(said.stderr.contains("the picture has no holes, and no --fixed makes some"), "{}", said.stderr);
+}
+
+#[test]
+fn equal_orientations_of_a_field_are_one_source() {
+    let folder = Folder::new("graphcut-orientations");
+    let line =
+        "graphcut @/weave.png --size 60 --scale-field top=0.8,bottom=1.2 --placement random --region 12 --refine 0";
+    folder.run(&format!("{line} -o a.png")).done();
+    // A turn that rounds to a whole one is the same at scale 1, but not at others.
+    folder.run(&format!("{line} --rotate=-1e-20 -o b.png --map b.exr")).done();
+    let read = map(&folder, "b.exr").map;
+    let scale = |[y, x]: [u32; 2]| match read.table.sources()[read.locate([y, x]).unwrap().0].0.transform {
+        Transform::Resampled { scale, .. } => scale,
+        _ => 1.0,
+    };
+    assert!((0..60).all(|x| scale([0, x]) < 1.0 && 1.0 < scale([59, x])));
+}

@@ -200,6 +200,7 @@ impl Graphcut {
         let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
         let run = Run { observer, ..session.run() };
         let woven = graphcut_from(exemplars, start, &options, &run).map_err(|e| failure(&loom, e))?;
+        self.warn_of_small(session, &loom, woven.stats.region);
         let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
         let outcome = Outcome {
             map: woven.result,
@@ -241,6 +242,20 @@ impl Graphcut {
             *bits = set.fold(0, |sources, level| sources | of_levels[level]);
         }
         Ok(Some(allowed))
+    }
+
+    /// Exemplars that no region fits into are laid where nothing larger may be.
+    fn warn_of_small(&self, session: &Session<'_>, loom: &Loom<'_>, [height, width]: [u32; 2]) {
+        let sources = loom.loaded.exemplars.sources();
+        for (number, path) in loom.loaded.given().iter().enumerate() {
+            let mut own = sources.iter().filter(|s| usize::from(s.origin.exemplar) == number).map(|s| s.domain().shape);
+            if own.all(|[h, w]| h < height || w < width) {
+                let what = format!(
+                    "smaller than the regions of {width}x{height} px; use a smaller --region to see more of it"
+                );
+                session.warn(path, &what);
+            }
+        }
     }
 
     /// The sources of a scale, but for the picture that is gone on from. What is the same at several scales is one source.
