@@ -133,6 +133,14 @@ pub enum Error {
         /// The weight.
         weight: f64,
     },
+    /// A guide's weight is so small beside another's that it would count nothing.
+    #[error("a guide's weight of {weight} counts nothing beside one of {most}; use weights that are closer, or 0")]
+    GuideProportion {
+        /// The weight.
+        weight: f64,
+        /// The largest of all.
+        most: f64,
+    },
     /// A map names samples that its sources do not hold.
     #[error("the map names sample {id}, but its sources hold {samples}")]
     UnknownSample {
@@ -156,7 +164,9 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Allocation { .. } => ErrorKind::Memory,
-            Self::GuideWeight { .. } | Self::Transform { .. } | Self::Weights { .. } => ErrorKind::Option,
+            Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
+                ErrorKind::Option
+            }
             Self::Length { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }

@@ -84,10 +84,11 @@ impl<const D: usize> Guide<D> {
     }
 
     /// Several guides as one. A guide's weight is shared out over its channels, so that three channels count no more
-    /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none.
+    /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none. What is not 0
+    /// counts at least 1.
     ///
     /// # Errors
-    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideCount`] (no guide, or different sources),
+    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideProportion`], [`Error::GuideCount`] (no guide, or different sources),
     /// [`Error::GuideShape`] (targets differ), [`Error::Allocation`].
     pub fn join(guides: &[(Self, f64)]) -> Result<Self, Error> {
         let Some((first, _)) = guides.first() else { return Err(Error::GuideCount { expected: 1, found: 0 }) };
@@ -139,15 +140,24 @@ fn stack<'a, const D: usize>(
 
 /// Each channel's share of its guide's weight.
 fn shares<const D: usize>(guides: &[(Guide<D>, f64)]) -> Result<Vec<f64>, Error> {
+    if let Some(&(_, weight)) = guides.iter().find(|(_, w)| !w.is_finite() || *w < 0.0) {
+        return Err(Error::GuideWeight { weight });
+    }
+    let most = guides.iter().map(|(_, weight)| *weight).fold(0.0, f64::max);
+    if most == 0.0 {
+        return Err(Error::GuideWeight { weight: 0.0 });
+    }
     let mut shares = Vec::new();
     for (guide, weight) in guides {
-        if !weight.is_finite() || *weight < 0.0 {
-            return Err(Error::GuideWeight { weight: *weight });
-        }
         let own: f64 = guide.weights.iter().map(|&w| f64::from(w)).sum();
-        shares.extend(guide.weights.iter().map(|&w| weight * f64::from(w) / own));
+        let share = |&w: &u8| weight / most * (f64::from(w) / own);
+        // Numbers have no room for it.
+        if *weight != 0.0 && guide.weights.iter().any(|w| *w != 0 && share(w) < f64::MIN_POSITIVE) {
+            return Err(Error::GuideProportion { weight: *weight, most });
+        }
+        shares.extend(guide.weights.iter().map(share));
     }
-    if shares.iter().all(|&s| s == 0.0) { Err(Error::GuideWeight { weight: 0.0 }) } else { Ok(shares) }
+    Ok(shares)
 }
 
 /// The smallest whole numbers in the proportion of `shares`; the largest becomes 255 where that takes rounding. What
@@ -215,6 +225,11 @@ mod tests {
             let joined = Guide::join(&[(guide([1, 1]), weight)]);
             assert!(matches!(joined, Err(Error::GuideWeight { .. })), "{weight}");
         }
+        let joined = |weights: [f64; 2]| Guide::join(&weights.map(|w| (guide([1, 1]), w)));
+        assert_eq!(joined([1e300, 1e-300]), Err(Error::GuideProportion { weight: 1e-300, most: 1e300 }));
+        assert_eq!(joined([5e-324, 1e300]), Err(Error::GuideProportion { weight: 5e-324, most: 1e300 }));
+        assert_eq!(joined([f64::MAX, f64::MAX / 2.0]).unwrap().weights(), [2, 1]);
+        assert_eq!(joined([5e-324, 5e-324]).unwrap().weights(), [1, 1]);
         let joined = Guide::join(&[(guide([1, 2]), 1.0), (guide([2, 1]), 1.0)]);
         assert_eq!(joined, Err(Error::GuideTarget { expected: vec![1, 2], found: vec![2, 1] }));
     }

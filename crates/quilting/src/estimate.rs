@@ -1,10 +1,11 @@
 //! How much memory a run will need.
 
 use selvedge_core::Domain;
-use selvedge_fft_ssd::{Placement, Sizes};
+use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
 use crate::quilter::at_once;
-use crate::{Options, TransferOptions};
+use crate::transfer::suggested;
+use crate::{Options, Stage, TransferOptions};
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
 const A_CANDIDATE: u64 = 40;
@@ -12,33 +13,53 @@ const A_CANDIDATE: u64 = 40;
 const AN_ERROR: u64 = 8;
 /// Bytes of the errors of a place where several searches are summed: of each of three, and of the sum.
 const A_SUM: u64 = 3 * 4 + 8;
+/// Bytes that tell of a place how much of a mask lies before it: for two searchers, and for draws.
+const A_MASK: u64 = 3 * 4;
 /// Bytes for each sample of the largest picture while a correspondence map is made of it.
 const A_MAP: u64 = 64;
+/// Bytes for each sample of the largest exemplar while its structures are measured for the automatic block: some 500 are
+/// seen of masked ones.
+const A_MEASURED: u64 = 640;
 /// Bytes that are kept for each block laid.
 const A_BLOCK: u64 = 48;
+/// Bytes for each sample of a block while it is cut.
+const A_CUT: u64 = 64;
+/// Bytes for each channel of a sample that is compared.
+const A_TAP: u64 = 40;
 
-/// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before anything is read:
-/// shapes of the exemplars, feature channels, the output. For exemplars of noise it is up to several times what is held,
-/// as flat ones hold so much.
+/// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before anything is
+/// read: shapes of the exemplars, feature channels, the output. It holds for any number of threads, and for flat exemplars,
+/// of which every place is a candidate; of others less is held, on few threads several times less.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
     let block = options.block.unwrap_or_else(|| largest(exemplars));
+    let overlap = |block: u32| match options.stage {
+        Stage::Random => 0,
+        _ => options.overlap_of(block).unwrap_or(block / 2),
+    };
     // Blocks of the automatic size hold at least 8 by 8 samples where the exemplar does.
-    let step = u64::from(options.block.unwrap_or(8)).div_ceil(2).pow(2);
-    let blocks = (len(&output) / step.max(1)).saturating_add(1);
-    let places = exemplars.iter().map(len).fold(0, u64::saturating_add);
-    // On as many threads as there may be. One of the blocks is counted with the searcher.
-    let beside = (at_once(places) - 1).saturating_mul(places.saturating_mul(A_CANDIDATE + AN_ERROR));
-    [
-        // Blocks at the output's border have other shapes, which may need spectra of their own.
-        searched(exemplars, channels, block).saturating_mul(2),
-        places.saturating_mul(A_CANDIDATE),
-        beside,
-        blocks.saturating_mul(A_BLOCK),
+    let least = options.block.unwrap_or(8).min(block);
+    let step = if options.block.is_some() { least - overlap(least) } else { least.div_ceil(2) };
+    let blocks = Blocks::new(&output, least, step);
+    let template = Compared { side: block, samples: compared(&output, block, overlap(block)) };
+    let workers = at_once(places(exemplars)).min(blocks.at_once);
+    let search = Searches { exemplars, at_once: workers, templates: &[template] };
+    let searched = [
+        search.bytes(channels),
+        search.lists(AN_ERROR),
+        search.blocks(channels),
+        blocks.all.saturating_mul(A_BLOCK),
         // The map, and where the blocks of a wave show.
         len(&output).saturating_mul(4 + 1),
     ]
     .into_iter()
-    .fold(0, u64::saturating_add)
+    .fold(0, u64::saturating_add);
+    let measured = exemplars.iter().map(len).max().filter(|_| options.block.is_none()).unwrap_or(0);
+    stages(measured.saturating_mul(A_MEASURED), searched)
+}
+
+/// Of two stages one after the other: the greater, and some of the other, since not all that is freed is given back.
+fn stages(one: u64, other: u64) -> u64 {
+    one.max(other).saturating_add(one.min(other) / 4)
 }
 
 /// An upper bound of the bytes that [`transfer`](crate::transfer) holds beside the exemplars' features, known before anything is
@@ -50,36 +71,133 @@ pub fn estimate_transfer(
     output: Domain<2>,
     options: &TransferOptions,
 ) -> u64 {
-    let first = options.block.unwrap_or_else(|| largest(exemplars).min(36));
-    // The smallest blocks of the last pass are the most: their step is at least half of 4.
-    let smallest = Options { block: Some(first.min(4)), ..Options::default() };
-    let texture = estimate(exemplars, channels, output, &smallest);
-    let larger = [channels, guide_channels].map(|c| searched(exemplars, c, first).saturating_mul(2));
-    let guide = searched(exemplars, guide_channels, first.min(4));
+    let first = options.block.unwrap_or_else(|| suggested(exemplars.iter().copied(), output));
+    let plan = options.plan(first);
+    // The smallest blocks of the last pass are the most.
+    let blocks = plan.iter().map(|p| Blocks::new(&output, p.block, p.block - p.overlap));
+    let (all, longest) = blocks.fold((0, 1), |(all, longest), b| (b.all.max(all), b.at_once.max(longest)));
+    let templates: Vec<Compared> =
+        plan.iter().map(|p| Compared { side: p.block, samples: u64::from(p.block).pow(2) }).collect();
+    let workers = at_once(places(exemplars)).min(longest);
+    let search = Searches { exemplars, at_once: workers, templates: &templates };
     let pictures = || exemplars.iter().map(len).chain([len(&output)]);
-    let samples = pictures().fold(0, u64::saturating_add);
     let maps = pictures().max().unwrap_or(0).saturating_mul(A_MAP);
-    // Colours, luminance, and the guide's own channels before and after they are joined; two maps of the output.
-    let features = samples.saturating_mul(4 + 2 * guide_channels as u64);
-    let sums = samples.saturating_mul(A_SUM);
-    [texture, larger[0], larger[1], guide, maps, features, sums, len(&output).saturating_mul(4)]
-        .into_iter()
-        .fold(0, u64::saturating_add)
+    let searched = [
+        search.bytes(channels),
+        search.bytes(guide_channels),
+        search.lists(A_SUM),
+        search.blocks(2 * channels + guide_channels),
+        all.saturating_mul(A_BLOCK),
+        // This pass's map and the last one's, and where the blocks of a wave show.
+        len(&output).saturating_mul(2 * 4 + 1),
+    ]
+    .into_iter()
+    .fold(0, u64::saturating_add);
+    // Colours, luminance, and the guide's own channels before and after they are joined.
+    let features = pictures().fold(0, u64::saturating_add).saturating_mul(4 + 2 * guide_channels as u64);
+    // Correspondence maps are made before the search.
+    features.saturating_add(stages(maps, searched))
 }
 
-/// What a searcher and its answer hold for blocks of that side.
-fn searched(exemplars: &[Domain<2>], channels: usize, block: u32) -> u64 {
-    let (weights, block) = (vec![1; channels], block.max(1));
-    // Neither masks nor overlaps are known; what they do to a search fits into what is added for borders.
-    let (holes, template, samples) = (false, [block; 2], u64::from(block).pow(2));
-    let sizes = Sizes { sources: exemplars, weights: &weights, holes, template, samples, noisy_masks: false };
-    selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &selvedge_fft_ssd::Options::default()).unwrap_or(u64::MAX)
+/// Blocks of an output.
+struct Blocks {
+    all: u64,
+    /// Those of its longest wave, at least.
+    at_once: u64,
+}
+
+impl Blocks {
+    fn new(output: &Domain<2>, block: u32, step: u32) -> Self {
+        let along = |axis: usize| u64::from(output.shape[axis].div_ceil(step.clamp(1, block.max(1)))).max(2);
+        let (rows, columns) = (along(0), along(1));
+        // Each block of a wave is two columns before the one of the row above.
+        let wave = if output.periodic[1] { 1 } else { rows.min(columns.div_ceil(2)) };
+        Self { all: rows.saturating_mul(columns), at_once: wave }
+    }
+}
+
+/// A block as it is compared with the exemplars.
+#[derive(Clone, Copy)]
+struct Compared {
+    side: u32,
+    /// Samples that are compared, at most.
+    samples: u64,
+}
+
+/// Samples of a block on its overlaps, at most.
+fn compared(output: &Domain<2>, block: u32, overlap: u32) -> u64 {
+    let step = (block - overlap).max(1);
+    // What is left between the overlaps, which a periodic axis has at both ends and widens.
+    let free = |axis: usize| {
+        let (side, whole) = (output.shape[axis], u64::from(block));
+        let n = side.div_ceil(step).max(side.min(2)).max(1);
+        if output.periodic[axis] { (2 * u64::from(side / n)).saturating_sub(whole) } else { step.into() }
+    };
+    u64::from(block).pow(2).saturating_sub(free(0).saturating_mul(free(1)))
+}
+
+/// All searches of a run: how many at once, and for what.
+struct Searches<'a> {
+    exemplars: &'a [Domain<2>],
+    at_once: u64,
+    templates: &'a [Compared],
+}
+
+impl Searches<'_> {
+    /// What a searcher of so many channels holds, and the scratch of searches but their errors.
+    fn bytes(&self, channels: usize) -> u64 {
+        let options = selvedge_fft_ssd::Options::default();
+        let weights = vec![1; channels];
+        let by = |engine: Engine, side: u32, samples: u64| {
+            let (template, noisy_masks) = ([side.max(1); 2], false);
+            let sizes =
+                Sizes { sources: self.exemplars, weights: &weights, holes: false, template, samples, noisy_masks };
+            let options = selvedge_fft_ssd::Options { engine, ..options };
+            selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &options).unwrap_or(u64::MAX)
+        };
+        let (mut direct, mut fourier) = (0, 0);
+        for &Compared { side, samples } in self.templates {
+            direct = by(Engine::Direct, 1, samples).max(direct);
+            // At the output's border blocks are cropped. Those have more places, fewer samples, and an engine of their own;
+            // rectangles have no more places than squares of their area.
+            for side in [side, side - side / 4, side / 2, side / 4, 1] {
+                let samples = samples.min(2 * u64::from(side).pow(2));
+                let any = by(Engine::Auto, side, samples);
+                if any != by(Engine::Direct, side, samples) {
+                    fourier = any.max(fourier);
+                }
+            }
+        }
+        // Spectra for cropped blocks are kept as well, as far as there is room for them.
+        let others = fourier.saturating_mul(3).min(options.cache);
+        direct.saturating_add(fourier.saturating_mul(self.at_once)).saturating_add(others)
+    }
+
+    /// Masks, and the errors and candidates of all searches that run at once.
+    fn lists(&self, an_error: u64) -> u64 {
+        let each = self.at_once.saturating_mul(A_CANDIDATE + an_error);
+        places(self.exemplars).saturating_mul(each.saturating_add(A_MASK))
+    }
+
+    /// The blocks that are looked for at once.
+    fn blocks(&self, channels: usize) -> u64 {
+        let of = |t: &Compared| {
+            let whole = u64::from(t.side).pow(2).saturating_mul(A_CUT + channels as u64);
+            whole.saturating_add(t.samples.saturating_mul(A_TAP * channels as u64))
+        };
+        self.templates.iter().map(of).max().unwrap_or(0).saturating_mul(self.at_once)
+    }
 }
 
 /// The largest block that is chosen for exemplars of these shapes.
 fn largest(exemplars: &[Domain<2>]) -> u32 {
-    let shorter = exemplars.iter().flat_map(|e| e.shape).min().unwrap_or(1);
-    (shorter * 2 / 5).clamp(shorter.min(4), 128)
+    // An exemplar too small for the others' blocks is passed over.
+    let side = exemplars.iter().map(|e| e.shape[0].min(e.shape[1])).max().unwrap_or(1);
+    (side * 2 / 5).clamp(side.clamp(1, 4), 128)
+}
+
+fn places(exemplars: &[Domain<2>]) -> u64 {
+    exemplars.iter().map(len).fold(0, u64::saturating_add)
 }
 
 fn len(domain: &Domain<2>) -> u64 {

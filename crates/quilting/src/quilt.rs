@@ -27,12 +27,19 @@ pub struct Stats {
 
 /// Quilts an output from blocks of the exemplars. `[Efros01 2.2]`
 ///
-/// Each block is drawn from all those of all sources whose overlap error is within the tolerance of the least, then
-/// cut along the path of least error against what is there. Blocks are laid in raster order, but for those that neither touch
-/// nor follow from each other: block `j` of row `i` is laid in wave `2 i + j`, at once with the others of its wave (one after the other
-/// where columns are periodic). With [`Options::spread`] an error counts more where its
-/// place was used more often than others by the waves before, and the tolerance is one on what errors count. Periodic axes of `output`
-/// close without a seam of their own: at least two blocks go round them, shortened where that many do not fit.
+/// Each block is drawn from all those of all sources whose overlap error is within the tolerance of the least, then cut
+/// along the path of least error against what is there.
+///
+/// Blocks are laid in waves: block `j` of row `i` is in wave `2 i + j`, and the blocks of a wave, which neither touch nor
+/// follow from each other, are looked for at once. Where columns are periodic, each block is a wave. Every block sees the
+/// neighbours that it would see in raster order.
+///
+/// With [`Options::spread`] above 0 an error counts more where the waves before used its place more often than others, and
+/// the tolerance is one on what errors count. As these counts go from wave to wave, the output is then another one than
+/// that of raster order; with 0 it is the same.
+///
+/// Periodic axes of `output` close without a seam of their own: at least two blocks go round them, shortened where that
+/// many do not fit.
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, one

@@ -72,7 +72,7 @@ pub(crate) struct Quilter<'a, S: Search> {
 
 /// Places in the exemplars whose errors are known at once, unless there are more for one block: each block takes memory for all
 /// places, and one of many places keeps all threads busy by itself.
-const AT_ONCE: u64 = 1 << 19;
+const AT_ONCE: u64 = 1 << 18;
 
 /// Blocks that are looked for at once at most, in exemplars of so many samples.
 pub(crate) fn at_once(places: u64) -> u64 {

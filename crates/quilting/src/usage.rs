@@ -50,8 +50,10 @@ impl Usage {
         self.spread == 0 || self.sources.iter().all(|s| s.total == 0)
     }
 
-    /// The tolerance within which candidates have to be looked at, for one of `per_mille` on what they count, where this
-    /// is the one of least error: none counts less than its error, and the least counts no more than this one.
+    /// The tolerance within which candidates are looked at, for one of `per_mille` on what they count, where this is the
+    /// one of least error: none counts less than its error, and the least counts no more than this one. So nothing that
+    /// could be drawn is left out, but for a least error of 0: no tolerance widens that, and perfect candidates are
+    /// drawn among themselves alone.
     pub(crate) fn widened(&self, per_mille: u32, best: &Candidate) -> u32 {
         let added = if self.spread == 0 { 0 } else { self.added(best) };
         ((1000 + u64::from(per_mille)) * (1000 + added)).div_ceil(1000) as u32 - 1000
@@ -151,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_widened_tolerance_holds_all_that_may_be_drawn() {
+    fn above_an_error_of_0_the_widened_tolerance_holds_all_that_may_be_drawn() {
         let mut rng = Seed(3).rng();
         let mut usage = usage(0.3);
         assert_eq!(usage.widened(210, &candidate(9, [0, 0])), 210, "nothing was used yet");

@@ -29,8 +29,8 @@ pub(crate) struct Transfer {
     /// The picture to draw, of any depth, grey or colour; the output has its size. May be left out if there is a --guide.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     target: Option<PathBuf>,
-    /// What of the target to follow, each with its weight: luminance or orientation.
-    #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',', default_value = "luminance")]
+    /// What of the target to follow, each with its weight: luminance or orientation. Default: luminance.
+    #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',')]
     correspondence: Vec<Correspondence>,
     /// Blur what is followed by a Gaussian of this many pixels, in exemplar and target.
     #[arg(long, value_name = "SIGMA", default_value_t = 0.0)]
@@ -45,7 +45,8 @@ pub(crate) struct Transfer {
     /// Weight of each --guide, in order. Default: 1.
     #[arg(long, value_name = "W")]
     weight: Vec<f64>,
-    /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third.
+    /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of the
+    /// target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     block: Auto,
     /// Passes over the output; the paper took 3 to 5.
@@ -112,7 +113,8 @@ impl Transfer {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
-        self.check_histogram()?;
+        self.check_followed()?;
+        self.check_weights()?;
         let pairs = self.pairs()?;
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
         let nothing = || Failure::new(2, "nothing to follow; give a --target or a --guide");
@@ -129,7 +131,7 @@ impl Transfer {
                 transforms: &[Transform::IDENTITY],
                 backdrop: None,
                 estimate: &|exemplars, channels, output| {
-                    let guides = self.correspondence.len() * 2 + pairs.len() * 3;
+                    let guides = self.followed().len() * 2 + pairs.len() * 3;
                     estimate_transfer(exemplars, channels, guides, output, &options)
                 },
             },
@@ -161,14 +163,39 @@ impl Transfer {
         loom.finish(outcome)
     }
 
-    /// Refuses --match-histogram where nothing would be matched.
-    fn check_histogram(&self) -> Result<(), Failure> {
-        let followed = self.target.is_some() && self.correspondence.iter().any(|c| c.what == What::Luminance);
-        if !self.match_histogram || followed {
+    /// What of the target is followed.
+    fn followed(&self) -> &[Correspondence] {
+        const LUMINANCE: &[Correspondence] = &[Correspondence { what: What::Luminance, weight: 1.0 }];
+        match (&self.target, &self.correspondence[..]) {
+            (None, _) => &[],
+            (Some(_), []) => LUMINANCE,
+            (Some(_), given) => given,
+        }
+    }
+
+    /// Refuses what would change nothing: --correspondence without a target, --match-histogram without its luminance.
+    fn check_followed(&self) -> Result<(), Failure> {
+        if self.target.is_none() && !self.correspondence.is_empty() {
+            let what = "--correspondence says what of the --target is followed, and there is none";
+            return Err(Failure::new(2, what).remedy("leave it out, or give a --target"));
+        }
+        if !self.match_histogram || self.followed().iter().any(|c| c.what == What::Luminance) {
             return Ok(());
         }
         let what = "--match-histogram changes the luminance of the --target, which is not followed";
         Err(Failure::new(2, what).remedy("leave it out, or give a --target and --correspondence luminance"))
+    }
+
+    /// Refuses weights that are wrong by themselves, before anything is read.
+    fn check_weights(&self) -> Result<(), Failure> {
+        let wrong = |w: &f64| !w.is_finite() || *w < 0.0;
+        match self.correspondence.iter().map(|c| c.weight).chain(self.weight.iter().copied()).find(wrong) {
+            Some(weight) => {
+                let error = Failure::from(selvedge_core::Error::GuideWeight { weight });
+                Err(error.remedy("change --weight or --correspondence"))
+            }
+            None => Ok(()),
+        }
     }
 
     fn options(&self) -> TransferOptions {
@@ -255,7 +282,7 @@ impl Transfer {
             };
             Ok((guide, c.weight))
         };
-        self.correspondence.iter().map(of).collect()
+        self.followed().iter().map(of).collect()
     }
 
     /// A pair of the user's.
@@ -284,7 +311,7 @@ impl Transfer {
         let names =
             |list: &PathBuf| listed(list, loom.loaded.paths.len()).iter().map(name).collect::<Vec<_>>().join(",");
         let guides: Vec<Vec<String>> = self.guide.chunks(2).map(|g| vec![names(&g[0]), name(&g[1])]).collect();
-        let followed: Vec<String> = self.correspondence.iter().map(ToString::to_string).collect();
+        let followed: Vec<String> = self.followed().iter().map(ToString::to_string).collect();
         loom.used(Used::default())
             .with("target", self.target.as_ref().map(name))
             .with("correspondence", self.target.is_some().then(|| followed.join(",")))

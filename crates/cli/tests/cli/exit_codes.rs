@@ -3,7 +3,7 @@
 use crate::program::Folder;
 
 /// Command lines that fail, their codes, and what their lines name.
-const REFUSED: [(&str, i32, &[&str]); 28] = [
+const REFUSED: [(&str, i32, &[&str]); 33] = [
     ("", 2, &["no command", "see --help"]),
     ("weave a.png", 2, &["unrecognized subcommand 'weave'"]),
     ("quilt @/weave.png", 2, &["--output <OUT>"]),
@@ -21,6 +21,31 @@ const REFUSED: [(&str, i32, &[&str]); 28] = [
     ("quilt - - -o a.png", 2, &["standard input is named twice"]),
     ("quilt @/weave.png -o a.exr --map a.exr --depth half", 2, &["'a.exr'", "two outputs"]),
     ("quilt @/weave.png -o a.png --tolerance -1", 2, &["tolerance of -1", "0 to 100"]),
+    (
+        "transfer @/weave.png --guide @/weave.png @/stars.png -o a.png --correspondence orientation",
+        2,
+        &["--correspondence", "give a --target"],
+    ),
+    (
+        "transfer @/weave.png --guide @/weave.png @/stars.png -o a.png --correspondence orientation=-5",
+        2,
+        &["--correspondence", "give a --target"],
+    ),
+    (
+        "transfer missing.png --target @/stars.png -o a.png --correspondence orientation=-5",
+        2,
+        &["weight of -5", "change --weight or --correspondence"],
+    ),
+    (
+        "transfer missing.png --guide missing.png missing.png --weight=nan -o a.png",
+        2,
+        &["weight of NaN", "change --weight or --correspondence"],
+    ),
+    (
+        "transfer @/weave.png --target @/stars.png -o a.png --correspondence luminance=1e300,orientation=1e-300",
+        2,
+        &["counts nothing beside", "change --weight or --correspondence"],
+    ),
     ("quilt @/weave.png -o a.png --block 500", 3, &["weave.png'", "192x192 px", "500 px", "use --block 192"]),
     ("quilt @/bricks/height.png -o a.jpg", 3, &["height.png'", "u16", "('a.jpg')", "--depth u8"]),
     ("quilt @/weave.png -o a.png --size 70000x1", 3, &["70000x1 px", "65535"]),

@@ -55,7 +55,7 @@ fn by_rank(from: &Histogram, to: &Histogram) -> [u8; 256] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+    use selvedge_core::{Domain, Encoder, Grid, Plane, Role, Samples, Transform};
 
     fn matched(exemplar: &[u8], target: &[u8]) -> Vec<u8> {
         let row = |v: &[u8]| Grid::from_vec(Domain::open([1, v.len() as u32]), 1, v.to_vec()).unwrap();
@@ -71,6 +71,18 @@ mod tests {
         assert_eq!(matched(&[50, 60], &[9, 3, 7, 1]), [60, 50, 60, 50]);
         assert_eq!(matched(&[50, 60, 90], &[9, 9]), [60, 60], "a constant asks for the middle");
         assert_eq!(matched(&[42], &[0, 255]), [42, 42]);
+    }
+
+    #[test]
+    fn masked_samples_ask_for_nothing() {
+        let row = |v: &[u8]| Grid::from_vec(Domain::open([1, v.len() as u32]), 1, v.to_vec()).unwrap();
+        let exemplar = row(&[0, 100, 255, 120, 1]);
+        let plane = [Plane::new(Role::Color, Samples::U8(exemplar.clone()))];
+        let mask = exemplar.map(|v| (100..=120).contains(&v)).unwrap();
+        let encoder = Encoder::fit(&[&plane[..]]).unwrap();
+        let exemplars = Exemplars::masked(&encoder, &[&plane[..]], &[Some(mask)], &[Transform::IDENTITY]).unwrap();
+        let guide = Guide::new(&exemplars, &[exemplar], row(&[9, 200, 3, 255])).unwrap();
+        assert_eq!(match_histogram(&guide, &exemplars).unwrap().target().samples(), [100, 120, 100, 120]);
     }
 
     #[test]

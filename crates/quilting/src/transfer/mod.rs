@@ -13,6 +13,7 @@ use crate::quilter::{Pass, Progress, Quilter};
 use crate::search::{FastSearch, Search};
 
 use options::PassPlan;
+pub(crate) use options::suggested;
 pub use options::{TransferOptions, suggest_transfer_block};
 pub(crate) use steering::{Followed, Steering};
 

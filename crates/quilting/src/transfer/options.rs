@@ -66,7 +66,7 @@ impl TransferOptions {
     pub(crate) fn plan(&self, block: u32) -> Vec<PassPlan> {
         let mut side = block;
         let mut plan = Vec::new();
-        for number in 0..self.passes {
+        for number in 0..self.passes.min(MOST_PASSES) {
             plan.push(PassPlan { block: side, overlap: overlap(side), alpha: self.alpha_of(number) });
             // Smaller by a third, to the nearest; blocks under 4 have no room for an overlap of 2.
             side = ((2 * side + 1) / 3).max(side.min(LEAST_BLOCK));
@@ -85,11 +85,17 @@ impl TransferOptions {
 /// A first block for a target: a ninth of its shorter side, from 12 to 36, but no more than two fifths of the smallest
 /// exemplar's shorter side, for few large ones fit; and never under 4, unless the exemplar is.
 ///
-/// Larger blocks than that blur what the target shows, however well they suit the texture: faces of 256 samples a side
-/// read with first blocks up to some 32, and keep the more of the texture the larger they are. `[Efros01 3]` gives no size.
+/// Larger blocks than that blur what the target shows, however well they suit the texture, which keeps the more of itself the
+/// larger they are. The rule knows sizes only, not what they show: a face of 256 samples a side gets first blocks of 28,
+/// which is too large where it fills part of the picture or the texture has few levels (eyes and mouth are lost); there
+/// blocks of 16 read. `[Efros01 3]` gives no size.
 pub fn suggest_transfer_block(exemplars: &Exemplars<2>, target: Domain<2>) -> u32 {
-    let sides = exemplars.sources().iter().flat_map(|s| s.domain().shape);
-    let exemplar = sides.min().unwrap_or(1);
+    suggested(exemplars.sources().iter().map(|s| s.domain()), target)
+}
+
+/// The same, by shapes alone.
+pub(crate) fn suggested(exemplars: impl Iterator<Item = Domain<2>>, target: Domain<2>) -> u32 {
+    let exemplar = exemplars.flat_map(|e| e.shape).min().unwrap_or(1);
     let [height, width] = target.shape;
     let block = (height.min(width) / 9).clamp(12, 36);
     block.min((exemplar * 2 / 5).max(exemplar.min(LEAST_BLOCK)))

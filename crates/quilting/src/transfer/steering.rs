@@ -98,6 +98,62 @@ fn mean_weights(means: [(u32, u64); 2]) -> [u64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::block_grid::BlockGrid;
+    use crate::search::plain::PlainSearch;
+    use crate::search::{Candidate, Search};
+    use selvedge_core::{Grid, Origin, Seed, Source, Transform};
+
+    /// Noise without two alike blocks.
+    fn noise(seed: u64, shape: [u32; 2]) -> Grid<u8, 2> {
+        let (domain, mut rng) = (Domain::open(shape), Seed(seed).rng());
+        Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(256) as u8).collect()).unwrap()
+    }
+
+    /// A block of a map.
+    fn window(map: &Grid<u8, 2>, [y, x]: [u32; 2], shape: [u32; 2]) -> Grid<u8, 2> {
+        let samples = Domain::open(shape).positions().map(|p| map.get(0, [y + p[0], x + p[1]])).collect();
+        Grid::from_vec(Domain::open(shape), 1, samples).unwrap()
+    }
+
+    /// The places that a first block fits without fault, where the last pass laid [`LAID`] there and the target is what lies
+    /// at [`ASKED`].
+    fn perfect(alpha: u32, is_first_pass: bool) -> Vec<[u32; 2]> {
+        let shape = [4, 5];
+        let (features, under) = (noise(1, [12, 14]), noise(2, [12, 14]));
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![3]).unwrap();
+        let target = window(&under, ASKED, shape);
+        let guide = Guide::new(&exemplars, &[under], target).unwrap();
+        let mut last = SourceMap::unassigned(&exemplars, Domain::open(shape)).unwrap();
+        for (at, id) in Domain::open(shape).positions().zip(last.ids.plane_mut(0)) {
+            *id = exemplars.table().id(0, [LAID[0] + at[0], LAID[1] + at[1]]);
+        }
+        let block = BlockGrid::new(Domain::open(shape), 5, 2).block(0);
+        let mut overlap = Template::default();
+        overlap.read(&exemplars, &last, &block, |_| false).unwrap();
+        let steering = Steering::new(&guide, (!is_first_pass).then_some(&last), alpha);
+        let mut followed = Followed::default();
+        let terms = steering.terms(&exemplars, &block, &overlap, &mut followed).unwrap();
+        let (search, mut scratch) = (PlainSearch::new(&exemplars, Some(&guide)), Vec::new());
+        let found = search.near(&terms, &|_| 0, &|_, _| false, &mut scratch).unwrap();
+        found.iter().filter(|c| c.error == 0).map(|&Candidate { at, .. }| at).collect()
+    }
+
+    const LAID: [u32; 2] = [3, 7];
+    const ASKED: [u32; 2] = [6, 2];
+
+    #[test]
+    fn alpha_goes_from_the_target_alone_to_the_texture_alone() {
+        assert_eq!(perfect(0, false), [ASKED]);
+        assert_eq!(perfect(0, true), [ASKED]);
+        assert_eq!(perfect(500, false), [[0; 2]; 0], "nothing is both");
+    }
+
+    #[test]
+    fn the_last_pass_counts_from_the_second_on() {
+        assert_eq!(perfect(1000, false), [LAID]);
+        assert_eq!(perfect(1000, true).len(), 9 * 10, "the first block of a first pass has nothing to agree with");
+    }
 
     #[test]
     fn shares_are_those_of_means_whatever_the_sizes() {
