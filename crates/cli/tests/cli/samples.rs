@@ -92,17 +92,18 @@ fn several_exemplars_are_applied_in_their_order() {
 #[test]
 fn equal_runs_write_equal_files_on_any_number_of_threads() {
     let folder = Folder::new("equal");
+    // Large enough for a PNG of several bands, which are packed on all threads.
     for exemplar in ["@/cobbles.png", "@/scales-hdr.exr"] {
         let extension = Path::new(exemplar).extension().unwrap().to_str().unwrap();
         let mut files = Vec::new();
         for (i, threads) in [1, 1, 2, 3, 8].into_iter().enumerate() {
             let out = format!("out-{i}.{extension}");
-            let line = format!("quilt {exemplar} -o {out} --map m.exr --size 150x90 --seed 3 -j {threads}");
+            let line = format!("quilt {exemplar} -o {out} --map m.exr --size 300x190 --seed 3 -j {threads}");
             folder.run(&line).done();
             files.push((fs::read(folder.path(out)).unwrap(), fs::read(folder.path("m.exr")).unwrap()));
         }
         assert!(files.windows(2).all(|pair| pair[0] == pair[1]), "{exemplar}");
-        folder.run(&format!("quilt {exemplar} -o other.{extension} --size 150x90 --seed 4")).done();
+        folder.run(&format!("quilt {exemplar} -o other.{extension} --size 300x190 --seed 4")).done();
         assert_ne!(fs::read(folder.path(format!("other.{extension}"))).unwrap(), files[0].0);
     }
 }
