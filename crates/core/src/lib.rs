@@ -47,7 +47,7 @@ pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};
 pub use exemplars::{Exemplars, Source};
-pub use grid::{Grid, try_vec};
+pub use grid::{Grid, reserve, try_vec};
 pub use guide::Guide;
 pub use normals::NormalCoding;
 pub use plane::{Depth, Plane, Role, Samples};
