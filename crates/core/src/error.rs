@@ -48,6 +48,14 @@ pub enum Error {
         /// Bytes asked for.
         bytes: u64,
     },
+    /// A vote that weighs less than nothing, or no number.
+    #[error("a vote at place {place} weighs {weight}")]
+    Vote {
+        /// The place in the output, row-major.
+        place: usize,
+        /// What the vote weighs.
+        weight: f32,
+    },
     /// No exemplar, or one without planes.
     #[error("exemplar {exemplar} has no planes")]
     NoPlanes {
@@ -171,7 +179,7 @@ impl Error {
             Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
                 ErrorKind::Option
             }
-            Self::Length { .. } => ErrorKind::Internal,
+            Self::Length { .. } | Self::Vote { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }
     }
@@ -180,6 +188,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::Length { .. } => "give as many as the shape asks for",
+            Self::Vote { .. } => "use weights that are finite and not negative",
             Self::TooManySamples { .. } => "use smaller or fewer pictures",
             Self::Allocation { .. } => "use a smaller size",
             Self::NoPlanes { .. } => "give at least one picture",

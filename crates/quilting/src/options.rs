@@ -175,14 +175,6 @@ pub enum Error {
         /// The alpha asked for.
         alpha: f64,
     },
-    /// A blur that is negative, too large, or no number.
-    #[error("a blur of {sigma} px is out of range")]
-    Blur {
-        /// The blur asked for.
-        sigma: f64,
-        /// The widest allowed.
-        limit: f64,
-    },
     /// No exemplar holds a block.
     #[error("{width}x{height} px is smaller than the {block} px block")]
     BlockExceedsExemplar {
@@ -251,7 +243,6 @@ impl Error {
             | Self::Spread { .. }
             | Self::Passes { .. }
             | Self::Alpha { .. }
-            | Self::Blur { .. }
             | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::BlockExceedsExemplar { .. } | Self::Masked { .. } | Self::OutputExceedsLimits { .. } => {
                 ErrorKind::Input
@@ -273,7 +264,6 @@ impl Error {
             Self::Spread { .. } => "use 0 (whatever fits best) to 10".into(),
             Self::Passes { limit, .. } => format!("use 1 to {limit}"),
             Self::Alpha { .. } => "use 0 (only the target counts) to 1 (only the texture)".into(),
-            Self::Blur { limit, .. } => format!("use 0 to {limit}"),
             Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
             Self::Masked { .. } => "use a smaller block or mask less".into(),
             Self::EmptyOutput { .. } => "use at least 1x1".into(),
