@@ -40,6 +40,14 @@ pub enum Error {
         /// Bytes asked for.
         bytes: u64,
     },
+    /// A vote that weighs less than nothing, or no number.
+    #[error("a vote at place {place} weighs {weight}; weights are finite and not negative")]
+    Vote {
+        /// The place in the output, row-major.
+        place: usize,
+        /// What the vote weighs.
+        weight: f32,
+    },
     /// No exemplar, or one without planes.
     #[error("exemplar {exemplar} has no planes; give at least one picture")]
     NoPlanes {
@@ -167,7 +175,7 @@ impl Error {
             Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
                 ErrorKind::Option
             }
-            Self::Length { .. } => ErrorKind::Internal,
+            Self::Length { .. } | Self::Vote { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }
     }

@@ -42,26 +42,6 @@ pub enum Error {
         /// The template's shape.
         shape: Vec<u32>,
     },
-    /// Guides do not match the exemplars they lie under.
-    #[error("guide {source_index} is {found:?}, but its source is {expected:?}; guides must be registered")]
-    GuideShape {
-        /// The source, from 0.
-        source_index: usize,
-        /// The source's shape.
-        expected: Vec<u32>,
-        /// The guide's shape.
-        found: Vec<u32>,
-    },
-    /// Guides and sources, or weights and channels, differ in number.
-    #[error("{found} {what} for {expected}")]
-    Count {
-        /// What was counted, such as `guides`.
-        what: &'static str,
-        /// How many are needed.
-        expected: usize,
-        /// How many were given.
-        found: usize,
-    },
     /// Costs can only be summed over the same positions and, in partial cover, the same samples.
     #[error("costs of different positions cannot be summed; search both with templates of one shape and one placement")]
     Mismatch,

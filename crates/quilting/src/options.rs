@@ -177,14 +177,6 @@ pub enum Error {
         /// The alpha asked for.
         alpha: f64,
     },
-    /// A blur that is negative, too large, or no number.
-    #[error("a blur of {sigma} px is out of range; use 0 to {limit}")]
-    Blur {
-        /// The blur asked for.
-        sigma: f64,
-        /// The widest allowed.
-        limit: f64,
-    },
     /// No exemplar holds a block.
     #[error(
         "{width}x{height} px is smaller than the {block} px block; use a block of at most {limit} or a larger exemplar"
@@ -257,7 +249,6 @@ impl Error {
             | Self::Spread { .. }
             | Self::Passes { .. }
             | Self::Alpha { .. }
-            | Self::Blur { .. }
             | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::BlockExceedsExemplar { .. } | Self::Masked { .. } | Self::OutputExceedsLimits { .. } => {
                 ErrorKind::Input

@@ -4,11 +4,12 @@ use super::Breach;
 use crate::tree::Tree;
 
 /// Each crate of `crates/` and the crates of the workspace that it may depend on; `*` stands for all.
-const EDGES: [(&str, &[&str]); 13] = [
+const EDGES: [(&str, &[&str]); 14] = [
     ("core", &[]),
     ("io", &["core"]),
     ("maxflow", &[]),
     ("fft-ssd", &["core"]),
+    ("guides", &["core"]),
     ("analysis", &["core", "fft-ssd"]),
     ("quilting", &["core", "fft-ssd", "analysis"]),
     ("hybrid", &["core", "fft-ssd", "analysis", "quilting"]),

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
-use selvedge_quilting::correspondence::{blur, encode_together, luminance, match_histogram, orientation};
-use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
+use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
+use selvedge_quilting::{TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -276,7 +276,7 @@ impl Transfer {
             let guide = match c.what {
                 What::Luminance => {
                     let blurred = light.derive(|map| blur(map, self.blur))?;
-                    if self.match_histogram { match_histogram(&blurred, &loom.loaded.exemplars)? } else { blurred }
+                    if self.match_histogram { match_histogram(blurred)? } else { blurred }
                 }
                 What::Orientation => light.derive(|map| orientation(map, self.blur.max(LEAST_AVERAGE)))?,
             };
