@@ -28,7 +28,7 @@ pub struct Period<const D: usize> {
 /// `O(samples * log(samples))`.
 ///
 /// # Errors
-/// [`Error::Count`] if weights and channels differ, [`Error::Core`] if memory is short.
+/// [`Error::Core`] if weights and channels differ or memory is short.
 pub fn periods<const D: usize>(
     features: &Grid<u8, D>,
     valid: Option<&Grid<bool, D>>,
@@ -94,7 +94,8 @@ impl<const D: usize> Strengths<D> {
         weights: &[u8],
     ) -> Result<Option<Self>, Error> {
         if weights.len() != features.channels() {
-            return Err(Error::Count { what: "weights", expected: features.channels(), found: weights.len() });
+            let (expected, found) = (features.channels(), weights.len());
+            return Err(selvedge_core::Error::Weights { expected, found }.into());
         }
         let features = &middle(features)?;
         let valid = valid.map(middle).transpose()?;
@@ -218,7 +219,7 @@ mod tests {
             Grid::from_vec(Domain::open([64, 64]), 1, (0..4096).map(|_| rng.below(256) as u8).collect()).unwrap();
         // Means over 512 samples and more: 6 standard deviations are below 270 thousandths.
         assert!(periods(&noise, None, &[1]).unwrap().iter().all(|p| p.strength < 270));
-        assert!(matches!(periods(&noise, None, &[1, 1]), Err(Error::Count { .. })));
+        assert!(matches!(periods(&noise, None, &[1, 1]), Err(Error::Core(selvedge_core::Error::Weights { .. }))));
     }
 
     #[test]

@@ -66,7 +66,7 @@ mod write;
 
 pub use atomic::{Staged, remove_parts, write_bytes};
 pub use convert::{Converted, convert};
-pub use error::{Error, ErrorKind, Problem};
+pub use error::{Error, Problem};
 pub use format::Format;
 pub use map::{MapFile, decode_map, encode_map, read_map, write_map};
 pub use mask::{MaskChannel, mask, read_mask};
@@ -76,6 +76,6 @@ pub use paths::{check_output, same_file};
 pub use probe::{Info, probe, probe_bytes};
 pub use provenance::{Fingerprint, Provenance};
 pub use read::{NonFinite, Picture, ReadOptions, decode, read};
-pub use selvedge_core::Depth;
+pub use selvedge_core::{Depth, ErrorKind};
 pub use warning::Warning;
 pub use write::{WriteOptions, encode, write};

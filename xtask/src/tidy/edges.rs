@@ -4,11 +4,12 @@ use super::Breach;
 use crate::tree::Tree;
 
 /// Each crate of `crates/` and the crates of the workspace that it may depend on; `*` stands for all.
-const EDGES: [(&str, &[&str]); 12] = [
+const EDGES: [(&str, &[&str]); 13] = [
     ("core", &[]),
     ("io", &["core"]),
     ("maxflow", &[]),
     ("fft-ssd", &["core"]),
+    ("guides", &["core"]),
     ("quilting", &["core", "fft-ssd"]),
     ("hybrid", &["core", "fft-ssd", "quilting"]),
     ("graphcut-textures", &["core", "fft-ssd", "maxflow"]),
