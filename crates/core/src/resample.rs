@@ -285,6 +285,12 @@ mod tests {
         }
     }
 
+    #[test]
+    fn only_axes_that_stay_as_they_are_keep_their_period() {
+        let domain = Resampling::new(0.0, 2.0, false).domain(Domain::periodic([5, 8, 6]));
+        assert_eq!(domain, Domain { shape: [5, 16, 12], periodic: [true, false, false] });
+    }
+
     /// One normal, shown by a resampled source.
     fn normal(stored: [f32; 3], resampling: Resampling) -> Vec<f32> {
         let grid = Grid::from_vec(Domain::open([1, 1]), 3, stored.to_vec()).unwrap();

@@ -4,5 +4,6 @@
 mod choice;
 mod largest;
 mod memory;
+mod nearest;
 mod oracle;
 mod support;

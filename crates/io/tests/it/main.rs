@@ -6,5 +6,6 @@ mod bombs;
 mod common;
 mod damage;
 mod foreign;
+mod jpeg;
 mod maps;
 mod round_trips;
