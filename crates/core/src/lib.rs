@@ -37,6 +37,7 @@ mod normals;
 pub mod par;
 mod patch;
 mod plane;
+mod rebase;
 mod render;
 mod resample;
 mod run;
