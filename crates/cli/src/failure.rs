@@ -127,6 +127,12 @@ impl From<selvedge_graphcut_textures::Error> for Failure {
     }
 }
 
+impl From<selvedge_blending::Error> for Failure {
+    fn from(error: selvedge_blending::Error) -> Self {
+        Self::of(error.kind(), error.to_string())
+    }
+}
+
 impl From<selvedge_core::Error> for Failure {
     fn from(error: selvedge_core::Error) -> Self {
         Self::of(error.kind(), error.to_string())

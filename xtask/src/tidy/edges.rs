@@ -4,10 +4,11 @@ use super::Breach;
 use crate::tree::Tree;
 
 /// Each crate of `crates/` and the crates of the workspace that it may depend on; `*` stands for all.
-const EDGES: [(&str, &[&str]); 12] = [
+const EDGES: [(&str, &[&str]); 13] = [
     ("core", &[]),
     ("io", &["core"]),
     ("maxflow", &[]),
+    ("blending", &["core"]),
     ("fft-ssd", &["core"]),
     ("quilting", &["core", "fft-ssd"]),
     ("hybrid", &["core", "fft-ssd", "quilting"]),
