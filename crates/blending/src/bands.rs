@@ -1,6 +1,8 @@
 //! A patch taken apart into bands of detail, as far as they are mixed in.
 
-use crate::region::Window;
+use selvedge_core::Window;
+
+use crate::region::{grown, rows};
 
 /// Samples on each side of a position that its low pass after so many levels depends on.
 pub(crate) fn reach(levels: u32) -> u32 {
@@ -31,16 +33,16 @@ impl Bands {
         sums: &mut [Vec<f64>],
     ) {
         let Self { values, mask, coarse, half_done } = self;
-        let rows = || region.rows_of(target).zip(window.rows_of(target));
+        let both = || rows(region, target).zip(rows(window, target));
         // What the last low pass depends on after some levels: what lies around is not made.
-        let needed = |level: u32| target.grown(reach(levels) - reach(level), region).unwrap_or(*target);
+        let needed = |level: u32| grown(target, reach(levels) - reach(level), region).unwrap_or(*target);
         for level in 0..levels {
             let mut blur = |fine: &[f64], coarse: &mut Vec<f64>| {
                 blur(fine, (coarse, half_done), region, [&needed(level), &needed(level + 1)], 1 << level);
             };
             for (fine, sum) in values.iter_mut().zip(sums.iter_mut()) {
                 blur(fine, coarse);
-                for (from, to) in rows() {
+                for (from, to) in both() {
                     let (mask, fine, coarse) = (&mask[from.clone()], &fine[from.clone()], &coarse[from]);
                     let band = mask.iter().zip(fine).zip(coarse).map(|((mask, fine), coarse)| mask * (fine - coarse));
                     sum[to].iter_mut().zip(band).for_each(|(sum, v)| *sum += v);
@@ -51,7 +53,7 @@ impl Bands {
             std::mem::swap(mask, coarse);
         }
         for (fine, sum) in values.iter().zip(sums.iter_mut()) {
-            for (from, to) in rows() {
+            for (from, to) in both() {
                 let last = mask[from.clone()].iter().zip(&fine[from]).map(|(mask, fine)| mask * fine);
                 sum[to].iter_mut().zip(last).for_each(|(sum, v)| *sum += v);
             }
@@ -70,7 +72,7 @@ fn blur<const D: usize>(
 ) {
     let mut now = *known;
     for axis in 0..D {
-        let first = region.rows_of(&now).next().map_or(0, |row| row.start);
+        let first = rows(region, &now).next().map_or(0, |row| row.start);
         half_done.resize(fine.len(), 0.0);
         let from: &[f64] = if axis == 0 { fine } else { coarse };
         let side = now.shape[axis] as usize;
@@ -78,7 +80,7 @@ fn blur<const D: usize>(
         let line_of = |place: usize| place / stride % region.shape[axis] as usize;
         (now.start[axis], now.shape[axis]) = (wanted.start[axis], wanted.shape[axis]);
         let skipped = (wanted.start[axis] - known.start[axis]) as usize;
-        for to in region.rows_of(&now) {
+        for to in rows(region, &now) {
             if axis == D - 1 {
                 let known = to.start - skipped..to.start - skipped + side;
                 blur_line(&mut half_done[to], skipped, &from[known], gap);

@@ -1,10 +1,10 @@
 //! A map is rendered box by box: only positions that have a seam in reach are computed, all others are copied.
 
-use selvedge_core::{Averaging, Domain, Error, Grid, Payload, Plane, SampleId, par};
+use selvedge_core::{Averaging, Domain, Error, Patch, Payload, Plane, SampleId, Window, par};
 
 use crate::laid::Laid;
 use crate::near::near_seams;
-use crate::region::{Patch, Shown, Window, shown};
+use crate::region::{Shown, rows, shown};
 
 /// Samples of a box, about: 128 a side in pictures, 25 in clips. A box is computed with what is around it, so that small
 /// ones repeat much (with 64 a side five bands cost 1.8 times as much); large ones leave threads without work.
@@ -46,8 +46,8 @@ impl<const D: usize> Part<'_, D> {
     pub(crate) fn of_patch(&self, patch: &Patch<D>, region: &Window<D>, own: &mut Vec<SampleId>, mask: &mut Vec<f64>) {
         self.laid.samples_of(patch, region, own);
         mask.clear();
-        let (width, rows) = (region.shape[D - 1] as usize, self.window.rows_of(region));
-        for (row, own) in rows.zip(own.chunks_exact(width)) {
+        let width = region.shape[D - 1] as usize;
+        for (row, own) in rows(&self.window, region).zip(own.chunks_exact(width)) {
             let pairs = own.iter().zip(&self.ids[row]);
             mask.extend(pairs.map(|(own, shown)| f64::from(u8::from(own.is_assigned() && own == shown))));
         }
@@ -156,17 +156,16 @@ fn part<'a, const D: usize>(
 ) -> Option<Part<'a, D>> {
     let output = laid.map.domain();
     let wanted = around_marks(whole, output, near)?;
-    let places = wanted.places(output).map(|place| near[place].then_some(place as u32)).collect();
+    let places = wanted.places(output).map(|place| place.filter(|&p| near[p]).map(|p| p as u32)).collect();
     let window = laid.around(&wanted, reach);
-    let ids: &Grid<SampleId, D> = &laid.map.ids;
-    let ids = window.places(output).map(|place| ids.plane(0)[place]).collect();
+    let ids = window.places(output).flatten().map(|place| laid.map.ids.plane(0)[place]).collect();
     Some(Part { laid, payload, averaging, wanted, window, ids, places })
 }
 
 /// The box around the marks in a window.
 fn around_marks<const D: usize>(window: &Window<D>, output: Domain<D>, marks: &[bool]) -> Option<Window<D>> {
     let local = Domain::open(window.shape);
-    let marked = window.places(output).enumerate().filter(|&(_, place)| marks[place]);
+    let marked = window.places(output).enumerate().filter(|&(_, place)| place.is_some_and(|p| marks[p]));
     let ends = marked.map(|(i, _)| local.position(i)).fold(None, |ends: Option<[[u32; D]; 2]>, at| {
         let [low, high] = ends.unwrap_or([at; 2]);
         Some([std::array::from_fn(|a| low[a].min(at[a])), std::array::from_fn(|a| high[a].max(at[a]))])

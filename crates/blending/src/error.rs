@@ -7,7 +7,7 @@ use selvedge_core::ErrorKind;
 #[non_exhaustive]
 pub enum Error {
     /// An option is out of its range.
-    #[error("{option} is {value}, but must be {range}")]
+    #[error("{option} is {value}, which is out of range")]
     Range {
         /// The option's name.
         option: &'static str,
@@ -17,7 +17,7 @@ pub enum Error {
         range: &'static str,
     },
     /// A mask has another shape than what it lies over.
-    #[error("the {what} is {found:?}, but {expected:?} is needed; make them the same size")]
+    #[error("the {what} is {found:?}, but {expected:?} is needed")]
     Shape {
         /// Which one.
         what: &'static str,
@@ -27,7 +27,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// The map has not exactly one channel.
-    #[error("the map has {found} channels; give it one")]
+    #[error("the map has {found} channels")]
     Channels {
         /// Its channels.
         found: usize,
@@ -44,6 +44,16 @@ impl Error {
             Self::Range { .. } => ErrorKind::Option,
             Self::Shape { .. } | Self::Channels { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Range { range, .. } => format!("use {range}"),
+            Self::Shape { .. } => "make them the same size".to_owned(),
+            Self::Channels { .. } => "give it one".to_owned(),
+            Self::Core(error) => error.remedy(),
         }
     }
 }

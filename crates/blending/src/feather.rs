@@ -1,10 +1,10 @@
 //! Feathering: near a seam, a weighted sum of all patches that meet there. `[Kwatra03 5]`
 
-use selvedge_core::{Domain, Error, Grid, Plane, Render, SourceMap};
+use selvedge_core::{Domain, Error, Grid, Plane, Render, SourceMap, Window};
 
 use crate::boxes::{Blend, Part, bytes, render};
 use crate::laid::Laid;
-use crate::region::{Shown, Window};
+use crate::region::{Shown, grown, rows};
 
 /// A source map whose seams are feathered with a Gaussian kernel.
 ///
@@ -67,13 +67,13 @@ impl<'m, const D: usize> Feathered<'m, D> {
         let (mut own, mut mask, mut numbers) = (Vec::new(), Vec::new(), vec![Vec::new(); part.channels()]);
         for Shown { patch, around } in part.shown() {
             // Where it may be mixed in, and what that depends on.
-            let Some(target) = around.grown(self.reach, &part.wanted) else { continue };
-            let Some(region) = target.grown(self.reach, &part.window) else { continue };
+            let Some(target) = grown(&around, self.reach, &part.wanted) else { continue };
+            let Some(region) = grown(&target, self.reach, &part.window) else { continue };
             part.of_patch(&patch, &region, &mut own, &mut mask);
             let weight = convolved(&mask, &region, &target, &self.kernel);
             part.laid.samples_of(&patch, &target, &mut own);
             part.numbers(&own, &mut numbers);
-            let places = part.wanted.rows_of(&target).flatten();
+            let places = rows(&part.wanted, &target).flatten();
             for (i, place) in places.enumerate().filter(|&(i, _)| own[i].is_assigned() && 0.0 < weight[i]) {
                 patches[place] += 1;
                 weights[place] += weight[i];

@@ -1,9 +1,8 @@
 //! A map, and what blending has to know besides.
 
-use selvedge_core::{Domain, Grid, SampleId, SourceMap};
+use selvedge_core::{Domain, Grid, Patch, SampleId, SourceMap, Window};
 
 use crate::Error;
-use crate::region::{Patch, Window};
 
 /// A map, what of its sources may show, and where it is copied.
 #[derive(Clone, Debug)]
@@ -54,41 +53,14 @@ impl<'m, const D: usize> Laid<'m, D> {
 
     /// A patch's samples over a window, row-major; unassigned outside of its source and where that is not valid.
     pub(crate) fn samples_of(&self, patch: &Patch<D>, window: &Window<D>, to: &mut Vec<SampleId>) {
-        let source = self.map.table.sources()[patch.source].1;
         let first = self.map.table.first(patch.source);
-        let valid = self.valid.get(patch.source).copied().flatten().map(|v| v.plane(0));
+        let valid = self.valid.get(patch.source).copied().flatten().map(Grid::samples);
         to.clear();
-        to.resize(window.len(), SampleId::UNASSIGNED);
-        let (last, width) = (D - 1, window.shape[D - 1] as usize);
-        for (row, to) in to.chunks_exact_mut(width).enumerate() {
-            let at = window.row(row);
-            let Some(base) = row_of(source, patch, &at) else { continue };
-            let (begin, side) = (at[last] - patch.offset[last], source.shape[last] as i32);
-            for (x, to) in (begin..).zip(to) {
-                let x = if source.periodic[last] { x.rem_euclid(side) } else { x };
-                if (0..side).contains(&x) {
-                    let place = base + x as u32;
-                    if valid.is_none_or(|v| v[place as usize]) {
-                        *to = SampleId::new(first + place);
-                    }
-                }
-            }
-        }
+        to.extend(patch.places(self.map.table.sources()[patch.source].1, window).map(|place| match place {
+            Some(place) if valid.is_none_or(|v| v[place]) => SampleId::new(first + place as u32),
+            _ => SampleId::UNASSIGNED,
+        }));
     }
-}
-
-/// Place in a source's buffer where the row begins in which a position of the output lies; `None` outside of open axes.
-fn row_of<const D: usize>(source: Domain<D>, patch: &Patch<D>, at: &[i32; D]) -> Option<u32> {
-    let mut place = 0;
-    for (axis, at) in at.iter().enumerate().take(D - 1) {
-        let (p, side) = (at - patch.offset[axis], source.shape[axis] as i32);
-        let p = if source.periodic[axis] { p.rem_euclid(side) } else { p };
-        if !(0..side).contains(&p) {
-            return None;
-        }
-        place = (place + p as u32) * source.shape[axis + 1];
-    }
-    Some(place)
 }
 
 fn check_shape<const D: usize>(what: &'static str, expected: Domain<D>, found: Option<Domain<D>>) -> Result<(), Error> {

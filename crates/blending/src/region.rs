@@ -1,74 +1,25 @@
-//! Boxes of the output, in coordinates that are not wrapped, and the patches that show in them.
+//! Windows in one another, and the patches that show in them.
 
-use selvedge_core::{Domain, SourceMap};
+use selvedge_core::{Patch, SourceMap, Window};
 
-/// A box of output positions. On periodic axes it may start before 0 or reach beyond the side: positions wrap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Window<const D: usize> {
-    /// The first position, not wrapped.
-    pub(crate) start: [i32; D],
-    /// Samples along each axis.
-    pub(crate) shape: [u32; D],
+/// `by` more samples of another window on every side; `None` if both share nothing.
+pub(crate) fn grown<const D: usize>(window: &Window<D>, by: u32, within: &Window<D>) -> Option<Window<D>> {
+    let start = window.start.map(|s| s - by as i32);
+    Window { start, shape: window.shape.map(|n| n + 2 * by) }.shared(within)
 }
 
-impl<const D: usize> Window<D> {
-    pub(crate) fn len(&self) -> usize {
-        Domain::open(self.shape).len()
-    }
-
-    /// One past the last position along an axis.
-    pub(crate) fn end(&self, axis: usize) -> i32 {
-        self.start[axis] + self.shape[axis] as i32
-    }
-
-    /// `by` more samples on every side that lie in another window.
-    pub(crate) fn grown(&self, by: u32, within: &Self) -> Option<Self> {
-        let start = self.start.map(|s| s - by as i32);
-        Self { start, shape: self.shape.map(|n| n + 2 * by) }.shared(within)
-    }
-
-    /// What two windows share; `None` if nothing.
-    pub(crate) fn shared(&self, other: &Self) -> Option<Self> {
-        let start: [i32; D] = std::array::from_fn(|a| self.start[a].max(other.start[a]));
-        let sides = std::array::from_fn(|a| self.end(a).min(other.end(a)) - start[a]);
-        sides.iter().all(|&n| 0 < n).then(|| Self { start, shape: sides.map(|n: i32| n as u32) })
-    }
-
-    /// The position where a row of its own begins, rows counted row-major.
-    pub(crate) fn row(&self, row: usize) -> [i32; D] {
-        let mut rows = Domain::open(self.shape);
-        rows.shape[D - 1] = 1;
-        let at = rows.position(row);
-        std::array::from_fn(|a| self.start[a] + at[a] as i32)
-    }
-
-    /// The rows of a window that lies in this one: places in this one's buffer.
-    pub(crate) fn rows_of(&self, inner: &Self) -> impl Iterator<Item = std::ops::Range<usize>> + use<D> {
-        let (outer, width) = (Domain::open(self.shape), inner.shape[D - 1] as usize);
-        let mut rows = Domain::open(inner.shape);
-        rows.shape[D - 1] = 1;
-        let by: [u32; D] = std::array::from_fn(|a| (inner.start[a] - self.start[a]) as u32);
-        rows.positions().map(move |at| {
-            let first = outer.index(std::array::from_fn(|a| at[a] + by[a]));
-            first..first + width
-        })
-    }
-
-    /// Place in the output's buffer of each of its positions, row-major.
-    pub(crate) fn places(&self, output: Domain<D>) -> impl Iterator<Item = usize> + use<D> {
-        let (start, domain) = (self.start, output);
-        Domain::open(self.shape).positions().map(move |at| {
-            domain.index(std::array::from_fn(|a| (start[a] + at[a] as i32).rem_euclid(domain.shape[a] as i32) as u32))
-        })
-    }
-}
-
-/// A translation of a source. `[Kwatra03 4]`
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Patch<const D: usize> {
-    pub(crate) source: usize,
-    /// Output position = source position + offset; not wrapped, but within the period of a source that has one.
-    pub(crate) offset: [i32; D],
+/// The rows of a window that lies in an outer one: places in the outer one's buffer.
+pub(crate) fn rows<const D: usize>(
+    outer: &Window<D>,
+    inner: &Window<D>,
+) -> impl Iterator<Item = std::ops::Range<usize>> + use<D> {
+    let (outer, by) = (outer.local(), std::array::from_fn::<u32, D, _>(|a| (inner.start[a] - outer.start[a]) as u32));
+    let (mut rows, width) = (inner.local(), inner.shape[D - 1] as usize);
+    rows.shape[D - 1] = 1;
+    rows.positions().map(move |at| {
+        let first = outer.index(std::array::from_fn(|a| at[a] + by[a]));
+        first..first + width
+    })
 }
 
 /// A patch, and the box around the places of a window where it shows.
@@ -84,11 +35,11 @@ pub(crate) struct Shown<const D: usize> {
 pub(crate) fn shown<const D: usize>(map: &SourceMap<D>, window: &Window<D>) -> Vec<Shown<D>> {
     let mut found: Vec<Shown<D>> = Vec::new();
     let ids = map.ids.plane(0);
-    let local = Domain::open(window.shape);
+    let local = window.local();
     // The sample that goes on in the same patch, and how many more of its row do.
     let (mut next, mut left, mut one) = (u32::MAX, 0, 0);
     for (i, place) in window.places(map.domain()).enumerate() {
-        let id = ids[place];
+        let Some(id) = place.map(|place| ids[place]) else { continue };
         let at = local.position(i);
         let at: [i32; D] = std::array::from_fn(|a| window.start[a] + at[a] as i32);
         if id.get() != next || left == 0 || at[D - 1] == window.start[D - 1] {
@@ -122,7 +73,7 @@ pub(crate) fn shown<const D: usize>(map: &SourceMap<D>, window: &Window<D>) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Grid, Origin, SampleId, Seed, SourceTable, Transform};
+    use selvedge_core::{Domain, Grid, Origin, SampleId, Seed, SourceTable, Transform};
 
     #[test]
     fn patches_are_found_with_the_box_around_them() {

@@ -8,7 +8,7 @@ use selvedge_core::{Domain, Error, Grid, Plane, Render, SourceMap};
 use crate::bands::{Bands, reach};
 use crate::boxes::{Blend, Part, bytes, render};
 use crate::laid::Laid;
-use crate::region::Shown;
+use crate::region::{Shown, grown, rows};
 
 /// A source map whose seams are splined: each band of detail is blended over a width of its own.
 ///
@@ -68,10 +68,10 @@ impl<'m, const D: usize> Splined<'m, D> {
         let (mut own, mut bands) = (Vec::new(), Bands::new(part.channels()));
         for Shown { patch, around } in part.shown() {
             // Where any of its bands is mixed in, and what that depends on.
-            let Some(target) = around.grown(reach(self.levels), &part.wanted) else { continue };
-            let Some(region) = target.grown(reach(self.levels), &part.window) else { continue };
+            let Some(target) = grown(&around, reach(self.levels), &part.wanted) else { continue };
+            let Some(region) = grown(&target, reach(self.levels), &part.window) else { continue };
             part.of_patch(&patch, &region, &mut own, &mut bands.mask);
-            for (own, row) in own.chunks_exact_mut(region.shape[D - 1] as usize).zip(part.window.rows_of(&region)) {
+            for (own, row) in own.chunks_exact_mut(region.shape[D - 1] as usize).zip(rows(&part.window, &region)) {
                 // Where it is not defined, the output stands in for it.
                 own.iter_mut().zip(&part.ids[row]).filter(|(own, _)| !own.is_assigned()).for_each(|(o, s)| *o = *s);
             }

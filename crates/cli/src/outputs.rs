@@ -21,12 +21,12 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
     let inputs: Vec<PathBuf> = inputs.iter().chain(&global.config).cloned().collect();
     for (i, output) in outputs.iter().enumerate() {
         if outputs[..i].iter().any(|other| selvedge_io::same_file(other, output)) {
-            return Err(Failure::new(2, "is named for two outputs; choose another name").about(output));
+            return Err(Failure::new(2, "is named for two outputs").remedy("choose another name").about(output));
         }
         if output.as_os_str() != STREAM {
             selvedge_io::check_output(output, &inputs, global.no_clobber)?;
         } else if global.json {
-            return Err(Failure::new(2, "--json and '-' both write to standard output; name a file"));
+            return Err(Failure::new(2, "--json and '-' both write to standard output").remedy("name a file"));
         }
     }
     Ok(())
@@ -163,21 +163,6 @@ pub(crate) fn partial(path: &Path) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
-}
-
-impl From<selvedge_io::Error> for Failure {
-    fn from(error: selvedge_io::Error) -> Self {
-        use selvedge_io::ErrorKind as Kind;
-        let exit = match error.kind() {
-            Kind::Option => 2,
-            Kind::Input => 3,
-            Kind::FileSystem => 4,
-            Kind::NoSpace => 5,
-            Kind::Memory => 6,
-            _ => 70,
-        };
-        Self { exit, path: Some(path_text(&error.path)), message: error.message(), remedy: Some(error.remedy()) }
-    }
 }
 
 #[cfg(test)]

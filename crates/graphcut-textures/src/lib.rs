@@ -80,14 +80,12 @@ mod graphcut;
 mod history;
 mod matching;
 mod options;
-mod patch;
 mod refine;
-mod region;
+mod reflection;
 mod sizes;
 mod start;
 mod usable;
 mod weaver;
-mod window;
 
 pub use error::Error;
 pub use estimate::estimate;

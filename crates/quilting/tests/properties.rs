@@ -4,7 +4,7 @@ use selvedge_core::{
     Domain, Encoder, Event, Exemplars, Grid, Guide, Limits, Observer, Plane, Render, Run, Samples, Seed, SimdLevel,
     Transform,
 };
-use selvedge_quilting::{Continuation, Error, Options, Stage, TransferOptions, correspondence, quilt, transfer};
+use selvedge_quilting::{Continuation, Error, Options, Stage, TransferOptions, quilt, transfer};
 use selvedge_testkit::{exemplars, simple};
 
 fn bytes(plane: &Plane<2>) -> &Grid<u8, 2> {
@@ -253,13 +253,17 @@ fn spread_shows_more_of_the_exemplar() {
     assert!(literal * 41 < spread * 40, "{literal} {spread}");
 }
 
-/// A guide of the exemplar's own luminance towards a target.
+/// The middle one of a picture's channels, as 8-bit features.
+fn green(plane: &Plane<2>) -> Grid<u8, 2> {
+    let plane = std::slice::from_ref(plane);
+    let features = Encoder::fit(&[plane]).unwrap().encode(plane).unwrap();
+    Grid::from_vec(features.domain(), 1, features.plane(features.channels() / 2).to_vec()).unwrap()
+}
+
+/// A guide of the exemplar's own green towards a target.
 fn guided(exemplar: &Plane<2>, target: &Plane<2>, periodic: [bool; 2]) -> (Exemplars<2>, Guide<2>) {
     let exemplars = Exemplars::of(&[std::slice::from_ref(exemplar)]).unwrap();
-    let features = correspondence::encode_together(&[exemplar, target]).unwrap();
-    let mut maps: Vec<_> = features.iter().map(|f| correspondence::luminance(f).unwrap()).collect();
-    let target = maps.pop().unwrap().with_periodic(periodic);
-    let guide = Guide::new(&exemplars, &maps, target).unwrap();
+    let guide = Guide::new(&exemplars, &[green(exemplar)], green(target).with_periodic(periodic)).unwrap();
     (exemplars, guide)
 }
 
@@ -274,6 +278,40 @@ fn transfers_follow_the_target_closer_with_every_pass() {
     let texture = TransferOptions { alpha: Some(1.0), ..options };
     let unguided = transfer(&exemplars, &guide, &texture, &Run::seeded(1)).unwrap().stats;
     assert!(errors[3] < unguided.passes[3].guide_error, "alpha 1 does not look at the target");
+}
+
+#[test]
+fn what_a_guide_does_not_ask_for_is_texture_alone() {
+    let (exemplars, guide) = guided(&exemplars::cobbles(), &simple::spots(90, 70, 25, 3), [false; 2]);
+    let target = guide.target().domain();
+    let options = TransferOptions { block: Some(16), passes: 3, ..TransferOptions::default() };
+    let half = |x: u32| Grid::from_vec(target, 1, target.positions().map(|at| at[1] < x).collect()).unwrap();
+    let error = |guide: &Guide<2>, options: &TransferOptions| {
+        let stats = transfer(&exemplars, guide, options, &Run::seeded(1)).unwrap().stats;
+        stats.passes[2].guide_error
+    };
+    let texture = TransferOptions { alpha: Some(1.0), ..options };
+    // The left half follows the target closer than the texture alone does, and where nothing is asked, nothing is.
+    let left = guide.clone().asking(half(45)).unwrap();
+    assert!(error(&left, &options) * 2 < error(&left, &texture));
+    assert_eq!(error(&guide.asking(half(0)).unwrap(), &options), 0);
+}
+
+#[test]
+fn transfers_follow_turned_and_scaled_exemplars() {
+    let (plane, target) = (exemplars::weave(), simple::spots(60, 50, 25, 3));
+    let planes = [std::slice::from_ref(&plane)];
+    let diagonal = Transform::new(30.0, 0.8, false);
+    let encoder = Encoder::fit(&planes).unwrap();
+    let exemplars = Exemplars::new(&encoder, &planes, &[Transform::IDENTITY, diagonal]).unwrap();
+    let guide = Guide::new(&exemplars, &[green(&plane)], green(&target)).unwrap();
+    let options = TransferOptions { block: Some(14), passes: 2, ..TransferOptions::default() };
+    let map = transfer(&exemplars, &guide, &options, &Run::seeded(2)).unwrap().result;
+    let used = |source| map.domain().positions().filter(|&at| map.locate(at).unwrap().0 == source).count();
+    assert!(0 < used(0) && 0 < used(1));
+    let valid = exemplars.sources()[1].valid.as_ref().unwrap();
+    let stands = |at| map.locate(at).is_none_or(|(source, from)| source != 1 || valid.get(0, from));
+    assert!(map.domain().positions().all(stands));
 }
 
 #[test]
@@ -296,8 +334,11 @@ fn odd_targets_are_filled() {
         for [w, h] in [[1, 1], [1, 40], [3, 2], [33, 50]] {
             for (target, periodic) in [(simple::constant(w, h, 200), [false; 2]), (simple::noise(w, h, 2), [true; 2])] {
                 let (exemplars, guide) = guided(&exemplar, &target, periodic);
-                let guide = correspondence::match_histogram(&guide, &exemplars).unwrap();
-                let guide = guide.derive(|map| correspondence::orientation(map, 1.0)).unwrap();
+                let both = |map: &Grid<u8, 2>| {
+                    let samples = map.samples().iter().copied().chain(map.samples().iter().map(|v| 255 - v)).collect();
+                    Grid::from_vec(map.domain(), 2, samples)
+                };
+                let guide = guide.derive(both).unwrap();
                 let map = transfer(&exemplars, &guide, &TransferOptions::default(), &Run::seeded(1)).unwrap().result;
                 assert_eq!((map.holes(), map.domain().shape), (0, [h, w]));
             }

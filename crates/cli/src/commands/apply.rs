@@ -77,10 +77,8 @@ impl Apply {
         inputs::check_streams(&files)?;
         let (roles, planes) = (self.role.len(), self.planes.len());
         if roles != 1 && roles != planes {
-            return Err(Failure::new(
-                2,
-                format!("{} for {}; give one --role, or one for each", count("role", roles), count("plane", planes)),
-            ));
+            let what = format!("{} for {}", count("role", roles), count("plane", planes));
+            return Err(Failure::new(2, what).remedy("give one --role, or one for each"));
         }
         let ReadMap { file, fingerprint, entry } = Input::new(session, &self.map)?.read_map(session)?;
         report.inputs.push(entry);

@@ -16,6 +16,7 @@ use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
+use crate::wrong::Wrong;
 
 /// Options of `compare`.
 #[derive(Args, Debug)]
@@ -46,10 +47,10 @@ pub(crate) struct Compare {
     nonfinite: NonFiniteArg,
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
+fn not_negative(text: &str) -> Result<f64, Wrong> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() && 0.0 <= number => Ok(number),
-        _ => Err("write a number of at least 0".into()),
+        _ => Err(Wrong::new(format!("'{text}' is out of range"), "write a number of at least 0")),
     }
 }
 

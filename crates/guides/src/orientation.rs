@@ -1,11 +1,9 @@
 //! Local orientation by the structure tensor.
 
-use selvedge_core::{Domain, Grid};
+use selvedge_core::{Domain, Grid, reserve};
 
-use super::collected;
-use super::gaussian::{Gaussian, neighbor};
-use crate::options::Error;
-use crate::quilter::reserve;
+use crate::gaussian::{Gaussian, neighbor};
+use crate::{Error, collected};
 
 /// Added to the gradients' energy: gradients of about 2 grey levels a sample are as good as none.
 const FLAT: f64 = 4.0;

@@ -2,20 +2,20 @@
 
 use selvedge_core::{Domain, par, try_vec};
 
-use crate::options::Error;
+use crate::Error;
 
 /// The widest blur.
 const WIDEST: f64 = 1000.0;
 
 /// One half of a normalised kernel.
-pub(super) struct Gaussian {
+pub(crate) struct Gaussian {
     /// Weights at distances 0, 1, ...
     weights: Vec<f64>,
 }
 
 impl Gaussian {
     /// A standard deviation in samples, cut at three of them; 0 is the identity.
-    pub(super) fn new(sigma: f64) -> Result<Self, Error> {
+    pub(crate) fn new(sigma: f64) -> Result<Self, Error> {
         if !(0.0..=WIDEST).contains(&sigma) {
             return Err(Error::Blur { sigma, limit: WIDEST });
         }
@@ -26,7 +26,7 @@ impl Gaussian {
     }
 
     /// Smooths row-major values along both axes; periodic axes wrap, others repeat their border.
-    pub(super) fn smooth(&self, domain: Domain<2>, values: &[f64]) -> Result<Vec<f64>, Error> {
+    pub(crate) fn smooth(&self, domain: Domain<2>, values: &[f64]) -> Result<Vec<f64>, Error> {
         let [height, width] = domain.shape.map(|s| s as usize);
         let mut across = try_vec(values.len(), 0.0)?;
         if across.is_empty() {
@@ -62,7 +62,7 @@ impl Gaussian {
 }
 
 /// The place `by` away from `at` on an axis of `len`: wrapped, or at most the border.
-pub(super) fn neighbor(at: usize, by: isize, len: usize, periodic: bool) -> usize {
+pub(crate) fn neighbor(at: usize, by: isize, len: usize, periodic: bool) -> usize {
     let (to, len) = (at as isize + by, len as isize);
     (if periodic { to.rem_euclid(len) } else { to.clamp(0, len - 1) }) as usize
 }

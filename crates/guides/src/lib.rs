@@ -1,21 +1,47 @@
-//! Correspondence maps: what exemplars and target are compared by. `[Efros01 3]`
+//! Maps that steer: what exemplars and target are compared by. `[Efros01 3]`
 //!
 //! "That quantity could include image intensity, blurred image intensity, local image orientation angles, or other
 //! derived quantities": [`luminance`], [`blur`], [`orientation`], or any pictures made registered by
-//! [`encode_together`].
+//! [`encode_together`]. A [`Guide`](selvedge_core::Guide) holds such maps under exemplars and output, and
+//! [`match_histogram`] brings the one into the range of the other.
+//!
+//! ```
+//! use selvedge_core::{Domain, Exemplars, Grid, Guide, Plane, Role, Samples};
+//! use selvedge_guides::{blur, encode_together, luminance, match_histogram};
+//! # fn main() -> Result<(), selvedge_guides::Error> {
+//! let ramp = |from: u8, step: u8| -> Result<Plane<2>, selvedge_core::Error> {
+//!     let samples = (0..8).map(|x| from + step * x).collect();
+//!     Ok(Plane::new(Role::Color, Samples::U8(Grid::from_vec(Domain::open([1, 8]), 1, samples)?)))
+//! };
+//! let (cloth, target) = (ramp(0, 30)?, ramp(90, 4)?);
+//! let exemplars = Exemplars::of(&[std::slice::from_ref(&cloth)])?;
+//! let mut maps = encode_together(&[&cloth, &target])?.iter().map(luminance).collect::<Result<Vec<_>, _>>()?;
+//! let target = maps.remove(1);
+//! let guide = Guide::new(&exemplars, &maps, target)?.derive(|map| blur(map, 0.3))?;
+//! // The grey target asks for all of the cloth's range.
+//! assert_eq!(match_histogram(guide)?.target().samples(), [0, 30, 60, 90, 120, 150, 180, 210]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Everything is decided on 8-bit features and computed in f64 in a fixed order: the same on every machine.
+//!
+//! # Features
+//! `rayon` (default): rows are smoothed on the caller's pool; the result is the same without it.
+#![forbid(unsafe_code)]
 
+mod error;
 mod gaussian;
 mod histogram;
 mod orientation;
 
 use std::borrow::Cow;
 
-use selvedge_core::{Encoder, Grid, Plane, Samples};
+use selvedge_core::{Encoder, Grid, Plane, Samples, reserve};
 
-use crate::options::Error;
-use crate::quilter::reserve;
 use gaussian::Gaussian;
 
+pub use error::Error;
 pub use histogram::match_histogram;
 pub use orientation::orientation;
 
@@ -54,7 +80,7 @@ fn colored(plane: &Plane<2>) -> Result<Cow<'_, Plane<2>>, Error> {
 }
 
 /// All of an iterator that knows its length.
-fn collected<T>(items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, Error> {
+pub(crate) fn collected<T>(items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, Error> {
     let mut all = Vec::new();
     reserve(&mut all, items.len())?;
     all.extend(items);
@@ -65,7 +91,7 @@ fn collected<T>(items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, Error
 ///
 /// # Errors
 /// [`Error::Core`] if memory is short.
-pub fn luminance(features: &Grid<u8, 2>) -> Result<Grid<u8, 2>, Error> {
+pub fn luminance<const D: usize>(features: &Grid<u8, D>) -> Result<Grid<u8, D>, Error> {
     let weights = match features.channels() {
         3 => vec![77, 150, 29],
         n => vec![1; n],

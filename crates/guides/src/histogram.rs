@@ -1,29 +1,36 @@
 //! A target with the exemplars' range.
 
-use selvedge_core::{Exemplars, Guide};
+use selvedge_core::{Grid, Guide};
 
-use crate::options::Error;
+use crate::Error;
 
 /// The guide with each channel of its target changed so that its histogram is that of the channel under the exemplars'
-/// valid samples: the target's darkest, middle and brightest parts ask for the exemplars' own.
+/// valid samples: the target's darkest, middle and brightest parts ask for the exemplars' own. What of the target is not
+/// asked for does not count.
 ///
 /// A level becomes the exemplar level of the same rank, the rank of its middle sample.
 ///
 /// # Errors
-/// [`Error::Core`] if the guide was made for other exemplars or memory is short.
-pub fn match_histogram(guide: &Guide<2>, exemplars: &Exemplars<2>) -> Result<Guide<2>, Error> {
-    guide.check(exemplars)?;
-    let mut target = guide.target().clone();
+/// [`Error::Core`] if memory is short.
+pub fn match_histogram<const D: usize>(guide: Guide<D>) -> Result<Guide<D>, Error> {
+    let (mut target, asked) = (guide.target().map(|v| v)?, guide.asked().map(|asked| asked.map(|v| v)).transpose()?);
     for c in 0..target.channels() {
-        let from = histogram(target.plane(c).iter().copied());
-        let to = histogram(guide.source().iter().zip(exemplars.sources()).flat_map(|(map, source)| {
-            let valid = |i: usize| source.valid.as_ref().is_none_or(|v| v.samples()[i]);
-            map.plane(c).iter().enumerate().filter(move |&(i, _)| valid(i)).map(|(_, &v)| v)
-        }));
+        let from = histogram(masked(target.plane(c), asked.as_ref().map(Grid::samples)));
+        let maps = guide.exemplars().sources().iter();
+        let to = histogram(maps.flat_map(|map| masked(map.features.plane(c), map.valid.as_ref().map(Grid::samples))));
         let table = by_rank(&from, &to);
         target.plane_mut(c).iter_mut().for_each(|v| *v = table[usize::from(*v)]);
     }
-    Ok(guide.clone().with_target(target)?)
+    let guide = guide.with_target(target)?;
+    Ok(match asked {
+        Some(asked) => guide.asking(asked)?,
+        None => guide,
+    })
+}
+
+/// The values that a mask lets through.
+fn masked<'a>(values: &'a [u8], mask: Option<&'a [bool]>) -> impl Iterator<Item = u8> + 'a {
+    values.iter().enumerate().filter(move |&(i, _)| mask.is_none_or(|mask| mask[i])).map(|(_, &v)| v)
 }
 
 type Histogram = [u64; 256];
@@ -55,14 +62,14 @@ fn by_rank(from: &Histogram, to: &Histogram) -> [u8; 256] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Encoder, Grid, Plane, Role, Samples, Transform};
+    use selvedge_core::{Domain, Encoder, Exemplars, Plane, Role, Samples, Transform};
 
     fn matched(exemplar: &[u8], target: &[u8]) -> Vec<u8> {
         let row = |v: &[u8]| Grid::from_vec(Domain::open([1, v.len() as u32]), 1, v.to_vec()).unwrap();
         let plane = Plane::new(Role::Color, Samples::U8(row(exemplar)));
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
         let guide = Guide::new(&exemplars, &[row(exemplar)], row(target)).unwrap();
-        match_histogram(&guide, &exemplars).unwrap().target().samples().to_vec()
+        match_histogram(guide).unwrap().target().samples().to_vec()
     }
 
     #[test]
@@ -82,7 +89,20 @@ mod tests {
         let encoder = Encoder::fit(&[&plane[..]]).unwrap();
         let exemplars = Exemplars::masked(&encoder, &[&plane[..]], &[Some(mask)], &[Transform::IDENTITY]).unwrap();
         let guide = Guide::new(&exemplars, &[exemplar], row(&[9, 200, 3, 255])).unwrap();
-        assert_eq!(match_histogram(&guide, &exemplars).unwrap().target().samples(), [100, 120, 100, 120]);
+        assert_eq!(match_histogram(guide).unwrap().target().samples(), [100, 120, 100, 120]);
+    }
+
+    #[test]
+    fn what_is_not_asked_for_asks_for_nothing() {
+        let row = |v: &[u8]| Grid::from_vec(Domain::open([1, v.len() as u32]), 1, v.to_vec()).unwrap();
+        let plane = Plane::new(Role::Color, Samples::U8(row(&[100, 110, 120, 130])));
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let guide = Guide::new(&exemplars, &[row(&[100, 110, 120, 130])], row(&[7, 0, 8, 9, 10, 0, 0])).unwrap();
+        let asked = guide.target().map(|v| v != 0).unwrap();
+        let matched = match_histogram(guide.asking(asked.clone()).unwrap()).unwrap();
+        let levels = matched.target().samples();
+        assert_eq!([levels[0], levels[2], levels[3], levels[4]], [100, 110, 120, 130]);
+        assert_eq!(matched.asked(), Some(&asked));
     }
 
     #[test]
