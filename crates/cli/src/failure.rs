@@ -129,6 +129,7 @@ macro_rules! from_errors {
     };
 }
 from_errors!(
+    selvedge_blending::Error,
     selvedge_core::Error,
     selvedge_analysis::Error,
     selvedge_guides::Error,

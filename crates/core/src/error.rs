@@ -162,7 +162,7 @@ pub enum Error {
         samples: u64,
     },
     /// A map shows a source that is not among those it is to show.
-    #[error("the map shows its source {number}, and nothing here is the same; give what it was made from")]
+    #[error("the map shows its source {number}, and nothing here is the same")]
     MissingSource {
         /// The map's source, from 0.
         number: usize,
@@ -210,6 +210,7 @@ impl Error {
             Self::GuideWeight { .. } => "use numbers from 0 up, not all of them 0",
             Self::GuideProportion { .. } => "use weights that are closer, or 0",
             Self::UnknownSample { .. } => "give a map that is whole",
+            Self::MissingSource { .. } => "give what it was made from",
             Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
         }
         .to_owned()
