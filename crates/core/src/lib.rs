@@ -55,7 +55,7 @@ pub use grid::{Grid, reserve, try_vec};
 pub use guide::Guide;
 pub use normals::NormalCoding;
 pub use payload::Payload;
-pub use plane::{Depth, Plane, Role, Samples};
+pub use plane::{Association, Depth, Plane, Role, Samples};
 pub use render::Render;
 pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Woven};
 pub use seam_costs::{SeamCosts, SeamMeasure};
