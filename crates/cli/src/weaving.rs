@@ -214,7 +214,7 @@ fn check_size(session: &Session<'_>, domain: Domain<2>, resized: Resized) -> Res
     let (side, samples) = (session.limits.side, session.limits.samples);
     if side < h.max(w) || samples < u64::from(h) * u64::from(w) {
         let caps = format!("the output of {w}x{h} px is over the caps of {side} px a side and {samples} px in all");
-        return Err(Failure::new(3, format!("{caps}; use a smaller {}", resized.flag())));
+        return Err(Failure::new(3, caps).remedy(format!("use a smaller {}", resized.flag())));
     }
     Ok(())
 }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use selvedge_analysis::{Period, periods};
 use selvedge_core::{Exemplars, Role};
-use selvedge_fft_ssd::{Period, periods};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 
@@ -43,7 +43,7 @@ impl Inspect {
         report.stage("read");
         let source = &exemplars.sources()[0];
         let found = periods(&source.features, source.valid.as_ref(), exemplars.weights());
-        let lattice = lattice(&found.map_err(|e| about(Failure::of(e.kind(), e.to_string())))?);
+        let lattice = lattice(&found.map_err(|e| about(e.into()))?);
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());

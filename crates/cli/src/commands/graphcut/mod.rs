@@ -20,6 +20,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
 use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::wrong::Wrong;
 
 /// Options of `graphcut`.
 #[derive(Args, Debug)]
@@ -90,9 +91,9 @@ pub(crate) struct Graphcut {
 }
 
 /// An angle in degrees.
-fn angle(text: &str) -> Result<f64, String> {
+fn angle(text: &str) -> Result<f64, Wrong> {
     let angle = text.parse().ok().filter(|a: &f64| a.is_finite());
-    angle.ok_or_else(|| format!("'{text}' is no angle; write degrees, such as 30"))
+    angle.ok_or_else(|| Wrong::new(format!("'{text}' is no angle"), "write degrees, such as 30"))
 }
 
 /// One way to turn exemplars: clockwise degrees, and whether they are mirrored before.
