@@ -88,7 +88,7 @@ pub struct Neighbor {
 /// each sample.
 ///
 /// # Errors
-/// [`Error::Count`] if weights and channels differ, [`Error::EmptyTemplate`] for a side or step of 0, [`Error::GuideShape`]
+/// [`Error::Count`] if weights and channels differ, [`Error::EmptyTemplate`] for a side or step of 0, [`Error::MaskShape`]
 /// for a mask of another shape than its picture, [`Error::Core`] if memory is short.
 pub fn nearest(
     picture: Field<'_>,
@@ -146,7 +146,7 @@ fn check(picture: Field<'_>, sources: &[Field<'_>], weights: &[u8], windows: Win
     if windows.side == 0 || windows.step == 0 {
         return Err(Error::EmptyTemplate { shape: vec![windows.side, windows.step] });
     }
-    for (source_index, field) in std::iter::once(&picture).chain(sources).enumerate() {
+    for field in std::iter::once(&picture).chain(sources) {
         let (expected, found) = (weights.len(), field.features.channels());
         if expected != found {
             return Err(Error::Count { what: "channels", expected, found });
@@ -154,7 +154,7 @@ fn check(picture: Field<'_>, sources: &[Field<'_>], weights: &[u8], windows: Win
         let shape = field.features.domain().shape;
         if let Some(mask) = field.valid.filter(|m| m.domain().shape != shape) {
             let found = mask.domain().shape.to_vec();
-            return Err(Error::GuideShape { source_index, expected: shape.to_vec(), found });
+            return Err(Error::MaskShape { expected: shape.to_vec(), found });
         }
     }
     Ok(windows.over(picture.features.domain()))
