@@ -40,7 +40,7 @@ impl Inspect {
         report.stage("read");
         let source = &exemplars.sources()[0];
         let texture = Texture::of(&source.features, source.valid.as_ref(), exemplars.weights());
-        let texture = texture.map_err(|e| about(Failure::of(e.kind(), e.to_string())))?;
+        let texture = texture.map_err(|e| about(Failure::of(e.kind(), &e, e.remedy())))?;
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());
