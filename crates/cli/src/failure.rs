@@ -132,6 +132,7 @@ from_errors!(
     selvedge_core::Error,
     selvedge_fft_ssd::Error,
     selvedge_guides::Error,
+    selvedge_metrics::Error,
     selvedge_quilting::Error,
     selvedge_graphcut_textures::Error
 );

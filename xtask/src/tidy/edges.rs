@@ -15,7 +15,7 @@ const EDGES: [(&str, &[&str]); 13] = [
     ("graphcut-textures", &["core", "fft-ssd", "maxflow"]),
     ("cms-analogies", &["core", "fft-ssd", "maxflow"]),
     ("texture-optimization", &["core", "fft-ssd"]),
-    ("metrics", &["core", "fft-ssd"]),
+    ("metrics", &["core", "fft-ssd", "analysis"]),
     ("testkit", &["core"]),
     ("cli", &["*"]),
 ];

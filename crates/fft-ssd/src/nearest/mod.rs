@@ -88,8 +88,8 @@ pub struct Neighbor {
 /// each sample.
 ///
 /// # Errors
-/// [`Error::Count`] if weights and channels differ, [`Error::EmptyTemplate`] for a side or step of 0, [`Error::GuideShape`]
-/// for a mask of another shape than its picture, [`Error::Core`] if memory is short.
+/// [`Error::EmptyTemplate`] for a side or step of 0, [`Error::MaskLength`] for a mask of another shape than its picture,
+/// [`Error::Core`] if weights and channels differ or memory is short.
 pub fn nearest(
     picture: Field<'_>,
     sources: &[Field<'_>],
@@ -146,15 +146,14 @@ fn check(picture: Field<'_>, sources: &[Field<'_>], weights: &[u8], windows: Win
     if windows.side == 0 || windows.step == 0 {
         return Err(Error::EmptyTemplate { shape: vec![windows.side, windows.step] });
     }
-    for (source_index, field) in std::iter::once(&picture).chain(sources).enumerate() {
-        let (expected, found) = (weights.len(), field.features.channels());
+    for field in std::iter::once(&picture).chain(sources) {
+        let (expected, found) = (field.features.channels(), weights.len());
         if expected != found {
-            return Err(Error::Count { what: "channels", expected, found });
+            return Err(selvedge_core::Error::Weights { expected, found }.into());
         }
-        let shape = field.features.domain().shape;
-        if let Some(mask) = field.valid.filter(|m| m.domain().shape != shape) {
-            let found = mask.domain().shape.to_vec();
-            return Err(Error::GuideShape { source_index, expected: shape.to_vec(), found });
+        let domain = field.features.domain();
+        if let Some(mask) = field.valid.filter(|m| m.domain().shape != domain.shape) {
+            return Err(Error::MaskLength { expected: domain.len() as u64, found: mask.domain().len() as u64 });
         }
     }
     Ok(windows.over(picture.features.domain()))
