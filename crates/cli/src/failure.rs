@@ -130,7 +130,7 @@ macro_rules! from_errors {
 }
 from_errors!(
     selvedge_core::Error,
-    selvedge_fft_ssd::Error,
+    selvedge_analysis::Error,
     selvedge_guides::Error,
     selvedge_metrics::Error,
     selvedge_quilting::Error,

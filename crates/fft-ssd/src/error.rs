@@ -42,6 +42,24 @@ pub enum Error {
         /// The template's shape.
         shape: Vec<u32>,
     },
+    /// Weights and channels, or the channels of what is compared, differ in number.
+    #[error("{found} {what} for {expected}")]
+    Count {
+        /// What was counted, such as `weights`.
+        what: &'static str,
+        /// How many are needed.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// A mask does not match the picture that it lies over.
+    #[error("a picture of {expected:?} samples was given a mask of {found:?}")]
+    MaskShape {
+        /// The picture's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The mask's shape.
+        found: Vec<u32>,
+    },
     /// Costs can only be summed over the same positions and, in partial cover, the same samples.
     #[error("costs of different positions cannot be summed")]
     Mismatch,
@@ -78,7 +96,8 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::TemplateLength { .. } => "give every channel of every sample",
-            Self::MaskLength { .. } => "give one mark for each sample",
+            Self::MaskLength { .. } | Self::MaskShape { .. } => "give one mark for each sample",
+            Self::Count { .. } => "give one weight a channel, of which all have as many",
             Self::EmptyTemplate { .. } => "give every side at least 1",
             Self::Part { .. } => "keep parts inside of the template",
             Self::Mismatch => "search both with templates of one shape and one placement",

@@ -81,14 +81,12 @@ mod graphcut;
 mod history;
 mod matching;
 mod options;
-mod patch;
 mod refine;
-mod region;
+mod reflection;
 mod sizes;
 mod start;
 mod usable;
 mod weaver;
-mod window;
 
 pub use blend::{Feathered, Splined};
 pub use error::Error;

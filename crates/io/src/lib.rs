@@ -22,7 +22,7 @@
 //! | | reads | writes | carries |
 //! |---|---|---|---|
 //! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, sRGB, gamma, chromaticities, density, provenance |
-//! | JPEG | 8 bits; CMYK turned into RGB | u8 | profile, density, provenance |
+//! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density, provenance |
 //! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density, provenance |
 //! | EXR | half, float; any layer or channels | half, float | chromaticities, density, provenance |
 //! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | provenance |
@@ -49,6 +49,7 @@ mod format;
 mod header;
 mod held;
 mod image;
+mod jpeg;
 mod map;
 mod mask;
 mod metadata;

@@ -20,6 +20,9 @@ pub enum Warning {
     /// A file with several pages, of which one was read.
     #[error("only the first page is used")]
     FirstPageOnly,
+    /// A JPEG that ends after its last sample, without saying so.
+    #[error("its end marker is missing; nothing else is")]
+    EndMarkerMissing,
     /// Samples that were infinite or no numbers.
     #[error("{count} value(s) that are not finite were replaced")]
     NotFinite {

@@ -78,6 +78,8 @@ fn whole_files_load_prefixes_do_not() {
             let spare = match format {
                 Format::Gif => 1,
                 Format::Bmp => 1,
+                // The end marker.
+                Format::Jpeg => 2,
                 Format::Webp => 1,
                 _ => 0,
             };

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use selvedge_analysis::{Period, periods};
 use selvedge_core::{Exemplars, Role};
-use selvedge_fft_ssd::{Period, periods};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 

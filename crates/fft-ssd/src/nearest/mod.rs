@@ -88,8 +88,8 @@ pub struct Neighbor {
 /// each sample.
 ///
 /// # Errors
-/// [`Error::EmptyTemplate`] for a side or step of 0, [`Error::MaskLength`] for a mask of another shape than its picture,
-/// [`Error::Core`] if weights and channels differ or memory is short.
+/// [`Error::Count`] if weights and channels differ, [`Error::EmptyTemplate`] for a side or step of 0, [`Error::MaskShape`]
+/// for a mask of another shape than its picture, [`Error::Core`] if memory is short.
 pub fn nearest(
     picture: Field<'_>,
     sources: &[Field<'_>],
@@ -147,13 +147,14 @@ fn check(picture: Field<'_>, sources: &[Field<'_>], weights: &[u8], windows: Win
         return Err(Error::EmptyTemplate { shape: vec![windows.side, windows.step] });
     }
     for field in std::iter::once(&picture).chain(sources) {
-        let (expected, found) = (field.features.channels(), weights.len());
+        let (expected, found) = (weights.len(), field.features.channels());
         if expected != found {
-            return Err(selvedge_core::Error::Weights { expected, found }.into());
+            return Err(Error::Count { what: "channels", expected, found });
         }
-        let domain = field.features.domain();
-        if let Some(mask) = field.valid.filter(|m| m.domain().shape != domain.shape) {
-            return Err(Error::MaskLength { expected: domain.len() as u64, found: mask.domain().len() as u64 });
+        let shape = field.features.domain().shape;
+        if let Some(mask) = field.valid.filter(|m| m.domain().shape != shape) {
+            let found = mask.domain().shape.to_vec();
+            return Err(Error::MaskShape { expected: shape.to_vec(), found });
         }
     }
     Ok(windows.over(picture.features.domain()))

@@ -107,12 +107,12 @@ impl<'a, const D: usize> Near<'a, D> {
     fn new(laid: &'a Laid<'a, D>, part: &Part<D>, reach: u32) -> Self {
         let outer = laid.around(&part.window, reach);
         let ids = laid.map.ids.plane(0);
-        let places = outer.indices(laid.map.domain()).into_iter();
+        let places = outer.places(laid.map.domain()).flatten();
         Self {
             laid,
             domain: Domain::open(outer.shape),
             corner: std::array::from_fn(|a| part.window.start[a] - outer.start[a]),
-            located: places.map(|i| laid.map.table.locate(ids[i as usize])).collect(),
+            located: places.map(|i| laid.map.table.locate(ids[i])).collect(),
         }
     }
 

@@ -10,11 +10,10 @@ mod spline;
 pub use feather::Feathered;
 pub use spline::Splined;
 
-use selvedge_core::{Domain, Error, Grid, Payload, Plane, SampleId, SourceMap, par};
+use selvedge_core::{Domain, Error, Grid, Payload, Plane, SampleId, SourceMap, Window, par};
 
 use self::mixing::Mixing;
 use self::near::near_seams;
-use crate::window::Window;
 
 /// Side of the boxes that are blended one by one.
 const BOX: u32 = 64;
@@ -130,7 +129,7 @@ fn boxes<const D: usize>(output: Domain<D>) -> Vec<Window<D>> {
 }
 
 fn part<const D: usize>(window: &Window<D>, output: Domain<D>, near: &[bool]) -> Part<D> {
-    let positions = Domain::open(window.shape).positions().zip(window.indices(output));
+    let positions = Domain::open(window.shape).positions().zip(window.places(output).flatten().map(|p| p as u32));
     Part { window: *window, wanted: positions.filter(|&(_, place)| near[place as usize]).collect() }
 }
 

@@ -3,13 +3,10 @@
 //! Burt and Adelson's scheme (1983) with their kernel, but without dropping samples between levels: so it works on any
 //! size, wraps where the output does, and needs only the neighbourhood of a position.
 
-use selvedge_core::{Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap};
+use selvedge_core::{Domain, Error, Grid, Patch, Payload, Plane, Render, SampleId, SourceMap, Window};
 
 use super::mixing::Mixing;
 use super::{Laid, Mixed, Part, gathered, render};
-use crate::patch::Patch;
-use crate::region::patches;
-use crate::window::{Window, over_axes};
 
 /// A source map whose seams are splined: each band of detail is blended over a width of its own.
 ///
@@ -66,8 +63,8 @@ impl<'m, const D: usize> Splined<'m, D> {
     fn blend(&self, payload: &Payload<'_, D>, mixing: &Mixing, part: &Part<D>) -> Result<Mixed, Error> {
         let map = self.laid.map;
         let window = self.laid.around(&part.window, self.margin());
-        let places = window.indices(map.domain()).into_iter();
-        let shown: Vec<SampleId> = places.map(|i| map.ids.plane(0)[i as usize]).collect();
+        let places = window.places(map.domain()).flatten();
+        let shown: Vec<SampleId> = places.map(|i| map.ids.plane(0)[i]).collect();
         let mut sums: Vec<Vec<f64>> = Vec::new();
         for patch in self.meeting(&window) {
             let (ids, mask) = self.of_patch(&patch, &window, &shown);
@@ -88,7 +85,7 @@ impl<'m, const D: usize> Splined<'m, D> {
 
     /// The patches in a window, each once.
     fn meeting(&self, window: &Window<D>) -> Vec<Patch<D>> {
-        let mut found = patches(self.laid.map, window);
+        let mut found = self.laid.map.patches(window);
         for patch in &mut found {
             // Offsets that a source's period parts show the same samples.
             let domain = self.laid.map.table.sources()[patch.source].1;
@@ -105,10 +102,9 @@ impl<'m, const D: usize> Splined<'m, D> {
     fn of_patch(&self, patch: &Patch<D>, window: &Window<D>, shown: &[SampleId]) -> (Vec<SampleId>, Vec<f64>) {
         let table = &self.laid.map.table;
         let domain = table.sources()[patch.source].1;
-        let places = over_axes::<D>(|axis| patch.places(domain, window, axis).collect());
-        let valid = |&p: &u32| self.laid.is_valid(patch.source, domain.position(p as usize));
-        let id = |p: Option<u32>| p.filter(valid).map(|p| SampleId::new(table.first(patch.source) + p));
-        let own: Vec<Option<SampleId>> = places.into_iter().map(id).collect();
+        let valid = |&p: &usize| self.laid.is_valid(patch.source, domain.position(p));
+        let id = |p: Option<usize>| p.filter(valid).map(|p| SampleId::new(table.first(patch.source) + p as u32));
+        let own: Vec<Option<SampleId>> = patch.places(domain, window).map(id).collect();
         let mask = own.iter().zip(shown).map(|(own, shown)| f64::from(u8::from(*own == Some(*shown)))).collect();
         (own.iter().zip(shown).map(|(own, &shown)| own.unwrap_or(shown)).collect(), mask)
     }

@@ -1,8 +1,9 @@
 //! How large the structures of exemplars are.
 
-use crate::Error;
-use crate::periods::Strengths;
 use selvedge_core::{Exemplars, Grid, Source};
+use selvedge_fft_ssd::Error;
+
+use crate::periods::Strengths;
 
 /// A period counts from this strength on (of 1000): weaker ones are chance resemblances of a few large features.
 const STRONG: u32 = 300;

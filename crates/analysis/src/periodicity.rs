@@ -1,10 +1,11 @@
 //! How regularly exemplars repeat themselves.
 
+use selvedge_core::{Domain, Exemplars, Grid, try_vec};
+use selvedge_fft_ssd::{Costs, Error};
+
+use crate::feature_size::firsts;
 use crate::memory::collected;
 use crate::periods::differences;
-use crate::structure::firsts;
-use crate::{Costs, Error};
-use selvedge_core::{Domain, Exemplars, Grid, try_vec};
 
 /// Samples of the copy at most that is looked at: what is fine need not come again to the sample.
 const COARSE: usize = 3000;

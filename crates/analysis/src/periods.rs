@@ -1,10 +1,9 @@
 //! Translations under which an exemplar resembles itself: its periods.
 
-use crate::axes::lift;
-use crate::memory::{collected, push};
-use crate::placement::Range;
-use crate::{Costs, Cover, Error, Options, Scratch, SsdSearcher, Template};
 use selvedge_core::{Domain, Grid, try_vec};
+use selvedge_fft_ssd::{Costs, Error, Options, Scratch, SsdSearcher, Template};
+
+use crate::memory::collected;
 
 /// At most so many samples around the centre are looked at.
 const SAMPLES: usize = 1 << 20;
@@ -49,18 +48,15 @@ pub(crate) fn differences<const D: usize>(
 ) -> Result<Costs<D>, Error> {
     let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default())?;
     let template = valid.map_or(Template::of(template), |v| Template::of(template).masked(v.samples()));
-    let template = template.check(weights.len())?;
-    let shape: [usize; 3] = lift(features.domain().shape.map(|n| n as usize), 1);
-    let reach = shape.map(|n| n / 2);
-    let mut range = Range { first: reach.map(|r| -(r as isize)), count: reach.map(|r| 2 * r + 1), wraps: [false; 3] };
+    let least = valid.map_or(features.domain().len(), |v| v.samples().iter().filter(|&&v| v).count()) / 8;
+    let reach = features.domain().shape.map(|n| n / 2);
+    let (mut first, mut count) = (reach.map(|r| -(r as i32)), reach.map(|r| 2 * r + 1));
     if half {
-        (range.first[3 - D], range.count[3 - D]) = (0, reach[3 - D] + 1);
+        (first[0], count[0]) = (0, reach[0] + 1);
     }
-    // Few samples resemble each other by chance.
-    let least = Cover::AtLeast(template.samples / 8);
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
-    push(&mut scratch.ranges, range)?;
-    searcher.search_ranges(&template, least, &mut scratch, &mut costs)?;
+    // Few samples resemble each other by chance.
+    searcher.search_box(&template, first, count, least as u64, &mut scratch, &mut costs)?;
     Ok(costs)
 }
 
