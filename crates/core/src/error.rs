@@ -161,6 +161,12 @@ pub enum Error {
         /// Samples in all sources.
         samples: u64,
     },
+    /// A map shows a source that is not among those it is to show.
+    #[error("the map shows its source {number}, and nothing here is the same; give what it was made from")]
+    MissingSource {
+        /// The map's source, from 0.
+        number: usize,
+    },
     /// Rendering needs a plane for each exemplar.
     #[error("the map was made from {expected} exemplars, but {found} planes were given")]
     PlaneCount {

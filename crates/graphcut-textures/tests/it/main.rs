@@ -1,0 +1,8 @@
+//! Graphcut textures from outside: what a run promises, and what it holds. One binary: each is a link.
+#![forbid(unsafe_code)]
+
+mod blending;
+mod common;
+mod constraints;
+mod memory;
+mod synthesis;
