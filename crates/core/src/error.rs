@@ -210,6 +210,7 @@ impl Error {
             Self::GuideWeight { .. } => "use numbers from 0 up, not all of them 0",
             Self::GuideProportion { .. } => "use weights that are closer, or 0",
             Self::UnknownSample { .. } => "give a map that is whole",
+            Self::MissingSource { .. } => "give what it was made from",
             Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
         }
         .to_owned()
