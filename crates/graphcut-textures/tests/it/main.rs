@@ -1,7 +1,6 @@
 //! Graphcut textures from outside: what a run promises, and what it holds. One binary: each is a link.
 #![forbid(unsafe_code)]
 
-mod blending;
 mod common;
 mod constraints;
 mod memory;

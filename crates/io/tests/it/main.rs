@@ -4,6 +4,7 @@
 mod bad_files;
 mod bombs;
 mod common;
+mod conversions;
 mod damage;
 mod foreign;
 mod jpeg;

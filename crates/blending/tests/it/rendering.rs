@@ -1,9 +1,9 @@
 //! Feathered and splined maps: against their definitions, and what they promise for every kind of samples.
 
+use selvedge_blending::{Error, Feathered, Splined};
 use selvedge_core::{
     Domain, Encoder, Exemplars, Grid, Plane, Render, Role, SampleId, Samples, Seed, SourceMap, Transform,
 };
-use selvedge_graphcut_textures::{Error, Feathered, Splined};
 
 fn of(planes: &[&Plane<2>]) -> Exemplars<2> {
     let planes: Vec<&[Plane<2>]> = planes.iter().map(|p| std::slice::from_ref(*p)).collect();
@@ -195,7 +195,10 @@ fn what_no_seam_is_near_and_what_is_kept_is_copied_bit_for_bit() {
     assert!(matches!(Feathered::new(&map, e.validity(), 1.0).unwrap().keeping(&other), Err(Error::Shape { .. })));
     assert!(matches!(Splined::new(&map, vec![Some(&other)], 1), Err(Error::Shape { .. })));
     map.ids.set(0, [0, 0], SampleId::new(1 << 30));
-    assert!(matches!(Feathered::new(&map, e.validity(), 1.0), Err(Error::ForeignMap { .. })));
+    assert!(matches!(
+        Feathered::new(&map, e.validity(), 1.0),
+        Err(Error::Core(selvedge_core::Error::UnknownSample { .. }))
+    ));
 }
 
 #[test]

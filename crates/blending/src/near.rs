@@ -1,20 +1,31 @@
 //! Where a seam is in reach.
 
-use selvedge_core::{Domain, Error, SourceMap, try_vec};
+use selvedge_core::{Domain, Error, SourceMap, par, try_vec};
+
+/// Positions that one task looks at: enough that starting it costs nothing beside them.
+const TOGETHER: usize = 1 << 14;
 
 /// Positions from which a seam is within reach along every axis; none for a reach of 0.
 ///
 /// Time `O(positions)`, whatever the reach.
-pub(super) fn near_seams<const D: usize>(map: &SourceMap<D>, reach: u32) -> Result<Vec<bool>, Error> {
+pub(crate) fn near_seams<const D: usize>(map: &SourceMap<D>, reach: u32) -> Result<Vec<bool>, Error> {
     let domain = map.domain();
     let mut near = try_vec(domain.len(), false)?;
     if reach == 0 {
         return Ok(near);
     }
-    for at in domain.positions() {
-        for axis in (0..D).filter(|&axis| map.is_seam(at, axis)) {
-            near[domain.index(at)] = true;
-            if let Some(next) = domain.next(at, axis) {
+    // By position a bit for each axis along which a seam parts it from the next one.
+    let mut seams = try_vec(domain.len(), 0_u8)?;
+    par::for_rows(&mut seams, TOGETHER, |part, seams| {
+        for (i, seams) in (part * TOGETHER..).zip(seams) {
+            let at = domain.position(i);
+            *seams = (0..D).filter(|&axis| map.is_seam(at, axis)).fold(0, |bits, axis| bits | 1 << axis);
+        }
+    });
+    for (i, seams) in seams.into_iter().enumerate().filter(|s| s.1 != 0) {
+        near[i] = true;
+        for axis in (0..D).filter(|&axis| seams & 1 << axis != 0) {
+            if let Some(next) = domain.next(domain.position(i), axis) {
                 near[domain.index(next)] = true;
             }
         }
