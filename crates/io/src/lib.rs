@@ -65,7 +65,7 @@ mod tiff;
 mod warning;
 mod write;
 
-pub use atomic::{Staged, remove_parts, write_bytes};
+pub use atomic::{Staged, finish_all, remove_parts, write_bytes};
 pub use convert::{Converted, convert};
 pub use error::{Error, Problem};
 pub use format::Format;
