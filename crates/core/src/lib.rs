@@ -60,7 +60,7 @@ pub use look::Look;
 pub use normals::NormalCoding;
 pub use patch::Patch;
 pub use payload::Payload;
-pub use plane::{Depth, Plane, Role, Samples};
+pub use plane::{Association, Depth, Plane, Role, Samples};
 pub use render::Render;
 pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Woven};
 pub use seam_costs::{SeamCosts, SeamMeasure};

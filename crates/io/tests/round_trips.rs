@@ -64,7 +64,7 @@ fn jpeg_is_near_and_hdr_is_as_near_as_its_mantissas() {
     let back = read(&write(&grey, &Metadata::default(), Format::Jpeg), Format::Jpeg).plane;
     assert!(bits(&grey).iter().zip(bits(&back)).all(|(a, b)| a.abs_diff(b) <= 4));
 
-    let light = selvedge_io::convert(&grey, Depth::F32).unwrap().plane;
+    let light = selvedge_io::convert(&grey, Depth::F32, &Metadata::default()).unwrap().plane;
     let once = read(&write(&light, &Metadata::default(), Format::Hdr), Format::Hdr).plane;
     for i in 0..light.domain().len() {
         let (a, b) = (light.samples.value(0, i), once.samples.value(2, i));

@@ -25,7 +25,7 @@ pub(crate) fn plane(depth: Depth, colors: usize, alpha: bool, shape: [u32; 2]) -
             Samples::F32(Grid::from_vec(domain, channels, finite.collect()).unwrap())
         }
     };
-    Plane { role: Role::Color, samples, alpha }
+    Plane { alpha, ..Plane::new(Role::Color, samples) }
 }
 
 /// The samples' bits: floats that are equal may still differ in them.
