@@ -134,9 +134,11 @@ macro_rules! from_errors {
     };
 }
 from_errors!(
+    selvedge_blending::Error,
     selvedge_core::Error,
     selvedge_analysis::Error,
     selvedge_guides::Error,
+    selvedge_metrics::Error,
     selvedge_quilting::Error,
     selvedge_graphcut_textures::Error
 );

@@ -39,6 +39,7 @@ pub mod par;
 mod patch;
 mod payload;
 mod plane;
+mod rebase;
 mod render;
 mod resample;
 mod run;

@@ -121,7 +121,7 @@ impl Quilt {
         let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
         let outcome = Outcome {
-            map: woven.result,
+            woven: Box::new(woven.result),
             complete: woven.complete,
             blending: Blending::default(),
             kept: None,

@@ -204,7 +204,7 @@ impl Graphcut {
         self.warn_of_small(session, &loom, woven.stats.region);
         let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
         let outcome = Outcome {
-            map: woven.result,
+            woven: Box::new(woven.result),
             complete: woven.complete,
             blending: self.blending,
             kept: fixed,
