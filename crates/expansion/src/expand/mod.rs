@@ -261,4 +261,6 @@ impl<P: Prices<D>, const D: usize> Problem<'_, P, D> {
 }
 
 #[cfg(test)]
+mod own_prices;
+#[cfg(test)]
 mod tests;
