@@ -23,12 +23,21 @@ impl<const D: usize> Source<D> {
 
     fn new(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>, origin: Origin) -> Result<Self, Error> {
         let valid = shown_validity(features.domain(), valid, origin.transform)?;
-        let features = match origin.transform.resampling() {
-            Some(by) => resample::resample(features, by, f64::from, |v| (v + 0.5).clamp(0.0, 255.0) as u8)?,
-            None => oriented(features, origin.transform, 0)?,
-        };
-        Ok(Self { features, valid, origin })
+        Ok(Self { features: shown(features, origin.transform)?, valid, origin })
     }
+}
+
+/// The features of an exemplar, as a transform shows them.
+pub(crate) fn shown<const D: usize>(features: &Grid<u8, D>, transform: Transform) -> Result<Grid<u8, D>, Error> {
+    match transform.resampling() {
+        Some(by) => resample::resample(features, by, f64::from, |v| (v + 0.5).clamp(0.0, 255.0) as u8),
+        None => oriented(features, transform, 0),
+    }
+}
+
+/// A mask like this one.
+pub(crate) fn copied<const D: usize>(mask: Option<&Grid<bool, D>>) -> Result<Option<Grid<bool, D>>, Error> {
+    mask.map(|mask| mask.map(|v| v)).transpose()
 }
 
 /// What of an exemplar is valid, as a transform shows it.
@@ -167,6 +176,38 @@ impl<const D: usize> Exemplars<D> {
         }
         let table = SourceTable::new(sources.iter().map(|s| (s.origin, s.domain())).collect())?;
         Ok(Self { sources, table, weights })
+    }
+
+    /// The same sources in other features, one grid a source and a weight a channel: every sample keeps its number, and
+    /// what is valid stays so.
+    ///
+    /// # Errors
+    /// [`Error::GuideCount`], [`Error::GuideShape`] (a grid and its source differ), [`Error::Weights`],
+    /// [`Error::Allocation`].
+    pub fn with_features(&self, features: Vec<Grid<u8, D>>, weights: Vec<u8>) -> Result<Self, Error> {
+        if features.len() != self.sources.len() {
+            return Err(Error::GuideCount { expected: self.sources.len(), found: features.len() });
+        }
+        let like = |(source, features): (&Source<D>, Grid<u8, D>)| {
+            let (expected, found) = (source.domain().shape.to_vec(), features.domain().shape.to_vec());
+            if expected != found {
+                return Err(Error::GuideShape { exemplar: source.origin.exemplar.into(), expected, found });
+            }
+            let features = features.with_periodic(source.domain().periodic);
+            Ok(Source { features, valid: copied(source.valid.as_ref())?, origin: source.origin })
+        };
+        Self::from_sources(self.sources.iter().zip(features).map(like).collect::<Result<_, _>>()?, weights)
+    }
+
+    /// The same sources with other weights of their channels.
+    ///
+    /// # Errors
+    /// [`Error::Weights`] if there are more or fewer than channels.
+    pub fn weighing(self, weights: Vec<u8>) -> Result<Self, Error> {
+        match (self.channels(), weights.len()) {
+            (expected, found) if expected != found => Err(Error::Weights { expected, found }),
+            _ => Ok(Self { weights, ..self }),
+        }
     }
 
     /// The sources, in the order of their numbering.

@@ -22,6 +22,15 @@ pub fn try_vec<T: Clone>(len: usize, value: T) -> Result<Vec<T>, Error> {
     Ok(samples)
 }
 
+/// Makes room for that many items more; a refusal of the system is an error, not an abort.
+///
+/// # Errors
+/// [`Error::Allocation`].
+pub fn reserve<T>(items: &mut Vec<T>, more: usize) -> Result<(), Error> {
+    let bytes = (items.len() as u64).saturating_add(more as u64).saturating_mul(size_of::<T>() as u64);
+    items.try_reserve(more).map_err(|_| Error::Allocation { bytes })
+}
+
 impl<T, const D: usize> Grid<T, D> {
     /// Takes `channels * domain.len()` samples, planar.
     ///

@@ -1,95 +1,112 @@
 //! Features that steer: further channels under the exemplars and under the output.
 
-use crate::exemplars::oriented;
-use crate::{Domain, Error, Exemplars, Grid};
+use crate::exemplars::{copied, shown};
+use crate::{Domain, Error, Exemplars, Grid, Source};
 
 /// What an output has to follow besides the look of its exemplars: the same features under every source and under the
 /// output. `[Efros01 3]`
 ///
 /// The error of a source sample at an output position is the sum over the channels of
-/// `weight * (source - target)^2`, in squared 8-bit steps.
+/// `weight * (source - target)^2`, in squared 8-bit steps; 0 where nothing is [`asked`](Self::asked).
+///
+/// What lies under the sources is [`Exemplars`] again, of the same sources and samples in features of the guide's own:
+/// whatever takes exemplars (a searcher, a pyramid) takes those.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guide<const D: usize> {
-    source: Vec<Grid<u8, D>>,
+    exemplars: Exemplars<D>,
     target: Grid<u8, D>,
-    weights: Vec<u8>,
+    asked: Option<Grid<bool, D>>,
 }
 
 impl<const D: usize> Guide<D> {
-    /// A guide from one map an exemplar and one for the output; every channel weighs 1.
+    /// A guide from one map an exemplar and one for the output; every channel weighs 1, and all of the target is asked for.
     ///
-    /// The maps are turned like the sources. `target` also says where the output is periodic.
+    /// The maps are turned, mirrored and resampled like the sources, and valid where those are. `target` also says where
+    /// the output is periodic.
     ///
     /// # Errors
     /// [`Error::GuideCount`] (a map is missing), [`Error::GuideShape`] (a map and its exemplar differ),
     /// [`Error::Weights`] (channels differ), [`Error::Allocation`].
     pub fn new(exemplars: &Exemplars<D>, maps: &[Grid<u8, D>], target: Grid<u8, D>) -> Result<Self, Error> {
-        let origins = || exemplars.sources().iter().map(|s| s.origin);
-        let expected = origins().map(|o| usize::from(o.exemplar) + 1).max().unwrap_or(0);
+        let expected = exemplars.sources().iter().map(|s| usize::from(s.origin.exemplar) + 1).max().unwrap_or(0);
         if expected != maps.len() {
             return Err(Error::GuideCount { expected, found: maps.len() });
         }
-        let turned = |o: crate::Origin| oriented(&maps[usize::from(o.exemplar)], o.transform, 0);
-        let source = origins().map(turned).collect::<Result<Vec<_>, _>>()?;
         let weights = vec![1; target.channels()];
-        let guide = Self { source, target, weights };
-        guide.check(exemplars)?;
-        Ok(guide)
+        let shown = |s: &Source<D>| shown(&maps[usize::from(s.origin.exemplar)], s.origin.transform);
+        let maps = exemplars.sources().iter().map(shown).collect::<Result<_, _>>()?;
+        Ok(Self { exemplars: exemplars.with_features(maps, weights)?, target, asked: None })
     }
 
-    /// One grid a source, of the source's shape, with a weight a channel: a guide fits the exemplars it was made for.
+    /// A guide fits the exemplars it was made for: it has a map of each source's shape.
     ///
     /// # Errors
-    /// [`Error::GuideCount`], [`Error::GuideShape`], [`Error::Weights`].
+    /// [`Error::GuideCount`], [`Error::GuideShape`].
     pub fn check(&self, exemplars: &Exemplars<D>) -> Result<(), Error> {
-        if self.source.len() != exemplars.sources().len() {
-            return Err(Error::GuideCount { expected: exemplars.sources().len(), found: self.source.len() });
+        let (own, sources) = (self.exemplars.sources(), exemplars.sources());
+        if own.len() != sources.len() {
+            return Err(Error::GuideCount { expected: sources.len(), found: own.len() });
         }
-        for (map, source) in self.source.iter().zip(exemplars.sources()) {
+        for (map, source) in own.iter().zip(sources) {
             let (expected, found) = (source.domain().shape.to_vec(), map.domain().shape.to_vec());
             if expected != found {
                 return Err(Error::GuideShape { exemplar: source.origin.exemplar.into(), expected, found });
-            }
-            if map.channels() != self.weights.len() {
-                return Err(Error::Weights { expected: map.channels(), found: self.weights.len() });
             }
         }
         Ok(())
     }
 
-    /// Another guide from the same places: `f` is applied to the map under each source and to the target. What it
-    /// makes of one channel is compared by the weight of 1.
+    /// Another guide from the same places: `f` is applied to the map under each source, as the source shows it, and to the
+    /// target. What it makes of one channel is compared by the weight of 1.
     ///
     /// # Errors
     /// Those of `f`, and [`Error::Weights`] if it makes different numbers of channels.
     pub fn derive<E: From<Error>>(&self, f: impl Fn(&Grid<u8, D>) -> Result<Grid<u8, D>, E>) -> Result<Self, E> {
-        let source = self.source.iter().map(&f).collect::<Result<Vec<_>, E>>()?;
+        let maps = self.exemplars.sources().iter().map(|s| f(&s.features)).collect::<Result<Vec<_>, E>>()?;
         let target = f(&self.target)?;
         let weights = vec![1; target.channels()];
-        match source.iter().map(Grid::channels).find(|&found| found != weights.len()) {
-            Some(found) => Err(Error::Weights { expected: weights.len(), found }.into()),
-            None => Ok(Self { source, target, weights }),
-        }
+        let exemplars = self.exemplars.with_features(maps, weights)?;
+        Ok(Self { exemplars, target, asked: copied(self.asked.as_ref())? })
     }
 
-    /// The same guide with another target.
+    /// The same guide with another target, all of which is asked for.
     ///
     /// # Errors
     /// [`Error::Weights`] if it has another number of channels.
     pub fn with_target(self, target: Grid<u8, D>) -> Result<Self, Error> {
-        match target.channels() {
-            found if found != self.weights.len() => Err(Error::Weights { expected: self.weights.len(), found }),
-            _ => Ok(Self { target, ..self }),
+        match (target.channels(), self.weights().len()) {
+            (found, expected) if found != expected => Err(Error::Weights { expected, found }),
+            _ => Ok(Self { target, asked: None, ..self }),
         }
+    }
+
+    /// The same guide, of which only what stands where `asked` is true is followed.
+    ///
+    /// # Errors
+    /// [`Error::GuideTarget`] if the mask is not of the target's shape.
+    pub fn asking(self, asked: Grid<bool, D>) -> Result<Self, Error> {
+        let (expected, found) = (self.target.domain().shape.to_vec(), asked.domain().shape.to_vec());
+        if expected != found {
+            return Err(Error::GuideTarget { expected, found });
+        }
+        Ok(Self { asked: Some(asked), ..self })
+    }
+
+    /// The same guide with a weight a channel.
+    ///
+    /// # Errors
+    /// [`Error::Weights`] if there are more or fewer than channels.
+    pub fn weighing(self, weights: Vec<u8>) -> Result<Self, Error> {
+        Ok(Self { exemplars: self.exemplars.weighing(weights)?, ..self })
     }
 
     /// Several guides as one. A guide's weight is shared out over its channels, so that three channels count no more
     /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none. What is not 0
-    /// counts at least 1.
+    /// counts at least 1. What is asked for is what all of them ask for.
     ///
     /// # Errors
-    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideProportion`], [`Error::GuideCount`] (no guide, or different sources),
-    /// [`Error::GuideShape`] (targets differ), [`Error::Allocation`].
+    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideProportion`], [`Error::GuideCount`] (no guide),
+    /// [`Error::GuideTarget`] (targets differ), those of [`check`](Self::check) (sources differ), [`Error::Allocation`].
     pub fn join(guides: &[(Self, f64)]) -> Result<Self, Error> {
         let Some((first, _)) = guides.first() else { return Err(Error::GuideCount { expected: 1, found: 0 }) };
         for (guide, _) in guides {
@@ -97,19 +114,29 @@ impl<const D: usize> Guide<D> {
             if expected != found {
                 return Err(Error::GuideTarget { expected, found });
             }
-            if guide.source.len() != first.source.len() {
-                return Err(Error::GuideCount { expected: first.source.len(), found: guide.source.len() });
-            }
+            guide.check(&first.exemplars)?;
         }
         let weights = whole(&shares(guides)?);
-        let all = |of: &dyn Fn(&Self) -> &Grid<u8, D>| stack(of(first).domain(), guides.iter().map(|(g, _)| of(g)));
-        let source = (0..first.source.len()).map(|s| all(&|g| &g.source[s])).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { source, target: all(&|g| &g.target)?, weights })
+        let stacked =
+            |of: &dyn Fn(&Self) -> &Grid<u8, D>| stack(of(first).domain(), guides.iter().map(|(guide, _)| of(guide)));
+        let maps = (0..first.exemplars.sources().len())
+            .map(|s| stacked(&|guide: &Self| &guide.exemplars.sources()[s].features))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut asked: Option<Grid<bool, D>> = None;
+        for one in guides.iter().filter_map(|(guide, _)| guide.asked.as_ref()) {
+            match &mut asked {
+                None => asked = Some(one.map(|v| v)?),
+                Some(all) => all.samples_mut().iter_mut().zip(one.samples()).for_each(|(all, &one)| *all &= one),
+            }
+        }
+        let exemplars = first.exemplars.with_features(maps, weights)?;
+        Ok(Self { exemplars, target: stacked(&|guide| &guide.target)?, asked })
     }
 
-    /// The map under each source, in the order of the exemplars' sources.
-    pub fn source(&self) -> &[Grid<u8, D>] {
-        &self.source
+    /// The maps under the sources, in the guide's own features and weights: a sample has the number that it has in the
+    /// exemplars that the guide was made for.
+    pub fn exemplars(&self) -> &Exemplars<D> {
+        &self.exemplars
     }
 
     /// The map under the output.
@@ -117,9 +144,14 @@ impl<const D: usize> Guide<D> {
         &self.target
     }
 
+    /// Where the target is followed; `None` for everywhere.
+    pub fn asked(&self) -> Option<&Grid<bool, D>> {
+        self.asked.as_ref()
+    }
+
     /// Weight of each channel.
     pub fn weights(&self) -> &[u8] {
-        &self.weights
+        self.exemplars.weights()
     }
 }
 
@@ -149,13 +181,13 @@ fn shares<const D: usize>(guides: &[(Guide<D>, f64)]) -> Result<Vec<f64>, Error>
     }
     let mut shares = Vec::new();
     for (guide, weight) in guides {
-        let own: f64 = guide.weights.iter().map(|&w| f64::from(w)).sum();
+        let own: f64 = guide.weights().iter().map(|&w| f64::from(w)).sum();
         let share = |&w: &u8| weight / most * (f64::from(w) / own);
         // Numbers have no room for it.
-        if *weight != 0.0 && guide.weights.iter().any(|w| *w != 0 && share(w) < f64::MIN_POSITIVE) {
+        if *weight != 0.0 && guide.weights().iter().any(|w| *w != 0 && share(w) < f64::MIN_POSITIVE) {
             return Err(Error::GuideProportion { weight: *weight, most });
         }
-        shares.extend(guide.weights.iter().map(share));
+        shares.extend(guide.weights().iter().map(share));
     }
     Ok(shares)
 }
@@ -192,9 +224,41 @@ mod tests {
         let turn = Transform::Exact { quarter_turns: 1, mirror: false };
         let exemplars = exemplars(&[Transform::IDENTITY, turn]);
         let guide = Guide::new(&exemplars, &[grid([2, 3], 1)], grid([5, 4], 1)).unwrap();
-        for (map, source) in guide.source().iter().zip(exemplars.sources()) {
-            assert_eq!(map, &source.features);
-        }
+        assert_eq!(guide.exemplars(), &exemplars);
+    }
+
+    #[test]
+    fn maps_are_resampled_and_masked_like_the_sources() {
+        let diagonal = Transform::new(45.0, 1.5, true);
+        let exemplars = exemplars(&[Transform::IDENTITY, diagonal]);
+        let guide = Guide::new(&exemplars, &[grid([2, 3], 1)], grid([5, 4], 1)).unwrap();
+        // The map holds what the exemplar holds.
+        assert_eq!(guide.exemplars(), &exemplars);
+        assert!(guide.exemplars().sources()[1].valid.as_ref().is_some_and(|v| v.samples().contains(&false)));
+    }
+
+    #[test]
+    fn what_is_asked_for_stays_so_in_guides_made_of_others() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let asked = |bits: [bool; 4]| Grid::from_vec(Domain::open([2, 2]), 1, bits.to_vec()).unwrap();
+        let guide = || Guide::new(&e, &[grid([2, 3], 1)], grid([2, 2], 1)).unwrap();
+        let one = guide().asking(asked([true, true, false, false])).unwrap();
+        let other = guide().asking(asked([true, false, true, false])).unwrap();
+        assert_eq!(one.derive::<Error>(|g| g.map(|v| v)).unwrap(), one);
+        let joined = Guide::join(&[(guide(), 1.0), (one, 1.0), (other, 1.0)]).unwrap();
+        assert_eq!(joined.asked().unwrap().samples(), [true, false, false, false]);
+        assert_eq!(joined.with_target(grid([1, 1], 3)).unwrap().asked(), None);
+        let wrong = guide().asking(Grid::try_filled(Domain::open([2, 3]), 1, true).unwrap());
+        assert_eq!(wrong, Err(Error::GuideTarget { expected: vec![2, 2], found: vec![2, 3] }));
+    }
+
+    #[test]
+    fn weights_are_one_a_channel() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let guide = || Guide::new(&e, &[grid([2, 3], 3)], grid([1, 1], 3)).unwrap();
+        assert_eq!(guide().weights(), [1, 1, 1]);
+        assert_eq!(guide().weighing(vec![77, 150, 29]).unwrap().weights(), [77, 150, 29]);
+        assert_eq!(guide().weighing(vec![1]), Err(Error::Weights { expected: 3, found: 1 }));
     }
 
     #[test]
@@ -239,7 +303,7 @@ mod tests {
         let e = exemplars(&[Transform::IDENTITY]);
         let guide = Guide::new(&e, &[grid([2, 3], 1)], grid([1, 2], 1)).unwrap();
         let derived = guide.derive::<Error>(|g| g.map(|v| v * 2)).unwrap();
-        assert_eq!(derived.source()[0].samples(), [0, 2, 4, 6, 8, 10]);
+        assert_eq!(derived.exemplars().sources()[0].features.samples(), [0, 2, 4, 6, 8, 10]);
         assert_eq!(derived.target().samples(), [0, 2]);
     }
 }

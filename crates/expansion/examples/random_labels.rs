@@ -28,7 +28,8 @@ impl<const D: usize> Prices<D> for Guided<'_, D> {
         let Some(source) = self.exemplars.table().source(sample) else { return 0 };
         let index = (sample.get() - self.exemplars.table().first(source)) as usize;
         let squared = |(c, w): (usize, &u8)| {
-            let difference = guide.source()[source].plane(c)[index].abs_diff(guide.target().plane(c)[place]);
+            let difference =
+                guide.exemplars().sources()[source].features.plane(c)[index].abs_diff(guide.target().plane(c)[place]);
             i32::from(*w) * i32::from(difference).pow(2)
         };
         let error: i32 = guide.weights().iter().enumerate().map(squared).sum();

@@ -26,6 +26,15 @@ impl Error {
         }
     }
 
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Core(error) => error.remedy(),
+            Self::Cut(_) if self.kind() == ErrorKind::Memory => "use a smaller region or exemplar".into(),
+            Self::Cut(_) => "please report it".into(),
+        }
+    }
+
     /// True if the caller asked to stop: what stood before the move is whole, and nothing is wrong.
     pub fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cut(error) if error.kind() == selvedge_maxflow::ErrorKind::Cancelled)

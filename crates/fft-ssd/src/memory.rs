@@ -25,8 +25,7 @@ pub(crate) fn filled<T: Clone>(buffer: &mut Vec<T>, len: usize, value: T) -> Res
 
 /// Makes room for that many values more.
 pub(crate) fn reserve<T>(buffer: &mut Vec<T>, more: usize) -> Result<(), Error> {
-    let bytes = (buffer.len() as u64).saturating_add(more as u64).saturating_mul(size_of::<T>() as u64);
-    buffer.try_reserve(more).map_err(|_| selvedge_core::Error::Allocation { bytes }.into())
+    Ok(selvedge_core::reserve(buffer, more)?)
 }
 
 /// Appends a value.

@@ -3,7 +3,7 @@
 use crate::axes::{Shape, lift};
 use crate::job::Job;
 use crate::kernel::Kernel;
-use crate::memory::{collected, push, refill};
+use crate::memory::{collected, refill};
 use crate::placement::{Positions, Range};
 use crate::prepared::{Cache, Prepared, Squares};
 use crate::source::SourceView;
@@ -11,7 +11,7 @@ use crate::template::Checked;
 use crate::word::Word;
 use crate::{Costs, Cover, Error, Placement, Scratch, Template};
 use crate::{cover, direct, fft};
-use selvedge_core::{Exemplars, Grid, SimdLevel};
+use selvedge_core::{Exemplars, Grid, Guide, SimdLevel};
 use std::sync::Arc;
 
 /// How a searcher works. None of it changes a result.
@@ -73,42 +73,29 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         Self::build(collected(sources)?, exemplars.weights(), options)
     }
 
-    /// A searcher over guides: other features of the same sources, with weights of their own. Its costs have the same
-    /// positions as those of a searcher over `exemplars`, so both can be summed by [`Costs::sum_of`].
+    /// A searcher over the maps of a guide, with their weights. Its costs have the same positions as those of a searcher
+    /// over the exemplars that the guide was made for, so both can be summed ([`search_sum`](crate::search_sum),
+    /// [`Costs::sum_of`]).
     ///
     /// # Errors
-    /// [`Error::Count`] and [`Error::GuideShape`] if guides and sources, or weights and channels, differ.
-    pub fn of_guides(
-        exemplars: &'e Exemplars<D>,
-        guides: &'e [Grid<u8, D>],
-        weights: &[u8],
-        options: Options,
-    ) -> Result<Self, Error> {
-        let count = |what, expected, found| {
-            if expected == found { Ok(()) } else { Err(Error::Count { what, expected, found }) }
-        };
-        count("guides", exemplars.sources().len(), guides.len())?;
-        let mut sources = Vec::new();
-        for (source_index, (source, guide)) in exemplars.sources().iter().zip(guides).enumerate() {
-            count("guide weights", guide.channels(), weights.len())?;
-            let (expected, found) = (source.domain().shape.to_vec(), guide.domain().shape.to_vec());
-            if expected != found {
-                return Err(Error::GuideShape { source_index, expected, found });
-            }
-            let mut view = SourceView::new(guide, source.valid.as_ref());
-            view.periodic = crate::axes::lift(source.domain().periodic, false);
-            push(&mut sources, view)?;
-        }
-        Self::build(sources, weights, options)
+    /// [`Error::Core`] if memory is short.
+    pub fn of_guide(guide: &'e Guide<D>, options: Options) -> Result<Self, Error> {
+        Self::with_options(guide.exemplars(), options)
     }
 
-    /// A searcher over one grid.
-    pub(crate) fn of_grid(
+    /// A searcher over one grid, its samples valid where they are said to be.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if weights and channels differ, or memory is short.
+    pub fn of_grid(
         features: &'e Grid<u8, D>,
         valid: Option<&'e Grid<bool, D>>,
         weights: &[u8],
         options: Options,
     ) -> Result<Self, Error> {
+        if weights.len() != features.channels() {
+            return Err(selvedge_core::Error::Weights { expected: features.channels(), found: weights.len() }.into());
+        }
         Self::build(vec![SourceView::new(features, valid)], weights, options)
     }
 
@@ -185,6 +172,30 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
             }
         }
         Ok(())
+    }
+
+    /// The error of the template at the positions of a box, `count` along each axis from `first` on, of every source. What
+    /// sticks out of a source is not compared, also where it is periodic, but at least `least` unmasked samples are
+    /// ([`Cover::AtLeast`]).
+    ///
+    /// Thus a picture is compared with itself under all translations that matter, and no others.
+    ///
+    /// # Errors
+    /// Those of [`search`](Self::search).
+    pub fn search_box(
+        &self,
+        template: &Template<'_, D>,
+        first: [i32; D],
+        count: [u32; D],
+        least: u64,
+        scratch: &mut Scratch,
+        costs: &mut Costs<D>,
+    ) -> Result<(), Error> {
+        let template = template.check(self.channels())?;
+        let (first, count) = (lift(first, 0).map(|n| n as isize), lift(count, 1).map(|n| n as usize));
+        let range = Range { first, count, wraps: [false; 3] };
+        refill(&mut scratch.ranges, self.sources.iter().map(|_| range))?;
+        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)
     }
 
     /// Searches the ranges that lie in `scratch`.
@@ -268,8 +279,8 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
 
     /// True if both look at the same masks.
     pub(crate) fn has_validity_of(&self, other: &Self) -> bool {
-        let masks = |s: &'_ SourceView<'_>| s.valid.map(<[bool]>::as_ptr);
-        self.sources.iter().map(masks).eq(other.sources.iter().map(masks))
+        // Those of a guide are copies; two templates of one searcher are the frequent case.
+        std::ptr::eq(self, other) || self.sources.iter().map(|s| s.valid).eq(other.sources.iter().map(|s| s.valid))
     }
 
     /// Sets of spectra that are kept, and bytes of all that is.

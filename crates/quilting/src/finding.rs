@@ -1,11 +1,11 @@
 //! What fits one block: a draw from all places that do, and the cut against what lies there. `[Efros01 2]`
 
-use selvedge_core::{Domain, Exemplars, SourceMap, try_vec};
+use selvedge_core::{Domain, Exemplars, SourceMap, reserve, try_vec};
 
 use crate::block_grid::Block;
 use crate::boundary_cut::{Cut, Overlaps, boundary_cut};
 use crate::options::{Error, Stage};
-use crate::quilter::{Pass, Quilter, reserve};
+use crate::quilter::{Pass, Quilter};
 use crate::search::{Candidate, Search, Space, Template, Term};
 use crate::transfer::Followed;
 
@@ -155,7 +155,7 @@ impl Template {
         self.mask.clear();
         self.features.clear();
         reserve(&mut self.mask, samples)?;
-        reserve(&mut self.features, samples * channels)
+        Ok(reserve(&mut self.features, samples * channels)?)
     }
 
     /// Compared samples.

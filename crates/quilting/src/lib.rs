@@ -24,8 +24,8 @@
 //! # }
 //! ```
 //!
-//! [`transfer`] draws a target in an exemplar's texture: a [`Guide`](selvedge_core::Guide), made of maps from [`correspondence`],
-//! says what has to lie where.
+//! [`transfer`] draws a target in an exemplar's texture: a [`Guide`](selvedge_core::Guide) says what has to lie
+//! where (`selvedge-guides` makes maps for it).
 //!
 //! # Growth
 //! Processor time of the whole program on one thread of a server with AVX-512 VNNI, in ms (`perf stat -e task-clock` of
@@ -63,7 +63,6 @@
 mod auto_block;
 mod block_grid;
 mod boundary_cut;
-pub mod correspondence;
 mod estimate;
 mod finding;
 mod free;

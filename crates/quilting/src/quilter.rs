@@ -190,11 +190,5 @@ impl<'a, S: Search> Quilter<'a, S> {
     }
 }
 
-/// Makes room for that many items more.
-pub(crate) fn reserve<T>(items: &mut Vec<T>, more: usize) -> Result<(), Error> {
-    let bytes = (more as u64).saturating_mul(size_of::<T>() as u64);
-    items.try_reserve(more).map_err(|_| selvedge_core::Error::Allocation { bytes }.into())
-}
-
 #[cfg(test)]
 mod tests;

@@ -11,6 +11,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
 use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::wrong::Wrong;
 
 /// Options of `quilt`.
 #[derive(Args, Debug)]
@@ -46,10 +47,13 @@ pub(crate) struct Quilt {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Auto(pub(super) Option<u32>);
 
-pub(super) fn auto_or_number(text: &str) -> Result<Auto, String> {
+pub(super) fn auto_or_number(text: &str) -> Result<Auto, Wrong> {
     match text {
         "auto" => Ok(Auto(None)),
-        _ => text.parse().map(|n| Auto(Some(n))).map_err(|_| "write a number of pixels, or auto".into()),
+        _ => text
+            .parse()
+            .map(|n| Auto(Some(n)))
+            .map_err(|_| Wrong::new(format!("'{text}' is no number of pixels"), "write a number of pixels, or auto")),
     }
 }
 
@@ -117,7 +121,7 @@ impl Quilt {
         let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
         let outcome = Outcome {
-            map: woven.result,
+            woven: Box::new(woven.result),
             complete: woven.complete,
             blending: Blending::default(),
             kept: None,

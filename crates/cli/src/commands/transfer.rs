@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
-use selvedge_quilting::correspondence::{blur, encode_together, luminance, match_histogram, orientation};
-use selvedge_quilting::{Error, TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
+use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
+use selvedge_quilting::{TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -17,6 +17,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
 use crate::weaving::{Loom, Outcome, Plan, Weaving};
+use crate::wrong::Wrong;
 
 /// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
 const LEAST_AVERAGE: f64 = 2.0;
@@ -80,10 +81,11 @@ enum What {
 }
 
 impl FromStr for Correspondence {
-    type Err = String;
+    type Err = Wrong;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("'{text}' is no correspondence; write luminance, orientation, or either with =WEIGHT");
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        let remedy = "write luminance, orientation, or either with =WEIGHT";
+        let wrong = || Wrong::new(format!("'{text}' is no correspondence"), remedy);
         let (what, weight) = text.split_once('=').unwrap_or((text, "1"));
         let what = match what {
             "luminance" => What::Luminance,
@@ -117,7 +119,7 @@ impl Transfer {
         self.check_weights()?;
         let pairs = self.pairs()?;
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
-        let nothing = || Failure::new(2, "nothing to follow; give a --target or a --guide");
+        let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
         let first = Input::new(session, first.ok_or_else(nothing)?)?;
         let mut loom = self.weaving.begin_of_fixed_size(
             session,
@@ -151,7 +153,7 @@ impl Transfer {
         }
         let woven = transfer(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let outcome = Outcome {
-            map: woven.result,
+            woven: Box::new(woven.result),
             complete: woven.complete,
             blending: Blending::default(),
             kept: None,
@@ -276,7 +278,7 @@ impl Transfer {
             let guide = match c.what {
                 What::Luminance => {
                     let blurred = light.derive(|map| blur(map, self.blur))?;
-                    if self.match_histogram { match_histogram(&blurred, &loom.loaded.exemplars)? } else { blurred }
+                    if self.match_histogram { match_histogram(blurred)? } else { blurred }
                 }
                 What::Orientation => light.derive(|map| orientation(map, self.blur.max(LEAST_AVERAGE)))?,
             };

@@ -3,11 +3,10 @@
 #[cfg(test)]
 pub(crate) mod plain;
 
-use selvedge_core::{Exemplars, Guide, SimdLevel};
+use selvedge_core::{Exemplars, Guide, SimdLevel, reserve};
 use selvedge_fft_ssd::{Costs, Placement, SsdSearcher, SumScratch, Tolerance, search_sum};
 
 use crate::options::Error;
-use crate::quilter::reserve;
 
 /// A window of features, where there are any.
 #[derive(Clone, Debug, Default)]
@@ -95,8 +94,7 @@ impl<'e> FastSearch<'e> {
     ) -> Result<Self, Error> {
         let options = selvedge_fft_ssd::Options { simd, ..selvedge_fft_ssd::Options::default() };
         let texture = SsdSearcher::with_options(exemplars, options)?;
-        let of_guide = |g: &'e Guide<2>| SsdSearcher::of_guides(exemplars, g.source(), g.weights(), options);
-        let guide = guide.map(of_guide).transpose()?;
+        let guide = guide.map(|guide| SsdSearcher::of_guide(guide, options)).transpose()?;
         Ok(Self { texture, guide })
     }
 

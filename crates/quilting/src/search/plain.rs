@@ -1,6 +1,6 @@
 //! The search as the paper has it, block by block and sample by sample: what the fast one is held against.
 
-use selvedge_core::{Domain, Grid, Guide, Source};
+use selvedge_core::{Domain, Guide, Source};
 
 use super::*;
 
@@ -28,14 +28,15 @@ impl<'e> PlainSearch<'e> {
 
     /// The weighted squared differences of one term.
     fn error(&self, source: usize, term: &Term<'_>, at: [u32; 2]) -> u64 {
-        let (features, weights): (&Grid<u8, 2>, _) = match (term.space, self.guide) {
-            (Space::Guide, Some(guide)) => (&guide.source()[source], guide.weights()),
-            _ => (&self.exemplars.sources()[source].features, self.exemplars.weights()),
+        let space = match (term.space, self.guide) {
+            (Space::Guide, Some(guide)) => guide.exemplars(),
+            _ => self.exemplars,
         };
+        let features = &space.sources()[source].features;
         let block = Domain::open(term.template.shape);
         let mut error = 0;
         for (i, [y, x]) in block.positions().enumerate().filter(|&(i, _)| term.template.mask[i]) {
-            for (c, &weight) in weights.iter().enumerate() {
+            for (c, &weight) in space.weights().iter().enumerate() {
                 let sample = features.get(c, [at[0] + y, at[1] + x]);
                 let d = sample.abs_diff(term.template.features[c * block.len() + i]);
                 error += u64::from(d).pow(2) * u64::from(weight);

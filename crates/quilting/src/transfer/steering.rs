@@ -71,7 +71,13 @@ impl Template {
             let under = |p| target.get(c, block.position(target.domain(), p));
             self.features.extend(Domain::open(self.shape).positions().map(under));
         }
-        self.mask.resize(samples, true);
+        match guide.asked() {
+            None => self.mask.resize(samples, true),
+            Some(asked) => {
+                let under = |p| asked.get(0, block.position(asked.domain(), p));
+                self.mask.extend(Domain::open(self.shape).positions().map(under));
+            }
+        }
         Ok(())
     }
 }

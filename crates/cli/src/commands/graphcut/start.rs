@@ -39,7 +39,7 @@ impl StartArgs {
     /// Reads the map.
     pub(super) fn begin(&self, session: &Session<'_>) -> Result<Begun<'_>, Failure> {
         if self.fixed.is_some() && self.start.is_none() && self.over.is_none() {
-            return Err(Failure::new(2, "--fixed has nothing to fix; give --start or --over as well"));
+            return Err(Failure::new(2, "--fixed has nothing to fix").remedy("give --start or --over as well"));
         }
         let read = |path: &PathBuf| Input::new(session, path)?.read_map(session);
         Ok(Begun { args: self, map: self.start.as_ref().map(read).transpose()? })
