@@ -140,3 +140,16 @@ impl Error {
         matches!(self, Self::Cut(error) if error.is_cancelled())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_but_a_wish_to_stop_leaves_a_run_incomplete() {
+        let core = selvedge_core::Error::Allocation { bytes: 7 };
+        for error in [Error::Cut(core.clone().into()), Error::Core(core), Error::NoSource { at: vec![1, 2] }] {
+            assert!(!error.is_cancelled(), "{error}");
+        }
+    }
+}

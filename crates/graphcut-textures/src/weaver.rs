@@ -6,12 +6,12 @@ use selvedge_expansion::Scratch;
 use crate::canvas::Canvas;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
-use crate::graphcut::Stats;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
-use crate::sizes::Sizes;
+use crate::plan::Plan;
 use crate::start::Start;
+use crate::stats::Stats;
 
 /// A run: the output in the making, and what is needed to go on.
 pub(crate) struct Weaver<'a, const D: usize> {
@@ -59,13 +59,13 @@ impl<'a, const D: usize> Weaver<'a, D> {
     pub(crate) fn new(
         exemplars: &'a Exemplars<D>,
         singles: &'a [Single<D>],
-        sizes: Sizes<D>,
+        plan: &Plan<D>,
         start: Start<D>,
         options: &'a Options<D>,
         run: &'a Run<'a, D>,
     ) -> Result<Self, Error> {
         let output = start.map.domain();
-        let region = region_of(sizes.sides, output);
+        let region = region_of(plan.region, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
@@ -75,21 +75,21 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 start.map,
                 start.fixed,
                 start.sources,
-                sizes.sides.map(|n| n / CELLS_A_REGION),
+                plan.region.map(|n| n / CELLS_A_REGION),
             )?,
             matcher: Matcher::new(exemplars, singles, run.simd)?,
             options,
             run,
-            placement: sizes.placement,
+            placement: plan.placement,
             region,
-            reach: sizes.reach,
-            scale: sizes.scale,
-            variety: sizes.variety,
+            reach: plan.reach,
+            scale: plan.scale,
+            variety: plan.variety,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: sizes.stats(),
+            stats: Stats::of(plan),
         })
     }
 
