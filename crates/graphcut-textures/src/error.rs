@@ -76,14 +76,6 @@ pub enum Error {
         /// Samples in all of them.
         samples: u32,
     },
-    /// The memory budget does not suffice.
-    #[error("about {needed} bytes are needed, but {limit} are allowed")]
-    Memory {
-        /// Bytes needed, about.
-        needed: u64,
-        /// Bytes allowed.
-        limit: u64,
-    },
     /// The cut failed.
     #[error("the cut failed: {0}")]
     Cut(#[from] selvedge_maxflow::MaxflowError),
@@ -108,7 +100,6 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
-            Self::Memory { .. } => ErrorKind::Memory,
             Self::Cut(error) => match error.kind() {
                 selvedge_maxflow::ErrorKind::Memory => ErrorKind::Memory,
                 _ => ErrorKind::Internal,
@@ -130,7 +121,6 @@ impl Error {
             Self::TooManySources { .. } => "use fewer exemplars, orientations or scales",
             Self::Channels { .. } => "give it one",
             Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
-            Self::Memory { .. } => "use a smaller size or raise the limit",
             Self::Cut(_) if self.kind() == ErrorKind::Memory => "use a smaller region or exemplar",
             Self::Cut(_) => "please report it",
             Self::Search(error) => return error.remedy(),

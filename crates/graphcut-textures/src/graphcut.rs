@@ -1,6 +1,6 @@
 //! The method: lay patches until everything is covered, then lay more over the worst seams. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
@@ -127,7 +127,7 @@ fn laid<const D: usize>(exemplars: &Exemplars<D>, field: &[u64]) -> Result<Exemp
 /// What can be checked before anything is made.
 ///
 /// # Errors
-/// Those of [`Options::validate`], and [`Error::Memory`] if the run would need more than it may have.
+/// Those of [`Options::validate`] and of [`Limits::admit`](selvedge_core::Limits::admit).
 fn check<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
@@ -137,5 +137,5 @@ fn check<const D: usize>(
     options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     let needed = estimate(&domains, exemplars.channels(), output, options);
-    if needed <= run.limits.memory { Ok(()) } else { Err(Error::Memory { needed, limit: run.limits.memory }) }
+    Ok(run.limits.admit(output, Bytes(needed))?)
 }

@@ -1,9 +1,9 @@
 //! How much memory a run will need.
 
 use selvedge_core::Domain;
+use selvedge_core::par::at_once;
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
-use crate::quilter::at_once;
 use crate::transfer::suggested;
 use crate::{Options, Stage, TransferOptions};
 
