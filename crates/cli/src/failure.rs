@@ -77,6 +77,11 @@ impl Failure {
         Self { exit: 128 + signal, path: None, message: "interrupted; nothing was written".into(), remedy: None }
     }
 
+    /// The run was ended by a signal when its files had their names.
+    pub(crate) fn late(signal: u8) -> Self {
+        Self { message: "interrupted; the files were written".into(), ..Self::interrupted(signal) }
+    }
+
     /// The run was ended by a signal, and what there was is in a file.
     pub(crate) fn kept(signal: u8, partial: &Path) -> Self {
         let message = format!("interrupted; the best so far is in '{}'", shown(partial));
@@ -129,9 +134,11 @@ macro_rules! from_errors {
     };
 }
 from_errors!(
+    selvedge_blending::Error,
     selvedge_core::Error,
     selvedge_analysis::Error,
     selvedge_guides::Error,
+    selvedge_metrics::Error,
     selvedge_quilting::Error,
     selvedge_graphcut_textures::Error
 );

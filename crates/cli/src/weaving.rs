@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, SourceMap, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
 
 use crate::args::FormatArg;
@@ -102,7 +102,7 @@ pub(crate) struct Loom<'a> {
 
 /// What a method made, and how it is laid over the payload.
 pub(crate) struct Outcome {
-    pub(crate) map: SourceMap<2>,
+    pub(crate) woven: Box<dyn Render<2>>,
     /// False if it was interrupted.
     pub(crate) complete: bool,
     pub(crate) blending: Blending,
@@ -204,6 +204,12 @@ impl Weaving {
     }
 }
 
+/// Some methods answer with averages, which no map describes.
+fn averaged() -> Failure {
+    let what = "samples were averaged, so that there is no source map to write or to explain";
+    Failure::new(2, what).remedy("leave --map, --explain and --report out")
+}
+
 impl Loom<'_> {
     /// True if nothing is to be woven.
     pub(crate) fn is_dry(&self) -> bool {
@@ -273,23 +279,31 @@ impl Loom<'_> {
         provenance: Option<Provenance>,
     ) -> Result<(), Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { map, blending, kept, complete, course, .. } = outcome;
+        let Outcome { woven, blending, kept, complete, course, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them.
         let blending = if complete { blending } else { Blending::default() };
-        let plane = blending.render(&map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?;
+        let plane = match woven.as_map() {
+            Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
+            None => woven.render(&payload)?,
+        };
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);
         outputs.picture(output, self.format, &plane, &metadata)?;
         // Of a partial result there is nothing to explain: it says not how it was made.
         let shown = provenance.as_ref().filter(|_| self.args.explain.is_some() || self.args.report.is_some());
-        let shown = shown.map(|made| Ok::<_, Failure>((made.command.clone(), explain(&map, &plane)?))).transpose()?;
+        let shown = shown
+            .map(|made| {
+                Ok::<_, Failure>((made.command.clone(), explain(woven.as_map().ok_or_else(averaged)?, &plane)?))
+            })
+            .transpose()?;
         if let (Some(path), Some((_, explained))) = (&self.args.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
             outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
         }
         if let Some(path) = map_file {
             let metadata = Metadata { provenance, ..Metadata::default() };
+            let map = woven.into_map().ok_or_else(averaged)?;
             outputs.map(path, &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
         }
         self.report.stage("encode");

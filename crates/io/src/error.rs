@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::ErrorKind;
 
+use crate::atomic::WriteProtected;
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
 
@@ -161,6 +162,18 @@ pub enum Problem {
         /// Row of the first one, from 0.
         y: u32,
     },
+    /// Colours that were multiplied by an alpha of 0 and are not 0: they cannot be divided by it.
+    #[error(
+        "{count} sample(s) have light where alpha is 0, the first at x={x} y={y}, which straight alpha cannot hold"
+    )]
+    LightWithoutAlpha {
+        /// How many.
+        count: u64,
+        /// Column of the first one, from 0.
+        x: u32,
+        /// Row of the first one, from 0.
+        y: u32,
+    },
     /// A layer or channel that the file does not have.
     #[error("no {wanted} in it; it holds {found}")]
     NoChannel {
@@ -195,6 +208,12 @@ pub enum Problem {
     /// The system refuses access.
     #[error("permission denied")]
     Denied,
+    /// The file system can only be read.
+    #[error("its file system is read-only")]
+    ReadOnly,
+    /// A file that nobody may write.
+    #[error("is write-protected")]
+    WriteProtected,
     /// A folder where a file is needed.
     #[error("is a folder")]
     Folder,
@@ -249,6 +268,8 @@ impl Problem {
             Self::Missing
             | Self::NoFolder
             | Self::Denied
+            | Self::ReadOnly
+            | Self::WriteProtected
             | Self::Folder
             | Self::Special
             | Self::Exists
@@ -284,6 +305,7 @@ impl Problem {
             Self::NoSamples { .. } => "give a picture with samples",
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
+            Self::LightWithoutAlpha { .. } => "write exr, or read the colours alone with 'file.exr[R,G,B]'",
             Self::NoChannel { .. } => "choose with 'file.exr[layer]' or 'file.exr[R,G,B]'",
             Self::NotAMap { .. } => "give a file that was written as a map",
             Self::IsAMap => "give a picture, or apply the map to one",
@@ -291,6 +313,8 @@ impl Problem {
             Self::Missing => "check the name",
             Self::NoFolder => "make it first",
             Self::Denied => "check the permissions",
+            Self::ReadOnly => "write elsewhere",
+            Self::WriteProtected => "make it writable, or choose another name",
             Self::Folder => "name a file in it",
             Self::Special => "give a regular file, or '-' for a stream",
             Self::Exists => "choose another name, or let it be replaced",
@@ -330,7 +354,9 @@ impl Problem {
         use io::ErrorKind as Io;
         match error.kind() {
             Io::NotFound => Self::Missing,
-            Io::PermissionDenied | Io::ReadOnlyFilesystem => Self::Denied,
+            Io::PermissionDenied => Self::Denied,
+            Io::ReadOnlyFilesystem => Self::ReadOnly,
+            Io::Other if error.get_ref().is_some_and(|e| e.is::<WriteProtected>()) => Self::WriteProtected,
             Io::AlreadyExists => Self::Exists,
             Io::IsADirectory => Self::Folder,
             Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge => Self::NoSpace { bytes },

@@ -153,7 +153,7 @@ impl Transfer {
         }
         let woven = transfer(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let outcome = Outcome {
-            map: woven.result,
+            woven: Box::new(woven.result),
             complete: woven.complete,
             blending: Blending::default(),
             kept: None,
