@@ -1,10 +1,10 @@
 //! How much memory a run will need.
 
 use selvedge_core::Domain;
+use selvedge_core::par::at_once;
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
 use crate::auto_block::largest_block;
-use crate::quilter::at_once;
 use crate::transfer::suggested;
 use crate::{Options, Stage, TransferOptions};
 

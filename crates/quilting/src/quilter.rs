@@ -70,15 +70,6 @@ pub(crate) struct Quilter<'a, S: Search> {
     pub(crate) counts: Counts,
 }
 
-/// Places in the exemplars whose errors are known at once, unless there are more for one block: each block takes memory for all
-/// places, and one of many places keeps all threads busy by itself.
-const AT_ONCE: u64 = 1 << 18;
-
-/// Blocks that are looked for at once at most, in exemplars of so many samples.
-pub(crate) fn at_once(places: u64) -> u64 {
-    (AT_ONCE / places.max(1)).max(1)
-}
-
 impl<'a, S: Search> Quilter<'a, S> {
     pub(crate) fn new(
         search: &'a S,
@@ -88,7 +79,7 @@ impl<'a, S: Search> Quilter<'a, S> {
     ) -> Result<Self, Error> {
         let usage = Usage::new(pass.exemplars, pass.block, pass.spread)?;
         let (free, laid) = (FreePlaces::new(pass.exemplars), try_vec(pass.grid.len(), None)?);
-        let at_once = at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
+        let at_once = par::at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
         let workers = (0..at_once).map(|_| Worker::new(&pass)).collect::<Result<_, _>>()?;
         Ok(Self { search, pass, run, map, laid, usage, free, workers, counts: Counts::default() })
     }
