@@ -42,6 +42,7 @@ mod seam_costs;
 mod seed;
 mod source_map;
 mod transform;
+mod usage;
 
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
@@ -57,3 +58,4 @@ pub use seam_costs::{SeamCosts, SeamMeasure};
 pub use seed::{Rng, Seed};
 pub use source_map::{SampleId, SourceMap, SourceTable};
 pub use transform::{Origin, Transform};
+pub use usage::Usage;

@@ -1,10 +1,11 @@
 //! What a block of a transfer follows: its neighbours, the last pass, and the target, each with its weight.
 
-use selvedge_core::{Domain, Exemplars, Guide, SourceMap};
+use selvedge_core::{Exemplars, Guide, SourceMap};
 
 use crate::block_grid::Block;
 use crate::options::Error;
-use crate::search::{Space, Template, Term};
+use crate::search::{Space, Term};
+use crate::under::Under;
 
 /// What blocks follow besides their neighbours. `[Efros01 3]`
 pub(crate) struct Steering<'a> {
@@ -18,8 +19,8 @@ pub(crate) struct Steering<'a> {
 /// What lies under one block: what the last pass laid, and the target.
 #[derive(Default)]
 pub(crate) struct Followed {
-    under: Template,
-    target: Template,
+    under: Under,
+    target: Under,
 }
 
 impl<'a> Steering<'a> {
@@ -34,7 +35,7 @@ impl<'a> Steering<'a> {
         &self,
         exemplars: &Exemplars<2>,
         block: &Block,
-        overlap: &'t Template,
+        overlap: &'t Under,
         followed: &'t mut Followed,
     ) -> Result<Vec<Term<'t>>, Error> {
         let Followed { under, target } = followed;
@@ -50,35 +51,13 @@ impl<'a> Steering<'a> {
 
         let mut terms = Vec::with_capacity(3);
         if 0 < overlap.samples() {
-            terms.push(Term { space: Space::Texture, template: overlap, weight: texture });
+            terms.push(Term { space: Space::Texture, template: overlap.template(), weight: texture });
         }
         if self.last.is_some() {
-            terms.push(Term { space: Space::Texture, template: under, weight: texture });
+            terms.push(Term { space: Space::Texture, template: under.template(), weight: texture });
         }
-        terms.push(Term { space: Space::Guide, template: target, weight: guide });
+        terms.push(Term { space: Space::Guide, template: target.template(), weight: guide });
         Ok(terms)
-    }
-}
-
-impl Template {
-    /// Takes the guide's target under a block.
-    fn read_target(&mut self, guide: &Guide<2>, block: &Block) -> Result<(), Error> {
-        let target = guide.target();
-        self.shape = block.shape();
-        let samples = (self.shape[0] * self.shape[1]) as usize;
-        self.clear(samples, target.channels())?;
-        for c in 0..target.channels() {
-            let under = |p| target.get(c, block.position(target.domain(), p));
-            self.features.extend(Domain::open(self.shape).positions().map(under));
-        }
-        match guide.asked() {
-            None => self.mask.resize(samples, true),
-            Some(asked) => {
-                let under = |p| asked.get(0, block.position(asked.domain(), p));
-                self.mask.extend(Domain::open(self.shape).positions().map(under));
-            }
-        }
-        Ok(())
     }
 }
 
@@ -107,7 +86,7 @@ mod tests {
     use crate::block_grid::BlockGrid;
     use crate::search::plain::PlainSearch;
     use crate::search::{Candidate, Search};
-    use selvedge_core::{Grid, Origin, Seed, Source, Transform};
+    use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
 
     /// Noise without two alike blocks.
     fn noise(seed: u64, shape: [u32; 2]) -> Grid<u8, 2> {
@@ -135,7 +114,7 @@ mod tests {
             *id = exemplars.table().id(0, [LAID[0] + at[0], LAID[1] + at[1]]);
         }
         let block = BlockGrid::new(Domain::open(shape), 5, 2).block(0);
-        let mut overlap = Template::default();
+        let mut overlap = Under::default();
         overlap.read(&exemplars, &last, &block, |_| false).unwrap();
         let steering = Steering::new(&guide, (!is_first_pass).then_some(&last), alpha);
         let mut followed = Followed::default();
