@@ -1,8 +1,8 @@
 //! `--feather` and `--spline`: seams hidden where a map is rendered. `[Kwatra03 5]`
 
 use clap::Args;
+use selvedge_blending::{Feathered, Splined};
 use selvedge_core::{Domain, Grid, Plane, Render, SourceMap};
-use selvedge_graphcut_textures::{Feathered, Splined};
 
 use crate::failure::Failure;
 use crate::used::Used;
@@ -51,18 +51,10 @@ impl Blending {
         Ok(map.render(planes)?)
     }
 
-    /// An upper bound of what blending takes besides the picture: marks of what is near seams, some boxes of 64 by 64
-    /// pixels until they are written, and one with what is around it a thread.
+    /// An upper bound of what blending takes besides the picture.
     pub(crate) fn memory(self, output: Domain<2>, channels: usize) -> u64 {
-        if self.is_none() {
-            return 0;
-        }
-        let around = self.spline.map_or(64, |bands| 4 << bands.min(Splined::<2>::MOST));
-        let [h, w] = output.shape.map(u64::from);
-        let one = h.min(64 + around) * w.min(64 + around) * (32 * channels as u64 + 64);
-        let pixels = h.saturating_mul(w);
-        let held = pixels.min(64 * 64 * 64) * (8 * channels as u64 + 4);
-        pixels.saturating_mul(2).saturating_add(held).saturating_add(one * rayon::current_num_threads() as u64)
+        let feathered = self.feather.map_or(0, |sigma| Feathered::bytes(output, channels, sigma));
+        self.spline.map_or(feathered, |bands| Splined::bytes(output, channels, bands))
     }
 
     /// The options that change samples.

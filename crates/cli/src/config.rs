@@ -16,6 +16,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 use crate::args::Cli;
 use crate::failure::Failure;
 use crate::typed::Typed;
+use crate::wrong::Wrong;
 
 /// No file of options comes near this many bytes.
 const LARGEST: u64 = 1 << 20;
@@ -35,18 +36,18 @@ pub(crate) fn words(typed: &ArgMatches) -> Result<Option<FromFile>, Failure> {
     let Some((name, matches)) = typed.subcommand() else { return Ok(None) };
     let Some(path) = matches.get_one::<PathBuf>("config") else { return Ok(None) };
     let text = read(path)?;
-    let wrong = |at: Range<usize>, what: String| {
+    let wrong = |at: Range<usize>, Wrong { what, remedy }: Wrong| {
         let (line, column) = place(&text, at.start);
-        Failure::new(2, format!("line {line}, column {column}: {what}")).about(path)
+        Failure::new(2, format!("line {line}, column {column}: {what}")).remedy(remedy).about(path)
     };
-    let table =
-        DeTable::parse(&text).map_err(|e| wrong(e.span().unwrap_or(0..0), format!("{}; mend it", e.message())))?;
+    let no_toml = |e: toml::de::Error| wrong(e.span().unwrap_or(0..0), Wrong::new(e.message(), "mend it"));
+    let table = DeTable::parse(&text).map_err(no_toml)?;
     let mut words = Vec::new();
     let command = command(name);
     for (key, value) in table.get_ref() {
         let Some(arg) = option(&command, key.get_ref()) else {
-            let what = format!("'{}' is no option of 'selvedge {name}'; see 'selvedge help {name}'", key.get_ref());
-            return Err(wrong(key.span(), what));
+            let what = format!("'{}' is no option of 'selvedge {name}'", key.get_ref());
+            return Err(wrong(key.span(), Wrong::new(what, format!("see 'selvedge help {name}'"))));
         };
         if !was_typed(arg, matches) && !goes_with_none(&command, arg, matches) {
             words.extend(words_of(arg, value.get_ref()).map_err(|what| wrong(value.span(), what))?);
@@ -57,8 +58,8 @@ pub(crate) fn words(typed: &ArgMatches) -> Result<Option<FromFile>, Failure> {
 
 /// A regular file of text.
 fn read(path: &Path) -> Result<String, Failure> {
-    let failed = |e: std::io::Error| Failure::new(4, format!("{e}; check the name")).about(path);
-    let refused = |what: &str| Failure::new(2, format!("{what}; give a file of options in TOML")).about(path);
+    let failed = |e: std::io::Error| Failure::new(4, e.to_string()).remedy("check the name").about(path);
+    let refused = |what: &str| Failure::new(2, what).remedy("give a file of options in TOML").about(path);
     let metadata = std::fs::metadata(path).map_err(failed)?;
     if !metadata.is_file() || LARGEST < metadata.len() {
         return Err(refused("is no regular file of at most 1 MiB"));
@@ -99,13 +100,13 @@ fn goes_with_none(command: &Command, arg: &Arg, matches: &ArgMatches) -> bool {
 }
 
 /// `--option=value`, as often as it is given.
-fn words_of(arg: &Arg, value: &DeValue<'_>) -> Result<Vec<OsString>, String> {
+fn words_of(arg: &Arg, value: &DeValue<'_>) -> Result<Vec<OsString>, Wrong> {
     let long = arg.get_long().unwrap_or_default();
     let takes_value = arg.get_action().takes_values();
     let word = |text: &str| OsString::from(format!("--{long}={text}"));
     match value {
         DeValue::Boolean(on) if !takes_value => Ok(if *on { vec![format!("--{long}").into()] } else { vec![] }),
-        _ if !takes_value => Err(format!("'{long}' is a switch; write true or false")),
+        _ if !takes_value => Err(Wrong::new(format!("'{long}' is a switch"), "write true or false")),
         DeValue::String(text) => Ok(vec![word(text)]),
         DeValue::Integer(number) => Ok(vec![word(&number.to_string())]),
         DeValue::Float(number) => Ok(vec![word(&number.to_string())]),
@@ -116,13 +117,14 @@ fn words_of(arg: &Arg, value: &DeValue<'_>) -> Result<Vec<OsString>, String> {
             }
             values.iter().map(|v| words_of(arg, v.get_ref())).collect::<Result<Vec<_>, _>>().map(|w| w.concat())
         }
-        _ => Err(format!("'{long}' takes text or a number; write it as on the command line")),
+        _ => Err(Wrong::new(format!("'{long}' takes text or a number"), "write it as on the command line")),
     }
 }
 
 /// `--option a b`, as often as there are so many values.
-fn words_of_several(long: &str, several: usize, values: &DeArray<'_>) -> Result<Vec<OsString>, String> {
-    let wrong = || format!("'{long}' takes {several} texts each time; write a list of a multiple of {several}");
+fn words_of_several(long: &str, several: usize, values: &DeArray<'_>) -> Result<Vec<OsString>, Wrong> {
+    let remedy = format!("write a list of a multiple of {several}");
+    let wrong = || Wrong::new(format!("'{long}' takes {several} texts each time"), remedy);
     let texts = values.iter().map(|v| v.get_ref().as_str().map(OsString::from)).collect::<Option<Vec<_>>>();
     let texts = texts.filter(|t| t.len().is_multiple_of(several)).ok_or_else(wrong)?;
     let option = OsString::from(format!("--{long}"));
@@ -163,7 +165,8 @@ fn value_of(arg: &Arg, matches: &ArgMatches) -> Result<Option<toml::Value>, Fail
 
 /// Numbers stay numbers where nothing is lost by it.
 fn text_or_number(raw: &OsStr) -> Result<toml::Value, Failure> {
-    let no_text = || Failure::new(2, format!("'{}' is no text for --save-config; rename it", raw.to_string_lossy()));
+    let no_text =
+        || Failure::new(2, format!("'{}' is no text for --save-config", raw.to_string_lossy())).remedy("rename it");
     let text = raw.to_str().ok_or_else(no_text)?;
     let integer = text.parse::<i64>().ok().filter(|n| n.to_string() == text).map(toml::Value::Integer);
     let float = || text.parse::<f64>().ok().filter(|n| n.is_finite() && n.to_string() == text).map(toml::Value::Float);

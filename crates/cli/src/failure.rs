@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use selvedge_core::ErrorKind;
-use selvedge_io::one_line;
+use selvedge_io::{Format, Problem, one_line};
 use serde_json::json;
 
 use crate::stdio;
@@ -35,13 +35,9 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// From a message that names its remedy after a semicolon, if it names one.
+    /// What is wrong; a remedy goes beside it, since either may hold any sign.
     pub(crate) fn new(exit: u8, message: impl Into<String>) -> Self {
-        let message = message.into();
-        match message.split_once("; ") {
-            Some((what, remedy)) => Self { exit, path: None, message: what.into(), remedy: Some(remedy.into()) },
-            None => Self { exit, path: None, message, remedy: None },
-        }
+        Self { exit, path: None, message: message.into(), remedy: None }
     }
 
     /// The same, about a file.
@@ -64,19 +60,14 @@ impl Failure {
         self
     }
 
-    /// An error of a method or of the core; a wrong option that was fine by itself is wrong input.
-    pub(crate) fn of(kind: ErrorKind, message: impl Into<String>) -> Self {
-        let exit = match kind {
-            ErrorKind::Option => 2,
-            ErrorKind::Input => 3,
-            ErrorKind::Memory => 6,
-            _ => 70,
-        };
-        Self::new(exit, message)
+    /// An error of a crate: what is wrong, what to do, and who can mend it. A wrong option that was fine by itself is
+    /// wrong input.
+    pub(crate) fn of(kind: ErrorKind, what: &dyn std::fmt::Display, remedy: impl Into<String>) -> Self {
+        Self::new(exit(kind), what.to_string()).remedy(remedy)
     }
 
     /// A problem with a file that has a name only here.
-    pub(crate) fn from_problem(path: &Path, problem: selvedge_io::Problem) -> Self {
+    pub(crate) fn from_problem(path: &Path, problem: Problem) -> Self {
         Self::from(selvedge_io::Error { path: path.to_path_buf(), problem })
     }
 
@@ -115,28 +106,58 @@ impl Failure {
     }
 }
 
-impl From<selvedge_quilting::Error> for Failure {
-    fn from(error: selvedge_quilting::Error) -> Self {
-        Self::of(error.kind(), error.to_string())
+/// The exit code of an error that so many can mend.
+pub(crate) fn exit(kind: ErrorKind) -> u8 {
+    match kind {
+        ErrorKind::Option => 2,
+        ErrorKind::Input => 3,
+        ErrorKind::FileSystem => 4,
+        ErrorKind::NoSpace => 5,
+        ErrorKind::Memory => 6,
+        _ => 70,
     }
 }
 
-impl From<selvedge_graphcut_textures::Error> for Failure {
-    fn from(error: selvedge_graphcut_textures::Error) -> Self {
-        Self::of(error.kind(), error.to_string())
+/// Errors of crates, all of one shape.
+macro_rules! from_errors {
+    ($($error:ty),+) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::of(error.kind(), &error, error.remedy())
+            }
+        })+
+    };
+}
+from_errors!(
+    selvedge_blending::Error,
+    selvedge_core::Error,
+    selvedge_analysis::Error,
+    selvedge_guides::Error,
+    selvedge_metrics::Error,
+    selvedge_quilting::Error,
+    selvedge_graphcut_textures::Error
+);
+
+impl From<selvedge_io::Error> for Failure {
+    fn from(error: selvedge_io::Error) -> Self {
+        let remedy = by_option(&error.problem).unwrap_or_else(|| error.remedy());
+        Self::new(exit(error.kind()), error.message()).remedy(remedy).about(&error.path)
     }
 }
 
-impl From<selvedge_guides::Error> for Failure {
-    fn from(error: selvedge_guides::Error) -> Self {
-        Self::of(error.kind(), error.to_string())
-    }
-}
-
-impl From<selvedge_core::Error> for Failure {
-    fn from(error: selvedge_core::Error) -> Self {
-        Self::of(error.kind(), error.to_string())
-    }
+/// What an option of this program does about a problem with a file.
+fn by_option(problem: &Problem) -> Option<String> {
+    Some(match problem {
+        Problem::DepthNotHeld { format, depth } => {
+            let depths: Vec<&str> = format.depths().iter().map(|d| d.name()).collect();
+            format!("use --depth {}, or write {}", depths.join("|"), Format::holding(*depth))
+        }
+        Problem::NotFinite { .. } => "use --nonfinite zero or --nonfinite clamp".into(),
+        Problem::NotAMap { .. } => "give a file written with --map".into(),
+        Problem::Exists => "choose another name, or leave out --no-clobber".into(),
+        Problem::Memory { .. } => "give a smaller picture, or raise --max-memory".into(),
+        _ => return None,
+    })
 }
 
 /// A number of things: `1 block`, `2 blocks`.

@@ -155,7 +155,8 @@ pub(crate) fn options(limits: Limits, role: Role, nonfinite: NonFiniteArg) -> Re
 /// Standard input can be read once.
 pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Failure> {
     let streams = paths.into_iter().filter(|path| path.as_os_str() == STREAM).count();
-    if streams < 2 { Ok(()) } else { Err(Failure::new(2, "standard input is named twice; give the others as files")) }
+    let twice = || Failure::new(2, "standard input is named twice").remedy("give the others as files");
+    if streams < 2 { Ok(()) } else { Err(twice()) }
 }
 
 fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
@@ -164,7 +165,8 @@ fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
     std::io::stdin().lock().take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
     if budget < bytes.len() as u64 {
         let budget = crate::memory::human(budget);
-        return Err(Failure::new(6, format!("is more than the {budget} allowed; raise --max-memory")).named(STREAM));
+        let failure = Failure::new(6, format!("is more than the {budget} allowed"));
+        return Err(failure.remedy("raise --max-memory").named(STREAM));
     }
     Ok(bytes)
 }

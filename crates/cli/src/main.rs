@@ -23,6 +23,7 @@ mod typed;
 mod used;
 mod watch;
 mod weaving;
+mod wrong;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};

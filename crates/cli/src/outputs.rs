@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
-use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, WriteOptions, path_text};
+use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, Warning, WriteOptions, path_text};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n, shown};
@@ -21,12 +21,12 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
     let inputs: Vec<PathBuf> = inputs.iter().chain(&global.config).cloned().collect();
     for (i, output) in outputs.iter().enumerate() {
         if outputs[..i].iter().any(|other| selvedge_io::same_file(other, output)) {
-            return Err(Failure::new(2, "is named for two outputs; choose another name").about(output));
+            return Err(Failure::new(2, "is named for two outputs").remedy("choose another name").about(output));
         }
         if output.as_os_str() != STREAM {
             selvedge_io::check_output(output, &inputs, global.no_clobber)?;
         } else if global.json {
-            return Err(Failure::new(2, "--json and '-' both write to standard output; name a file"));
+            return Err(Failure::new(2, "--json and '-' both write to standard output").remedy("name a file"));
         }
     }
     Ok(())
@@ -89,6 +89,8 @@ struct Made {
     bytes: Vec<u8>,
     /// Width and height.
     size: Option<[u32; 2]>,
+    /// What the file says otherwise than the picture.
+    told: Vec<Warning>,
 }
 
 impl Outputs {
@@ -110,7 +112,8 @@ impl Outputs {
         let options = WriteOptions { format: Some(format), quality, ..default };
         let bytes = selvedge_io::encode(plane, metadata, path, &options)?;
         let [height, width] = plane.domain().shape;
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]) });
+        let told = selvedge_io::changes(plane, metadata, format);
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told });
         Ok(())
     }
 
@@ -118,13 +121,13 @@ impl Outputs {
     pub(crate) fn map(&mut self, path: &Path, file: &MapFile) -> Result<(), Failure> {
         let bytes = selvedge_io::encode_map(file, path)?;
         let [height, width] = file.map.domain().shape;
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]) });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told: Vec::new() });
         Ok(())
     }
 
     /// Adds a file that is no picture.
     pub(crate) fn bytes(&mut self, path: &Path, bytes: Vec<u8>) {
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: None });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: None, told: Vec::new() });
     }
 
     /// What the report will say of them.
@@ -134,6 +137,9 @@ impl Outputs {
 
     /// Writes all of them, or none if one of them cannot be written, and notes them in the report.
     pub(crate) fn write(self, session: &Session<'_>, report: &mut Report) -> Result<(), Failure> {
+        for (made, warning) in self.made.iter().flat_map(|made| made.told.iter().map(move |w| (made, w))) {
+            session.warn(&made.path, warning);
+        }
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
         let staged = files.iter().map(|made| Staged::new(&made.path, &made.bytes, session.global.no_clobber));
         let staged = staged.collect::<Result<Vec<_>, _>>()?;
@@ -163,21 +169,6 @@ pub(crate) fn partial(path: &Path) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
-}
-
-impl From<selvedge_io::Error> for Failure {
-    fn from(error: selvedge_io::Error) -> Self {
-        use selvedge_io::ErrorKind as Kind;
-        let exit = match error.kind() {
-            Kind::Option => 2,
-            Kind::Input => 3,
-            Kind::FileSystem => 4,
-            Kind::NoSpace => 5,
-            Kind::Memory => 6,
-            _ => 70,
-        };
-        Self { exit, path: Some(path_text(&error.path)), message: error.message(), remedy: Some(error.remedy()) }
-    }
 }
 
 #[cfg(test)]

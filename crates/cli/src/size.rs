@@ -5,6 +5,8 @@ use std::str::FromStr;
 use clap::ValueEnum;
 use selvedge_core::Domain;
 
+use crate::wrong::Wrong;
+
 /// Size of an output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Size {
@@ -15,10 +17,10 @@ pub(crate) enum Size {
 }
 
 impl FromStr for Size {
-    type Err = String;
+    type Err = Wrong;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("'{text}' is no size; write 512, 512x384 or 2x");
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        let wrong = || Wrong::new(format!("'{text}' is no size"), "write 512, 512x384 or 2x");
         let side = |s: &str| s.parse::<u32>().ok().filter(|&n| 0 < n).ok_or_else(wrong);
         if let Some(factor) = text.strip_suffix(['x', 'X']) {
             let factor: f64 = factor.parse().map_err(|_| wrong())?;
@@ -85,10 +87,10 @@ impl Tile {
 pub(crate) struct Bytes(pub(crate) u64);
 
 impl FromStr for Bytes {
-    type Err = String;
+    type Err = Wrong;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("'{text}' is no amount of memory; write 500MiB or 2GiB");
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        let wrong = || Wrong::new(format!("'{text}' is no amount of memory"), "write 500MiB or 2GiB");
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
         let scale: u32 = match text[digits.len()..].to_ascii_lowercase().as_str() {
             "" | "b" => 1,

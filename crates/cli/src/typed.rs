@@ -1,5 +1,6 @@
 //! From the words that were typed, and a file of options below them, to a command.
 
+use std::error::Error as _;
 use std::ffi::OsString;
 
 use clap::error::ErrorKind;
@@ -8,6 +9,7 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use crate::args::Cli;
 use crate::config;
 use crate::failure::Failure;
+use crate::wrong::Wrong;
 
 /// A command line, understood.
 pub(crate) struct Typed {
@@ -97,17 +99,17 @@ fn spliced(words: &[OsString], more: &[OsString]) -> Vec<OsString> {
 /// A usage error in one line.
 fn usage(error: &clap::Error) -> Failure {
     if matches!(error.kind(), ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand | ErrorKind::MissingSubcommand) {
-        return Failure::new(2, "no command; see --help");
+        return Failure::new(2, "no command").remedy("see --help");
     }
     let text = error.to_string();
     let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
     let (tips, what): (Vec<&str>, Vec<&str>) = lines.filter(|l| !l.is_empty()).partition(|l| l.starts_with("tip: "));
     let what = what.join(" ");
     let failure = Failure::new(2, what.strip_prefix("error: ").unwrap_or(&what));
-    match (tips.first(), &failure.remedy) {
-        (Some(tip), None) => failure.remedy(tip.trim_start_matches("tip: ")),
+    match (error.source().and_then(|e| e.downcast_ref::<Wrong>()), tips.first()) {
+        (Some(wrong), _) => failure.remedy(&wrong.remedy),
+        (None, Some(tip)) => failure.remedy(tip.trim_start_matches("tip: ")),
         (None, None) => failure.remedy("see --help"),
-        (_, Some(_)) => failure,
     }
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Grid, Plane, Role, SourceMap, Transform};
+use selvedge_core::{Depth, Domain, Grid, Plane, Render, Role, Transform};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
 
 use crate::args::FormatArg;
@@ -102,7 +102,7 @@ pub(crate) struct Loom<'a> {
 
 /// What a method made, and how it is laid over the payload.
 pub(crate) struct Outcome {
-    pub(crate) map: SourceMap<2>,
+    pub(crate) woven: Box<dyn Render<2>>,
     /// False if it was interrupted.
     pub(crate) complete: bool,
     pub(crate) blending: Blending,
@@ -214,9 +214,14 @@ fn check_size(session: &Session<'_>, domain: Domain<2>, resized: Resized) -> Res
     let (side, samples) = (session.limits.side, session.limits.samples);
     if side < h.max(w) || samples < u64::from(h) * u64::from(w) {
         let caps = format!("the output of {w}x{h} px is over the caps of {side} px a side and {samples} px in all");
-        return Err(Failure::new(3, format!("{caps}; use a smaller {}", resized.flag())));
+        return Err(Failure::new(3, caps).remedy(format!("use a smaller {}", resized.flag())));
     }
     Ok(())
+}
+
+/// Some methods answer with averages, which no map describes.
+fn averaged() -> Failure {
+    Failure::new(2, "samples were averaged, so that there is no source map to write or to explain")
 }
 
 impl Loom<'_> {
@@ -288,23 +293,31 @@ impl Loom<'_> {
         provenance: Option<Provenance>,
     ) -> Result<(), Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { map, blending, kept, complete, course, .. } = outcome;
+        let Outcome { woven, blending, kept, complete, course, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them.
         let blending = if complete { blending } else { Blending::default() };
-        let plane = blending.render(&map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?;
+        let plane = match woven.as_map() {
+            Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
+            None => woven.render(&payload)?,
+        };
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);
         outputs.picture(output, self.format, &plane, &metadata)?;
         // Of a partial result there is nothing to explain: it says not how it was made.
         let shown = provenance.as_ref().filter(|_| self.args.explain.is_some() || self.args.report.is_some());
-        let shown = shown.map(|made| Ok::<_, Failure>((made.command.clone(), explain(&map, &plane)?))).transpose()?;
+        let shown = shown
+            .map(|made| {
+                Ok::<_, Failure>((made.command.clone(), explain(woven.as_map().ok_or_else(averaged)?, &plane)?))
+            })
+            .transpose()?;
         if let (Some(path), Some((_, explained))) = (&self.args.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
             outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
         }
         if let Some(path) = map_file {
             let metadata = Metadata { provenance, ..Metadata::default() };
+            let map = woven.into_map().ok_or_else(averaged)?;
             outputs.map(path, &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
         }
         self.report.stage("encode");

@@ -1,6 +1,10 @@
 //! What can be wrong with grids, planes, exemplars and maps.
+//!
+//! Here and in every crate above an error is three facts: what is wrong with its numbers (`Display`), what to do about
+//! it (`remedy`, in terms of the data: options have other names in every program), and who can mend it (`kind`). They
+//! are never one text, because a name or a decoder's words inside of it may hold any sign that would part them.
 
-/// Who can mend an error; the program's exit code follows it.
+/// Who can mend an error, in every crate but max-flow's, which stands alone; the program's exit code follows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -8,6 +12,10 @@ pub enum ErrorKind {
     Option,
     /// The input is wrong, or does not fit an option.
     Input,
+    /// A file is missing, denied, read-only, or in the way.
+    FileSystem,
+    /// The disk or the quota is full.
+    NoSpace,
     /// The memory budget does not suffice.
     Memory,
     /// A promise of the library was broken.
@@ -27,7 +35,7 @@ pub enum Error {
         found: usize,
     },
     /// More samples than a map can number.
-    #[error("{samples} samples are more than the {limit} allowed; use smaller or fewer pictures")]
+    #[error("{samples} samples are more than the {limit} allowed")]
     TooManySamples {
         /// Samples asked for.
         samples: u64,
@@ -35,19 +43,27 @@ pub enum Error {
         limit: u64,
     },
     /// The system gave no memory.
-    #[error("no memory for {bytes} bytes; use a smaller size")]
+    #[error("no memory for {bytes} bytes")]
     Allocation {
         /// Bytes asked for.
         bytes: u64,
     },
+    /// A vote that weighs less than nothing, or no number.
+    #[error("a vote at place {place} weighs {weight}")]
+    Vote {
+        /// The place in the output, row-major.
+        place: usize,
+        /// What the vote weighs.
+        weight: f32,
+    },
     /// No exemplar, or one without planes.
-    #[error("exemplar {exemplar} has no planes; give at least one picture")]
+    #[error("exemplar {exemplar} has no planes")]
     NoPlanes {
         /// Its number, from 0.
         exemplar: usize,
     },
     /// The planes of one exemplar, or a map and its plane, differ in shape.
-    #[error("plane {plane} of exemplar {exemplar} is {found:?}, but {expected:?} is needed; planes must be registered")]
+    #[error("plane {plane} of exemplar {exemplar} is {found:?}, but {expected:?} is needed")]
     Shape {
         /// The exemplar, from 0.
         exemplar: usize,
@@ -59,7 +75,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// Exemplars differ in roles, channels or depth.
-    #[error("exemplar {exemplar} has {found}, but the first has {expected}; convert one of them")]
+    #[error("exemplar {exemplar} has {found}, but the first has {expected}")]
     Layout {
         /// The exemplar, from 0.
         exemplar: usize,
@@ -69,9 +85,7 @@ pub enum Error {
         found: String,
     },
     /// A picture holds a value that is no number.
-    #[error(
-        "plane {plane} of exemplar {exemplar} holds {count} values that are not finite, the first at {at:?}; clean them first"
-    )]
+    #[error("plane {plane} of exemplar {exemplar} holds {count} values that are not finite, the first at {at:?}")]
     NotFinite {
         /// The exemplar, from 0.
         exemplar: usize,
@@ -83,10 +97,10 @@ pub enum Error {
         at: Vec<u32>,
     },
     /// Every sample of every exemplar is masked or transparent.
-    #[error("no sample of any exemplar is valid; every one is masked or transparent")]
+    #[error("no sample of any exemplar is valid: every one is masked or transparent")]
     NothingValid,
     /// An angle or a magnification is no number or out of range.
-    #[error("{transform:?} is out of range; use finite angles and scales from 1/16 to 16")]
+    #[error("{transform:?} is out of range")]
     Transform {
         /// The transform asked for.
         transform: crate::Transform,
@@ -100,7 +114,7 @@ pub enum Error {
         found: usize,
     },
     /// Guides and what they lie under differ in number.
-    #[error("{found} guide maps were given for {expected}; every exemplar needs one")]
+    #[error("{found} guide maps were given for {expected}")]
     GuideCount {
         /// How many are needed.
         expected: usize,
@@ -108,9 +122,7 @@ pub enum Error {
         found: usize,
     },
     /// A guide map and its exemplar differ in shape.
-    #[error(
-        "the guide map of exemplar {exemplar} is {found:?}, but the exemplar is {expected:?}; maps must be registered"
-    )]
+    #[error("the guide map of exemplar {exemplar} is {found:?}, but the exemplar is {expected:?}")]
     GuideShape {
         /// The exemplar, from 0.
         exemplar: usize,
@@ -120,7 +132,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// The targets of guides that are joined differ in shape.
-    #[error("a guide's target is {found:?}, but the first one's is {expected:?}; targets must be registered")]
+    #[error("a guide's target is {found:?}, but the first one's is {expected:?}")]
     GuideTarget {
         /// The first target's shape, slowest axis first.
         expected: Vec<u32>,
@@ -128,13 +140,13 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// A guide's weight is negative or no number, or no guide has any weight.
-    #[error("a guide's weight of {weight} cannot be used; use numbers from 0 up, not all of them 0")]
+    #[error("a guide's weight of {weight} cannot be used")]
     GuideWeight {
         /// The weight.
         weight: f64,
     },
     /// A guide's weight is so small beside another's that it would count nothing.
-    #[error("a guide's weight of {weight} counts nothing beside one of {most}; use weights that are closer, or 0")]
+    #[error("a guide's weight of {weight} counts nothing beside one of {most}")]
     GuideProportion {
         /// The weight.
         weight: f64,
@@ -148,6 +160,12 @@ pub enum Error {
         id: u32,
         /// Samples in all sources.
         samples: u64,
+    },
+    /// A map shows a source that is not among those it is to show.
+    #[error("the map shows its source {number}, and nothing here is the same")]
+    MissingSource {
+        /// The map's source, from 0.
+        number: usize,
     },
     /// Rendering needs a plane for each exemplar.
     #[error("the map was made from {expected} exemplars, but {found} planes were given")]
@@ -167,8 +185,34 @@ impl Error {
             Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
                 ErrorKind::Option
             }
-            Self::Length { .. } => ErrorKind::Internal,
+            Self::Length { .. } | Self::Vote { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Length { .. } => "give as many as the shape asks for",
+            Self::Vote { .. } => "use weights that are finite and not negative",
+            Self::TooManySamples { .. } => "use smaller or fewer pictures",
+            Self::Allocation { .. } => "use a smaller size",
+            Self::NoPlanes { .. } => "give at least one picture",
+            Self::Shape { .. } => "give planes of one size",
+            Self::Layout { .. } => "convert one of them",
+            Self::NotFinite { .. } => "clean them first",
+            Self::NothingValid => "mask less, or give a picture with something in it",
+            Self::Transform { .. } => "use finite angles and scales from 1/16 to 16",
+            Self::Weights { .. } => "give one weight for each channel",
+            Self::GuideCount { .. } => "give one for each exemplar",
+            Self::GuideShape { .. } => "give a map of the exemplar's size",
+            Self::GuideTarget { .. } => "give targets of one size",
+            Self::GuideWeight { .. } => "use numbers from 0 up, not all of them 0",
+            Self::GuideProportion { .. } => "use weights that are closer, or 0",
+            Self::UnknownSample { .. } => "give a map that is whole",
+            Self::MissingSource { .. } => "give what it was made from",
+            Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
+        }
+        .to_owned()
     }
 }

@@ -26,15 +26,20 @@
 //! each channel in row-major order. Colours are compared as sRGB-encoded 8-bit values.
 #![forbid(unsafe_code)]
 
+mod averaging;
 mod domain;
 mod encoder;
 mod error;
 mod exemplars;
 mod grid;
 mod guide;
+mod look;
 mod normals;
 pub mod par;
+mod patch;
+mod payload;
 mod plane;
+mod rebase;
 mod render;
 mod resample;
 mod run;
@@ -43,19 +48,27 @@ mod seed;
 mod source_map;
 mod transform;
 mod usage;
+mod votes;
+mod window;
 
+pub use averaging::Averaging;
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};
 pub use exemplars::{Exemplars, Source};
 pub use grid::{Grid, reserve, try_vec};
 pub use guide::Guide;
+pub use look::Look;
 pub use normals::NormalCoding;
-pub use plane::{Depth, Plane, Role, Samples};
-pub use render::{Payload, Render};
+pub use patch::Patch;
+pub use payload::Payload;
+pub use plane::{Association, Depth, Plane, Role, Samples};
+pub use render::Render;
 pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Woven};
 pub use seam_costs::{SeamCosts, SeamMeasure};
 pub use seed::{Rng, Seed};
 pub use source_map::{SampleId, SourceMap, SourceTable};
 pub use transform::{Origin, Transform};
 pub use usage::Usage;
+pub use votes::Votes;
+pub use window::Window;

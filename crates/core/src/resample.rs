@@ -196,7 +196,7 @@ pub(crate) fn plane<const D: usize>(
         }
         Samples::F32(g) => shown!(F32, g, f64::from, |v| v as f32),
     };
-    Ok(Plane { role: plane.role, samples, alpha: plane.alpha })
+    Ok(Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association })
 }
 
 /// Turns the first two components (x right, y up) about their zero, and makes normals with a third one as long as they
@@ -283,6 +283,12 @@ mod tests {
             let expected = grid.get(0, exact.origin(turned.domain(), at));
             assert!((turned.get(0, at) - expected).abs() < 1e-4, "{at:?}");
         }
+    }
+
+    #[test]
+    fn only_axes_that_stay_as_they_are_keep_their_period() {
+        let domain = Resampling::new(0.0, 2.0, false).domain(Domain::periodic([5, 8, 6]));
+        assert_eq!(domain, Domain { shape: [5, 16, 12], periodic: [true, false, false] });
     }
 
     /// One normal, shown by a resampled source.

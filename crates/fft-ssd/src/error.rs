@@ -27,7 +27,7 @@ pub enum Error {
         found: u64,
     },
     /// One side of the template is 0.
-    #[error("the template is {shape:?}; every side must be at least 1")]
+    #[error("the template is {shape:?}, which holds nothing")]
     EmptyTemplate {
         /// The template's shape, slowest axis first.
         shape: Vec<u32>,
@@ -42,17 +42,35 @@ pub enum Error {
         /// The template's shape.
         shape: Vec<u32>,
     },
+    /// Weights and channels, or the channels of what is compared, differ in number.
+    #[error("{found} {what} for {expected}")]
+    Count {
+        /// What was counted, such as `weights`.
+        what: &'static str,
+        /// How many are needed.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// A mask does not match the picture that it lies over.
+    #[error("a picture of {expected:?} samples was given a mask of {found:?}")]
+    MaskShape {
+        /// The picture's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The mask's shape.
+        found: Vec<u32>,
+    },
     /// Costs can only be summed over the same positions and, in partial cover, the same samples.
-    #[error("costs of different positions cannot be summed; search both with templates of one shape and one placement")]
+    #[error("costs of different positions cannot be summed")]
     Mismatch,
     /// A weighted sum could pass 64 bits.
-    #[error("a weighted sum of costs may reach {bound:e}, beyond 64 bits; use smaller weights")]
+    #[error("a weighted sum of costs may reach {bound:e}, beyond 64 bits")]
     Overflow {
         /// The largest possible sum, about.
         bound: f64,
     },
     /// The template or the map of costs is larger than the machine can address.
-    #[error("a search over {positions} positions cannot be addressed; use a smaller exemplar or template")]
+    #[error("a search over {positions} positions cannot be addressed")]
     TooLarge {
         /// Positions asked for.
         positions: u64,
@@ -72,5 +90,21 @@ impl Error {
             Self::Core(e) => e.kind(),
             _ => ErrorKind::Input,
         }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::TemplateLength { .. } => "give every channel of every sample",
+            Self::MaskLength { .. } | Self::MaskShape { .. } => "give one mark for each sample",
+            Self::Count { .. } => "give one weight a channel, of which all have as many",
+            Self::EmptyTemplate { .. } => "give every side at least 1",
+            Self::Part { .. } => "keep parts inside of the template",
+            Self::Mismatch => "search both with templates of one shape and one placement",
+            Self::Overflow { .. } => "use smaller weights",
+            Self::TooLarge { .. } => "use a smaller exemplar or template",
+            Self::Core(e) => return e.remedy(),
+        }
+        .to_owned()
     }
 }

@@ -31,6 +31,9 @@
 //! # }
 //! ```
 //!
+//! Where *every* window of a picture is asked for, [`nearest`] answers by displacement, which shares the work of windows that
+//! overlap; [`alike`] counts the windows of a picture that stand in it again.
+//!
 //! # Direction of the offset
 //! At position `p`, sample `x` of the template is compared with source sample `x + p`. If the template was cut from the
 //! output at `o`, copying the source there is a translation by the offset `o - p` (output position = exemplar position
@@ -110,15 +113,13 @@ mod fft;
 mod job;
 mod kernel;
 mod memory;
+mod nearest;
 mod pack;
-mod periodicity;
-mod periods;
 mod placement;
 mod prepared;
 mod scratch;
 mod searcher;
 mod source;
-mod structure;
 mod sum;
 mod sums;
 mod taps;
@@ -129,11 +130,9 @@ pub use candidates::{Candidate, Candidates, Tolerance};
 pub use costs::{Costs, Errors, Positioned};
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
-pub use periodicity::periodicity;
-pub use periods::{Period, periods};
+pub use nearest::{Field, Neighbor, Windows, alike, nearest};
 pub use placement::{Cover, Placement, Positions};
 pub use scratch::Scratch;
 pub use searcher::{Engine, Options, SsdSearcher};
-pub use structure::{feature_size, feature_size_of};
 pub use sum::{SumScratch, Term, search_sum};
 pub use template::Template;

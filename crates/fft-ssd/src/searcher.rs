@@ -83,13 +83,19 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         Self::with_options(guide.exemplars(), options)
     }
 
-    /// A searcher over one grid.
-    pub(crate) fn of_grid(
+    /// A searcher over one grid, its samples valid where they are said to be.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if weights and channels differ, or memory is short.
+    pub fn of_grid(
         features: &'e Grid<u8, D>,
         valid: Option<&'e Grid<bool, D>>,
         weights: &[u8],
         options: Options,
     ) -> Result<Self, Error> {
+        if weights.len() != features.channels() {
+            return Err(selvedge_core::Error::Weights { expected: features.channels(), found: weights.len() }.into());
+        }
         Self::build(vec![SourceView::new(features, valid)], weights, options)
     }
 
@@ -166,6 +172,30 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
             }
         }
         Ok(())
+    }
+
+    /// The error of the template at the positions of a box, `count` along each axis from `first` on, of every source. What
+    /// sticks out of a source is not compared, also where it is periodic, but at least `least` unmasked samples are
+    /// ([`Cover::AtLeast`]).
+    ///
+    /// Thus a picture is compared with itself under all translations that matter, and no others.
+    ///
+    /// # Errors
+    /// Those of [`search`](Self::search).
+    pub fn search_box(
+        &self,
+        template: &Template<'_, D>,
+        first: [i32; D],
+        count: [u32; D],
+        least: u64,
+        scratch: &mut Scratch,
+        costs: &mut Costs<D>,
+    ) -> Result<(), Error> {
+        let template = template.check(self.channels())?;
+        let (first, count) = (lift(first, 0).map(|n| n as isize), lift(count, 1).map(|n| n as usize));
+        let range = Range { first, count, wraps: [false; 3] };
+        refill(&mut scratch.ranges, self.sources.iter().map(|_| range))?;
+        self.search_ranges(&template, Cover::AtLeast(least), scratch, costs)
     }
 
     /// Searches the ranges that lie in `scratch`.

@@ -9,10 +9,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use selvedge_core::{
-    Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, SourceMap,
-};
-use selvedge_graphcut_textures::{Feathered, Options, Placement, Splined, Start, Stats, graphcut, graphcut_from};
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, SourceMap};
+use selvedge_graphcut_textures::{Options, Placement, Start, Stats, graphcut, graphcut_from};
 
 /// Sides of the exemplar and of the output.
 const EXEMPLAR: u32 = 192;
@@ -30,8 +28,6 @@ enum Part {
     Begin(Placement, u32),
     /// A refinement.
     Step(Placement, u32),
-    Feather(f64),
-    Spline(u32),
 }
 
 const CASES: &[(&str, Part, &str)] = &[
@@ -43,10 +39,6 @@ const CASES: &[(&str, Part, &str)] = &[
     ("cut/96", Part::Step(Placement::Random, 96), "a cut, region of 96^2 and reach of 48"),
     ("refine/sub", Part::Step(Placement::Sub, 32), "a refinement, region of 32^2 and reach of 16"),
     ("refine/entire", Part::Step(Placement::Entire, 32), "the same"),
-    ("feather/2", Part::Feather(2.0), "feather the output, sigma of 2"),
-    ("feather/8", Part::Feather(8.0), "sigma of 8"),
-    ("spline/3", Part::Spline(3), "spline the output, 3 bands"),
-    ("spline/5", Part::Spline(5), "5 bands"),
 ];
 
 fn main() {
@@ -87,8 +79,6 @@ fn time(setup: &Setup, part: &Part, repeat: u32) -> [f64; 3] {
                 let costs = setup.costs(SeamMeasure::Gradient);
                 measure(|| _ = black_box(costs.total(&setup.map)))
             }
-            Part::Feather(sigma) => measure(|| drop(black_box(setup.feathered(*sigma)))),
-            Part::Spline(bands) => measure(|| drop(black_box(setup.splined(*bands)))),
         };
         processor += processed;
         clock.push(passed);
@@ -106,7 +96,6 @@ fn measure(run: impl FnOnce()) -> [f64; 2] {
 
 /// An exemplar, and an output that is covered with it.
 struct Setup {
-    plane: Plane<2>,
     exemplars: Exemplars<2>,
     map: SourceMap<2>,
 }
@@ -123,7 +112,7 @@ impl Setup {
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).expect("an exemplar");
         let options = options(Placement::Sub, 32, 0);
         let woven = graphcut(&exemplars, Domain::open([OUTPUT; 2]), &options, &Run::seeded(1)).expect("a run");
-        Self { plane, exemplars, map: woven.result }
+        Self { exemplars, map: woven.result }
     }
 
     /// Wrong answers are not timed.
@@ -134,9 +123,6 @@ impl Setup {
         assert_eq!(energy.first(), Some(&costs.total(&self.map)), "the energy is the price of all seams");
         assert_eq!(energy.last(), Some(&costs.total(&map)));
         assert!(energy.is_sorted_by(|a, b| a >= b) && energy.first() != energy.last());
-        let plain = self.map.render(&[&self.plane]).expect("a picture");
-        assert!(self.feathered(0.0) == plain && self.splined(0) == plain, "no blending changes nothing");
-        assert!(self.feathered(2.0) != plain && self.splined(3) != plain);
     }
 
     fn costs(&self, measure: SeamMeasure) -> SeamCosts<2> {
@@ -152,16 +138,6 @@ impl Setup {
     fn refine(&self, placement: Placement, region: u32, steps: u32) {
         let (_, stats) = self.refined(&options(placement, region, steps));
         assert_eq!(stats.refinements, u64::from(steps), "there are regions left to refine");
-    }
-
-    fn feathered(&self, sigma: f64) -> Plane<2> {
-        let feathered = Feathered::new(&self.map, self.exemplars.validity(), sigma).expect("in range");
-        feathered.render(&[&self.plane]).expect("a picture")
-    }
-
-    fn splined(&self, bands: u32) -> Plane<2> {
-        let splined = Splined::new(&self.map, self.exemplars.validity(), bands).expect("in range");
-        splined.render(&[&self.plane]).expect("a picture")
     }
 }
 

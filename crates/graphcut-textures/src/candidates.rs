@@ -1,8 +1,6 @@
 //! Candidates, and the draw among them. `[Kwatra03 eq. 3]`
 
-use selvedge_core::{Exemplars, Rng};
-
-use crate::patch::Patch;
+use selvedge_core::{Exemplars, Patch, Rng};
 
 /// An excess in units of the scale beyond which nothing is left of a probability in units of 2^-32.
 pub(crate) const NOTHING: f64 = 22.5;

@@ -1,13 +1,11 @@
 //! The output in the making.
 
-use selvedge_core::{Domain, Exemplars, Grid, SampleId, SeamCosts, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, Window};
 
 use crate::cut::{Cut, CutScratch, choices, cut};
 use crate::error::Error;
 use crate::error_cells::ErrorCells;
 use crate::frame::Frame;
-use crate::patch::Patch;
-use crate::window::Window;
 
 /// The map so far, the cost of its seams, and what must not change.
 #[derive(Debug)]
@@ -87,7 +85,7 @@ impl<'e, const D: usize> Canvas<'e, D> {
         scratch: &mut CutScratch<D>,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Offer<D>, Error> {
-        let frame = Frame::new(self.exemplars, &self.map, self.allowed.as_ref(), patch, window);
+        let frame = Frame::new(self.exemplars, &self.map, self.allowed.as_ref(), patch, window)?;
         let choices = choices(&frame, self.fixed.as_ref().map(|f| f.plane(0)));
         let cut = cut(&frame, &choices, &self.costs, scratch, cancelled)?;
         Ok(Offer { frame, cut })

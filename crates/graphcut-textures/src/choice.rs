@@ -1,16 +1,14 @@
 //! Which patch comes next: what may be laid over a region, and the draw among it. `[Kwatra03 4]`
 
-use selvedge_core::SampleId;
+use selvedge_core::{Patch, SampleId, Window};
 
 use crate::candidates::{Candidate, NOTHING, Shortlist, draw};
 use crate::error::Error;
 use crate::matching::Matches;
 use crate::options::Placement;
-use crate::patch::Patch;
-use crate::region::patches;
+use crate::reflection::reflects;
 use crate::usable::Usable;
 use crate::weaver::Weaver;
-use crate::window::Window;
 
 /// Patches that [`Placement::Random`] draws from, and draws after which it takes fewer.
 const RANDOM: usize = 64;
@@ -56,7 +54,7 @@ impl<const D: usize> Weaver<'_, D> {
         if self.placement != Placement::Random {
             self.matcher.search(&self.canvas.map, region, &near, usable, matches)?;
         }
-        let neighbours = patches(&self.canvas.map, region);
+        let neighbours = self.canvas.map.patches(region);
         let mut here = Here { region, at, usable, neighbours: &neighbours, forgets: false };
         let mut list = self.shortlist(&here, step, matches);
         if list.is_empty() {
@@ -102,7 +100,7 @@ impl<const D: usize> Weaver<'_, D> {
             here.usable.has(patch.source)
                 && self.canvas.offered(patch, here.at).is_some()
                 && !self.was_used(patch, here)
-                && !here.neighbours.iter().any(|n| patch.reflects(n, self.canvas.exemplars, here.region))
+                && !here.neighbours.iter().any(|n| reflects(patch, n, self.canvas.exemplars, here.region))
         };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()

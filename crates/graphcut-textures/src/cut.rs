@@ -5,12 +5,11 @@
 //! that each of the four choices would leave. Under eq. 1 that is the paper's seam node; under eq. 5, which is no
 //! metric, only the price of keeping both can be under-estimated, and the true cost of all seams never rises.
 
-use selvedge_core::{SampleId, SeamCosts};
+use selvedge_core::{SampleId, SeamCosts, Window};
 use selvedge_maxflow::{BinaryEnergy, Minimum, PairwiseTerm, Side};
 
 use crate::error::Error;
 use crate::frame::Frame;
-use crate::window::Window;
 
 /// The choice that a position has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,7 +127,7 @@ pub(crate) fn cut<const D: usize>(
 /// Place in the frame of each node of the span.
 fn places<const D: usize>(frame: &Frame<D>, span: &Window<D>) -> Vec<usize> {
     let domain = selvedge_core::Domain::open(frame.window.shape);
-    span.indices(domain).into_iter().map(|i| i as usize).collect()
+    span.places(domain).flatten().collect()
 }
 
 /// The box that holds all free positions, in the frame's own coordinates.

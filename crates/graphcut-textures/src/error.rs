@@ -7,7 +7,7 @@ use selvedge_core::ErrorKind;
 #[non_exhaustive]
 pub enum Error {
     /// An option is out of its range.
-    #[error("{option} is {value}, but must be {range}")]
+    #[error("{option} is {value}, which is out of range")]
     Range {
         /// The option's name.
         option: &'static str,
@@ -17,16 +17,13 @@ pub enum Error {
         range: &'static str,
     },
     /// The output has no samples.
-    #[error("an output of shape {shape:?} holds nothing; every side must be at least 1")]
+    #[error("an output of shape {shape:?} holds nothing")]
     EmptyOutput {
         /// The shape asked for, slowest axis first.
         shape: Vec<u32>,
     },
     /// No exemplar holds an error region.
-    #[error(
-        "no exemplar holds a region of {} (the largest is {largest:?}); use a smaller region or a larger exemplar",
-        sides(region)
-    )]
+    #[error("no exemplar holds a region of {} (the largest is {largest:?})", sides(region))]
     RegionExceedsExemplar {
         /// The region's shape, slowest axis first.
         region: Vec<u32>,
@@ -34,7 +31,7 @@ pub enum Error {
         largest: Vec<u32>,
     },
     /// A constraint has another shape than the output.
-    #[error("the {what} is {found:?}, but the output is {expected:?}; make them the same size")]
+    #[error("the {what} is {found:?}, but the output is {expected:?}")]
     Shape {
         /// Which one.
         what: &'static str,
@@ -44,13 +41,13 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// A scale field allows a position no source.
-    #[error("no source may be used at {at:?}; allow at least one everywhere")]
+    #[error("no source may be used at {at:?}")]
     NoSource {
         /// The position, slowest axis first.
         at: Vec<u32>,
     },
     /// A field of sources has one bit for each of at most 64.
-    #[error("a field of sources tells {most} sources apart, not {found}; use fewer exemplars, orientations or scales")]
+    #[error("a field of sources tells {most} sources apart, not {found}")]
     TooManySources {
         /// Sources of the exemplars.
         found: usize,
@@ -58,7 +55,7 @@ pub enum Error {
         most: usize,
     },
     /// A grid of [`Start`](crate::Start) has not exactly one channel.
-    #[error("the {what} has {found} channels; give it one")]
+    #[error("the {what} has {found} channels")]
     Channels {
         /// Which one.
         what: &'static str,
@@ -67,7 +64,7 @@ pub enum Error {
     },
     /// A fixed or initial map was made from other exemplars.
     #[error(
-        "the map was made from {found} sources with {held} samples, or names others than it holds, but the exemplars have {sources} with {samples}; give the exemplars and orientations that it was made from"
+        "the map was made from {found} sources with {held} samples, or names others than it holds, but the exemplars have {sources} with {samples}"
     )]
     ForeignMap {
         /// Sources of the map.
@@ -80,7 +77,7 @@ pub enum Error {
         samples: u32,
     },
     /// The memory budget does not suffice.
-    #[error("about {needed} bytes are needed, but {limit} are allowed; use a smaller size or raise the limit")]
+    #[error("about {needed} bytes are needed, but {limit} are allowed")]
     Memory {
         /// Bytes needed, about.
         needed: u64,
@@ -120,6 +117,26 @@ impl Error {
             Self::Core(error) => error.kind(),
             _ => ErrorKind::Input,
         }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Range { range, .. } => return format!("use {range}"),
+            Self::EmptyOutput { .. } => "give every side at least 1",
+            Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
+            Self::Shape { .. } => "make them the same size",
+            Self::NoSource { .. } => "allow at least one everywhere",
+            Self::TooManySources { .. } => "use fewer exemplars, orientations or scales",
+            Self::Channels { .. } => "give it one",
+            Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
+            Self::Memory { .. } => "use a smaller size or raise the limit",
+            Self::Cut(_) if self.kind() == ErrorKind::Memory => "use a smaller region or exemplar",
+            Self::Cut(_) => "please report it",
+            Self::Search(error) => return error.remedy(),
+            Self::Core(error) => return error.remedy(),
+        }
+        .to_owned()
     }
 
     /// True if the caller asked to stop.

@@ -1,9 +1,8 @@
 //! Where the seams are bad: their costs, summed over boxes. `[Kwatra03 4]`
 
-use selvedge_core::{Domain, SeamCosts, SourceMap, try_vec};
+use selvedge_core::{Domain, SeamCosts, SourceMap, Window, try_vec};
 
 use crate::error::Error;
-use crate::window::Window;
 
 /// Cells along a side of an error region.
 pub(crate) const CELLS_A_REGION: u32 = 4;
@@ -125,7 +124,7 @@ impl<const D: usize> ErrorCells<D> {
         for (axis, stride) in self.cells.strides().into_iter().enumerate() {
             let size = self.output.strides()[axis] as u32 * self.sides[axis];
             let mut along: Vec<usize> =
-                window.places(self.output, axis).flatten().map(|p| (p / size) as usize * stride).collect();
+                window.along(self.output, axis).flatten().map(|p| (p / size) as usize * stride).collect();
             along.sort_unstable();
             along.dedup();
             found = found.iter().flat_map(|f| along.iter().map(move |a| f + a)).collect();

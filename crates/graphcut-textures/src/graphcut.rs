@@ -15,7 +15,7 @@ use crate::weaver::Weaver;
 pub struct Stats<const D: usize> {
     /// The placement that was used: never [`Placement::Auto`].
     pub placement: Placement,
-    /// What [`Placement::Auto`] chose by: the exemplars' [`periodicity`](selvedge_fft_ssd::periodicity) (1 = 1000).
+    /// What [`Placement::Auto`] chose by: the exemplars' [`periodicity`](selvedge_analysis::periodicity) (1 = 1000).
     pub periodicity: Option<f64>,
     /// Sides of the error region that was used.
     pub region: [u32; D],

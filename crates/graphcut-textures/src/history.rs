@@ -2,9 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use selvedge_core::Domain;
-
-use crate::patch::Patch;
+use selvedge_core::{Domain, Patch};
 
 /// Vectors that differ by less than this along each axis count as the same.
 const GRAIN: i32 = 4;

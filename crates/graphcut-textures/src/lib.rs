@@ -29,7 +29,7 @@
 //!    over the regions whose seams cost most.
 //! 2. A minimum cut decides where the patch shows. Old seams, and the two patches that each of them parts, are read off
 //!    the map; the cut may cover them, keep them or replace them.
-//! 3. [`Feathered`] and [`Splined`] render a map with its seams blended; without them samples are copied bit for bit.
+//! 3. The map is rendered bit for bit, or by `selvedge-blending` with its seams blended.
 //!
 //! Everything is written over the number of axes: clips are woven by the same code as pictures. Outputs may be periodic
 //! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
@@ -68,7 +68,6 @@
 //! Graph Cuts*, SIGGRAPH 2003.
 #![forbid(unsafe_code)]
 
-mod blend;
 mod candidates;
 mod canvas;
 mod choice;
@@ -81,16 +80,13 @@ mod graphcut;
 mod history;
 mod matching;
 mod options;
-mod patch;
 mod refine;
-mod region;
+mod reflection;
 mod sizes;
 mod start;
 mod usable;
 mod weaver;
-mod window;
 
-pub use blend::{Feathered, Splined};
 pub use error::Error;
 pub use estimate::estimate;
 pub use graphcut::{Stats, graphcut, graphcut_from};

@@ -1,14 +1,11 @@
 //! Where exemplars fit: every translation that covers the error region, with its cost. `[Kwatra03 4]`
 
-use selvedge_core::{Exemplars, SimdLevel, Source, SourceMap};
+use selvedge_core::{Exemplars, Look, Patch, SimdLevel, Source, SourceMap, Window};
 use selvedge_fft_ssd::{Costs, Options as SearchOptions, Placement, Scratch, SsdSearcher, Template};
 
 use crate::candidates::Candidate;
 use crate::error::Error;
-use crate::patch::Patch;
-use crate::region::look;
 use crate::usable::Usable;
-use crate::window::Window;
 
 /// One source as exemplars of its own.
 #[derive(Debug)]
@@ -58,6 +55,7 @@ struct Part<'e, const D: usize> {
 /// What one search found, and the working memory of the next.
 #[derive(Debug)]
 pub(crate) struct Matches<const D: usize> {
+    look: Look,
     scratch: Scratch,
     /// Of each part of the matcher; `None` where it was left out.
     costs: Vec<Option<Costs<D>>>,
@@ -103,13 +101,14 @@ impl<'e, const D: usize> Matcher<'e, D> {
         to: &mut Matches<D>,
     ) -> Result<(), Error> {
         let mut window = window;
-        let mut seen = look(self.exemplars, map, window);
-        if !seen.known.contains(&true) {
+        to.look.at_map(self.exemplars, map, window, |_| true)?;
+        if !to.look.known().contains(&true) {
             // Nothing to compare: every translation that covers the region is as good.
-            (window, seen) = (region, look(self.exemplars, map, region));
+            window = region;
+            to.look.at_map(self.exemplars, map, region, |_| true)?;
         }
         to.start = window.start;
-        let template = Template::new(window.shape, &seen.features).masked(&seen.known);
+        let template = Template::new(window.shape, to.look.features()).masked(to.look.known());
         let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
         to.spare.extend(to.costs.drain(..).flatten());
         for Part { first, searcher } in &self.parts {
@@ -140,7 +139,7 @@ impl<'e, const D: usize> Matcher<'e, D> {
 
 impl<const D: usize> Default for Matches<D> {
     fn default() -> Self {
-        Self { scratch: Scratch::new(), costs: Vec::new(), spare: Vec::new(), start: [0; D] }
+        Self { look: Look::new(), scratch: Scratch::new(), costs: Vec::new(), spare: Vec::new(), start: [0; D] }
     }
 }
 

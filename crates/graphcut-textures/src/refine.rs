@@ -2,16 +2,13 @@
 //!
 //! Regions far enough apart to know nothing of each other are refined at once.
 
-use selvedge_core::par;
+use selvedge_core::{Patch, Window, par};
 
 use crate::canvas::Offer;
 use crate::choice::Drawn;
 use crate::error::Error;
 use crate::options::Options;
-use crate::patch::Patch;
-use crate::region::patches;
 use crate::weaver::{BATCH, Weaver, Worker};
-use crate::window::Window;
 
 /// For each so many regions of the output, one more failure in a row is borne.
 const REGIONS_A_FAILURE: u64 = 32;
@@ -137,7 +134,7 @@ impl<const D: usize> Weaver<'_, D> {
         self.note_drawn(&tried.drawn);
         tried.nodes.iter().for_each(|&nodes| self.count(nodes));
         let (patch, offer) = tried.best?;
-        let neighbours = patches(&self.canvas.map, region);
+        let neighbours = self.canvas.map.patches(region);
         if !self.canvas.improve(&offer) {
             return None;
         }

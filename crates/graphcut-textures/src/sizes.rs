@@ -1,7 +1,7 @@
 //! What a run takes from its exemplars before it begins: the way of matching, regions, reach, and the scale of its draws.
 
+use selvedge_analysis::{feature_size, periodicity};
 use selvedge_core::Exemplars;
-use selvedge_fft_ssd::{feature_size, periodicity};
 
 use crate::candidates::variance;
 use crate::error::Error;

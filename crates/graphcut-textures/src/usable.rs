@@ -1,9 +1,8 @@
 //! Which sources are worth a patch where a field says which may show.
 
-use selvedge_core::Domain;
+use selvedge_core::{Domain, Window};
 
 use crate::canvas::Canvas;
-use crate::window::Window;
 
 /// A patch has to show in at least one of so many positions that it is laid for. One that shows in a sliver alone, because
 /// its scale ends there, costs a search and a cut, and the next one has to begin where it did.
@@ -28,13 +27,12 @@ impl Usable {
     pub(crate) fn of<const D: usize>(canvas: &Canvas<'_, D>, region: &Window<D>, at: [i32; D]) -> Self {
         let Some(allowed) = &canvas.allowed else { return Self::all() };
         let (allowed, ids, output) = (allowed.plane(0), canvas.map.ids.plane(0), canvas.domain());
-        let places = region.indices(output);
-        let is_hole = |place: &&u32| !ids[**place as usize].is_assigned();
-        let holes: Vec<u32> = places.iter().filter(is_hole).copied().collect();
+        let places: Vec<usize> = region.places(output).flatten().collect();
+        let holes: Vec<usize> = places.iter().filter(|&&place| !ids[place].is_assigned()).copied().collect();
         let wanted = if holes.is_empty() { places } else { holes };
         let mut shown = [0_u32; u64::BITS as usize];
         for &place in &wanted {
-            sources(allowed[place as usize]).for_each(|s| shown[s] += 1);
+            sources(allowed[place]).for_each(|s| shown[s] += 1);
         }
         let here = place(output, at).map_or(0, |place| allowed[place]);
         let most = sources(here).map(|s| shown[s]).max().unwrap_or(0);

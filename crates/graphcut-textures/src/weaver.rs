@@ -1,6 +1,6 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, par};
+use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Window, par};
 
 use crate::canvas::Canvas;
 use crate::cut::CutScratch;
@@ -10,11 +10,8 @@ use crate::graphcut::Stats;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
-use crate::patch::Patch;
-use crate::region::patches;
 use crate::sizes::Sizes;
 use crate::start::Start;
-use crate::window::Window;
 
 /// A run: the output in the making, and what is needed to go on.
 pub(crate) struct Weaver<'a, const D: usize> {
@@ -123,7 +120,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let mut shape = self.region;
         loop {
             let region = self.region_around(at, shape);
-            let hole = unwrapped(at, &region, self.canvas.domain());
+            let hole = region.unwrapped(self.canvas.domain(), at);
             let mut worker = std::mem::take(&mut self.workers[0]);
             let drawn = self.choose(&region, hole, 1, self.step, &mut worker.matches)?;
             self.step += 1;
@@ -154,7 +151,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
 
     fn cover(&mut self, patch: &Patch<D>, region: &Window<D>, scratch: &mut CutScratch<D>) -> Result<(), Error> {
         let window = self.window(patch, region);
-        let neighbours = patches(&self.canvas.map, region);
+        let neighbours = self.canvas.map.patches(region);
         let offer = self.canvas.offer(patch, &window, scratch, &|| self.run.observer.cancelled())?;
         self.count(offer.cut.nodes);
         self.canvas.lay(&offer);
@@ -193,14 +190,6 @@ impl<'a, const D: usize> Weaver<'a, D> {
         }
         near
     }
-}
-
-/// A position of the output in the turn of its periodic axes that a window is in.
-fn unwrapped<const D: usize>(at: [u32; D], window: &Window<D>, output: Domain<D>) -> [i32; D] {
-    std::array::from_fn(|a| {
-        let (p, side) = (at[a] as i32, output.shape[a] as i32);
-        if output.periodic[a] { window.start[a] + (p - window.start[a]).rem_euclid(side) } else { p }
-    })
 }
 
 /// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it.

@@ -7,7 +7,7 @@ use selvedge_core::ErrorKind;
 #[non_exhaustive]
 pub enum Error {
     /// A blur that is negative, too large, or no number.
-    #[error("a blur of {sigma} px is out of range; use 0 to {limit}")]
+    #[error("a blur of {sigma} px is out of range")]
     Blur {
         /// The blur asked for.
         sigma: f64,
@@ -25,6 +25,14 @@ impl Error {
         match self {
             Self::Blur { .. } => ErrorKind::Option,
             Self::Core(error) => error.kind(),
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Blur { limit, .. } => format!("use 0 to {limit}"),
+            Self::Core(error) => error.remedy(),
         }
     }
 }

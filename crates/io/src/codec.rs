@@ -4,13 +4,13 @@ use std::any::Any;
 use std::io::{BufRead, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use selvedge_core::{Plane, Samples};
+use selvedge_core::{Association, Plane, Samples};
 
 use crate::error::Problem;
 use crate::header::Header;
 use crate::metadata::Metadata;
 use crate::read::ReadOptions;
-use crate::{Format, Warning, WriteOptions, exr, image, png, tiff};
+use crate::{Format, Warning, WriteOptions, exr, image, jpeg, png, tiff};
 
 /// Metadata of one file may not take more bytes than this, packed or unpacked.
 pub(crate) const METADATA_BYTES: usize = 16 << 20;
@@ -48,13 +48,15 @@ pub(crate) struct Description {
     /// EXIF orientation, 1..=8.
     pub(crate) orientation: u8,
     pub(crate) metadata: Metadata,
+    /// How colour and alpha go together, in files that say so.
+    pub(crate) association: Option<Association>,
     /// All channels of a file that has names for them.
     pub(crate) channel_names: Vec<String>,
 }
 
 impl Description {
     pub(crate) fn new(header: Header, metadata: Metadata) -> Self {
-        Self { header, orientation: 1, metadata, channel_names: Vec::new() }
+        Self { header, orientation: 1, metadata, association: None, channel_names: Vec::new() }
     }
 }
 
@@ -71,7 +73,7 @@ pub(crate) fn describe(
         Format::Png => png::describe(input, context),
         Format::Tiff => tiff::describe(input, context),
         Format::Exr => exr::describe(input, context),
-        Format::Jpeg => image::jpeg::describe(input, context),
+        Format::Jpeg => jpeg::describe(input, context),
         Format::Hdr => image::hdr::describe(input, context),
         Format::Webp => image::webp::describe(input, context),
         Format::Gif => image::gif::describe(input, context),
@@ -85,7 +87,7 @@ pub(crate) fn decode(format: Format, input: &mut dyn Input, context: &mut Contex
         Format::Png => png::decode(input, context),
         Format::Tiff => tiff::decode(input, context),
         Format::Exr => exr::decode(input, context),
-        Format::Jpeg => image::jpeg::decode(input, context),
+        Format::Jpeg => jpeg::decode(input, context),
         Format::Hdr => image::hdr::decode(input, context),
         Format::Webp => image::webp::decode(input, context),
         Format::Gif => image::gif::decode(input, context),
@@ -104,7 +106,7 @@ pub(crate) fn encode(
         Format::Png => png::encode(plane, metadata),
         Format::Tiff => tiff::encode(plane, metadata),
         Format::Exr => exr::encode(plane, metadata),
-        Format::Jpeg => image::jpeg::encode(plane, metadata, options.quality),
+        Format::Jpeg => jpeg::encode(plane, metadata, options.quality),
         Format::Hdr => image::hdr::encode(plane, metadata),
         Format::Webp => image::webp::encode(plane, metadata),
         Format::Gif | Format::Bmp => Err(Problem::UnknownFormat { extension: format.name().to_owned() }),

@@ -4,26 +4,10 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use selvedge_core::ErrorKind;
+
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
-
-/// Who can mend an error; the program's exit code follows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ErrorKind {
-    /// An option is wrong by itself.
-    Option,
-    /// The file is wrong, or does not fit an option.
-    Input,
-    /// Missing, denied, read-only, in the way.
-    FileSystem,
-    /// The disk or the quota is full.
-    NoSpace,
-    /// The memory budget does not suffice.
-    Memory,
-    /// A promise of the library was broken.
-    Internal,
-}
 
 /// A file and what is wrong with it. Shown as one line: `'dir/a.png': 0x7 px has no samples; give a larger picture`.
 #[derive(Debug)]
@@ -177,6 +161,18 @@ pub enum Problem {
         /// Row of the first one, from 0.
         y: u32,
     },
+    /// Colours that were multiplied by an alpha of 0 and are not 0: they cannot be divided by it.
+    #[error(
+        "{count} sample(s) have light where alpha is 0, the first at x={x} y={y}, which straight alpha cannot hold"
+    )]
+    LightWithoutAlpha {
+        /// How many.
+        count: u64,
+        /// Column of the first one, from 0.
+        x: u32,
+        /// Row of the first one, from 0.
+        y: u32,
+    },
     /// A layer or channel that the file does not have.
     #[error("no {wanted} in it; it holds {found}")]
     NoChannel {
@@ -244,7 +240,7 @@ pub enum Problem {
         budget: u64,
     },
     /// An error of the samples themselves.
-    #[error("{}", in_two(.0).0)]
+    #[error(transparent)]
     Core(#[from] selvedge_core::Error),
     /// An encoder failed on valid samples.
     #[error("the {format} encoder failed ({cause})")]
@@ -259,7 +255,6 @@ pub enum Problem {
 impl Problem {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
-        use selvedge_core::ErrorKind as Core;
         match self {
             // What the format cannot hold depends on the picture: the option was fine by itself.
             Self::UnknownFormat { .. } | Self::Quality { .. } => ErrorKind::Option,
@@ -274,26 +269,18 @@ impl Problem {
             Self::NoSpace { .. } => ErrorKind::NoSpace,
             Self::Memory { .. } => ErrorKind::Memory,
             Self::Encoder { .. } => ErrorKind::Internal,
-            Self::Core(e) => match e.kind() {
-                Core::Option => ErrorKind::Option,
-                Core::Memory => ErrorKind::Memory,
-                Core::Internal => ErrorKind::Internal,
-                _ => ErrorKind::Input,
-            },
+            Self::Core(e) => e.kind(),
             _ => ErrorKind::Input,
         }
     }
 
-    /// What to do about it.
+    /// What to do about it, in terms of the data: options have other names in every program.
     pub fn remedy(&self) -> String {
         let fixed = match self {
             Self::UnknownFormat { .. } => return format!("write one of {}", Format::written()),
             Self::DepthNotHeld { format, depth } => {
-                return format!(
-                    "use --depth {}, or write {}",
-                    format.depths().iter().map(|d| d.name()).collect::<Vec<_>>().join("|"),
-                    Format::holding(*depth)
-                );
+                let depths: Vec<&str> = format.depths().iter().map(|d| d.name()).collect();
+                return format!("convert it to {}, or write {}", depths.join(" or "), Format::holding(*depth));
             }
             Self::UnknownContent => return format!("give one of {}", Format::read()),
             Self::ChannelsNotHeld { format, channels: 1 | 3, alpha: true } => {
@@ -308,9 +295,10 @@ impl Problem {
             Self::Unsupported { .. } => "convert it to png, tiff or exr first",
             Self::NoSamples { .. } => "give a picture with samples",
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
-            Self::NotFinite { .. } => "use --nonfinite zero or --nonfinite clamp",
+            Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
+            Self::LightWithoutAlpha { .. } => "write exr, or read the colours alone with 'file.exr[R,G,B]'",
             Self::NoChannel { .. } => "choose with 'file.exr[layer]' or 'file.exr[R,G,B]'",
-            Self::NotAMap { .. } => "give a file written with --map",
+            Self::NotAMap { .. } => "give a file that was written as a map",
             Self::IsAMap => "give a picture, or apply the map to one",
             Self::ExemplarCount { .. } => "name every exemplar, in order",
             Self::Missing => "check the name",
@@ -318,12 +306,12 @@ impl Problem {
             Self::Denied => "check the permissions",
             Self::Folder => "name a file in it",
             Self::Special => "give a regular file, or '-' for a stream",
-            Self::Exists => "choose another name, or leave out --no-clobber",
+            Self::Exists => "choose another name, or let it be replaced",
             Self::IsInput { .. } => "choose another name",
             Self::FileSystem(_) => "check the path and the disk",
             Self::NoSpace { .. } => "free some, or write elsewhere",
-            Self::Memory { .. } => "give a smaller picture, or raise --max-memory",
-            Self::Core(e) => return in_two(e).1,
+            Self::Memory { .. } => "give a smaller picture, or allow more",
+            Self::Core(e) => return e.remedy(),
             Self::Quality { .. } => "use 1 to 100",
             Self::Encoder { .. } => "please report it",
         };
@@ -380,13 +368,6 @@ fn plain(cause: &str) -> String {
     let rest = first.strip_prefix(|c: char| c.is_ascii_uppercase()).filter(|rest| !rest.is_empty());
     let sentence = rest.is_some_and(|rest| rest.chars().all(char::is_lowercase));
     if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
-}
-
-/// Message and remedy of an error that carries both in one line.
-fn in_two(error: &selvedge_core::Error) -> (String, String) {
-    let line = error.to_string();
-    let (message, remedy) = line.split_once("; ").unwrap_or((&line, "check the input"));
-    (message.to_owned(), remedy.to_owned())
 }
 
 #[cfg(test)]

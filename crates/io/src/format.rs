@@ -116,7 +116,7 @@ impl Format {
     }
 
     /// Names of the formats that hold a depth.
-    pub(crate) fn holding(depth: Depth) -> String {
+    pub fn holding(depth: Depth) -> String {
         names(|f| f.depths().contains(&depth))
     }
 }

@@ -1,7 +1,7 @@
 //! A block size for an exemplar.
 
+use selvedge_analysis::feature_size_of;
 use selvedge_core::{Exemplars, Source, try_vec};
-use selvedge_fft_ssd::feature_size_of;
 
 use crate::options::Error;
 

@@ -46,20 +46,16 @@ impl<'a> Cloth<'a> {
 
     /// Writes the samples of the chosen block.
     fn paste(&mut self, block: &Block, chosen: Candidate, new: Option<&[bool]>) {
-        let (output, SourceMap { ids, table }) = (self.map.domain(), &mut *self.map);
-        let [height, width] = block.shape().map(|side| side as usize);
-        // Blocks of a periodic output may reach over the end of a row.
-        let inside = width.min((output.shape[1] - block.columns.start) as usize);
+        let (window, [height, width]) = (block.window(), block.shape());
+        let mut places = window.places(self.map.domain());
+        let SourceMap { ids, table } = &mut *self.map;
         let ids = ids.plane_mut(0);
         for y in 0..height {
-            let first = table.id(chosen.source, [chosen.at[0] + y as u32, chosen.at[1]]).get();
-            let row = new.map(|new| &new[y * width..][..width]);
-            for columns in [0..inside, inside..width] {
-                let to = output.index(block.position(output, [y as u32, columns.start as u32]));
-                for (x, id) in columns.clone().zip(&mut ids[to..]) {
-                    if row.is_none_or(|row| row[x]) {
-                        *id = SampleId::new(first + x as u32);
-                    }
+            let first = table.id(chosen.source, [chosen.at[0] + y, chosen.at[1]]).get();
+            let row = new.map(|new| &new[(y * width) as usize..][..width as usize]);
+            for (x, place) in (0..width).zip(&mut places) {
+                if let Some(place) = place.filter(|_| row.is_none_or(|row| row[x as usize])) {
+                    ids[place] = SampleId::new(first + x);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! What fits one block: a draw from all places that do, and the cut against what lies there. `[Efros01 2]`
 
-use selvedge_core::{Rng, try_vec};
+use selvedge_core::{Look, Rng, try_vec};
 
 use crate::block_grid::Block;
 use crate::boundary_cut::{Cut, Overlaps, boundary_cut};
@@ -9,7 +9,6 @@ use crate::options::{Error, Stage};
 use crate::pass::Pass;
 use crate::search::{self, Candidate, Preference, Search, Space, Term};
 use crate::steering::Followed;
-use crate::under::Under;
 
 /// Who finds blocks: by what the pass is told, and by all that was laid so far.
 pub(crate) struct Finder<'f, 'a, S> {
@@ -22,7 +21,7 @@ pub(crate) struct Finder<'f, 'a, S> {
 pub(crate) struct Worker<S: Search> {
     search: S::Scratch,
     /// The output under the block, where blocks of this pass lie.
-    pub(crate) overlap: Under,
+    pub(crate) overlap: Look,
     followed: Followed,
 }
 
@@ -35,10 +34,9 @@ pub(crate) struct Find {
     pub(crate) cut: Option<Cut>,
 }
 
-impl<S: Search> Worker<S> {
-    pub(crate) fn new(pass: &Pass<'_>) -> Result<Self, Error> {
-        let overlap = Under::for_blocks(pass.block, pass.exemplars)?;
-        Ok(Self { search: S::Scratch::default(), overlap, followed: Followed::default() })
+impl<S: Search> Default for Worker<S> {
+    fn default() -> Self {
+        Self { search: S::Scratch::default(), overlap: Look::new(), followed: Followed::default() }
     }
 }
 
@@ -48,7 +46,7 @@ impl<S: Search> Finder<'_, '_, S> {
         let block = self.pass.grid.block(number);
         // Random blocks agree with nothing.
         let compared = |p| self.pass.stage != Stage::Random && block.is_overlap(p);
-        worker.overlap.read(self.pass.exemplars, self.cloth.map, &block, compared)?;
+        worker.overlap.at_map(self.pass.exemplars, self.cloth.map, &block.window(), compared)?;
         if self.pass.steering.is_none() && self.cloth.usage.is_even() && worker.overlap.samples() == 0 {
             return Ok(Find { number, chosen: None, cut: None });
         }
@@ -63,7 +61,7 @@ impl<S: Search> Finder<'_, '_, S> {
     /// A uniform draw from the candidates within the tolerance, and how many they are.
     fn choose(&self, number: usize, block: &Block, worker: &mut Worker<S>) -> Result<(Candidate, u32), Error> {
         let Worker { search, overlap, followed } = worker;
-        let agree = [Term { space: Space::Texture, template: overlap.template(), weight: 1 }];
+        let agree = [Term::new(Space::Texture, block.shape(), overlap)];
         let steering = self.pass.steering.as_ref();
         let terms = steering.map(|s| s.terms(self.pass.exemplars, block, overlap, followed)).transpose()?;
         let preference = Preference {
@@ -77,15 +75,15 @@ impl<S: Search> Finder<'_, '_, S> {
     }
 
     /// Where the chosen block shows. `[Efros01 2.1]`
-    fn cut(&self, block: &Block, chosen: Candidate, under: &Under) -> Result<Cut, Error> {
-        let [h, w] = under.shape.map(|v| v as usize);
+    fn cut(&self, block: &Block, chosen: Candidate, under: &Look) -> Result<Cut, Error> {
+        let [h, w] = block.shape().map(|v| v as usize);
         let features = &self.pass.exemplars.sources()[chosen.source].features;
         let stride = features.domain().shape[1] as usize;
         let corner = features.domain().index(chosen.at);
         let mut error = try_vec(h * w, 0_u64)?;
         for (c, &weight) in self.pass.exemplars.weights().iter().enumerate() {
-            let (old, new) = (under.features[c * h * w..].chunks(w), features.plane(c)[corner..].chunks(stride));
-            let rows = error.chunks_mut(w).zip(under.mask.chunks(w)).zip(old.zip(new));
+            let (old, new) = (under.features()[c * h * w..].chunks(w), features.plane(c)[corner..].chunks(stride));
+            let rows = error.chunks_mut(w).zip(under.known().chunks(w)).zip(old.zip(new));
             for ((error, mask), (old, new)) in rows {
                 for (((e, &on), &old), &new) in error.iter_mut().zip(mask).zip(old).zip(new) {
                     let d = u32::from(new.abs_diff(old));

@@ -77,7 +77,6 @@ mod steering;
 mod strip;
 mod transfer;
 mod transfer_options;
-mod under;
 
 pub use auto_block::suggest_block;
 pub use estimate::{estimate, estimate_transfer};

@@ -123,10 +123,10 @@ pub(crate) fn check_spread(spread: f64) -> Result<(), Error> {
 #[non_exhaustive]
 pub enum Error {
     /// A block of no samples.
-    #[error("a block of 0 px holds nothing; use a block of at least 1")]
+    #[error("a block of 0 px holds nothing")]
     Block,
     /// A transfer's block has no room for an overlap.
-    #[error("a transfer in blocks of {block} px has no overlap to match; use a block of at least {least}")]
+    #[error("a transfer in blocks of {block} px has no overlap to match")]
     TransferBlock {
         /// The block asked for.
         block: u32,
@@ -134,7 +134,7 @@ pub enum Error {
         least: u32,
     },
     /// The overlap exceeds half a block.
-    #[error("an overlap of {overlap} px is more than half of the {block} px block; use at most {limit}")]
+    #[error("an overlap of {overlap} px is more than half of the {block} px block")]
     Overlap {
         /// The overlap asked for.
         overlap: u32,
@@ -144,27 +144,25 @@ pub enum Error {
         limit: u32,
     },
     /// Blocks that agree with nothing have nothing to overlap for.
-    #[error(
-        "random blocks do not overlap, and an overlap of {overlap} px was given; leave it out or choose another stage"
-    )]
+    #[error("random blocks do not overlap, and an overlap of {overlap} px was given")]
     RandomOverlap {
         /// The overlap asked for.
         overlap: u32,
     },
     /// The tolerance is negative, too large, or no number.
-    #[error("a tolerance of {tolerance} is out of range; use 0 to 100")]
+    #[error("a tolerance of {tolerance} is out of range")]
     Tolerance {
         /// The tolerance asked for.
         tolerance: f64,
     },
     /// A spread that is negative, too large, or no number.
-    #[error("a spread of {spread} is out of range; use 0 (whatever fits best) to 10")]
+    #[error("a spread of {spread} is out of range")]
     Spread {
         /// The spread asked for.
         spread: f64,
     },
     /// No pass, or too many.
-    #[error("{passes} passes are out of range; use 1 to {limit}")]
+    #[error("{passes} passes are out of range")]
     Passes {
         /// The passes asked for.
         passes: u32,
@@ -172,15 +170,13 @@ pub enum Error {
         limit: u32,
     },
     /// A share that is no fraction.
-    #[error("an alpha of {alpha} is out of range; use 0 (only the target counts) to 1 (only the texture)")]
+    #[error("an alpha of {alpha} is out of range")]
     Alpha {
         /// The alpha asked for.
         alpha: f64,
     },
     /// No exemplar holds a block.
-    #[error(
-        "{width}x{height} px is smaller than the {block} px block; use a block of at most {limit} or a larger exemplar"
-    )]
+    #[error("{width}x{height} px is smaller than the {block} px block")]
     BlockExceedsExemplar {
         /// The block.
         block: u32,
@@ -192,7 +188,7 @@ pub enum Error {
         limit: u32,
     },
     /// Masks leave no place for a block.
-    #[error("no {height}x{width} px block of the exemplar is free of masked samples; use a smaller block or mask less")]
+    #[error("no {height}x{width} px block of the exemplar is free of masked samples")]
     Masked {
         /// Height of the block.
         height: u32,
@@ -200,7 +196,7 @@ pub enum Error {
         width: u32,
     },
     /// The output has no samples.
-    #[error("an output of {width}x{height} px holds nothing; use at least 1x1")]
+    #[error("an output of {width}x{height} px holds nothing")]
     EmptyOutput {
         /// Its width.
         width: u32,
@@ -208,9 +204,7 @@ pub enum Error {
         height: u32,
     },
     /// The output is over the run's caps.
-    #[error(
-        "an output of {width}x{height} px is over the caps of {side} px a side and {samples} px in all; make it smaller"
-    )]
+    #[error("an output of {width}x{height} px is over the caps of {side} px a side and {samples} px in all")]
     OutputExceedsLimits {
         /// Its width.
         width: u32,
@@ -222,7 +216,7 @@ pub enum Error {
         samples: u64,
     },
     /// The run would need more memory than it may use.
-    #[error("needs about {needed} bytes of memory, and {budget} are allowed; make the output or the exemplars smaller")]
+    #[error("needs about {needed} bytes of memory, and {budget} are allowed")]
     Memory {
         /// The estimate.
         needed: u64,
@@ -258,6 +252,27 @@ impl Error {
             Self::Search(error) => error.kind(),
         }
     }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Block => "use a block of at least 1".into(),
+            Self::TransferBlock { least, .. } => format!("use a block of at least {least}"),
+            Self::Overlap { limit, .. } => format!("use at most {limit}"),
+            Self::RandomOverlap { .. } => "leave it out or choose another stage".into(),
+            Self::Tolerance { .. } => "use 0 to 100".into(),
+            Self::Spread { .. } => "use 0 (whatever fits best) to 10".into(),
+            Self::Passes { limit, .. } => format!("use 1 to {limit}"),
+            Self::Alpha { .. } => "use 0 (only the target counts) to 1 (only the texture)".into(),
+            Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
+            Self::Masked { .. } => "use a smaller block or mask less".into(),
+            Self::EmptyOutput { .. } => "use at least 1x1".into(),
+            Self::OutputExceedsLimits { .. } => "make it smaller".into(),
+            Self::Memory { .. } => "make the output or the exemplars smaller".into(),
+            Self::Core(error) => error.remedy(),
+            Self::Search(error) => error.remedy(),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -273,11 +288,12 @@ mod tests {
 
     #[test]
     fn wrong_options_are_named_with_their_numbers() {
-        let with = |options: Options| options.validate().unwrap_err().to_string();
+        let with = |options: Options| options.validate().unwrap_err();
         let block = Options { block: Some(0), ..Options::default() };
-        assert!(with(block).contains("0 px"));
-        let overlap = Options { block: Some(10), overlap: Some(6), ..Options::default() };
-        assert_eq!(with(overlap), "an overlap of 6 px is more than half of the 10 px block; use at most 5");
+        assert!(with(block).to_string().contains("0 px"));
+        let overlap = with(Options { block: Some(10), overlap: Some(6), ..Options::default() });
+        assert_eq!(overlap.to_string(), "an overlap of 6 px is more than half of the 10 px block");
+        assert_eq!((overlap.remedy().as_str(), overlap.kind()), ("use at most 5", ErrorKind::Option));
         for wrong in [-0.1, f64::NAN, f64::INFINITY] {
             assert!(Options { tolerance: wrong, ..Options::default() }.validate().is_err());
             assert!(Options { spread: wrong, ..Options::default() }.validate().is_err());

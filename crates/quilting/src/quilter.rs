@@ -47,7 +47,7 @@ impl<'a, S: Search> Quilter<'a, S> {
     ) -> Result<Self, Error> {
         let (free, cloth) = (FreePlaces::new(pass.exemplars), Cloth::new(&pass, map)?);
         let at_once = at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
-        let workers = (0..at_once).map(|_| Worker::new(&pass)).collect::<Result<_, _>>()?;
+        let workers = (0..at_once).map(|_| Worker::default()).collect();
         Ok(Self { search, pass, run, cloth, free, workers, counts: Counts::default() })
     }
 

@@ -1,11 +1,10 @@
 //! What a block of a transfer follows: its neighbours, the last pass, and the target, each with its weight.
 
-use selvedge_core::{Exemplars, Guide, SourceMap};
+use selvedge_core::{Exemplars, Guide, Look, SourceMap};
 
 use crate::block_grid::Block;
 use crate::options::Error;
 use crate::search::{Space, Term};
-use crate::under::Under;
 
 /// What blocks follow besides their neighbours. `[Efros01 3]`
 pub(crate) struct Steering<'a> {
@@ -19,8 +18,8 @@ pub(crate) struct Steering<'a> {
 /// What lies under one block: what the last pass laid, and the target.
 #[derive(Default)]
 pub(crate) struct Followed {
-    under: Under,
-    target: Under,
+    under: Look,
+    target: Look,
 }
 
 impl<'a> Steering<'a> {
@@ -35,28 +34,28 @@ impl<'a> Steering<'a> {
         &self,
         exemplars: &Exemplars<2>,
         block: &Block,
-        overlap: &'t Under,
+        overlap: &'t Look,
         followed: &'t mut Followed,
     ) -> Result<Vec<Term<'t>>, Error> {
         let Followed { under, target } = followed;
-        target.read_target(self.guide, block)?;
+        target.at_grid(self.guide.target(), self.guide.asked(), &block.window())?;
         let mut samples = overlap.samples();
         if let Some(last) = self.last {
-            under.read(exemplars, last, block, |_| true)?;
+            under.at_map(exemplars, last, &block.window(), |_| true)?;
             samples += under.samples();
         }
-        let texture = samples * whole(exemplars.weights());
-        let guide = target.samples() * whole(self.guide.weights());
+        let texture = samples as u64 * whole(exemplars.weights());
+        let guide = target.samples() as u64 * whole(self.guide.weights());
         let [texture, guide] = mean_weights([(self.alpha, texture), (1000 - self.alpha, guide)]);
 
         let mut terms = Vec::with_capacity(3);
         if 0 < overlap.samples() {
-            terms.push(Term { space: Space::Texture, template: overlap.template(), weight: texture });
+            terms.push(Term { weight: texture, ..Term::new(Space::Texture, block.shape(), overlap) });
         }
         if self.last.is_some() {
-            terms.push(Term { space: Space::Texture, template: under.template(), weight: texture });
+            terms.push(Term { weight: texture, ..Term::new(Space::Texture, block.shape(), under) });
         }
-        terms.push(Term { space: Space::Guide, template: target.template(), weight: guide });
+        terms.push(Term { weight: guide, ..Term::new(Space::Guide, block.shape(), target) });
         Ok(terms)
     }
 }
@@ -114,8 +113,8 @@ mod tests {
             *id = exemplars.table().id(0, [LAID[0] + at[0], LAID[1] + at[1]]);
         }
         let block = BlockGrid::new(Domain::open(shape), 5, 2).block(0);
-        let mut overlap = Under::default();
-        overlap.read(&exemplars, &last, &block, |_| false).unwrap();
+        let mut overlap = Look::new();
+        overlap.at_map(&exemplars, &last, &block.window(), |_| false).unwrap();
         let steering = Steering::new(&guide, (!is_first_pass).then_some(&last), alpha);
         let mut followed = Followed::default();
         let terms = steering.terms(&exemplars, &block, &overlap, &mut followed).unwrap();

@@ -23,7 +23,7 @@ impl Man {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("man");
-        let pages = pages().map_err(|e| Failure::new(70, e.to_string()))?;
+        let pages = pages().map_err(|e| Failure::new(70, e.to_string()).remedy("please report it"))?;
         let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| self.folder.join(name)).collect();
         outputs::check(session, &paths, &[])?;
         let (would, n) = (if session.global.dry_run { "would be " } else { "" }, pages.len());

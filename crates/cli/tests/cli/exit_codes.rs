@@ -1,6 +1,6 @@
 //! Every exit code, each with one line on standard error and, with `--json`, one object on standard output.
 
-use crate::program::Folder;
+use crate::program::{Folder, fixtures};
 
 /// Command lines that fail, their codes, and what their lines name.
 const REFUSED: [(&str, i32, &[&str]); 33] = [
@@ -101,4 +101,37 @@ fn help_and_versions_are_answers() {
         assert!(!said.stdout.is_empty() && said.stderr.is_empty(), "{line}");
         assert!(!said.stdout.contains(&0x1b), "{line}: escapes where nobody asked for colours");
     }
+}
+
+#[test]
+fn a_name_may_hold_any_sign_that_would_part_a_message() {
+    let folder = Folder::new("semicolons");
+    std::fs::write(folder.path("a; b.png"), "no picture").unwrap();
+    let refused = |words: &[&str], exit: i32, parts: [&str; 3]| {
+        let words = words.iter().map(|word| word.replace('@', &fixtures())).chain(["--json".to_owned()]);
+        let said = folder.run_words(words).refused(exit, &parts);
+        let error = said.json()["error"].clone();
+        let [path, message, remedy] = ["path", "message", "remedy"].map(|key| error[key].as_str().unwrap_or_default());
+        assert_eq!([path, message, remedy], parts, "{said:?}");
+    };
+    refused(
+        &["quilt", "a; b.png", "-o", "o.png"],
+        3,
+        [
+            "a; b.png",
+            "is no picture in a format that can be read",
+            "give one of png, jpeg, tiff, exr, hdr, webp, gif, bmp",
+        ],
+    );
+    refused(
+        &["quilt", "@/weave.png", "-o", "o.png", "--size", "1; use 2"],
+        2,
+        ["", "invalid value '1; use 2' for '--size <SIZE>': '1; use 2' is no size", "write 512, 512x384 or 2x"],
+    );
+    let guide = ["transfer", "@/weave.png", "@/stars.png", "--guide", "x; y.png", "t.png", "-o", "o.png"];
+    refused(
+        &guide,
+        2,
+        ["", "'x; y.png' names 1 file for 2 exemplars", "give --guide one SRC for each, separated by commas"],
+    );
 }

@@ -7,7 +7,7 @@ mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use crate::pack::{Lanes, Packing};
+use crate::pack::{self, Packing};
 use crate::taps::{ROWS, Taps};
 use crate::word::Word;
 use rustfft::num_complex::Complex;
@@ -15,6 +15,12 @@ use selvedge_core::SimdLevel;
 
 /// Positions along x that a block has at most.
 pub(crate) const CHUNK: usize = 96;
+
+/// Displacements that are compared at once.
+pub(crate) const SHIFTS: usize = 16;
+
+/// One value for each of them.
+pub(crate) type Lanes = [u32; SHIFTS];
 
 /// The sums of a block: four rows of positions.
 pub(crate) type Block = [[i32; CHUNK]; ROWS];
@@ -105,7 +111,7 @@ impl Kernel {
     /// samples in 192^2, three channels, one thread.
     pub(crate) fn products(self, weights: &[u8]) -> f64 {
         let words: f64 = Packing::of(weights.len(), self.lanes()).map(|p| 1.0 / p.pixels as f64).sum();
-        let heavy = weights.iter().any(|&w| 1 < w) && self.lanes() == Lanes::Bytes;
+        let heavy = weights.iter().any(|&w| 1 < w) && self.lanes() == pack::Lanes::Bytes;
         let parts = if heavy { 2.0 } else { 1.0 };
         match self.0 {
             Level::Scalar => words * parts / 1.6,
@@ -119,11 +125,11 @@ impl Kernel {
     }
 
     /// How sources and templates must be packed for it.
-    pub(crate) fn lanes(self) -> Lanes {
+    pub(crate) fn lanes(self) -> pack::Lanes {
         match self.0 {
             #[cfg(target_arch = "x86_64")]
-            Level::AvxVnni | Level::Avx512 => Lanes::Bytes,
-            _ => Lanes::Pairs,
+            Level::AvxVnni | Level::Avx512 => pack::Lanes::Bytes,
+            _ => pack::Lanes::Pairs,
         }
     }
 
@@ -195,6 +201,82 @@ impl Kernel {
             level => x86::add(level, to, from, weight),
         }
     }
+
+    /// `to = weight * squared differences of cells`, or that added to what is there, for `to.len()` cells side by side.
+    ///
+    /// # Panics
+    /// If a cell would read beyond its words.
+    pub(crate) fn cells(self, cells: &Cells<'_>, to: &mut [Lanes]) {
+        let (n, taps) = (to.len(), cells.offsets.len());
+        let reach = cells.offsets.iter().max().map_or(0, |o| o + SHIFTS);
+        assert!(n == 0 || (n - 1) * cells.step + reach <= cells.source.len(), "cells reach beyond the source");
+        assert!(n * taps <= cells.words.len(), "cells have words for each tap");
+        assert!(cells.masks.is_empty() || n * taps <= cells.masks.len(), "cells have masks for each tap");
+        match self.0 {
+            Level::Scalar => scalar::cells(cells, to),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::cells(level, cells, to),
+        }
+    }
+
+    /// `sums += row - old`, and `old = row`: sums of the last rows, modulo 2^32.
+    pub(crate) fn slide(self, sums: &mut [Lanes], row: &[Lanes], old: &mut [Lanes]) {
+        match self.0 {
+            Level::Scalar => scalar::slide(sums, row, old),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::slide(level, sums, row, old),
+        }
+    }
+
+    /// For window `i`, the sum of `cells` columns from `i` on: where it and `marks[step * i..]` together are less than
+    /// `best[i]`, they become it, and its code is `code`.
+    pub(crate) fn lower(self, windows: &Windows<'_>, code: u32, best: &mut [Lanes], codes: &mut [Lanes]) {
+        match self.0 {
+            Level::Scalar => scalar::lower(windows, code, best, codes),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::lower(level, windows, code, best, codes),
+        }
+    }
+
+    /// For window `i`, adds 1 to `counts[i]` where its sum and marks, and `skip`, are together at most `most`.
+    pub(crate) fn count(self, windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]) {
+        match self.0 {
+            Level::Scalar => scalar::count(windows, skip, most, counts),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::count(level, windows, skip, most, counts),
+        }
+    }
+}
+
+/// Cells of one picture, each against [`SHIFTS`] places of another.
+#[derive(Clone, Copy)]
+pub(crate) struct Cells<'a> {
+    /// Pairs of 16-bit values, from the first cell's first place on.
+    pub(crate) source: &'a [u32],
+    /// Where in it each tap of a cell lies.
+    pub(crate) offsets: &'a [usize],
+    /// From one cell to the next.
+    pub(crate) step: usize,
+    /// A word a tap, cell by cell.
+    pub(crate) words: &'a [u32],
+    /// Which halves of it count; empty if all do.
+    pub(crate) masks: &'a [u32],
+    pub(crate) weight: u32,
+    /// Whether to add to what is there.
+    pub(crate) more: bool,
+}
+
+/// Windows side by side, each of some columns of cells.
+#[derive(Clone, Copy)]
+pub(crate) struct Windows<'a> {
+    /// Sums of the columns.
+    pub(crate) columns: &'a [Lanes],
+    /// Columns a window.
+    pub(crate) cells: usize,
+    /// All ones where a window must not stand.
+    pub(crate) marks: &'a [u32],
+    /// From one window to the next.
+    pub(crate) step: usize,
 }
 
 /// The corners of a mask in a table, for one row of positions.

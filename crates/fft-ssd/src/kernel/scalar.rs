@@ -1,6 +1,6 @@
 //! The definition of the kernels, in plain loops.
 
-use super::{Block, Row};
+use super::{Block, Cells, Lanes, Row, SHIFTS, Windows};
 use crate::taps::{Phase, Tap};
 use crate::word::Word;
 use rustfft::num_complex::Complex;
@@ -133,4 +133,85 @@ pub(super) fn add(to: &mut [u64], from: &[u32], weight: u32) {
     for (to, &v) in to.iter_mut().zip(from) {
         *to = to.wrapping_add(u64::from(v) * u64::from(weight));
     }
+}
+
+/// See [`super::Kernel::cells`].
+pub(super) fn cells(cells: &Cells<'_>, to: &mut [Lanes]) {
+    let taps = cells.offsets.len();
+    for (i, to) in to.iter_mut().enumerate() {
+        let mut sums = [0_u32; SHIFTS];
+        for (t, &offset) in cells.offsets.iter().enumerate() {
+            let word = cells.words[i * taps + t];
+            let mask = cells.masks.get(i * taps + t).copied().unwrap_or(u32::MAX);
+            let source = &cells.source[i * cells.step + offset..][..SHIFTS];
+            for (sum, &s) in sums.iter_mut().zip(source) {
+                let half = |shift: u32| {
+                    let difference = i32::from((s >> shift) as i16) - i32::from((word >> shift) as i16);
+                    if mask >> shift & 1 == 0 { 0 } else { (difference * difference) as u32 }
+                };
+                *sum += half(0) + half(16);
+            }
+        }
+        for (to, sum) in to.iter_mut().zip(sums) {
+            *to = if cells.more { *to } else { 0 }.wrapping_add(sum.wrapping_mul(cells.weight));
+        }
+    }
+}
+
+/// See [`super::Kernel::slide`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn slide(sums: &mut [Lanes], row: &[Lanes], old: &mut [Lanes]) {
+    for ((sums, row), old) in sums.iter_mut().zip(row).zip(old) {
+        for i in 0..SHIFTS {
+            sums[i] = sums[i].wrapping_add(row[i]).wrapping_sub(old[i]);
+        }
+        *old = *row;
+    }
+}
+
+/// Calls `each(i, sums)` for each window, marked ones with all ones. Compiled once for each level.
+#[inline(always)]
+fn each_window(windows: &Windows<'_>, n: usize, mut each: impl FnMut(usize, &Lanes)) {
+    let mut sums = [0_u32; SHIFTS];
+    for column in &windows.columns[..windows.cells - 1] {
+        for i in 0..SHIFTS {
+            sums[i] = sums[i].wrapping_add(column[i]);
+        }
+    }
+    for w in 0..n {
+        let (new, old) = (&windows.columns[w + windows.cells - 1], &windows.columns[w]);
+        let marks = &windows.marks[w * windows.step..][..SHIFTS];
+        let mut marked = [0_u32; SHIFTS];
+        for i in 0..SHIFTS {
+            let sum = sums[i].wrapping_add(new[i]);
+            marked[i] = sum | marks[i];
+            sums[i] = sum.wrapping_sub(old[i]);
+        }
+        each(w, &marked);
+    }
+}
+
+/// See [`super::Kernel::lower`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn lower(windows: &Windows<'_>, code: u32, best: &mut [Lanes], codes: &mut [Lanes]) {
+    assert_eq!(best.len(), codes.len());
+    each_window(windows, best.len(), |w, sums| {
+        let (best, codes) = (&mut best[w], &mut codes[w]);
+        for i in 0..SHIFTS {
+            let is_less = sums[i] < best[i];
+            codes[i] = if is_less { code } else { codes[i] };
+            best[i] = if is_less { sums[i] } else { best[i] };
+        }
+    });
+}
+
+/// See [`super::Kernel::count`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn count(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]) {
+    each_window(windows, counts.len(), |w, sums| {
+        let counts = &mut counts[w];
+        for i in 0..SHIFTS {
+            counts[i] += u32::from((sums[i] | skip[i]) <= most);
+        }
+    });
 }

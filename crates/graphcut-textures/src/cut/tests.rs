@@ -3,12 +3,11 @@
 use petgraph::algo::ford_fulkerson;
 use petgraph::graph::{DiGraph, NodeIndex};
 use selvedge_core::{
-    Domain, Exemplars, Grid, Origin, Rng, SampleId, SeamCosts, SeamMeasure, Seed, Source, SourceMap, Transform,
+    Domain, Exemplars, Grid, Origin, Patch, Rng, SampleId, SeamCosts, SeamMeasure, Seed, Source, SourceMap, Transform,
 };
 
 use super::*;
 use crate::canvas::Canvas;
-use crate::patch::Patch;
 
 fn exemplars(shape: [u32; 2], seed: u64) -> Exemplars<2> {
     let mut rng = Seed(seed).rng();
@@ -37,7 +36,7 @@ fn stack(exemplars: &Exemplars<2>, output: Domain<2>, rng: &mut Rng, patches: us
     for i in 0..patches {
         let patch = covering(exemplars, output, rng);
         let window = if i == 0 { Window::all(output) } else { random_window(output, rng) };
-        let frame = Frame::new(exemplars, &map, None, &patch, &window);
+        let frame = Frame::new(exemplars, &map, None, &patch, &window).unwrap();
         for (&place, &new) in frame.places.iter().zip(&frame.new).filter(|(_, n)| n.is_assigned()) {
             map.ids.plane_mut(0)[place as usize] = new;
         }
@@ -73,7 +72,7 @@ fn tiny_cuts_are_as_cheap_as_any_labelling() {
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
         let map = stack(&e, output, &mut rng, 3);
         let (patch, window) = (covering(&e, output, &mut rng), random_window(output, &mut rng));
-        let frame = Frame::new(&e, &map, None, &patch, &window);
+        let frame = Frame::new(&e, &map, None, &patch, &window).unwrap();
         let choices = choices(&frame, None);
         let free: Vec<usize> = (0..choices.len()).filter(|&i| choices[i] == Choice::Free).collect();
         if 14 < free.len() {
@@ -143,7 +142,7 @@ fn seam_nodes_are_not_needed() {
         let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
         let map = stack(&e, output, &mut rng, 5);
         let (patch, window) = (covering(&e, output, &mut rng), random_window(output, &mut rng));
-        let frame = Frame::new(&e, &map, None, &patch, &window);
+        let frame = Frame::new(&e, &map, None, &patch, &window).unwrap();
         let choices = choices(&frame, None);
         let decided = cut(&frame, &choices, &costs, &mut CutScratch::default(), &|| false).unwrap();
         assert_eq!(decided.after as u64, literal_flow(&frame, &choices, &costs), "case {case}");

@@ -167,10 +167,10 @@ fn copies_that_meet_their_own_reflection_are_not_drawn() {
     let options = Options { placement: Placement::Entire, randomness: 1.0, ..small() };
     let weaver = weaver(&exemplars, map, &options, &run);
     let region = Window { start: [11, 14], shape: [8, 8] };
-    let neighbours = patches(&weaver.canvas.map, &region);
+    let neighbours = weaver.canvas.map.patches(&region);
     for step in 0..60 {
         let drawn = weaver.choose(&region, [15, 18], 3, step, &mut Worker::default().matches).unwrap();
-        let reflects = |p: &Patch<2>| neighbours.iter().any(|n| p.reflects(n, &exemplars, &region));
+        let reflects = |p: &Patch<2>| neighbours.iter().any(|n| crate::reflection::reflects(p, n, &exemplars, &region));
         assert!(!drawn.patches.iter().any(reflects));
     }
 }

@@ -1,9 +1,9 @@
-//! Formats that the `image` crate decodes: all but PNG, TIFF and EXR, of which we need more than it offers.
+//! Formats that the `image` crate decodes: all but PNG, JPEG, TIFF and EXR, of which we need more than it
+//! offers.
 
 pub(crate) mod bmp;
 pub(crate) mod gif;
 pub(crate) mod hdr;
-pub(crate) mod jpeg;
 pub(crate) mod webp;
 
 use image::error::LimitErrorKind;
@@ -88,7 +88,7 @@ fn complaint(error: ImageError, format: Format, context: &Context<'_>) -> Proble
 }
 
 /// Interleaved bytes of a plane of one or three channels, with alpha where the format has it.
-fn eight_bits(plane: &Plane<2>, format: Format) -> Result<(Vec<u8>, ColorType), Problem> {
+pub(crate) fn eight_bits(plane: &Plane<2>, format: Format) -> Result<(Vec<u8>, ColorType), Problem> {
     let Samples::U8(grid) = &plane.samples else {
         return Err(Problem::DepthNotHeld { format, depth: plane.samples.depth() });
     };

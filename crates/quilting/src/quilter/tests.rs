@@ -5,8 +5,7 @@ use crate::options::{Continuation, Options, Stage};
 use crate::quilt::Plan;
 use crate::search::plain::PlainSearch;
 use crate::search::{Space, Term};
-use crate::under::Under;
-use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples, Seed};
+use selvedge_core::{Domain, Exemplars, Grid, Look, Plane, Role, Samples, Seed};
 
 /// Smooth noise: patches fit more or less everywhere.
 fn noise(seed: u64, shape: [u32; 2]) -> Exemplars<2> {
@@ -26,14 +25,14 @@ fn lay_each(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
     options: &Options,
-    mut look: impl FnMut(&Quilter<'_, PlainSearch<'_>>, &Under, usize),
+    mut look: impl FnMut(&Quilter<'_, PlainSearch<'_>>, &Look, usize),
 ) {
     let run = Run::seeded(4);
     let search = PlainSearch::new(exemplars, None);
     let mut map = SourceMap::unassigned(exemplars, output).unwrap();
     let pass = Plan::new(exemplars, output, options, &run).unwrap().pass(&run);
     let mut quilter = Quilter::new(&search, pass, &run, &mut map).unwrap();
-    let mut worker = Worker::new(&quilter.pass).unwrap();
+    let mut worker = Worker::default();
     for number in 0..quilter.pass.grid.len() {
         let found = quilter.finder().find(number, &mut worker).unwrap();
         quilter.lay(found).unwrap();
@@ -51,7 +50,7 @@ fn every_block_is_within_the_tolerance_of_the_least_and_not_all_are_the_least() 
             if number == 0 {
                 return;
             }
-            let terms = [Term { space: Space::Texture, template: overlap.template(), weight: 1 }];
+            let terms = [Term::new(Space::Texture, quilter.pass.grid.block(number).shape(), overlap)];
             let (search, mut scratch) = (PlainSearch::new(&exemplars, None), Vec::new());
             let least = search.near(&terms, &|_| 0, &|_, _| false, &mut scratch).unwrap()[0].error;
             let chosen = quilter.cloth.laid[number].unwrap().error;

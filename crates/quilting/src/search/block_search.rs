@@ -101,8 +101,8 @@ impl Search for BlockSearch<'_> {
 mod tests {
     use super::*;
     use crate::search::plain::PlainSearch;
-    use crate::under::Under;
     use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
+    use selvedge_fft_ssd::Template;
 
     fn exemplars(shape: [u32; 2], valid: Option<Vec<bool>>) -> Exemplars<2> {
         let domain = Domain::open(shape);
@@ -114,6 +114,20 @@ mod tests {
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         Exemplars::from_sources(vec![source], vec![1, 3]).unwrap()
+    }
+
+    /// Features of a block, and what of them is compared.
+    #[derive(Clone)]
+    struct Under {
+        shape: [u32; 2],
+        features: Vec<u8>,
+        mask: Vec<bool>,
+    }
+
+    impl Under {
+        fn template(&self) -> Template<'_, 2> {
+            Template::new(self.shape, &self.features).masked(&self.mask)
+        }
     }
 
     fn template(e: &Exemplars<2>, at: [u32; 2], shape: [u32; 2]) -> Under {

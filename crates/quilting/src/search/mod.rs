@@ -28,7 +28,7 @@ mod continued;
 #[cfg(test)]
 pub(crate) mod plain;
 
-use selvedge_core::{Rng, Usage};
+use selvedge_core::{Look, Rng, Usage};
 use selvedge_fft_ssd::Template;
 
 use crate::options::Error;
@@ -54,6 +54,13 @@ pub struct Term<'a> {
     pub template: Template<'a, 2>,
     /// How often its squared differences count.
     pub weight: u64,
+}
+
+impl<'a> Term<'a> {
+    /// A term of weight 1: what a look at a window of this shape knows.
+    pub fn new(space: Space, shape: [u32; 2], look: &'a Look) -> Self {
+        Self { space, template: Template::new(shape, look.features()).masked(look.known()), weight: 1 }
+    }
 }
 
 /// One block of a source.

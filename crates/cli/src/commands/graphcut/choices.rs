@@ -5,6 +5,8 @@ use selvedge_core::SeamMeasure;
 use selvedge_graphcut_textures::Placement;
 use serde_json::Value;
 
+use crate::wrong::Wrong;
+
 /// A number, or a choice by the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Auto(pub(super) Option<u32>);
@@ -13,28 +15,32 @@ pub(super) struct Auto(pub(super) Option<u32>);
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sides(pub(super) Option<[u32; 2]>);
 
-pub(super) fn number(text: &str) -> Result<Auto, String> {
+pub(super) fn number(text: &str) -> Result<Auto, Wrong> {
     match text {
         "auto" => Ok(Auto(None)),
-        _ => text.parse().map(|n| Auto(Some(n))).map_err(|_| "write a number, or auto".into()),
+        _ => text.parse().map(|n| Auto(Some(n))).map_err(|_| wrong(text, "write a number, or auto")),
     }
 }
 
 /// The sides of a region.
-pub(super) fn sides(text: &str) -> Result<Sides, String> {
+pub(super) fn sides(text: &str) -> Result<Sides, Wrong> {
     match text {
         "auto" => Ok(Sides(None)),
-        _ => pixels(text).ok_or_else(|| "write 32, 48x32 (width by height), or auto".into()),
+        _ => pixels(text).ok_or_else(|| wrong(text, "write 32, 48x32 (width by height), or auto")),
     }
 }
 
 /// How far from a region.
-pub(super) fn reach(text: &str) -> Result<Sides, String> {
+pub(super) fn reach(text: &str) -> Result<Sides, Wrong> {
     match text {
         "auto" => Ok(Sides(None)),
         "all" => Ok(Sides(Some([u32::MAX; 2]))),
-        _ => pixels(text).ok_or_else(|| "write 16, 24x16 (across by down), auto or all".into()),
+        _ => pixels(text).ok_or_else(|| wrong(text, "write 16, 24x16 (across by down), auto or all")),
     }
+}
+
+fn wrong(text: &str, remedy: &str) -> Wrong {
+    Wrong::new(format!("'{text}' is no number"), remedy)
 }
 
 fn pixels(text: &str) -> Option<Sides> {

@@ -20,6 +20,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
 use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::wrong::Wrong;
 
 /// Options of `graphcut`.
 #[derive(Args, Debug)]
@@ -90,9 +91,9 @@ pub(crate) struct Graphcut {
 }
 
 /// An angle in degrees.
-fn angle(text: &str) -> Result<f64, String> {
+fn angle(text: &str) -> Result<f64, Wrong> {
     let angle = text.parse().ok().filter(|a: &f64| a.is_finite());
-    angle.ok_or_else(|| format!("'{text}' is no angle; write degrees, such as 30"))
+    angle.ok_or_else(|| Wrong::new(format!("'{text}' is no angle"), "write degrees, such as 30"))
 }
 
 /// One way to turn exemplars: clockwise degrees, and whether they are mirrored before.
@@ -203,7 +204,7 @@ impl Graphcut {
         self.warn_of_small(session, &loom, woven.stats.region);
         let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
         let outcome = Outcome {
-            map: woven.result,
+            woven: Box::new(woven.result),
             complete: woven.complete,
             blending: self.blending,
             kept: fixed,

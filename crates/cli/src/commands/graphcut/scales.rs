@@ -7,6 +7,7 @@ use selvedge_core::{Depth, Domain, Grid, Plane};
 
 use crate::failure::Failure;
 use crate::used::Used;
+use crate::wrong::Wrong;
 
 /// What textures can be magnified by.
 const LIMITS: Range = Range { low: 1.0 / 16.0, high: 16.0 };
@@ -33,24 +34,27 @@ pub(super) struct Range {
 }
 
 /// A scale, or a step between two.
-pub(super) fn scale(text: &str) -> Result<f64, String> {
+pub(super) fn scale(text: &str) -> Result<f64, Wrong> {
     let scale = text.parse().ok().filter(|s| (LIMITS.low..=LIMITS.high).contains(s));
-    scale.ok_or_else(|| format!("'{text}' is no scale; write a number from {} to {}", LIMITS.low, LIMITS.high))
+    let remedy = format!("write a number from {} to {}", LIMITS.low, LIMITS.high);
+    scale.ok_or_else(|| Wrong::new(format!("'{text}' is no scale"), remedy))
 }
 
 /// A factor between neighbouring scales.
-pub(super) fn step(text: &str) -> Result<f64, String> {
+pub(super) fn step(text: &str) -> Result<f64, Wrong> {
     let step = text.parse().ok().filter(|s| (1.01..=4.0).contains(s));
-    step.ok_or_else(|| format!("'{text}' is no step between scales; write a number from 1.01 to 4"))
+    step.ok_or_else(|| Wrong::new(format!("'{text}' is no step between scales"), "write a number from 1.01 to 4"))
 }
 
 impl FromStr for Range {
-    type Err = String;
+    type Err = Wrong;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (low, high) = text.split_once("..").ok_or_else(|| format!("'{text}' is no range; write 0.5..2"))?;
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        let (low, high) =
+            text.split_once("..").ok_or_else(|| Wrong::new(format!("'{text}' is no range"), "write 0.5..2"))?;
         let (low, high) = (scale(low)?, scale(high)?);
-        if low <= high { Ok(Self { low, high }) } else { Err(format!("'{text}' runs backwards; write {high}..{low}")) }
+        let backwards = || Wrong::new(format!("'{text}' runs backwards"), format!("write {high}..{low}"));
+        if low <= high { Ok(Self { low, high }) } else { Err(backwards()) }
     }
 }
 
@@ -61,9 +65,9 @@ impl std::fmt::Display for Range {
 }
 
 impl FromStr for Field {
-    type Err = String;
+    type Err = Wrong;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Wrong> {
         let side =
             |part: &str| SIDES.iter().position(|side| part.split_once('=').is_some_and(|(name, _)| name == *side));
         let Some(places) = text.split(',').map(side).collect::<Option<Vec<usize>>>() else {
@@ -73,16 +77,14 @@ impl FromStr for Field {
         for (place, part) in places.into_iter().zip(text.split(',')) {
             let value = part.split_once('=').map_or("", |(_, value)| value);
             if sides[place].replace(scale(value)?).is_some() {
-                return Err(format!("'{text}' names a side twice; name each once"));
+                return Err(Wrong::new(format!("'{text}' names a side twice"), "name each once"));
             }
         }
         let field = Self::Sides(sides.map(|s| s.unwrap_or(1.0)));
         let Range { low, high } = field.range(None).expect("sides have a range");
         if low < LIMITS.low || LIMITS.high < high {
-            return Err(format!(
-                "'{text}' makes scales from {low} to {high}; stay from {} to {}",
-                LIMITS.low, LIMITS.high
-            ));
+            let remedy = format!("stay from {} to {}", LIMITS.low, LIMITS.high);
+            return Err(Wrong::new(format!("'{text}' makes scales from {low} to {high}"), remedy));
         }
         Ok(field)
     }
@@ -259,7 +261,8 @@ mod tests {
     use selvedge_core::{Role, Samples};
 
     fn refused(text: &str) -> String {
-        text.parse::<Field>().unwrap_err()
+        let Wrong { what, remedy } = text.parse::<Field>().unwrap_err();
+        format!("{what}; {remedy}")
     }
 
     #[test]
@@ -269,7 +272,7 @@ mod tests {
         assert_eq!("depth.png".parse(), Ok(Field::Picture("depth.png".into())));
         assert_eq!("a,top=1.png".parse(), Ok(Field::Picture("a,top=1.png".into())));
         for wrong in ["top=nan", "top=0", "top=-1", "bottom=inf", "left=17", "right=", "top=1,top=2"] {
-            assert!(refused(wrong).contains("; ") || refused(wrong).contains("twice"), "{wrong}");
+            assert!(refused(wrong).contains("is no scale") || refused(wrong).contains("twice"), "{wrong}");
         }
         assert!(refused("top=10,left=10").contains("from 1 to 100"), "{}", refused("top=10,left=10"));
     }

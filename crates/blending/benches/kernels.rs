@@ -1,0 +1,121 @@
+//! Times of renderers on one thread. `cargo bench -p selvedge-blending -- [CASE...] [--repeat N] [--list]` prints a line a
+//! case: name, then milliseconds of the processor (mean over all repeats, where the system tells it) and of the clock
+//! (median, least), and what they are for. Answers are checked before anything is timed.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use selvedge_blending::{Feathered, Splined};
+use selvedge_core::{Domain, Grid, Origin, Plane, Render, Role, Samples, Seed, SourceMap, SourceTable, Transform};
+
+/// Side of the output.
+const OUTPUT: u32 = 512;
+
+/// How the output is rendered.
+enum How {
+    Copied,
+    Feathered(f64),
+    Splined(u32),
+}
+
+const CASES: &[(&str, How, &str)] = &[
+    ("copy", How::Copied, "an output of 512^2 from patches of 48^2, three channels"),
+    ("feather/2", How::Feathered(2.0), "feather it, sigma of 2"),
+    ("feather/8", How::Feathered(8.0), "sigma of 8"),
+    ("spline/3", How::Splined(3), "spline it, 3 bands"),
+    ("spline/5", How::Splined(5), "5 bands"),
+];
+
+fn main() {
+    let (mut names, mut repeat) = (Vec::new(), 9);
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--bench" => {}
+            "--list" => return CASES.iter().for_each(|(name, _, what)| println!("{name:18} {what}")),
+            "--repeat" => repeat = words.next().and_then(|n| n.parse().ok()).expect("a number of repeats"),
+            _ => names.push(word),
+        }
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
+    pool.install(|| {
+        let setup = Setup::new();
+        setup.check();
+        for (name, how, what) in CASES.iter().filter(|c| names.is_empty() || names.iter().any(|n| c.0.contains(n))) {
+            let [processor, median, least] = time(&setup, how, repeat);
+            println!("{name:18} {processor:9.4} {median:9.4} {least:9.4}   {what}");
+        }
+    });
+}
+
+/// Milliseconds of the processor, and of the clock.
+fn time(setup: &Setup, how: &How, repeat: u32) -> [f64; 3] {
+    let (before, mut clock) = (processed(), Vec::new());
+    for _ in 0..repeat {
+        let start = Instant::now();
+        drop(black_box(setup.rendered(how)));
+        clock.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    let passed = clock.iter().sum();
+    let processor = before.and_then(|b| Some(processed()? - b)).unwrap_or(passed);
+    clock.sort_by(f64::total_cmp);
+    [processor / f64::from(repeat), clock[clock.len() / 2], clock[0]]
+}
+
+/// An exemplar, and an output that is covered with patches of it.
+struct Setup {
+    plane: Plane<2>,
+    map: SourceMap<2>,
+}
+
+impl Setup {
+    fn new() -> Self {
+        let domain = Domain::open([192; 2]);
+        let mut rng = Seed(1).rng();
+        let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
+        let plane = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 3, samples).expect("right length")));
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let table = SourceTable::new(vec![(origin, domain)]).expect("few samples");
+        let output = Domain::open([OUTPUT; 2]);
+        let ids = output.positions().map(|[y, x]| {
+            let mut rng = Seed(2).derive("patch", (y / 48 * OUTPUT + x / 48).into()).rng();
+            table.id(0, [rng.below(144) + y % 48, rng.below(144) + x % 48])
+        });
+        let ids = Grid::from_vec(output, 1, ids.collect()).expect("right length");
+        Self { plane, map: SourceMap::new(ids, table).expect("known samples") }
+    }
+
+    /// Wrong answers are not timed.
+    fn check(&self) {
+        let plain = self.rendered(&How::Copied);
+        let differing = |out: &Plane<2>| {
+            let n = out.domain().len();
+            (0..n).filter(|&i| (0..3).any(|c| out.samples.value(c, i) != plain.samples.value(c, i))).count()
+        };
+        assert_eq!(differing(&self.rendered(&How::Feathered(0.0))), 0, "no blending changes nothing");
+        assert_eq!(differing(&self.rendered(&How::Splined(0))), 0);
+        // Three samples on each side of the seams, 10 along each axis, less those that happen to be equal.
+        let feathered = differing(&self.rendered(&How::Feathered(1.5)));
+        assert!((54_000..=58_000).contains(&feathered), "{feathered}");
+    }
+
+    fn rendered(&self, how: &How) -> Plane<2> {
+        let planes = [&self.plane];
+        let out = match how {
+            How::Copied => self.map.render(&planes),
+            How::Feathered(sigma) => Feathered::new(&self.map, Vec::new(), *sigma).expect("in range").render(&planes),
+            How::Splined(bands) => Splined::new(&self.map, Vec::new(), *bands).expect("in range").render(&planes),
+        };
+        out.expect("a picture")
+    }
+}
+
+/// Milliseconds that all threads together have run (Linux). The count may move in steps of some milliseconds.
+fn processed() -> Option<f64> {
+    let mut sum = 0.0;
+    for task in std::fs::read_dir("/proc/self/task").ok()? {
+        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
+        sum += text.split(' ').next()?.parse::<f64>().ok()? / 1e6;
+    }
+    Some(sum)
+}

@@ -1,0 +1,5 @@
+//! Tests of the crate, in one binary.
+
+mod clips;
+mod memory;
+mod rendering;

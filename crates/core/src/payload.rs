@@ -1,0 +1,231 @@
+//! A plane of each exemplar, looked up by sample numbers.
+
+use half::f16;
+
+use crate::plane::Plane;
+use crate::resample;
+use crate::source_map::SourceTable;
+use crate::{Domain, Error, Grid, NormalCoding, Origin, Role, SampleId, Samples, Transform, par, try_vec};
+
+/// Samples that one task looks up: enough that starting it costs nothing beside them.
+const TOGETHER: usize = 1 << 14;
+
+/// A plane of each exemplar, ready to be looked up by sample numbers: for those who render more than copies.
+#[derive(Debug)]
+pub struct Payload<'a, const D: usize> {
+    table: &'a SourceTable<D>,
+    planes: Vec<&'a Plane<D>>,
+    /// The plane of each source that is resampled.
+    resampled: Vec<Option<Plane<D>>>,
+    /// For turned sources the exemplar's index of each sample; `None` where it is the sample's own.
+    turned: Vec<Option<Vec<u32>>>,
+}
+
+impl<'a, const D: usize> Payload<'a, D> {
+    /// Takes a plane of each exemplar, in the exemplars' order, and resamples it for the sources that are.
+    ///
+    /// # Errors
+    /// Those of [`Render::render`].
+    pub fn new(table: &'a SourceTable<D>, planes: &[&'a Plane<D>]) -> Result<Self, Error> {
+        check(table, planes)?;
+        let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
+        let turned = turned.collect::<Result<_, _>>()?;
+        Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes)?, turned })
+    }
+
+    /// The planes, as they were given.
+    pub fn planes(&self) -> &[&'a Plane<D>] {
+        &self.planes
+    }
+
+    /// The samples of these numbers, bit for bit; 0 where none is assigned.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn gather(&self, ids: &Grid<SampleId, D>) -> Result<Plane<D>, Error> {
+        let first = self.planes[0];
+        macro_rules! copied {
+            ($depth:ident, $negate:expr) => {{
+                let mut out = Grid::try_filled(ids.domain(), first.samples.channels(), Default::default())?;
+                for c in 0..out.channels() {
+                    let channel = self.channel(c, |samples| match samples {
+                        Samples::$depth(g) => g,
+                        _ => unreachable!("layouts were compared"),
+                    });
+                    par::for_rows(out.plane_mut(c), TOGETHER, |part, to| {
+                        let ids = &ids.plane(0)[part * TOGETHER..][..to.len()];
+                        self.look_up(ids, &channel, to, |v, negated| if negated { $negate(v) } else { v });
+                    });
+                }
+                Samples::$depth(out)
+            }};
+        }
+        let samples = match &first.samples {
+            Samples::U8(_) => copied!(U8, |v| 255 - v),
+            Samples::U16(_) => copied!(U16, |v| 65_535 - v),
+            Samples::F16(_) => copied!(F16, |v| v ^ 0x8000),
+            Samples::F32(_) => copied!(F32, |v: f32| -v),
+        };
+        Ok(Plane { role: first.role, samples, alpha: first.alpha, association: first.association })
+    }
+
+    /// One channel of a list of samples as numbers, as [`Samples::value`] has them; 0 where none is assigned.
+    ///
+    /// # Panics
+    /// If the lists differ in length.
+    pub fn numbers(&self, channel: usize, ids: &[SampleId], to: &mut [f64]) {
+        assert_eq!(ids.len(), to.len(), "a number for each sample");
+        macro_rules! read {
+            ($depth:ident, $read:expr, $negate:expr) => {{
+                let channel = self.channel(channel, |samples| match samples {
+                    Samples::$depth(g) => g,
+                    _ => unreachable!("layouts were compared"),
+                });
+                self.look_up(ids, &channel, to, |v, negated| $read(if negated { $negate(v) } else { v }))
+            }};
+        }
+        match &self.planes[0].samples {
+            Samples::U8(_) => read!(U8, f64::from, |v| 255 - v),
+            Samples::U16(_) => read!(U16, f64::from, |v| 65_535 - v),
+            Samples::F16(_) => read!(F16, |v| f16::from_bits(v).to_f64(), |v| v ^ 0x8000),
+            Samples::F32(_) => read!(F32, f64::from, |v: f32| -v),
+        }
+    }
+
+    fn of_source(&self, source: usize) -> &Plane<D> {
+        let exemplar = usize::from(self.table.sources()[source].0.exemplar);
+        self.resampled[source].as_ref().unwrap_or(self.planes[exemplar])
+    }
+
+    /// By source: the samples that a channel takes, and whether they are negated, as one component of a turned normal is.
+    fn channel<T>(&self, c: usize, of: impl Fn(&Samples<D>) -> &Grid<T, D>) -> Vec<(&[T], bool)> {
+        let one = |(source, (origin, _)): (usize, &(Origin, Domain<D>))| {
+            let (from, negated) = component(self.planes[0].role, origin.transform, c);
+            (of(&self.of_source(source).samples).plane(from), negated)
+        };
+        self.table.sources().iter().enumerate().map(one).collect()
+    }
+
+    fn look_up<T: Copy, U: Default>(
+        &self,
+        ids: &[SampleId],
+        channel: &[(&[T], bool)],
+        to: &mut [U],
+        read: impl Fn(T, bool) -> U,
+    ) {
+        // Neighbours mostly come from one source.
+        let mut source = 0;
+        for (to, &id) in to.iter_mut().zip(ids) {
+            if !self.table.holds(source, id) {
+                let Some(found) = self.table.source(id) else {
+                    *to = U::default();
+                    continue;
+                };
+                source = found;
+            }
+            let (samples, negated) = channel[source];
+            *to = read(samples[self.index(source, id)], negated);
+        }
+    }
+
+    #[inline]
+    fn index(&self, source: usize, id: SampleId) -> usize {
+        let own = (id.get() - self.table.first(source)) as usize;
+        self.turned[source].as_ref().map_or(own, |t| t[own] as usize)
+    }
+}
+
+/// A plane for each exemplar, of one layout, each of its exemplar's shape.
+fn check<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<(), Error> {
+    let expected = table.sources().iter().map(|(o, _)| usize::from(o.exemplar) + 1).max().unwrap_or(0);
+    if planes.len() != expected || planes.is_empty() {
+        return Err(Error::PlaneCount { expected, found: planes.len() });
+    }
+    let first = planes[0];
+    for (e, plane) in planes.iter().enumerate() {
+        if (plane.role, plane.layout()) != (first.role, first.layout()) {
+            return Err(Error::Layout { exemplar: e, expected: first.layout(), found: plane.layout() });
+        }
+    }
+    for (origin, domain) in table.sources() {
+        let plane = planes[usize::from(origin.exemplar)];
+        let found = origin.transform.domain(plane.domain()).shape;
+        if found != domain.shape {
+            let (expected, found) = (domain.shape.to_vec(), found.to_vec());
+            return Err(Error::Shape { exemplar: origin.exemplar.into(), plane: 0, expected, found });
+        }
+    }
+    Ok(())
+}
+
+/// The plane of each source that is resampled.
+fn resampled<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<Vec<Option<Plane<D>>>, Error> {
+    let normals = NormalCoding::of(planes);
+    let of = |(origin, _): &(Origin, Domain<D>)| {
+        let plane = planes[usize::from(origin.exemplar)];
+        origin.transform.resampling().map(|r| resample::plane(plane, r, normals)).transpose()
+    };
+    table.sources().iter().map(of).collect()
+}
+
+/// Which component stands in channel `c` of a turned plane, and whether it is negated.
+fn component(role: Role, transform: Transform, c: usize) -> (usize, bool) {
+    match (role, c) {
+        (Role::Normal, 0 | 1) => transform.vector()[c],
+        _ => (c, false),
+    }
+}
+
+fn origin_indices<const D: usize>(transform: Transform, source: Domain<D>) -> Result<Option<Vec<u32>>, Error> {
+    if transform == Transform::IDENTITY || transform.resampling().is_some() {
+        return Ok(None);
+    }
+    // Undoing an exact transform swaps the sides exactly as doing it does.
+    let exemplar = transform.domain(source);
+    let mut indices = try_vec(source.len(), 0_u32)?;
+    for (to, at) in indices.iter_mut().zip(source.positions()) {
+        *to = exemplar.index(transform.origin(source, at)) as u32;
+    }
+    Ok(Some(indices))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Seed;
+
+    #[test]
+    fn lists_are_answered_as_grids_are() {
+        let exemplar = Domain::open([2, 3, 4]);
+        let turned = |quarter_turns, mirror| Transform::Exact { quarter_turns, mirror };
+        let transforms = [Transform::IDENTITY, turned(1, false), turned(2, true), Transform::new(30.0, 1.5, true)];
+        let source = |t: Transform| (Origin { exemplar: 0, transform: t }, t.domain(exemplar));
+        let table = SourceTable::new(transforms.map(source).to_vec()).unwrap();
+        let mut rng = Seed(3).rng();
+        let ids: Vec<SampleId> = (0..200)
+            .map(|i| if i % 9 == 0 { SampleId::UNASSIGNED } else { SampleId::new(rng.below(table.len())) })
+            .collect();
+        let grid = Grid::from_vec(Domain::open([1, 10, 20]), 1, ids.clone()).unwrap();
+        let n = 3 * exemplar.len();
+        let bytes: Vec<u8> = (0..n).map(|_| rng.below(256) as u8).collect();
+        let all = [
+            Samples::U8(Grid::from_vec(exemplar, 3, bytes.clone()).unwrap()),
+            Samples::U16(Grid::from_vec(exemplar, 3, bytes.iter().map(|&v| 257 * u16::from(v)).collect()).unwrap()),
+            Samples::F16(Grid::from_vec(exemplar, 3, bytes.iter().map(|&v| 0x3000 + u16::from(v)).collect()).unwrap()),
+            Samples::F32(Grid::from_vec(exemplar, 3, bytes.iter().map(|&v| f32::from(v) - 99.0).collect()).unwrap()),
+        ];
+        for samples in all {
+            for role in [Role::Color, Role::Normal] {
+                let plane = Plane::new(role, samples.clone());
+                let payload = Payload::new(&table, &[&plane]).unwrap();
+                let gathered = payload.gather(&grid).unwrap();
+                for c in 0..3 {
+                    let mut numbers = vec![7.0; ids.len()];
+                    payload.numbers(c, &ids, &mut numbers);
+                    let expected: Vec<f64> = (0..ids.len()).map(|i| gathered.samples.value(c, i)).collect();
+                    assert_eq!(numbers, expected, "{role:?} {:?} {c}", plane.samples.depth());
+                }
+            }
+        }
+    }
+}

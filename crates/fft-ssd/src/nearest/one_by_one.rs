@@ -1,0 +1,87 @@
+//! Window by window through the search at every position: for windows that cells do not tile, and errors beyond 32 bits.
+
+use super::{Best, Field, Windows, joined};
+use crate::{Costs, Error, Options, Placement, Scratch, SsdSearcher, Template};
+use selvedge_core::{Grid, SimdLevel, par, try_vec};
+
+/// See [`super::walk::nearest`].
+pub(super) fn nearest(
+    picture: Field<'_>,
+    source: Field<'_>,
+    weights: &[u8],
+    windows: Windows,
+    simd: SimdLevel,
+) -> Result<Vec<Best>, Error> {
+    // A search wraps a template even around what is smaller than it; a window stands nowhere there.
+    let stands = !windows.over(source.features.domain()).is_empty();
+    each(picture, source, weights, windows, simd, |_, costs| {
+        costs.best().filter(|_| stands).map(|c| (c.error, c.position.map(|p| p as u32)))
+    })
+}
+
+/// See [`super::walk::alike`].
+pub(super) fn alike(
+    picture: Field<'_>,
+    weights: &[u8],
+    windows: Windows,
+    error: u64,
+    apart: u32,
+    simd: SimdLevel,
+) -> Result<Vec<u32>, Error> {
+    let domain = picture.features.domain();
+    each(picture, picture, weights, windows, simd, |at, costs| {
+        let away = |axis: usize, to: i32| {
+            let by = at[axis].abs_diff(to as u32);
+            if domain.periodic[axis] { by.min(domain.shape[axis] - by) } else { by }
+        };
+        let is_far = |p: [i32; 2]| apart <= away(0, p[0]).max(away(1, p[1]));
+        costs.iter().filter(|c| c.error <= error && is_far(c.position)).count() as u32
+    })
+}
+
+/// What `ask` makes of the costs of each window, told where it lies.
+fn each<T: Send>(
+    picture: Field<'_>,
+    source: Field<'_>,
+    weights: &[u8],
+    windows: Windows,
+    simd: SimdLevel,
+    ask: impl Fn([u32; 2], &Costs<2>) -> T + Sync + Send,
+) -> Result<Vec<T>, Error> {
+    let over = windows.over(picture.features.domain());
+    let options = Options { simd, ..Options::default() };
+    let searcher = SsdSearcher::of_grid(source.features, source.valid, weights, options)?;
+    let row = |y: usize| {
+        let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+        let side = windows.side as usize;
+        let mut features = try_vec(side * side * weights.len(), 0)?;
+        let mut mask = try_vec(side * side, true)?;
+        let one = |x: usize| {
+            let at = [y as u32, x as u32].map(|p| p * windows.step);
+            cut(picture.features, at, side, &mut features);
+            let template = Template::new([windows.side; 2], &features);
+            let template = match picture.valid {
+                None => template,
+                Some(valid) => {
+                    cut(valid, at, side, &mut mask);
+                    template.masked(&mask)
+                }
+            };
+            searcher.search(&template, Placement::INSIDE, &mut scratch, &mut costs)?;
+            Ok(ask(at, &costs))
+        };
+        (0..over.shape[1] as usize).map(one).collect()
+    };
+    joined(par::map_indexed(over.shape[0] as usize, row), over.len())
+}
+
+/// A window of a grid, around periodic axes.
+fn cut<T: Copy>(from: &Grid<T, 2>, at: [u32; 2], side: usize, to: &mut [T]) {
+    let domain = from.domain();
+    for (c, to) in to.chunks_mut(side * side).enumerate() {
+        for (i, to) in to.iter_mut().enumerate() {
+            let [y, x] = [0, 1].map(|a| (at[a] as usize + [i / side, i % side][a]) as u32 % domain.shape[a]);
+            *to = from.get(c, [y, x]);
+        }
+    }
+}
