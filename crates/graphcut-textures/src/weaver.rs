@@ -24,6 +24,7 @@ pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) reach: [u32; D],
     /// `k sigma^2`.
     pub(crate) scale: f64,
+    pub(crate) variety: f64,
     pub(crate) history: History<D>,
     /// Working memory of the regions that are looked at at once.
     pub(crate) workers: Vec<Worker<D>>,
@@ -83,6 +84,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             region,
             reach: sizes.reach,
             scale: sizes.scale,
+            variety: sizes.variety,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
