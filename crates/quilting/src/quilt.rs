@@ -268,7 +268,8 @@ mod tests {
         let plane = exemplar(5, [40, 40]);
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
         let output = Domain::open([40, 80]);
-        let options = Options { block: Some(10), ..Options::default() };
+        let avoid = Continuation::Avoid;
+        let options = Options { block: Some(10), overlap: Some(1), continuation: avoid, ..Options::default() };
         let fraction = |options: &Options| {
             let map = quilt(&exemplars, output, options, &Run::seeded(6)).unwrap().result;
             // Blocks step by 9 (overlap 1): the middles of neighbors continue each other if no seam parted them.
