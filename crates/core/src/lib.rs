@@ -48,6 +48,7 @@ mod seam_costs;
 mod seed;
 mod source_map;
 mod transform;
+mod usage;
 mod votes;
 mod window;
 
@@ -70,5 +71,6 @@ pub use seam_costs::{SeamCosts, SeamMeasure};
 pub use seed::{Rng, Seed};
 pub use source_map::{SampleId, SourceMap, SourceTable};
 pub use transform::{Origin, Transform};
+pub use usage::Usage;
 pub use votes::Votes;
 pub use window::Window;
