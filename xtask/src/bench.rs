@@ -52,12 +52,6 @@ pub(crate) fn run(args: &[String]) -> Outcome {
     program::check(wrong == 0, || format!("{wrong} benchmarks did not answer as they should"))
 }
 
-/// Those that answer otherwise today, each run once.
-pub(crate) fn stale(program: &Path) -> Result<Vec<String>, String> {
-    let told = |bench: &Bench| Some(format!("tests/bench/{}.toml: {}", bench.name, once(bench, program).err()?));
-    Ok(benches()?.iter().filter_map(told).collect())
-}
-
 fn benches() -> Result<Vec<Bench>, String> {
     let tree = Tree::of_project();
     let names = tree.texts(".toml").filter_map(|(path, _)| path.strip_prefix("tests/bench/")?.strip_suffix(".toml"));
@@ -94,25 +88,15 @@ fn time(bench: &Bench, programs: &[PathBuf]) -> Result<String, String> {
 fn once(bench: &Bench, program: &Path) -> Result<(Duration, Duration), String> {
     let folder = program::fresh("bench")?;
     let line = bench.run.replace("{out}", "target/bench");
-    let (cpu, began) = (children_time(), Instant::now());
+    let (cpu, began) = (program::children_time(), Instant::now());
     let output = program::run(program, line.split_whitespace().chain(["--quiet"]))?;
-    let (wall, cpu) = (began.elapsed(), children_time().saturating_sub(cpu));
+    let (wall, cpu) = (began.elapsed(), program::children_time().saturating_sub(cpu));
     program::check(output.status.success(), || String::from_utf8_lossy(&output.stderr).trim().to_owned())?;
     let file = fs::read(folder.join("out.png")).map_err(|e| format!("out.png: {e}"))?;
     let plane = from_png(Role::Color, &file).map_err(|e| e.to_string())?;
     let answer = fixtures::hash(selvedge_testkit::bytes(&plane));
     program::check(answer == bench.answer, || format!("wrong: its samples hash to {answer}"))?;
     Ok((wall, cpu))
-}
-
-/// Processor time of all children that have ended, in steps of 10 ms; zero where the system does not tell.
-fn children_time() -> Duration {
-    let ticks = || {
-        let stat = fs::read_to_string("/proc/self/stat").ok()?;
-        let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(13);
-        Some(fields.next()?.parse::<u64>().ok()? + fields.next()?.parse::<u64>().ok()?)
-    };
-    Duration::from_millis(10 * ticks().unwrap_or(0))
 }
 
 fn processor() -> String {

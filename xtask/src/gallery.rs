@@ -56,20 +56,6 @@ pub(crate) fn run(args: &[String]) -> Outcome {
     fs::write(root().join(ANSWERS), text).map_err(|e| format!("{ANSWERS}: {e}"))
 }
 
-/// Rows of which the program makes something else today than when the strips were made.
-pub(crate) fn stale(selvedge: &Path) -> Result<Vec<String>, String> {
-    program::fresh("gallery")?;
-    let answers = answers();
-    let mut stale = Vec::new();
-    for row in rows()? {
-        let (_, hash) = made(&row, selvedge)?;
-        if !answers.contains(&(row.key(), hash)) {
-            stale.push(format!("docs/{}.jpg: row {} is another picture now", row.strip, row.number));
-        }
-    }
-    Ok(stale)
-}
-
 impl Row {
     fn key(&self) -> String {
         format!("{}-{}", self.strip, self.number)

@@ -4,7 +4,6 @@
 mod bench;
 mod ci;
 mod fixtures;
-mod fresh;
 mod gallery;
 mod program;
 mod regress;
@@ -20,7 +19,7 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
 /// Nothing to say, or a line that says what went wrong (details have been printed).
 type Outcome = Result<(), String>;
 
-const CHORES: [Chore; 10] = [
+const CHORES: [Chore; 9] = [
     (
         "bench [PATTERN]",
         "time whole runs of the program and check their answers; --against PROGRAM compares",
@@ -32,7 +31,6 @@ const CHORES: [Chore; 10] = [
         "check fixtures/ against its manifest and the code that made it, or make it again",
         fixtures::run,
     ),
-    ("fresh", "check that benchmarks and pictures of README.md are what the program makes today", fresh::run),
     ("gallery", "make the pictures of README.md again, with the program itself", gallery::run),
     ("regress [PATTERN]", "the end-to-end suite in release, and a page of its pictures", regress::run),
     ("bless NAME...", "write the references of recipes in tests/suite", regress::bless),

@@ -1,7 +1,9 @@
 //! The program in release, as the chores run it.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::Duration;
 
 use crate::Outcome;
 use crate::ci::cargo_with;
@@ -10,18 +12,8 @@ use crate::tree::root;
 /// Builds the program in release.
 pub(crate) fn build() -> Result<PathBuf, String> {
     cargo_with(&["build", "--quiet", "--release", "--package", "selvedge"], &[])?;
-    Ok(built("release"))
-}
-
-/// Builds the program as tests do.
-pub(crate) fn build_for_tests() -> Result<PathBuf, String> {
-    cargo_with(&["build", "--quiet", "--package", "selvedge"], &[])?;
-    Ok(built("debug"))
-}
-
-fn built(profile: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    target.join(profile).join(format!("selvedge{}", std::env::consts::EXE_SUFFIX))
+    Ok(target.join("release").join(format!("selvedge{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// Runs a program in the project's root.
@@ -33,9 +25,19 @@ pub(crate) fn run<'a>(program: &Path, args: impl IntoIterator<Item = &'a str>) -
 /// Makes a folder anew below target/.
 pub(crate) fn fresh(name: &str) -> Result<PathBuf, String> {
     let folder = root().join("target").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     Ok(folder)
+}
+
+/// Processor time of all children that have ended, in steps of 10 ms; zero where the system does not tell.
+pub(crate) fn children_time() -> Duration {
+    let ticks = || {
+        let stat = fs::read_to_string("/proc/self/stat").ok()?;
+        let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(13);
+        Some(fields.next()?.parse::<u64>().ok()? + fields.next()?.parse::<u64>().ok()?)
+    };
+    Duration::from_millis(10 * ticks().unwrap_or(0))
 }
 
 /// An error unless it holds.

@@ -34,8 +34,12 @@ pub fn feature_size_of<const D: usize>(
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
 ) -> Result<u32, Error> {
-    let Some(strengths) = Strengths::of(features, valid, weights)? else { return Ok(1) };
-    let size = 5 * correlation_length(&strengths);
+    Strengths::of(features, valid, weights)?.map_or(Ok(1), |strengths| of_strengths(&strengths))
+}
+
+/// See [`feature_size_of`].
+pub(crate) fn of_strengths<const D: usize>(strengths: &Strengths<D>) -> Result<u32, Error> {
+    let size = 5 * lost_likeness(strengths);
     let periods = strengths.periods()?;
     let Some(strongest) = periods.first().filter(|p| STRONG <= p.strength) else { return Ok(size) };
     let squared: i64 = strongest.vector.iter().map(|&v| i64::from(v).pow(2)).sum();
@@ -49,7 +53,7 @@ pub(crate) fn firsts<const D: usize>(exemplars: &Exemplars<D>) -> impl Iterator<
 }
 
 /// The distance from which on samples are unlike each other, in the mean over the directions; at most half the exemplar.
-fn correlation_length<const D: usize>(strengths: &Strengths<D>) -> u32 {
+pub(crate) fn lost_likeness<const D: usize>(strengths: &Strengths<D>) -> u32 {
     let along = |y: i32, x: i32| {
         let mut vector = [0; D];
         vector[D - 1] = x;

@@ -1,5 +1,6 @@
 //! Lists whose lengths follow from input: growing them can fail.
 
+use selvedge_core::reserve;
 use selvedge_fft_ssd::Error;
 
 /// All of an iterator.
@@ -9,8 +10,7 @@ pub(crate) fn collected<T>(items: impl IntoIterator<Item = T>) -> Result<Vec<T>,
         if all.len() == all.capacity() {
             // Doubles, as pushing would, but may fail.
             let more = all.len().max(16);
-            let bytes = (all.len() + more).saturating_mul(size_of::<T>()) as u64;
-            all.try_reserve(more).map_err(|_| selvedge_core::Error::Allocation { bytes })?;
+            reserve(&mut all, more)?;
         }
         all.push(item);
     }

@@ -5,7 +5,7 @@ use selvedge_fft_ssd::{Costs, Error};
 
 use crate::feature_size::firsts;
 use crate::memory::collected;
-use crate::periods::differences;
+use crate::periods::{Reach, differences};
 
 /// Samples of the copy at most that is looked at: what is fine need not come again to the sample.
 const COARSE: usize = 3000;
@@ -44,7 +44,9 @@ impl<const D: usize> Likeness<D> {
             let (sum, n) = known().fold((0, 0), |(sum, n), v| (sum + u64::from(v), n + 1));
             flat.plane_mut(c).fill(rounded(sum, n));
         }
-        let between = |template: &Grid<u8, D>, half| differences(template, features, Some(valid), weights, half);
+        let between = |template: &Grid<u8, D>, half| {
+            differences(template, features, Some(valid), weights, (Reach::half(features.domain()), half))
+        };
         Ok(Self { differences: between(features, true)?, energies: between(&flat, false)? })
     }
 

@@ -37,26 +37,40 @@ pub fn periods<const D: usize>(
     strengths.map_or_else(|| Ok(Vec::new()), |s| s.periods())
 }
 
+/// How far a grid is moved over itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach<const D: usize> {
+    /// The most along each axis, to both sides.
+    pub(crate) most: [u32; D],
+    /// One in so many samples must overlap: few resemble each other by chance.
+    pub(crate) one_in: usize,
+}
+
+impl<const D: usize> Reach<D> {
+    /// Half of all sides.
+    pub(crate) fn half(domain: Domain<D>) -> Self {
+        Self { most: domain.shape.map(|n| n / 2), one_in: 8 }
+    }
+}
+
 /// The sums of squared differences between a template as large as a grid, compared where the grid is valid, and the grid, at
-/// every translation of at most half its sides; with `half`, at one of each pair of opposites.
+/// every translation within `reach`; with `half`, at one of each pair of opposites.
 pub(crate) fn differences<const D: usize>(
     template: &Grid<u8, D>,
     features: &Grid<u8, D>,
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
-    half: bool,
+    (reach, half): (Reach<D>, bool),
 ) -> Result<Costs<D>, Error> {
     let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default())?;
     let template = valid.map_or(Template::of(template), |v| Template::of(template).masked(v.samples()));
-    let least = valid.map_or(features.domain().len(), |v| v.samples().iter().filter(|&&v| v).count()) / 8;
-    let reach = features.domain().shape.map(|n| n / 2);
-    let (mut first, mut count) = (reach.map(|r| -(r as i32)), reach.map(|r| 2 * r + 1));
+    let samples = valid.map_or(features.domain().len(), |v| v.samples().iter().filter(|&&v| v).count());
+    let (mut first, mut count) = (reach.most.map(|r| -(r as i32)), reach.most.map(|r| 2 * r + 1));
     if half {
-        (first[0], count[0]) = (0, reach[0] + 1);
+        (first[0], count[0]) = (0, reach.most[0] + 1);
     }
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
-    // Few samples resemble each other by chance.
-    searcher.search_box(&template, first, count, least as u64, &mut scratch, &mut costs)?;
+    searcher.search_box(&template, first, count, (samples / reach.one_in) as u64, &mut scratch, &mut costs)?;
     Ok(costs)
 }
 
@@ -77,7 +91,7 @@ fn twice_variance<const D: usize>(features: &Grid<u8, D>, mask: Option<&[bool]>,
 
 /// How alike an exemplar is to itself at each translation.
 pub(crate) struct Strengths<const D: usize> {
-    costs: Costs<D>,
+    pub(crate) costs: Costs<D>,
     /// Numerator and denominator.
     twice_variance: (u128, u128),
 }
@@ -95,11 +109,21 @@ impl<const D: usize> Strengths<D> {
         }
         let features = &middle(features)?;
         let valid = valid.map(middle).transpose()?;
-        let twice_variance = twice_variance(features, valid.as_ref().map(Grid::samples), weights);
+        Self::within(features, valid.as_ref(), weights, Reach::half(features.domain()))
+    }
+
+    /// The same within another reach, whatever the size.
+    pub(crate) fn within(
+        features: &Grid<u8, D>,
+        valid: Option<&Grid<bool, D>>,
+        weights: &[u8],
+        reach: Reach<D>,
+    ) -> Result<Option<Self>, Error> {
+        let twice_variance = twice_variance(features, valid.map(Grid::samples), weights);
         if twice_variance.0 == 0 {
             return Ok(None);
         }
-        Ok(Some(Self { costs: differences(features, features, valid.as_ref(), weights, true)?, twice_variance }))
+        Ok(Some(Self { costs: differences(features, features, valid, weights, (reach, true))?, twice_variance }))
     }
 
     /// See [`periods`].
@@ -120,7 +144,7 @@ impl<const D: usize> Strengths<D> {
     }
 
     /// The period at a vector, if it is above all its neighbours; of equal neighbours the first counts.
-    fn peak(&self, vector: [i32; D]) -> Option<Period<D>> {
+    pub(crate) fn peak(&self, vector: [i32; D]) -> Option<Period<D>> {
         let first = vector.iter().find(|&&v| v != 0)?;
         let here = self.at(vector).filter(|&s| 0 < *first && 0 < s)?;
         let around = Domain::<D>::open([3; D]);

@@ -38,6 +38,8 @@ pub(crate) enum Command {
     Inspect(commands::inspect::Inspect),
     /// Compare two pictures; exit code 1 if they differ by more than is allowed.
     Compare(commands::compare::Compare),
+    /// Say what outputs are worth beside their exemplars, and rank them.
+    Score(commands::score::Score),
     /// Write a script that completes command lines in a shell.
     Completions(commands::completions::Completions),
     /// Write manual pages.

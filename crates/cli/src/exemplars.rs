@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use selvedge_core::{Depth, Domain, Encoder, Exemplars, Grid, Plane, Role, Transform};
+use selvedge_core::{Association, Depth, Domain, Encoder, Exemplars, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
 use crate::args::{DepthArg, NonFiniteArg, typed_name};
@@ -171,12 +171,14 @@ impl Headers {
         transforms: &[Transform],
         report: &mut Report,
     ) -> Result<Loaded, Failure> {
-        let (mut planes, mut fingerprints, mut metadata) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut planes, mut fingerprints, mut metadata) = (Vec::new(), Vec::new(), Vec::<Metadata>::new());
+        let association = common_association(self.infos.iter().map(|info| (info.alpha, info.association)));
         for input in &self.inputs {
             let picture = input.read(session, &self.options, report)?;
             fingerprints.push(inputs::fingerprint(&input.path, &picture));
-            metadata.push(picture.metadata.converted(picture.plane.samples.depth(), self.depth));
-            planes.push(widened(picture.plane, self.layout)?);
+            metadata.push(picture.metadata);
+            let plane = widened(picture.plane, self.layout)?;
+            planes.push(associated(session, &input.path, plane, association)?);
         }
         if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
             session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
@@ -185,16 +187,20 @@ impl Headers {
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
         let exemplars = encoded(&planes, &masks, &transforms).map_err(|e| named(&paths, e))?;
-        let payload = paths.iter().zip(planes).map(|(path, plane)| converted(session, path, plane, self.depth));
+        let depths: Vec<Depth> = planes.iter().map(|plane| plane.samples.depth()).collect();
+        let payload = paths.iter().zip(planes).zip(&metadata);
+        let payload = payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, tags));
+        let payload = alike(session, &paths, payload.collect::<Result<_, _>>()?)?;
+        let first = metadata.swap_remove(0).converted(depths[0], self.depth);
         Ok(Loaded {
             exemplars,
-            payload: payload.collect::<Result<_, _>>()?,
+            payload,
             paths,
             fingerprints,
             masks,
             mask_fingerprints,
             given: self.given,
-            metadata: metadata.swap_remove(0),
+            metadata: first,
         })
     }
 
@@ -266,16 +272,62 @@ pub(crate) fn converted(
     path: &Path,
     plane: Plane<2>,
     depth: Depth,
+    metadata: &Metadata,
 ) -> Result<Plane<2>, Failure> {
     if plane.samples.depth() == depth {
         return Ok(plane);
     }
-    let converted = selvedge_io::convert(&plane, depth).map_err(|p| Failure::from_problem(path, p))?;
+    let converted = selvedge_io::convert(&plane, depth, metadata).map_err(|p| Failure::from_problem(path, p))?;
     if converted.clipped != 0 {
         let what = format!("{} sample(s) are beyond what {} holds and were clipped", converted.clipped, depth.name());
         session.warn(path, &what);
     }
+    converted.warnings.iter().for_each(|warning| session.warn(path, warning));
     Ok(converted.plane)
+}
+
+/// How colour and alpha go together in pictures that are to be alike, by whether they have alpha: multiplied if that is so
+/// in all, since light without alpha cannot be told otherwise.
+pub(crate) fn common_association(all: impl IntoIterator<Item = (bool, Association)>) -> Association {
+    let mut with_alpha = all.into_iter().filter(|(alpha, _)| *alpha).map(|(_, association)| association).peekable();
+    let multiplied = with_alpha.peek().is_some() && with_alpha.all(|a| a == Association::Premultiplied);
+    if multiplied { Association::Premultiplied } else { Association::Straight }
+}
+
+/// Planes whose colours stand to alpha in the same way.
+pub(crate) fn alike(session: &Session<'_>, paths: &[PathBuf], planes: Vec<Plane<2>>) -> Result<Vec<Plane<2>>, Failure> {
+    let common = common_association(planes.iter().map(|plane| (plane.alpha, plane.association)));
+    paths.iter().zip(planes).map(|(path, plane)| associated(session, path, plane, common)).collect()
+}
+
+fn associated(session: &Session<'_>, path: &Path, plane: Plane<2>, to: Association) -> Result<Plane<2>, Failure> {
+    if !plane.alpha || plane.association == to {
+        return Ok(plane);
+    }
+    // An opaque picture is both.
+    let alpha = plane.color_channels();
+    let opaque = (0..plane.domain().len()).all(|i| plane.samples.value(alpha, i) == opaque(plane.samples.depth()));
+    if opaque {
+        return Ok(Plane { association: to, ..plane });
+    }
+    session.warn(
+        path,
+        &match to {
+            Association::Straight => "its colours were divided by alpha, to be straight as those of the others",
+            Association::Premultiplied => "its colours were multiplied by alpha, as those of the others",
+        },
+    );
+    let associated = selvedge_io::associate(&plane, to).map_err(|p| Failure::from_problem(path, p))?;
+    Ok(associated.plane)
+}
+
+/// The greatest alpha.
+fn opaque(depth: Depth) -> f64 {
+    match depth {
+        Depth::U8 => 255.0,
+        Depth::U16 => 65_535.0,
+        Depth::F16 | Depth::F32 => 1.0,
+    }
 }
 
 impl Loaded {

@@ -133,6 +133,7 @@ from_errors!(
     selvedge_core::Error,
     selvedge_analysis::Error,
     selvedge_guides::Error,
+    selvedge_metrics::Error,
     selvedge_quilting::Error,
     selvedge_graphcut_textures::Error
 );

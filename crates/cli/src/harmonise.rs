@@ -137,7 +137,7 @@ mod tests {
     fn half_one() -> u16 {
         let one = Grid::from_vec(Domain::open([1, 1]), 1, vec![1.0_f32]).unwrap();
         let plane = Plane::new(Role::Scalar, Samples::F32(one));
-        match selvedge_io::convert(&plane, Depth::F16).unwrap().plane.samples {
+        match selvedge_io::convert(&plane, Depth::F16, &Default::default()).unwrap().plane.samples {
             Samples::F16(g) => g.samples()[0],
             _ => unreachable!(),
         }

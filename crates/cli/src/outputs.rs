@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
-use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, WriteOptions, path_text};
+use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, Warning, WriteOptions, path_text};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n, shown};
@@ -89,6 +89,8 @@ struct Made {
     bytes: Vec<u8>,
     /// Width and height.
     size: Option<[u32; 2]>,
+    /// What the file says otherwise than the picture.
+    told: Vec<Warning>,
 }
 
 impl Outputs {
@@ -110,7 +112,8 @@ impl Outputs {
         let options = WriteOptions { format: Some(format), quality, ..default };
         let bytes = selvedge_io::encode(plane, metadata, path, &options)?;
         let [height, width] = plane.domain().shape;
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]) });
+        let told = selvedge_io::changes(plane, metadata, format);
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told });
         Ok(())
     }
 
@@ -118,13 +121,13 @@ impl Outputs {
     pub(crate) fn map(&mut self, path: &Path, file: &MapFile) -> Result<(), Failure> {
         let bytes = selvedge_io::encode_map(file, path)?;
         let [height, width] = file.map.domain().shape;
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]) });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told: Vec::new() });
         Ok(())
     }
 
     /// Adds a file that is no picture.
     pub(crate) fn bytes(&mut self, path: &Path, bytes: Vec<u8>) {
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: None });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: None, told: Vec::new() });
     }
 
     /// What the report will say of them.
@@ -134,6 +137,9 @@ impl Outputs {
 
     /// Writes all of them, or none if one of them cannot be written, and notes them in the report.
     pub(crate) fn write(self, session: &Session<'_>, report: &mut Report) -> Result<(), Failure> {
+        for (made, warning) in self.made.iter().flat_map(|made| made.told.iter().map(move |w| (made, w))) {
+            session.warn(&made.path, warning);
+        }
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
         let staged = files.iter().map(|made| Staged::new(&made.path, &made.bytes, session.global.no_clobber));
         let staged = staged.collect::<Result<Vec<_>, _>>()?;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Domain, Grid, Plane, Samples};
-use selvedge_io::{Format, Metadata, WriteOptions};
+use selvedge_io::{Association, Format, Metadata, Problem, WriteOptions};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -108,7 +108,15 @@ fn escaped(text: &str) -> String {
 /// The picture as a PNG of 8 bits that a browser shows, reduced where it is large.
 fn preview(plane: &Plane<2>) -> Result<Vec<u8>, Failure> {
     let failed = |problem| Failure::from_problem(Path::new(NAME), problem);
-    let eight = selvedge_io::convert(plane, Depth::U8).map_err(failed)?.plane;
+    let to_eight = |plane: &Plane<2>| selvedge_io::convert(plane, Depth::U8, &Metadata::default());
+    let eight = match to_eight(plane) {
+        // Light without alpha is shown as nothing: it has no place in a browser.
+        Err(Problem::LightWithoutAlpha { .. }) => {
+            to_eight(&Plane { association: Association::Straight, ..plane.clone() })
+        }
+        done => done,
+    };
+    let eight = eight.map_err(failed)?.plane;
     let [height, width] = eight.domain().shape;
     let (n, Samples::U8(grid)) = (height.max(width).div_ceil(LARGEST), &eight.samples) else {
         return Err(Failure::new(70, "a conversion to 8 bits gave something else").remedy("please report it"));

@@ -12,7 +12,7 @@ const LEAST_ALPHA: f64 = 1e-3;
 /// with three components made as long as one again.
 #[derive(Clone, Debug)]
 pub struct Averaging {
-    /// The channel that is alpha.
+    /// The channel that is alpha, unless colours were multiplied by it before.
     alpha: Option<usize>,
     normals: Option<NormalCoding>,
     /// Least and greatest stored value of each channel: what averages may not leave, or bands of detail would ring.
@@ -28,7 +28,7 @@ impl Averaging {
         let is_normal = first.role == Role::Normal;
         let range = |c: usize| if is_normal { [f64::NEG_INFINITY, f64::INFINITY] } else { range(planes, c) };
         Self {
-            alpha: first.alpha.then(|| first.color_channels()),
+            alpha: (first.alpha && !first.is_premultiplied()).then(|| first.color_channels()),
             normals: (is_normal && 3 <= first.color_channels()).then(|| NormalCoding::of(planes)),
             ranges: (0..first.samples.channels()).map(range).collect(),
         }

@@ -141,10 +141,9 @@ fn fit_curve<const D: usize>(planes: &[&Plane<D>]) -> Curve {
 fn range<const D: usize>(planes: &[&Plane<D>]) -> (f64, f64, f64) {
     let (mut lo, mut hi, mut sum, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0_u64);
     for plane in planes {
-        let alpha = plane.alpha.then(|| plane.color_channels());
         for c in 0..plane.color_channels() {
             for i in 0..plane.domain().len() {
-                if alpha.is_some_and(|a| plane.samples.value(a, i) == 0.0) {
+                if !plane.shows(i) {
                     continue;
                 }
                 let v = unit(plane, c, i);

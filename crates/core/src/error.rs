@@ -161,6 +161,12 @@ pub enum Error {
         /// Samples in all sources.
         samples: u64,
     },
+    /// A map shows a source that is not among those it is to show.
+    #[error("the map shows its source {number}, and nothing here is the same")]
+    MissingSource {
+        /// The map's source, from 0.
+        number: usize,
+    },
     /// Rendering needs a plane for each exemplar.
     #[error("the map was made from {expected} exemplars, but {found} planes were given")]
     PlaneCount {
@@ -204,6 +210,7 @@ impl Error {
             Self::GuideWeight { .. } => "use numbers from 0 up, not all of them 0",
             Self::GuideProportion { .. } => "use weights that are closer, or 0",
             Self::UnknownSample { .. } => "give a map that is whole",
+            Self::MissingSource { .. } => "give what it was made from",
             Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
         }
         .to_owned()

@@ -66,7 +66,7 @@ impl<'a, const D: usize> Payload<'a, D> {
             Samples::F16(_) => copied!(F16, |v| v ^ 0x8000),
             Samples::F32(_) => copied!(F32, |v: f32| -v),
         };
-        Ok(Plane { role: first.role, samples, alpha: first.alpha })
+        Ok(Plane { role: first.role, samples, alpha: first.alpha, association: first.association })
     }
 
     /// One channel of a list of samples as numbers, as [`Samples::value`] has them; 0 where none is assigned.

@@ -101,6 +101,16 @@ impl<const D: usize> Samples<D> {
     }
 }
 
+/// How colour and alpha of a sample go together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Association {
+    /// The colour is that of the thing, whatever its alpha: PNG, WebP, most TIFF.
+    #[default]
+    Straight,
+    /// The colour is the light that arrives, so it was multiplied by alpha. There may be light where alpha is 0: EXR.
+    Premultiplied,
+}
+
 /// A picture or clip, or one map of a material, in the depth of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane<const D: usize> {
@@ -108,19 +118,21 @@ pub struct Plane<const D: usize> {
     pub role: Role,
     /// The samples, alpha last.
     pub samples: Samples<D>,
-    /// Whether the last channel is alpha. Where it is 0, the sample is not valid.
+    /// Whether the last channel is alpha. Where it is 0, the sample is not valid, unless there is light.
     pub alpha: bool,
+    /// How colour and alpha go together; of no meaning without alpha.
+    pub association: Association,
 }
 
 impl<const D: usize> Plane<D> {
     /// A plane without alpha.
     pub fn new(role: Role, samples: Samples<D>) -> Self {
-        Self { role, samples, alpha: false }
+        Self { role, samples, alpha: false, association: Association::Straight }
     }
 
-    /// A plane whose last channel is alpha.
+    /// A plane whose last channel is alpha, with straight colours.
     pub fn with_alpha(role: Role, samples: Samples<D>) -> Self {
-        Self { role, samples, alpha: true }
+        Self { role, samples, alpha: true, association: Association::Straight }
     }
 
     /// Shape and topology.
@@ -133,7 +145,20 @@ impl<const D: usize> Plane<D> {
         self.samples.channels() - usize::from(self.alpha)
     }
 
-    /// Where alpha is not 0; `None` for a plane without alpha.
+    /// Whether colours were multiplied by an alpha that there is.
+    pub fn is_premultiplied(&self) -> bool {
+        self.alpha && self.association == Association::Premultiplied
+    }
+
+    /// Whether a sample shows anything: its alpha is not 0, or there is light all the same.
+    #[inline]
+    pub(crate) fn shows(&self, index: usize) -> bool {
+        let last = self.samples.channels() - 1;
+        let lit = || (0..last).any(|c| self.samples.value(c, index) != 0.0);
+        !self.alpha || self.samples.value(last, index) != 0.0 || (self.is_premultiplied() && lit())
+    }
+
+    /// Where alpha is not 0 or there is light all the same; `None` for a plane without alpha.
     ///
     /// # Errors
     /// [`Error::Allocation`].
@@ -142,16 +167,36 @@ impl<const D: usize> Plane<D> {
             return Ok(None);
         }
         let mut valid = Grid::try_filled(self.domain(), 1, true)?;
-        let alpha = self.color_channels();
         for (i, v) in valid.plane_mut(0).iter_mut().enumerate() {
-            *v = self.samples.value(alpha, i) != 0.0;
+            *v = self.shows(i);
         }
         Ok(Some(valid))
     }
 
     /// What has to agree between the exemplars of one run, in words.
     pub(crate) fn layout(&self) -> String {
-        let alpha = if self.alpha { " and alpha" } else { "" };
+        let alpha = match (self.alpha, self.association) {
+            (false, _) => "",
+            (true, Association::Straight) => " and alpha",
+            (true, Association::Premultiplied) => " and premultiplied alpha",
+        };
         format!("{} {} channel(s){alpha}", self.color_channels(), self.samples.depth().name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_without_alpha_is_valid_where_colours_are_premultiplied() {
+        let values = vec![0.0, 3.0, 0.0, 0.0, 0.0, 0.5];
+        let samples = Samples::F32(Grid::from_vec(Domain::open([1, 3]), 2, values).unwrap());
+        let straight = Plane::with_alpha(Role::Color, samples);
+        let premultiplied = Plane { association: Association::Premultiplied, ..straight.clone() };
+        let valid = |plane: &Plane<2>| plane.validity().unwrap().map(Grid::into_vec);
+        assert_eq!(valid(&straight), Some(vec![false, false, true]));
+        assert_eq!(valid(&premultiplied), Some(vec![false, true, true]));
+        assert_ne!(straight.layout(), premultiplied.layout(), "they do not mix");
     }
 }

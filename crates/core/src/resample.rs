@@ -196,7 +196,7 @@ pub(crate) fn plane<const D: usize>(
         }
         Samples::F32(g) => shown!(F32, g, f64::from, |v| v as f32),
     };
-    Ok(Plane { role: plane.role, samples, alpha: plane.alpha })
+    Ok(Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association })
 }
 
 /// Turns the first two components (x right, y up) about their zero, and makes normals with a third one as long as they

@@ -86,7 +86,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     /// A searcher over one grid, its samples valid where they are said to be.
     ///
     /// # Errors
-    /// [`Error::Count`] if weights and channels differ, [`Error::Core`] if memory is short.
+    /// [`Error::Core`] if weights and channels differ, or memory is short.
     pub fn of_grid(
         features: &'e Grid<u8, D>,
         valid: Option<&'e Grid<bool, D>>,
@@ -94,7 +94,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         options: Options,
     ) -> Result<Self, Error> {
         if weights.len() != features.channels() {
-            return Err(Error::Count { what: "weights", expected: features.channels(), found: weights.len() });
+            return Err(selvedge_core::Error::Weights { expected: features.channels(), found: weights.len() }.into());
         }
         Self::build(vec![SourceView::new(features, valid)], weights, options)
     }

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::io::{BufRead, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use selvedge_core::{Plane, Samples};
+use selvedge_core::{Association, Plane, Samples};
 
 use crate::error::Problem;
 use crate::header::Header;
@@ -48,13 +48,15 @@ pub(crate) struct Description {
     /// EXIF orientation, 1..=8.
     pub(crate) orientation: u8,
     pub(crate) metadata: Metadata,
+    /// How colour and alpha go together, in files that say so.
+    pub(crate) association: Option<Association>,
     /// All channels of a file that has names for them.
     pub(crate) channel_names: Vec<String>,
 }
 
 impl Description {
     pub(crate) fn new(header: Header, metadata: Metadata) -> Self {
-        Self { header, orientation: 1, metadata, channel_names: Vec::new() }
+        Self { header, orientation: 1, metadata, association: None, channel_names: Vec::new() }
     }
 }
 

@@ -1,9 +1,13 @@
 //! From one depth to another.
 
 use half::f16;
-use selvedge_core::{Depth, Grid, Plane, Role, Samples, srgb_decode, srgb_encode};
+use selvedge_core::{Association, Depth, Grid, Plane, Role, Samples, srgb_encode};
 
+use crate::Warning;
+use crate::alpha::straight;
 use crate::error::Problem;
+use crate::linear::Linear;
+use crate::metadata::Metadata;
 
 /// A plane in another depth.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,50 +16,67 @@ pub struct Converted {
     pub plane: Plane<2>,
     /// Samples whose value the new depth cannot hold, so that they became its greatest or least.
     pub clipped: u64,
+    /// What could not be followed.
+    pub warnings: Vec<Warning>,
 }
 
 /// Converts the samples of a plane.
 ///
 /// - u8 to u16: times 257. u16 to u8: divided by 257, rounded to the nearest, so u8 to u16 and back changes nothing.
 /// - Half to float: exact. Float to half: to the nearest, ties to even.
-/// - Integers to floats: 0..1; colour is decoded from sRGB into linear light, alpha and other roles are not.
-/// - Floats to integers: the reverse, clipped to 0..1, rounded to the nearest, halves up; what is no number becomes 0.
-///   Normals that go below 0 are taken as -1..1 and moved to 0..1 first.
+/// - Integers to floats: 0..1; colour is decoded into linear light as the file's tags say (sRGB where they say nothing),
+///   alpha and other roles are not.
+/// - Floats to integers: the reverse, to sRGB, clipped to 0..1, rounded to the nearest, halves up; what is no number
+///   becomes 0. Normals that go below 0 are taken as -1..1 and moved to 0..1 first.
+///
+/// Between integers and floats colours that were multiplied by alpha are divided by it, before they are decoded or
+/// encoded, and stay straight.
 ///
 /// # Errors
-/// [`Problem::Core`] if the system has no memory for it.
-pub fn convert(plane: &Plane<2>, to: Depth) -> Result<Converted, Problem> {
+/// [`Problem::LightWithoutAlpha`], and [`Problem::Core`] if the system has no memory for it.
+pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Converted, Problem> {
     let mut clipped = 0;
-    let samples = match (&plane.samples, to) {
-        (Samples::U8(g), Depth::U16) => Samples::U16(g.map(|v| u16::from(v) * 257)?),
-        (Samples::U16(g), Depth::U8) => Samples::U8(g.map(|v| ((u32::from(v) + 128) / 257) as u8)?),
-        (same, _) if same.depth() == to => same.clone(),
-        (_, Depth::U8) => {
-            let curves = Curves::new(plane);
-            Samples::U8(each(plane, |c, v| (curves.encode(c, v, &mut clipped) * 255.0 + 0.5) as u8)?)
+    let same = |samples| Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association };
+    let kept = match (&plane.samples, to) {
+        (Samples::U8(g), Depth::U16) => Some(Samples::U16(g.map(|v| u16::from(v) * 257)?)),
+        (Samples::U16(g), Depth::U8) => Some(Samples::U8(g.map(|v| ((u32::from(v) + 128) / 257) as u8)?)),
+        (Samples::F16(g), Depth::F32) => Some(Samples::F32(g.map(|v| f16::from_bits(v).to_f32())?)),
+        (Samples::F32(g), Depth::F16) => {
+            let half = |v: f32| to_half(f64::from(v), &mut clipped);
+            let mut out = Grid::try_filled(g.domain(), g.channels(), 0)?;
+            out.samples_mut().iter_mut().zip(g.samples().iter().copied().map(half)).for_each(|(to, v)| *to = v);
+            Some(Samples::F16(out))
         }
-        (_, Depth::U16) => {
-            let curves = Curves::new(plane);
-            Samples::U16(each(plane, |c, v| (curves.encode(c, v, &mut clipped) * 65_535.0 + 0.5) as u16)?)
-        }
-        (_, Depth::F16) => {
-            let curves = Curves::new(plane);
-            Samples::F16(each(plane, |c, v| to_half(curves.decode(c, v), &mut clipped))?)
-        }
-        (_, Depth::F32) => {
-            let curves = Curves::new(plane);
-            Samples::F32(each(plane, |c, v| curves.decode(c, v) as f32)?)
-        }
+        (same, _) if same.depth() == to => Some(same.clone()),
+        _ => None,
     };
-    Ok(Converted { plane: Plane { role: plane.role, samples, alpha: plane.alpha }, clipped })
+    if let Some(samples) = kept {
+        return Ok(Converted { plane: same(samples), clipped, warnings: Vec::new() });
+    }
+    let straight = straight(plane)?;
+    let (curves, warnings) = Curves::new(plane, metadata);
+    let samples = match to {
+        Depth::U8 => {
+            Samples::U8(each(plane, |c, i| (curves.encode(c, straight(c, i), &mut clipped) * 255.0 + 0.5) as u8)?)
+        }
+        Depth::U16 => {
+            Samples::U16(each(plane, |c, i| (curves.encode(c, straight(c, i), &mut clipped) * 65_535.0 + 0.5) as u16)?)
+        }
+        Depth::F16 => Samples::F16(each(plane, |c, i| to_half(curves.decode(c, |c| straight(c, i)), &mut clipped))?),
+        Depth::F32 => Samples::F32(each(plane, |c, i| curves.decode(c, |c| straight(c, i)) as f32)?),
+    };
+    Ok(Converted { plane: Plane { association: Association::Straight, ..same(samples) }, clipped, warnings })
 }
 
-/// Every sample through a function of its channel and value.
-fn each<T: Copy + Default>(plane: &Plane<2>, mut f: impl FnMut(usize, f64) -> T) -> Result<Grid<T, 2>, Problem> {
+/// Every sample by a function of its channel and place.
+pub(crate) fn each<T: Copy + Default>(
+    plane: &Plane<2>,
+    mut f: impl FnMut(usize, usize) -> T,
+) -> Result<Grid<T, 2>, Problem> {
     let mut out = Grid::try_filled(plane.domain(), plane.samples.channels(), T::default())?;
     for c in 0..out.channels() {
         for (i, to) in out.plane_mut(c).iter_mut().enumerate() {
-            *to = f(c, plane.samples.value(c, i));
+            *to = f(c, i);
         }
     }
     Ok(out)
@@ -69,10 +90,12 @@ struct Curves {
     max: Option<f64>,
     /// Whether -1..1 stands for 0..1.
     signed: bool,
+    /// How integers become light.
+    linear: Linear,
 }
 
 impl Curves {
-    fn new(plane: &Plane<2>) -> Self {
+    fn new(plane: &Plane<2>, metadata: &Metadata) -> (Self, Vec<Warning>) {
         let max = match plane.samples.depth() {
             Depth::U8 => Some(255.0),
             Depth::U16 => Some(65_535.0),
@@ -82,15 +105,19 @@ impl Curves {
         let negative = |c| (0..n).any(|i| plane.samples.value(c, i) < 0.0);
         let signed = max.is_none() && plane.role == Role::Normal && (0..plane.color_channels()).any(negative);
         let encoded = if plane.role == Role::Color { plane.color_channels() } else { 0 };
-        Self { encoded, max, signed }
+        let (linear, warning) = match max {
+            Some(_) if plane.role == Role::Color => Linear::of(metadata, encoded),
+            _ => Linear::of(&Metadata::default(), encoded),
+        };
+        (Self { encoded, max, signed, linear }, warning.into_iter().collect())
     }
 
     /// Integers to floats; floats stay.
-    fn decode(&self, channel: usize, v: f64) -> f64 {
+    fn decode(&self, channel: usize, value: impl Fn(usize) -> f64) -> f64 {
         match self.max {
-            None => v,
-            Some(max) if channel < self.encoded => srgb_decode(v / max),
-            Some(max) => v / max,
+            None => value(channel),
+            Some(max) if channel < self.encoded => self.linear.light(channel, |c| value(c) / max),
+            Some(max) => value(channel) / max,
         }
     }
 
@@ -106,7 +133,7 @@ impl Curves {
 }
 
 /// Floats beyond the range of halves would become infinite.
-fn to_half(v: f64, clipped: &mut u64) -> u16 {
+pub(crate) fn to_half(v: f64, clipped: &mut u64) -> u16 {
     let limit = f16::MAX.to_f64();
     if limit < v.abs() {
         *clipped += 1;
@@ -121,7 +148,7 @@ mod tests {
     use super::*;
 
     fn plane(role: Role, samples: Samples<2>) -> Plane<2> {
-        Plane { role, alpha: samples.channels() == 2, samples }
+        Plane { alpha: samples.channels() == 2, ..Plane::new(role, samples) }
     }
 
     fn bytes() -> Plane<2> {
@@ -138,9 +165,13 @@ mod tests {
         for role in [Role::Color, Role::Normal, Role::Scalar] {
             let start = Plane { role, ..bytes() };
             for depth in [Depth::U16, Depth::F16, Depth::F32] {
-                let there = convert(&start, depth).unwrap();
-                let back = convert(&there.plane, Depth::U8).unwrap();
-                assert_eq!(back, Converted { plane: start.clone(), clipped: 0 }, "{role:?} {depth:?}");
+                let there = convert(&start, depth, &Metadata::default()).unwrap();
+                let back = convert(&there.plane, Depth::U8, &Metadata::default()).unwrap();
+                assert_eq!(
+                    back,
+                    Converted { plane: start.clone(), clipped: 0, warnings: Vec::new() },
+                    "{role:?} {depth:?}"
+                );
             }
         }
     }
@@ -149,9 +180,11 @@ mod tests {
     fn sixteen_bits_survive_floats_and_round_to_the_nearest() {
         let all: Vec<u16> = (0..=u16::MAX).collect();
         let start = plane(Role::Color, Samples::U16(Grid::from_vec(Domain::open([256, 256]), 1, all.clone()).unwrap()));
-        let floats = convert(&start, Depth::F32).unwrap().plane;
-        assert_eq!(convert(&floats, Depth::U16).unwrap().plane, start);
-        let Samples::U8(small) = convert(&start, Depth::U8).unwrap().plane.samples else { unreachable!() };
+        let floats = convert(&start, Depth::F32, &Metadata::default()).unwrap().plane;
+        assert_eq!(convert(&floats, Depth::U16, &Metadata::default()).unwrap().plane, start);
+        let Samples::U8(small) = convert(&start, Depth::U8, &Metadata::default()).unwrap().plane.samples else {
+            unreachable!()
+        };
         for (small, large) in small.plane(0).iter().zip(all) {
             assert!((f64::from(*small) * 257.0 - f64::from(large)).abs() <= 128.0);
         }
@@ -160,10 +193,10 @@ mod tests {
     #[test]
     fn clipping_is_counted_and_never_infinite() {
         let start = floats(Role::Scalar, vec![-0.5, 0.0, 0.5, 1.0, 1e6, f32::NAN]);
-        let out = convert(&start, Depth::U8).unwrap();
+        let out = convert(&start, Depth::U8, &Metadata::default()).unwrap();
         assert_eq!(out.clipped, 3);
         assert!(matches!(out.plane.samples, Samples::U8(g) if g.plane(0) == [0, 0, 128, 255, 255, 0]));
-        let out = convert(&floats(Role::Color, vec![1e6, -1e6, 0.1]), Depth::F16).unwrap();
+        let out = convert(&floats(Role::Color, vec![1e6, -1e6, 0.1]), Depth::F16, &Metadata::default()).unwrap();
         assert_eq!(out.clipped, 2);
         let Samples::F16(g) = out.plane.samples else { unreachable!() };
         assert_eq!(g.plane(0), [f16::MAX.to_bits(), f16::MIN.to_bits(), f16::from_f32(0.1).to_bits()]);
@@ -171,7 +204,7 @@ mod tests {
 
     #[test]
     fn signed_normals_move_to_the_middle() {
-        let out = convert(&floats(Role::Normal, vec![-1.0, 0.0, 1.0]), Depth::U16).unwrap();
+        let out = convert(&floats(Role::Normal, vec![-1.0, 0.0, 1.0]), Depth::U16, &Metadata::default()).unwrap();
         assert!(matches!(out.plane.samples, Samples::U16(g) if g.plane(0) == [0, 32_768, 65_535]));
     }
 }

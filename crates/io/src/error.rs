@@ -161,6 +161,18 @@ pub enum Problem {
         /// Row of the first one, from 0.
         y: u32,
     },
+    /// Colours that were multiplied by an alpha of 0 and are not 0: they cannot be divided by it.
+    #[error(
+        "{count} sample(s) have light where alpha is 0, the first at x={x} y={y}, which straight alpha cannot hold"
+    )]
+    LightWithoutAlpha {
+        /// How many.
+        count: u64,
+        /// Column of the first one, from 0.
+        x: u32,
+        /// Row of the first one, from 0.
+        y: u32,
+    },
     /// A layer or channel that the file does not have.
     #[error("no {wanted} in it; it holds {found}")]
     NoChannel {
@@ -284,6 +296,7 @@ impl Problem {
             Self::NoSamples { .. } => "give a picture with samples",
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
+            Self::LightWithoutAlpha { .. } => "write exr, or read the colours alone with 'file.exr[R,G,B]'",
             Self::NoChannel { .. } => "choose with 'file.exr[layer]' or 'file.exr[R,G,B]'",
             Self::NotAMap { .. } => "give a file that was written as a map",
             Self::IsAMap => "give a picture, or apply the map to one",

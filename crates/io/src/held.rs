@@ -56,7 +56,7 @@ mod tests {
             Depth::F16 => Samples::F16(Grid::try_filled(domain, channels, 0).unwrap()),
             Depth::F32 => Samples::F32(Grid::try_filled(domain, channels, 0.0).unwrap()),
         };
-        Plane { role: Role::Color, samples, alpha }
+        Plane { alpha, ..Plane::new(Role::Color, samples) }
     }
 
     #[test]

@@ -21,7 +21,7 @@
 //! # Formats
 //! | | reads | writes | carries |
 //! |---|---|---|---|
-//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, sRGB, gamma, chromaticities, density, provenance |
+//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, cICP, sRGB, gamma, chromaticities, density, provenance |
 //! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density, provenance |
 //! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density, provenance |
 //! | EXR | half, float; any layer or channels | half, float | chromaticities, density, provenance |
@@ -38,6 +38,7 @@
 //! of decoders are not. Encoders write into memory that may be refused.
 #![forbid(unsafe_code)]
 
+mod alpha;
 mod atomic;
 mod codec;
 mod convert;
@@ -50,6 +51,7 @@ mod header;
 mod held;
 mod image;
 mod jpeg;
+mod linear;
 mod map;
 mod mask;
 mod metadata;
@@ -65,6 +67,7 @@ mod tiff;
 mod warning;
 mod write;
 
+pub use alpha::associate;
 pub use atomic::{Staged, remove_parts, write_bytes};
 pub use convert::{Converted, convert};
 pub use error::{Error, Problem};
@@ -77,6 +80,6 @@ pub use paths::{check_output, same_file};
 pub use probe::{Info, probe, probe_bytes};
 pub use provenance::{Fingerprint, Provenance};
 pub use read::{NonFinite, Picture, ReadOptions, decode, read};
-pub use selvedge_core::{Depth, ErrorKind};
+pub use selvedge_core::{Association, Depth, ErrorKind};
 pub use warning::Warning;
-pub use write::{WriteOptions, encode, write};
+pub use write::{WriteOptions, changes, encode, write};

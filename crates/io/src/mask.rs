@@ -62,7 +62,7 @@ pub fn mask(plane: &Plane<2>, channel: MaskChannel) -> Result<Grid<bool, 2>, Pro
         } else {
             (77.0 * value(0, i) + 150.0 * value(1, i) + 29.0 * value(2, i)) / 256.0
         };
-        if plane.alpha { sum * value(colors, i) } else { sum }
+        if plane.alpha && !plane.is_premultiplied() { sum * value(colors, i) } else { sum }
     };
     let mut mask = Grid::try_filled(plane.domain(), 1, false)?;
     for (i, used) in mask.plane_mut(0).iter_mut().enumerate() {
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     fn used(samples: Samples<2>, alpha: bool, channel: MaskChannel) -> Option<Vec<bool>> {
-        let plane = Plane { role: Role::Scalar, samples, alpha };
+        let plane = Plane { alpha, ..Plane::new(Role::Scalar, samples) };
         mask(&plane, channel).ok().map(Grid::into_vec)
     }
 

@@ -1,13 +1,16 @@
 //! What a picture file says about its samples.
 
-use crate::Depth;
+use crate::linear::Linear;
 use crate::provenance::Provenance;
+use crate::{Depth, Format};
 
 /// What a file says besides its samples. Carried from input to output where the formats have a place for it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
     /// The ICC profile, as stored.
     pub icc: Option<Vec<u8>>,
+    /// Code points of primaries, transfer, matrix and range [ITU-T H.273], as PNG's cICP has them.
+    pub cicp: Option<[u8; 4]>,
     /// sRGB with this rendering intent, 0..=3.
     pub srgb: Option<u8>,
     /// PNG's gamma: 100,000 times the encoding exponent, so 45,455 for 1/2.2.
@@ -57,6 +60,19 @@ impl Density {
     }
 }
 
+/// White, red, green and blue of sRGB and BT.709.
+const SRGB: [f64; 8] = [0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06];
+
+/// The primaries of a code point [ITU-T H.273, table 2] that are in use and not sRGB's.
+fn primaries_of(code: u8) -> Option<[f64; 8]> {
+    Some(match code {
+        9 => [0.3127, 0.329, 0.708, 0.292, 0.17, 0.797, 0.131, 0.046],
+        11 => [0.314, 0.351, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06],
+        12 => [0.3127, 0.329, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06],
+        _ => return None,
+    })
+}
+
 impl Metadata {
     /// What still holds when samples change their depth: integers are encoded and floats are linear light, so a
     /// profile, sRGB or a gamma for the one says nothing of the other.
@@ -65,9 +81,29 @@ impl Metadata {
         let float = |depth| matches!(depth, Depth::F16 | Depth::F32);
         let mut metadata = self.clone();
         if float(from) != float(to) {
-            (metadata.icc, metadata.srgb, metadata.gamma) = (None, None, None);
+            // The primaries of a profile became those of sRGB with its curves; others are told as chromaticities.
+            let moved = float(to) && self.icc.is_some() && Linear::of(self, 3).0.moves_primaries();
+            let named = self.cicp.and_then(|[primaries, ..]| primaries_of(primaries));
+            metadata.chromaticities = if moved { None } else { named.or(self.chromaticities) };
+            (metadata.icc, metadata.srgb, metadata.gamma, metadata.cicp) = (None, None, None, None);
         }
         metadata
+    }
+
+    /// The colour tags that `format` has no place for with so many colours, and that say more than sRGB does.
+    pub(crate) fn left_out(&self, format: Format, color_channels: usize) -> Vec<&'static str> {
+        let profile = matches!(format, Format::Png | Format::Jpeg | Format::Tiff | Format::Webp);
+        let (png, exr) = (format == Format::Png, format == Format::Exr);
+        // Whoever has a profile, or says that it is sRGB, says the rest for those who know no better.
+        let told = self.srgb.is_some() || (profile && self.icc_for(color_channels).is_some());
+        let is_srgb = |c: &[f64; 8]| c.iter().zip(SRGB).all(|(a, b)| (a - b).abs() < 1e-3);
+        let said = [
+            ("cicp tag", !png && self.cicp.is_some_and(|[p, t, ..]| !(matches!(p, 1 | 2) && matches!(t, 2 | 13)))),
+            ("colour profile", self.icc.is_some() && !(profile && self.icc_for(color_channels).is_some())),
+            ("gamma tag", !png && !told && self.gamma.is_some_and(|g| !matches!(g, 0 | 45_455))),
+            ("chromaticities", !png && !exr && !told && self.chromaticities.is_some_and(|c| !is_srgb(&c))),
+        ];
+        said.into_iter().filter(|(_, lost)| *lost).map(|(tag, _)| tag).collect()
     }
 
     /// The profile if it is one for this number of channels: readers reject a grey profile over colour.

@@ -7,7 +7,7 @@ use crate::codec::{self, Context, Input};
 use crate::error::{Error, Problem};
 use crate::metadata::Metadata;
 use crate::read::{ReadOptions, format_of, open, split_selector};
-use crate::{Depth, Format, Warning};
+use crate::{Association, Depth, Format, Warning};
 
 /// What a file holds, by its header.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Info {
     pub channels: usize,
     /// Whether the last channel is alpha.
     pub alpha: bool,
+    /// How colour and alpha go together.
+    pub association: Association,
     /// How samples are stored.
     pub depth: Depth,
     /// The format, by content.
@@ -71,6 +73,7 @@ fn describe(input: &mut dyn Input, len: u64, name: &Path, options: &ReadOptions)
         height,
         channels: found.header.channels,
         alpha: found.header.alpha,
+        association: format.association().or(found.association).unwrap_or_default(),
         depth: found.header.depth,
         format,
         channel_names: found.channel_names,

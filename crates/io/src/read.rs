@@ -103,7 +103,8 @@ fn decode_content(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Pi
         context.warn(Warning::NotFinite { count });
     }
     let samples = orient(samples, description.orientation)?;
-    let plane = Plane { role: options.role, samples, alpha: description.header.alpha };
+    let association = format.association().or(description.association).unwrap_or_default();
+    let plane = Plane { role: options.role, samples, alpha: description.header.alpha, association };
     let blake3 = blake3::hash(bytes).to_hex().to_string();
     Ok(Picture { plane, metadata: description.metadata, format, blake3, warnings: context.warnings })
 }

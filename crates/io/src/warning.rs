@@ -41,6 +41,38 @@ pub enum Warning {
     /// CMYK that was turned into RGB without a profile.
     #[error("cmyk was turned into rgb without its colour profile")]
     CmykConverted,
+    /// Colours that were multiplied by alpha for the format.
+    #[error("colours were multiplied by alpha, as {format} has them")]
+    Multiplied {
+        /// The format written.
+        format: Format,
+    },
+    /// Colours that were divided by alpha for the format.
+    #[error("colours were divided by alpha, as {format} has them")]
+    Divided {
+        /// The format written.
+        format: Format,
+    },
+    /// A colour tag for which the format written has no place.
+    #[error("its {tag} has no place in this {format} and is left out")]
+    TagLeftOut {
+        /// The tag.
+        tag: &'static str,
+        /// The format written.
+        format: Format,
+    },
+    /// A colour tag that was not followed when integers became linear light.
+    #[error("its {tag} is not followed: integers became linear light as if they were sRGB")]
+    TagNotFollowed {
+        /// The tag.
+        tag: &'static str,
+    },
+    /// Channels that do not belong to the picture that was read.
+    #[error("{what}")]
+    ChannelsLeftOut {
+        /// Which, and how they would be read.
+        what: String,
+    },
     /// 64-bit samples that were rounded to 32 bits.
     #[error("64-bit floats were rounded to 32 bits")]
     Rounded,

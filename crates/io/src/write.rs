@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use selvedge_core::Plane;
+use selvedge_core::{Association, Plane};
 
+use crate::alpha::associate;
 use crate::atomic::write_bytes;
 use crate::convert::convert;
 use crate::error::{Error, Problem};
 use crate::metadata::Metadata;
-use crate::{Depth, Format, codec};
+use crate::{Depth, Format, Warning, codec};
 
 /// How to write a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,6 +87,17 @@ pub fn encode(
     encode_as(format, plane, metadata, options).map_err(|p| Error::new(name, p))
 }
 
+/// What a file of this format will say otherwise than the picture, or not at all: told before it is written.
+pub fn changes(plane: &Plane<2>, metadata: &Metadata, format: Format) -> Vec<Warning> {
+    let association = format.association().filter(|a| plane.alpha && *a != plane.association);
+    let alpha = association.map(|a| match a {
+        Association::Straight => Warning::Divided { format },
+        Association::Premultiplied => Warning::Multiplied { format },
+    });
+    let tags = metadata.left_out(format, plane.color_channels());
+    alpha.into_iter().chain(tags.into_iter().map(|tag| Warning::TagLeftOut { tag, format })).collect()
+}
+
 fn encode_as(
     format: Format,
     plane: &Plane<2>,
@@ -93,10 +105,13 @@ fn encode_as(
     options: &WriteOptions,
 ) -> Result<Vec<u8>, Problem> {
     let from = plane.samples.depth();
-    let (plane, metadata) = match options.depth {
-        Some(to) if to != from => (Cow::Owned(convert(plane, to)?.plane), metadata.converted(from, to)),
+    let (mut plane, metadata) = match options.depth {
+        Some(to) if to != from => (Cow::Owned(convert(plane, to, metadata)?.plane), metadata.converted(from, to)),
         _ => (Cow::Borrowed(plane), metadata.clone()),
     };
     format.check(plane.domain().shape, plane.color_channels(), plane.alpha, plane.samples.depth())?;
+    if let Some(association) = format.association().filter(|a| plane.alpha && *a != plane.association) {
+        plane = Cow::Owned(associate(&plane, association)?.plane);
+    }
     codec::encode(format, &plane, &metadata, options)
 }

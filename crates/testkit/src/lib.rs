@@ -9,6 +9,7 @@ mod compare;
 pub mod exemplars;
 mod exr;
 mod field;
+pub mod memory;
 mod noise;
 pub mod page;
 mod picture;

@@ -72,7 +72,7 @@ pub fn from_png(role: Role, file: &[u8]) -> io::Result<Plane<2>> {
         other => return Err(io::Error::other(format!("{other:?} bits a sample"))),
     };
     let alpha = channels.is_multiple_of(2);
-    Ok(Plane { role, samples: samples.map_err(io::Error::other)?, alpha })
+    Ok(Plane { alpha, ..Plane::new(role, samples.map_err(io::Error::other)?) })
 }
 
 fn color_type(plane: &Plane<2>) -> png::ColorType {

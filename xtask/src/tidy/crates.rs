@@ -1,6 +1,6 @@
 //! Rules about crates: their manifests, their place on the map, their promise to be safe.
 
-use super::Breach;
+use super::{Breach, edges};
 use crate::tree::Tree;
 
 /// The one crate with a SIMD module: it denies unsafe code at its root and allows it there.
@@ -59,6 +59,24 @@ pub(super) fn architecture(tree: &Tree) -> Vec<Breach> {
     missing.chain(stale).map(|what| Breach::new("ARCHITECTURE.md", what)).collect()
 }
 
+/// Crates that stand in ARCHITECTURE.md above one that they depend on.
+pub(super) fn ground_up(tree: &Tree) -> Vec<Breach> {
+    let text = tree.text("ARCHITECTURE.md").unwrap_or_default();
+    let place = |name: &str| text.find(&format!("\n- `crates/{name}`"));
+    let packages: Vec<(String, &str)> =
+        tree.crates().into_iter().filter_map(|c| Some((crate::ci::package_name(tree, c).ok()?, c))).collect();
+    let mut breaches = Vec::new();
+    for name in tree.crates() {
+        for (dependency, _) in edges::dependencies(tree, name).into_iter().filter(|(_, for_tests)| !for_tests) {
+            let Some((_, below)) = packages.iter().find(|(package, _)| *package == dependency) else { continue };
+            if place(name) < place(below) {
+                breaches.push(Breach::new("ARCHITECTURE.md", format!("has `{name}` above `{below}`, which it needs")));
+            }
+        }
+    }
+    breaches
+}
+
 /// Crate roots that do not forbid unsafe code.
 pub(super) fn forbid_unsafe(tree: &Tree) -> Vec<Breach> {
     let is_root = |path: &str| path.ends_with("/src/lib.rs") || path.ends_with("/src/main.rs");
@@ -67,6 +85,16 @@ pub(super) fn forbid_unsafe(tree: &Tree) -> Vec<Breach> {
         .filter(|(_, text)| !text.contains("#![forbid(unsafe_code)]"))
         .map(|(path, _)| Breach::new(path, "does not forbid unsafe code"))
         .collect()
+}
+
+/// Integration tests that are binaries of their own.
+pub(super) fn test_binaries(tree: &Tree) -> Vec<Breach> {
+    let is_binary = |path: &str| {
+        let inside = path.strip_prefix("crates/").and_then(|rest| rest.split_once("/tests/"));
+        inside.is_some_and(|(_, file)| !file.contains('/'))
+    };
+    let files = tree.texts(".rs").filter(|(path, _)| is_binary(path));
+    files.map(|(path, _)| Breach::new(path, "is a binary of its own")).collect()
 }
 
 fn members(tree: &Tree) -> Vec<String> {
@@ -96,6 +124,22 @@ mod tests {
             lines(&architecture(&tree)),
             ["ARCHITECTURE.md: does not name `crates/io`", "ARCHITECTURE.md: names `crates/gone`, which is not there"]
         );
+    }
+
+    #[test]
+    fn a_test_beside_the_binary_of_tests_is_found() {
+        let tree =
+            Tree::of(&[("crates/a/tests/it/main.rs", ""), ("crates/a/tests/it/b.rs", ""), ("crates/a/tests/c.rs", "")]);
+        assert_eq!(lines(&test_binaries(&tree)), ["crates/a/tests/c.rs: is a binary of its own"]);
+    }
+
+    #[test]
+    fn a_crate_above_its_ground_is_found() {
+        let map = "\n- `crates/b`\n- `crates/a`\n- `crates/c`\n";
+        let b = "[package]\nname = \"b\"\n[dependencies]\na = {}\n[dev-dependencies]\nc = {}";
+        let files = [("crates/a/Cargo.toml", "[package]\nname = \"a\""), ("crates/b/Cargo.toml", b)];
+        let tree = Tree::of(&[files[0], files[1], ("ARCHITECTURE.md", map)]);
+        assert_eq!(lines(&ground_up(&tree)), ["ARCHITECTURE.md: has `b` above `a`, which it needs"]);
     }
 
     #[test]

@@ -3,21 +3,26 @@
 use super::Breach;
 use crate::tree::Tree;
 
-/// Each crate of `crates/` and the crates of the workspace that it may depend on; `*` stands for all.
-const EDGES: [(&str, &[&str]); 15] = [
+/// Each crate of `crates/` and the crates of the workspace that it may depend on, from the ground up; `*` stands for all.
+const EDGES: [(&str, &[&str]); 17] = [
     ("core", &[]),
     ("io", &["core"]),
     ("maxflow", &[]),
-    ("blending", &["core"]),
     ("fft-ssd", &["core"]),
+    ("expansion", &["core", "maxflow"]),
+    ("blending", &["core"]),
     ("guides", &["core"]),
     ("analysis", &["core", "fft-ssd"]),
+    ("metrics", &["core", "fft-ssd", "analysis"]),
     ("quilting", &["core", "fft-ssd", "analysis"]),
     ("hybrid", &["core", "fft-ssd", "analysis", "quilting"]),
-    ("graphcut-textures", &["core", "fft-ssd", "maxflow", "analysis"]),
-    ("cms-analogies", &["core", "fft-ssd", "maxflow", "analysis"]),
-    ("texture-optimization", &["core", "fft-ssd", "analysis"]),
-    ("metrics", &["core", "fft-ssd", "analysis"]),
+    ("graphcut-textures", &["core", "fft-ssd", "maxflow", "expansion", "analysis"]),
+    ("cms-analogies", &["core", "fft-ssd", "maxflow", "expansion", "guides", "analysis"]),
+    ("texture-optimization", &["core", "fft-ssd", "guides", "analysis"]),
+    (
+        "synthesis",
+        &["core", "metrics", "quilting", "hybrid", "graphcut-textures", "cms-analogies", "texture-optimization"],
+    ),
     ("testkit", &["core"]),
     ("cli", &["*"]),
 ];
@@ -29,9 +34,9 @@ const OWNED: [(&str, &[&str]); 13] = [
     ("png", &["io", "testkit"]),
     ("exr", &["io"]),
     ("tiff", &["io"]),
-    ("rustfft", &["fft-ssd"]),
-    ("realfft", &["fft-ssd"]),
-    ("petgraph", &["maxflow", "graphcut-textures"]),
+    ("rustfft", &["fft-ssd", "blending"]),
+    ("realfft", &["fft-ssd", "blending"]),
+    ("petgraph", &["maxflow", "expansion", "graphcut-textures"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("serde", &["cli"]),
@@ -82,7 +87,7 @@ pub(super) fn outside(tree: &Tree) -> Vec<Breach> {
 }
 
 /// Names of a crate's dependencies, and whether each is for its tests alone.
-fn dependencies(tree: &Tree, name: &str) -> Vec<(String, bool)> {
+pub(super) fn dependencies(tree: &Tree, name: &str) -> Vec<(String, bool)> {
     let Ok(manifest) = tree.manifest(&format!("crates/{name}/Cargo.toml")) else { return Vec::new() };
     let mut tables = vec![&manifest];
     let targets = manifest.get("target").and_then(|t| t.as_table());

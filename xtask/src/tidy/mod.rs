@@ -36,7 +36,7 @@ struct Rule {
     check: fn(&Tree) -> Vec<Breach>,
 }
 
-const RULES: [Rule; 14] = [
+const RULES: [Rule; 16] = [
     Rule {
         name: "edges between crates",
         reason: "each crate is picked alone, and is understood by what it must never know",
@@ -62,10 +62,22 @@ const RULES: [Rule; 14] = [
         check: crates::architecture,
     },
     Rule {
+        name: "crates from the ground up",
+        reason: "who reads the map from its top knows the ground before what stands on it",
+        fix: "move the paragraph of `crates/NAME` in ARCHITECTURE.md below those of all crates that it needs",
+        check: crates::ground_up,
+    },
+    Rule {
         name: "forbidden unsafe",
         reason: "unsafe code lives in the SIMD module of fft-ssd and nowhere else",
         fix: "write `#![forbid(unsafe_code)]` below the crate's `//!` lines",
         check: crates::forbid_unsafe,
+    },
+    Rule {
+        name: "one binary of tests a crate",
+        reason: "each file in tests/ is a binary, and a link: they were a third of what the checks take",
+        fix: "make it a module of tests/it/main.rs",
+        check: crates::test_binaries,
     },
     Rule {
         name: "module comments",

@@ -9,7 +9,7 @@ use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Pro
 
 use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
 use crate::blending::Blending;
-use crate::exemplars::{NO_MASK, converted};
+use crate::exemplars::{NO_MASK, alike, converted};
 use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::{Layout, common_depth, common_layout, widened};
 use crate::inputs::{self, Input, ReadMap};
@@ -269,9 +269,13 @@ impl Run<'_> {
             let found = inputs::fingerprint(&input.path, &picture);
             self.check_content(exemplar, &input.path, &found);
             read_files.push(found);
-            metadata.get_or_insert_with(|| picture.metadata.converted(picture.plane.samples.depth(), depth));
-            planes.push(converted(self.session, &input.path, widened(picture.plane, layout)?, depth)?);
+            let from = picture.plane.samples.depth();
+            let plane = widened(picture.plane, layout)?;
+            planes.push(converted(self.session, &input.path, plane, depth, &picture.metadata)?);
+            metadata.get_or_insert_with(|| picture.metadata.converted(from, depth));
         }
+        let paths: Vec<PathBuf> = inputs.iter().map(|input| input.path.clone()).collect();
+        let planes = alike(self.session, &paths, planes)?;
         self.report.stage("read");
         if self.session.global.dry_run {
             return Ok(());

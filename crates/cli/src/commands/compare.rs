@@ -8,7 +8,7 @@ use selvedge_io::{Format, Metadata};
 use serde_json::json;
 
 use crate::args::NonFiniteArg;
-use crate::exemplars::converted;
+use crate::exemplars::{alike, converted};
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, common_layout, widened};
 use crate::inputs::{self, Input};
@@ -83,9 +83,10 @@ impl Compare {
     fn read(&self, session: &Session<'_>, report: &mut Report) -> Result<[Plane<2>; 2], Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
         let read = |path: &PathBuf, report: &mut Report| {
-            Ok::<_, Failure>(Input::new(session, path)?.read(session, &options, report)?.plane)
+            let picture = Input::new(session, path)?.read(session, &options, report)?;
+            Ok::<_, Failure>((picture.plane, picture.metadata))
         };
-        let (a, b) = (read(&self.a, report)?, read(&self.b, report)?);
+        let ((a, a_tags), (b, b_tags)) = (read(&self.a, report)?, read(&self.b, report)?);
         let ([h, w], [bh, bw]) = (a.domain().shape, b.domain().shape);
         if [h, w] != [bh, bw] {
             let what = format!("{bw}x{bh} px, but '{}' has {w}x{h} px", shown(&self.a));
@@ -97,8 +98,10 @@ impl Compare {
         if a.samples.depth() != b.samples.depth() || layout(&a) != layout(&b) {
             session.warn(&self.b, &"its depth or its channels are others; both are compared in the wider ones");
         }
-        let alike = |path, plane| converted(session, path, widened(plane, common)?, depth);
-        Ok([alike(&self.a, a)?, alike(&self.b, b)?])
+        let wide = |path, plane, tags| converted(session, path, widened(plane, common)?, depth, tags);
+        let both = vec![wide(&self.a, a, &a_tags)?, wide(&self.b, b, &b_tags)?];
+        let both = alike(session, &[self.a.clone(), self.b.clone()], both)?;
+        Ok(both.try_into().expect("two"))
     }
 
     fn over(&self, difference: &Difference) -> bool {
@@ -234,7 +237,7 @@ fn write_picture(
     }
     let plane = Plane::new(Role::Color, Samples::U8(samples));
     let plane = match format.depths() {
-        [Depth::F16, ..] => converted(session, path, plane, Depth::F16)?,
+        [Depth::F16, ..] => converted(session, path, plane, Depth::F16, &Metadata::default())?,
         _ => plane,
     };
     let mut outputs = Outputs::default();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_analysis::{Period, periods};
+use selvedge_analysis::{Kind, Lattice, Texture};
 use selvedge_core::{Exemplars, Role};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
@@ -15,9 +15,6 @@ use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::quoted;
-
-/// Below this strength, in thousandths, an exemplar only resembles itself by chance.
-const CLEAR: u32 = 300;
 
 /// Options of `inspect`.
 #[derive(Args, Debug)]
@@ -42,13 +39,13 @@ impl Inspect {
         let exemplars = Exemplars::of(&[std::slice::from_ref(plane)]).map_err(|e| about(e.into()))?;
         report.stage("read");
         let source = &exemplars.sources()[0];
-        let found = periods(&source.features, source.valid.as_ref(), exemplars.weights());
-        let lattice = lattice(&found.map_err(|e| about(e.into()))?);
+        let texture = Texture::of(&source.features, source.valid.as_ref(), exemplars.weights());
+        let texture = texture.map_err(|e| about(Failure::of(e.kind(), &e, e.remedy())))?;
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());
         let (channels, depth) = (plane.samples.channels(), plane.samples.depth().name());
-        let command = self.command(format, block);
+        let command = self.command(&texture);
         report.stats = json!({
             "format": format,
             "width": w,
@@ -56,73 +53,108 @@ impl Inspect {
             "channels": channels,
             "alpha": plane.alpha,
             "depth": depth,
-            "periods": lattice.iter().map(json).collect::<Vec<_>>(),
+            "kind": kind(texture.kind),
+            "lattice": texture.lattice.as_ref().map(lattice_json),
+            "feature_size": texture.feature_size,
+            "lines": {"rows": of_1(texture.lines.rows), "columns": of_1(texture.lines.columns),
+                "upright": of_1(texture.lines.upright)},
+            "shade": of_1(texture.shade),
+            "grain": of_1(texture.grain),
+            "body": of_1(texture.body),
             "block": block,
             "command": command,
         });
         let text = [
             format!("{}\n", shown(&self.exemplar)),
             format!("  {format}, {w}x{h} px, {channels} channel(s), {depth}\n"),
-            format!("  period: {}\n", words(&lattice)),
-            format!("  block: {block} px\n"),
+            format!("  kind: {}\n", described(&texture)),
+            format!("  lattice: {}\n", words(texture.lattice.as_ref())),
+            format!("  structures: up to about {} px; quilt's block: {block} px\n", texture.feature_size),
             format!("  try: {command}\n"),
         ];
         Ok(Done::answered(report, text.concat()))
     }
 
-    /// A command line to begin with: twice the size, into the same format.
-    fn command(&self, format: &str, block: u32) -> String {
+    /// A command line to begin with: the method that serves this kind, about twice the size, without losses.
+    fn command(&self, texture: &Texture) -> String {
         let name = self.exemplar.to_string_lossy();
         let stem = self.exemplar.file_stem().unwrap_or_default().to_string_lossy();
-        let extension = if matches!(format, "gif" | "bmp") { "png" } else { format };
-        let output = quoted(&format!("{stem}-2x.{extension}"));
-        format!("selvedge quilt {} -o {output} --size 2x --block {block}", quoted(&name))
+        let [h, w] = [0, 1].map(|axis| closing(texture, axis, texture.shape[axis] * 2));
+        let output = quoted(&format!("{stem}-{w}x{h}.png"));
+        let method = if serves_graphcut(texture) { "graphcut" } else { "quilt" };
+        let tile = if texture.is_orderly() { " --tile xy" } else { "" };
+        format!("selvedge {method} {} -o {output} --size {w}x{h}{tile}", quoted(&name))
     }
 }
 
-/// The strongest clear period, and the strongest that goes another way: between them they span the repetition.
-fn lattice(found: &[Period<2>]) -> Vec<Period<2>> {
-    let clear: Vec<Period<2>> = found.iter().copied().filter(|p| CLEAR <= p.strength).collect();
-    let Some(&first) = clear.first() else { return Vec::new() };
-    let other_way = |p: &&Period<2>| {
-        let ([ay, ax], [by, bx]) = (first.vector.map(f64::from), p.vector.map(f64::from));
-        // The sine of the angle between them is over a quarter.
-        0.25 * (ax * ax + ay * ay).sqrt() * (bx * bx + by * by).sqrt() < (ax * by - ay * bx).abs()
-    };
-    std::iter::once(first).chain(clear.iter().find(other_way).copied()).collect()
+/// Few large things are better kept whole by patches of any shape, and what has an order by patches laid along it.
+fn serves_graphcut(texture: &Texture) -> bool {
+    // Bodies of a twelfth of the exemplar: few of them are left whole by square blocks.
+    const LARGE: u32 = 80;
+    texture.is_orderly() || texture.kind == Kind::Scene || (texture.kind == Kind::Objects && LARGE <= texture.body)
 }
 
-fn json(period: &Period<2>) -> Value {
-    let [y, x] = period.vector;
-    json!({"x": x, "y": y, "strength": f64::from(period.strength) / 1000.0})
+/// The length next to this one that closes the texture's lattice, where it has a clear one.
+fn closing(texture: &Texture, axis: usize, length: u32) -> u32 {
+    texture.lattice.filter(|_| texture.is_orderly()).map_or(length, |l| l.closing(axis, length))
 }
 
-fn words(lattice: &[Period<2>]) -> String {
-    let one = |period: &Period<2>| {
-        let strength = f64::from(period.strength) / 1000.0;
-        match period.vector {
-            [0, x] => format!("{x} px along x ({strength:.2})"),
-            [y, 0] => format!("{y} px along y ({strength:.2})"),
-            [y, x] => format!("x={x} y={y} px ({strength:.2})"),
-        }
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Lattice => "lattice",
+        Kind::Text => "text",
+        Kind::Lines => "lines",
+        Kind::Objects => "objects",
+        Kind::Scene => "scene",
+        _ => "stochastic",
+    }
+}
+
+fn described(texture: &Texture) -> String {
+    let words = match texture.kind {
+        Kind::Lattice => "lattice (comes again in two directions)",
+        Kind::Text => "text (rows of signs)",
+        Kind::Lines => "lines (planks, courses, stripes)",
+        Kind::Objects => "objects (bodies in no order)",
+        Kind::Scene => "scene (few large things: hardly a texture)",
+        _ => "stochastic (grain)",
     };
-    let words: Vec<String> = lattice.iter().map(one).collect();
-    if words.is_empty() { "none that is clear".to_owned() } else { words.join(", ") }
+    if texture.is_uneven() { format!("{words}, uneven light") } else { words.to_owned() }
+}
+
+/// Thousandths.
+fn of_1(share: u32) -> f64 {
+    f64::from(share) / 1000.0
+}
+
+fn lattice_json(lattice: &Lattice) -> Value {
+    let vectors = lattice.vectors.map(|[y, x]| json!({"x": x, "y": y}));
+    let along = lattice.along.map(|way| way.map(|(samples, times)| f64::from(samples) / f64::from(times)));
+    json!({"vectors": vectors, "along_x": along[1], "along_y": along[0], "strength": of_1(lattice.strength)})
+}
+
+fn words(lattice: Option<&Lattice>) -> String {
+    // Fainter ones are chance.
+    const FAINT: u32 = 350;
+    let Some(lattice) = lattice.filter(|l| FAINT <= l.strength) else { return "none that is clear".to_owned() };
+    let one = |vector: [i32; 2]| match vector {
+        [0, x] => format!("{x} px along x"),
+        [y, 0] => format!("{y} px along y"),
+        [y, x] => format!("x={x} y={y} px"),
+    };
+    let [a, b] = lattice.vectors.map(one);
+    format!("{a}, {b} ({:.2})", of_1(lattice.strength))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn period(y: i32, x: i32, strength: u32) -> Period<2> {
-        Period { vector: [y, x], strength }
-    }
-
     #[test]
-    fn a_lattice_has_two_directions() {
-        let found = [period(0, 8, 990), period(0, 16, 980), period(1, 24, 970), period(12, 4, 700), period(5, 0, 200)];
-        assert_eq!(lattice(&found), [found[0], found[3]]);
-        assert_eq!(words(&lattice(&found)), "8 px along x (0.99), x=4 y=12 px (0.70)");
-        assert_eq!(words(&lattice(&found[4..])), "none that is clear");
+    fn a_lattice_is_told_by_its_two_ways() {
+        let lattice = Lattice { vectors: [[0, 8], [12, 4]], along: [Some((24, 1)), Some((8, 1))], strength: 700 };
+        assert_eq!(words(Some(&lattice)), "8 px along x, x=4 y=12 px (0.70)");
+        assert_eq!(words(Some(&Lattice { strength: 200, ..lattice })), "none that is clear");
+        assert_eq!(words(None), "none that is clear");
     }
 }

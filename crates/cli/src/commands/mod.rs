@@ -8,6 +8,7 @@ pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
 pub(crate) mod quilt;
+pub(crate) mod score;
 pub(crate) mod transfer;
 
 use crate::args::Command;
@@ -55,6 +56,7 @@ fn execute(command: &Command, session: &Session<'_>) -> Result<Done, Failure> {
         Command::Info(info) => info.run(session),
         Command::Inspect(inspect) => inspect.run(session),
         Command::Compare(compare) => compare.run(session),
+        Command::Score(score) => score.run(session),
         Command::Completions(completions) => completions.run(session),
         Command::Man(man) => man.run(session),
     }

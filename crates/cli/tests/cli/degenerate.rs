@@ -7,7 +7,7 @@ use crate::program::Folder;
 
 fn write(folder: &Folder, name: &str, shape: [u32; 2], channels: usize, value: u8, alpha: bool) {
     let grid = Grid::try_filled(Domain::open(shape), channels, value).unwrap();
-    let plane = Plane { role: Role::Color, samples: Samples::U8(grid), alpha };
+    let plane = Plane { alpha, ..Plane::new(Role::Color, Samples::U8(grid)) };
     selvedge_io::write(folder.path(name), &plane, &Metadata::default(), &WriteOptions::default()).unwrap();
 }
 

@@ -24,7 +24,7 @@ fn write(folder: &Folder, name: &str, shape: [u32; 2], channels: usize, value: i
     let domain = Domain::open(shape);
     let all = (0..channels).flat_map(|c| domain.positions().map(move |at| (c, at)));
     let grid = Grid::from_vec(domain, channels, all.map(|(c, at)| value(c, at)).collect()).unwrap();
-    let plane = Plane { role: Role::Color, samples: Samples::U8(grid), alpha: channels == 4 };
+    let plane = Plane { alpha: channels == 4, ..Plane::new(Role::Color, Samples::U8(grid)) };
     selvedge_io::write(folder.path(name), &plane, &Metadata::default(), &WriteOptions::default()).unwrap();
 }
 

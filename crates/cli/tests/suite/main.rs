@@ -1,9 +1,11 @@
-//! The end-to-end suite: runs the program over the recipes of tests/suite, over bad files, and as README.md says.
+//! The end-to-end suite: runs the program over the recipes of tests/suite, over those of benchmarks and of README.md's
+//! pictures, over bad files, and as README.md says.
 //!
 //! `cargo test --test suite -- PATTERN` runs some of it. A recipe whose outcome is not its reference leaves expected,
 //! difference and actual in tests/out and a page, tests/out/index.html. References are written by `cargo xtask bless`.
 #![forbid(unsafe_code)]
 
+mod answers;
 mod bad_input;
 mod program;
 mod readme;
@@ -25,6 +27,7 @@ fn main() {
     let arguments = Arguments::from_args();
     let cases = Arc::new(Mutex::new(Vec::new()));
     let mut trials = recipe::all().into_iter().map(|recipe| recipe_trial(recipe, &cases)).collect::<Vec<_>>();
+    trials.extend(answers::trials());
     trials.extend(bad_input::trials());
     trials.extend(readme::trials());
     let conclusion = libtest_mimic::run(&arguments, trials);

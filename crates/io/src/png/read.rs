@@ -120,6 +120,9 @@ fn metadata(info: &Info<'_>) -> Metadata {
     let ours = info.utf8_text.iter().find(|chunk| chunk.keyword == KEYWORD && !chunk.compressed);
     Metadata {
         icc: info.icc_profile.as_ref().map(|icc| icc.to_vec()),
+        cicp: info.coding_independent_code_points.map(|c| {
+            [c.color_primaries, c.transfer_function, c.matrix_coefficients, u8::from(c.is_video_full_range_image)]
+        }),
         srgb: info.srgb.map(|intent| intent as u8),
         gamma: info.gama_chunk.map(png::ScaledFloat::into_scaled),
         chromaticities: chromaticities.map(|c| c.concat().try_into().expect("four times two")),

@@ -1,6 +1,6 @@
 //! Writing PNG.
 
-use png::chunk::IDAT;
+use png::chunk::{IDAT, cICP};
 use png::{BitDepth, ColorType, Encoder, EncodingError, Info};
 use png::{PixelDimensions, ScaledFloat, SourceChromaticities, Unit};
 use selvedge_core::{Grid, Plane, Samples};
@@ -49,6 +49,9 @@ fn with_depth<T: Copy + Sync, const N: usize>(
             encoder.add_itxt_chunk(KEYWORD.to_owned(), made.to_string())?;
         }
         let mut writer = encoder.write_header()?;
+        if let Some(points) = metadata.cicp {
+            writer.write_chunk(cICP, &points)?;
+        }
         rows.pack::<EncodingError>(|part| writer.write_chunk(IDAT, part))?;
         writer.finish()
     })

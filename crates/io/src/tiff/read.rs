@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use selvedge_core::{Grid, Samples, try_vec};
+use selvedge_core::{Association, Grid, Samples, try_vec};
 use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits};
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
@@ -78,6 +78,7 @@ struct Page<'a, 'c, 'o> {
     stored: Header,
     colors: Colors,
     map: Option<Vec<u16>>,
+    association: Option<Association>,
     context: &'c mut Context<'o>,
 }
 
@@ -86,6 +87,7 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         let (width, height) = decoder.dimensions().map_err(complaint)?;
         let color = decoder.colortype().map_err(complaint)?;
         let layout = decoder.image_buffer_layout().map_err(complaint)?;
+        let extra = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).ok().flatten().unwrap_or_default();
         let (channels, alpha, mut colors) = match color {
             ColorType::Gray(_) => (1, false, Colors::AsStored),
             ColorType::RGB(_) => (3, false, Colors::AsStored),
@@ -93,7 +95,6 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
             ColorType::YCbCr(8) => (3, false, Colors::YCbCr),
             ColorType::CMYK(8 | 16) => (4, false, Colors::Cmyk),
             ColorType::Multiband { num_samples, .. } => {
-                let extra = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).ok().flatten().unwrap_or_default();
                 let alpha = num_samples == 2 && matches!(extra[..], [1 | 2]);
                 (usize::from(num_samples), alpha, Colors::AsStored)
             }
@@ -106,7 +107,16 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         let depth = depth(&layout, bits)?;
         let stored = Header { width: width.into(), height: height.into(), channels, alpha, depth };
         context.check(&stored)?;
-        Ok(Self { decoder, layout, bits, stored, colors, map, context })
+        let all = decoder.find_tag_unsigned::<u16>(Tag::SamplesPerPixel).ok().flatten().map_or(1, usize::from);
+        if let Some(more) = all.checked_sub(channels).filter(|more| 0 < *more) {
+            let what = format!("{more} of its {all} channels is neither colour nor alpha and left out");
+            context.warn(Warning::ChannelsLeftOut { what });
+        }
+        let association = match extra.first() {
+            Some(1) => Some(Association::Premultiplied),
+            _ => Some(Association::Straight),
+        };
+        Ok(Self { decoder, layout, bits, stored, colors, map, association, context })
     }
 
     /// The header of the picture.
@@ -124,7 +134,8 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         let software = self.bytes(Tag::Software);
         let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
         let metadata = Metadata { icc, density: self.density(), provenance, ..Metadata::default() };
-        Description { orientation, ..Description::new(self.header(), metadata) }
+        let association = self.association;
+        Description { orientation, association, ..Description::new(self.header(), metadata) }
     }
 
     /// Tags that are missing or broken are left out: the picture is fine without them.

@@ -86,7 +86,12 @@ where
     let mut encoder = encoder.with_compression(Compression::Deflate(Default::default()));
     let mut image = encoder.new_image::<C>(width, height)?;
     if plane.alpha {
-        image.extra_samples(&[ExtraSamples::UnassociatedAlpha])?;
+        let associated = plane.is_premultiplied();
+        image.extra_samples(&[if associated {
+            ExtraSamples::AssociatedAlpha
+        } else {
+            ExtraSamples::UnassociatedAlpha
+        }])?;
     }
     describe(&mut image, plane, metadata)?;
     image.write_data(samples)

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Grid, SampleId, SourceMap, SourceTable, Transform};
+use selvedge_core::{Domain, Error, Grid, SourceMap, SourceTable, Transform};
 use selvedge_io::{Fingerprint, MapFile, MaskChannel};
 
 use crate::exemplars::{Backdrop, Loaded};
@@ -93,13 +93,16 @@ impl Begun<'_> {
         loom: &mut Loom<'_>,
         session: &Session<'_>,
     ) -> Result<(SourceMap<2>, Option<Grid<bool, 2>>), Failure> {
-        let mut map = SourceMap::unassigned(&loom.loaded.exemplars, loom.domain)?;
-        if let Some((path, read)) = self.args.start.as_ref().zip(self.map) {
-            loom.note(&read);
-            renumber(&mut map, &read.file, &loom.loaded).map_err(|e| e.about(path))?;
-        }
+        let mut map = match self.args.start.as_ref().zip(self.map) {
+            Some((path, read)) => {
+                loom.note(&read);
+                rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?
+            }
+            None => SourceMap::unassigned(&loom.loaded.exemplars, loom.domain)?,
+        };
+        map.ids = map.ids.with_periodic(loom.domain.periodic);
         if self.args.over.is_some() {
-            lay_backdrop(&mut map, &loom.loaded);
+            map.lay_under(&loom.loaded.exemplars, loom.loaded.exemplars.sources().len() - 1)?;
         }
         let Some(path) = &self.args.fixed else { return Ok((map, None)) };
         let fixed = match loom.loaded.masks.last_mut().filter(|_| self.args.over.is_some()) {
@@ -126,33 +129,14 @@ fn mask(loom: &mut Loom<'_>, session: &Session<'_>, path: &Path) -> Result<Grid<
     selvedge_io::mask(&plane, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))
 }
 
-/// The picture's samples stand where nothing does yet.
-fn lay_backdrop(map: &mut SourceMap<2>, loaded: &Loaded) {
-    let exemplars = &loaded.exemplars;
-    let last = exemplars.sources().len() - 1;
-    let valid = exemplars.sources()[last].valid.as_ref();
-    for (i, id) in map.ids.plane_mut(0).iter_mut().enumerate() {
-        if !id.is_assigned() && valid.is_none_or(|v| v.samples()[i]) {
-            *id = SampleId::new(exemplars.table().first(last) + i as u32);
-        }
-    }
-}
-
-/// Takes over a map's samples by the numbers that they have in this run; what is masked now is a hole.
-fn renumber(map: &mut SourceMap<2>, file: &MapFile, loaded: &Loaded) -> Result<(), Failure> {
-    let table = loaded.exemplars.table().clone();
-    let found: Vec<Option<usize>> =
-        (0..file.map.table.sources().len()).map(|s| find(&table, file, s, loaded)).collect();
-    let valid = loaded.exemplars.validity();
-    for (to, &id) in map.ids.plane_mut(0).iter_mut().zip(file.map.ids.plane(0)) {
-        let Some(source) = file.map.table.source(id) else { continue };
-        let Some(here) = found[source] else { return Err(missing(file, source, loaded)) };
-        let index = id.get() - file.map.table.first(source);
-        if valid[here].is_none_or(|v| v.samples()[index as usize]) {
-            *to = SampleId::new(table.first(here) + index);
-        }
-    }
-    Ok(())
+/// A map by the numbers that its samples have in this run; what is masked now is a hole.
+fn rebased(file: &MapFile, loaded: &Loaded) -> Result<SourceMap<2>, Failure> {
+    let table = loaded.exemplars.table();
+    let found: Vec<Option<usize>> = (0..file.map.table.sources().len()).map(|s| find(table, file, s, loaded)).collect();
+    file.map.rebased(&loaded.exemplars, &found).map_err(|error| match error {
+        Error::MissingSource { number } => missing(file, number, loaded),
+        other => other.into(),
+    })
 }
 
 /// The run's source that is the same as one of a map: of an exemplar with the same content, made in the same way. If an

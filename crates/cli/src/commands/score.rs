@@ -1,0 +1,147 @@
+//! `selvedge score`: what outputs are worth beside their exemplars.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Encoder, Exemplars, Plane, Role, SourceMap, Transform};
+use selvedge_metrics::{Columns, Judge, preference};
+use serde_json::{Value, json};
+
+use crate::args::NonFiniteArg;
+use crate::failure::{Failure, n as count, shown};
+use crate::harmonise::{Layout, common_layout, widened};
+use crate::inputs::{self, Input};
+use crate::outputs;
+use crate::report::{Done, Report};
+use crate::session::Session;
+
+/// Options of `score`.
+#[derive(Args, Debug)]
+pub(crate) struct Score {
+    /// Pictures that were made from the exemplars; several of one size are ranked, best first.
+    #[arg(required = true, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    outputs: Vec<PathBuf>,
+    /// An exemplar that they were made from; give each.
+    #[arg(long, required = true, value_name = "EXEMPLAR", value_hint = ValueHint::FilePath)]
+    exemplar: Vec<PathBuf>,
+    /// The source map of each output, in order; without, what seams cost is not told.
+    #[arg(long, value_name = "FILE.exr", value_hint = ValueHint::FilePath)]
+    map: Vec<PathBuf>,
+    /// What becomes of float samples that are infinite or no numbers.
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
+    nonfinite: NonFiniteArg,
+}
+
+impl Score {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let mut report = Report::new("score");
+        let files: Vec<PathBuf> = self.exemplar.iter().chain(&self.outputs).chain(&self.map).cloned().collect();
+        inputs::check_streams(&files)?;
+        outputs::check::<&Path>(session, &[], &files)?;
+        let (maps, outs) = (self.map.len(), self.outputs.len());
+        if maps != 0 && maps != outs {
+            let what = format!("{} for {}", count("map", maps), count("output", outs));
+            return Err(Failure::new(2, what).remedy("give one --map for each output, or none"));
+        }
+        let planes = self.read(session, &mut report)?;
+        let maps = self.maps(session, &mut report)?;
+        report.stage("read");
+        let scored = self.scored(&planes, &maps)?;
+        report.stage("score");
+        report.stats = json!({ "outputs": scored.iter().map(Scored::json).collect::<Vec<_>>() });
+        Ok(Done::answered(report, text(&scored)))
+    }
+
+    /// Exemplars, then outputs, with the same channels.
+    fn read(&self, session: &Session<'_>, report: &mut Report) -> Result<Vec<Plane<2>>, Failure> {
+        let options = inputs::options(session.limits, Role::Color, self.nonfinite);
+        let files = || self.exemplar.iter().chain(&self.outputs);
+        let mut read = |path: &PathBuf| Ok::<_, Failure>(Input::new(session, path)?.read(session, &options, report)?.plane);
+        let planes = files().map(&mut read).collect::<Result<Vec<_>, _>>()?;
+        let layout = |plane: &Plane<2>| Layout { colors: plane.color_channels(), alpha: plane.alpha };
+        let common = common_layout(files().map(PathBuf::as_path).zip(planes.iter().map(layout)))?;
+        planes.into_iter().map(|plane| widened(plane, common)).collect()
+    }
+
+    fn maps(&self, session: &Session<'_>, report: &mut Report) -> Result<Vec<SourceMap<2>>, Failure> {
+        let mut read = |path: &PathBuf| {
+            let read = Input::new(session, path)?.read_map(session)?;
+            report.inputs.push(read.entry);
+            Ok(read.file.map)
+        };
+        self.map.iter().map(&mut read).collect()
+    }
+
+    /// All outputs, best first; equal ones in the order given.
+    fn scored(&self, planes: &[Plane<2>], maps: &[SourceMap<2>]) -> Result<Vec<Scored>, Failure> {
+        let (exemplars, outputs) = planes.split_at(self.exemplar.len());
+        let slices: Vec<&[Plane<2>]> = exemplars.iter().map(std::slice::from_ref).collect();
+        let encoder = Encoder::fit(&slices)?;
+        let mut judge: Option<(Vec<Vec<Transform>>, Judge)> = None;
+        let mut scored = Vec::new();
+        for (i, output) in outputs.iter().enumerate() {
+            let about = |f: Failure| f.about(&self.outputs[i]);
+            let transforms = transforms(maps.get(i), exemplars.len());
+            // Exemplars are prepared again only for a map with other orientations.
+            if judge.as_ref().is_none_or(|(of, _)| *of != transforms) {
+                let each: Vec<&[Transform]> = transforms.iter().map(Vec::as_slice).collect();
+                let sources = Exemplars::oriented(&encoder, &slices, &vec![None; slices.len()], &each)?;
+                judge = Some((transforms, Judge::new(&sources, Default::default())?));
+            }
+            let Some((_, judge)) = &judge else { continue };
+            let features = encoder.encode(std::slice::from_ref(output)).map_err(|e| about(e.into()))?;
+            let features = match maps.get(i) {
+                // A map says whether the output tiles.
+                Some(map) if map.domain().shape == features.domain().shape => {
+                    let channels = features.channels();
+                    selvedge_core::Grid::from_vec(map.domain(), channels, features.into_vec())?
+                }
+                _ => features,
+            };
+            let columns = judge.columns(&features, maps.get(i)).map_err(|e| about(e.into()))?;
+            scored.push(Scored {
+                name: shown(&self.outputs[i]).to_string(),
+                preference: preference(&columns),
+                columns,
+            });
+        }
+        scored.sort_by(|a, b| b.preference.total_cmp(&a.preference));
+        Ok(scored)
+    }
+}
+
+/// Orientations of each exemplar in a map; as they are without one.
+fn transforms(map: Option<&SourceMap<2>>, exemplars: usize) -> Vec<Vec<Transform>> {
+    let Some(map) = map else { return vec![vec![Transform::IDENTITY]; exemplars] };
+    let of = |e: usize| {
+        let sources = map.table.sources().iter().filter(|(origin, _)| usize::from(origin.exemplar) == e);
+        sources.map(|(origin, _)| origin.transform).collect()
+    };
+    (0..exemplars).map(of).collect()
+}
+
+/// One output.
+struct Scored {
+    name: String,
+    preference: f64,
+    columns: Columns,
+}
+
+impl Scored {
+    fn json(&self) -> Value {
+        let columns: serde_json::Map<String, Value> =
+            self.columns.named().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect();
+        json!({ "path": self.name, "preference": self.preference, "columns": columns })
+    }
+}
+
+/// A table, one output a line block.
+fn text(scored: &[Scored]) -> String {
+    let one = |(rank, s): (usize, &Scored)| {
+        let head = format!("{}. {}: preference {:.3}\n", rank + 1, s.name, s.preference);
+        let columns = s.columns.named().into_iter().map(|(name, value)| format!("  {name}: {value:.4}\n"));
+        std::iter::once(head).chain(columns).collect::<String>()
+    };
+    scored.iter().enumerate().map(one).collect()
+}

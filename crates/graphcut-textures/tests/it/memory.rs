@@ -1,0 +1,85 @@
+//! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a case
+//! held would count in the next.
+
+use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
+use selvedge_graphcut_textures::{Options, Placement, Start, estimate, graphcut_from};
+use selvedge_testkit::memory;
+
+const TEST: &str = "memory::runs_stay_within_their_estimates";
+
+struct Case {
+    sources: usize,
+    exemplar: [u32; 2],
+    output: [u32; 2],
+    options: Options<2>,
+    /// A field says which sources may show where.
+    field: bool,
+}
+
+fn cases() -> Vec<Case> {
+    let case = |exemplar, output, options| Case { sources: 1, exemplar, output, options, field: false };
+    let options = Options { refine: Some(20), ..Options::default() };
+    let of = |placement, region: u32| Options { placement, region: Some([region; 2]), ..options };
+    vec![
+        case([64, 64], [200, 200], of(Placement::Random, 1)),
+        case([64, 64], [60, 60], of(Placement::Sub, 1)),
+        case([64, 64], [60, 60], of(Placement::Entire, 2)),
+        case([64, 64], [200, 200], Options { reach: Some([0; 2]), ..of(Placement::Random, 2) }),
+        case([64, 64], [300, 300], of(Placement::Sub, 5)),
+        case([192, 192], [512, 512], options),
+        case([160, 160], [250, 250], Options { reach: Some([u32::MAX; 2]), tries: 8, ..of(Placement::Entire, 48) }),
+        case([100, 300], [500, 600], Options { region: Some([8, 150]), reach: Some([0, 40]), ..of(Placement::Sub, 1) }),
+        Case { sources: 12, field: true, ..case([128, 128], [300, 300], of(Placement::Entire, 24)) },
+        Case { sources: 12, ..case([128, 128], [200, 200], of(Placement::Entire, 24)) },
+    ]
+}
+
+fn exemplars(case: &Case) -> Exemplars<2> {
+    let domain = Domain::open(case.exemplar);
+    let source = |number: usize| {
+        let mut rng = Seed(1).derive("source", number as u64).rng();
+        let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
+        let origin = Origin { exemplar: number as u16, transform: Transform::IDENTITY };
+        Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: None, origin }
+    };
+    Exemplars::from_sources((0..case.sources).map(source).collect(), vec![1; 3]).unwrap()
+}
+
+/// Bytes that a run held at its peak; it prints them.
+fn measure(case: &Case) {
+    let exemplars = exemplars(case);
+    let output = Domain::open(case.output);
+    let before = memory::held();
+    let map = SourceMap::unassigned(&exemplars, output).unwrap();
+    let bit = |at: [u32; 2]| 1 << (at[1] as usize * case.sources / case.output[1] as usize) | 1;
+    let sources = case.field.then(|| Grid::from_vec(output, 1, output.positions().map(bit).collect()).unwrap());
+    // The field is the caller's.
+    let field = if case.field { 8 * output.len() as u64 } else { 0 };
+    let woven = graphcut_from(&exemplars, Start { map, fixed: None, sources }, &case.options, &Run::seeded(1)).unwrap();
+    assert_eq!(woven.result.holes(), 0);
+    if let (Some(before), Some(peak)) = (before, memory::peak()) {
+        println!("held {}", peak.saturating_sub(before + field));
+    }
+}
+
+#[test]
+fn runs_stay_within_their_estimates() {
+    let cases = cases();
+    if let Some(number) = memory::case(TEST) {
+        return measure(&cases[number.parse::<usize>().unwrap()]);
+    }
+    for (number, case) in cases.iter().enumerate() {
+        let said = memory::alone(TEST, &number.to_string());
+        let Some((_, held)) = said.split_once("held ") else {
+            eprintln!("skipped: this system does not tell how much memory a process had at its peak");
+            return;
+        };
+        let held: u64 = held.lines().next().unwrap().parse().unwrap();
+        let domains = vec![Domain::open(case.exemplar); case.sources];
+        let estimate = estimate(&domains, 3, Domain::open(case.output), &case.options);
+        assert!(
+            held <= estimate && estimate <= 5 * held + (2 << 20),
+            "case {number}: held {held} bytes, estimated {estimate}"
+        );
+    }
+}

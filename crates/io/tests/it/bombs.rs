@@ -1,0 +1,153 @@
+//! Files that claim, or unpack to, far more than they are: refused by their header, within little memory.
+
+use std::fs;
+
+use selvedge_core::Limits;
+use selvedge_io::{ErrorKind, ReadOptions, Warning, decode, probe_bytes};
+use selvedge_testkit::memory;
+
+/// Each may take this many bytes.
+const ROOM: u64 = 64 << 20;
+
+/// The most bytes held so far, or since a reset; `None`, said aloud, where the system does not tell.
+fn peak(reset: bool) -> Option<u64> {
+    let peak = memory::peak();
+    if reset && fs::write("/proc/self/clear_refs", "5").is_err() {
+        eprintln!("SKIPPED: the peak of memory cannot be reset here");
+        return None;
+    }
+    peak
+}
+
+fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    let mut chunk = (data.len() as u32).to_be_bytes().to_vec();
+    chunk.extend(kind);
+    chunk.extend(data);
+    chunk.extend(crc32(&chunk[4..]).to_be_bytes());
+    chunk
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |c, _| c >> 1 ^ (0xedb8_8320 & (c & 1).wrapping_neg()))
+    }) ^ u32::MAX
+}
+
+fn png(width: u32, height: u32, depth: u8, color: u8, rest: &[Vec<u8>]) -> Vec<u8> {
+    let mut header = [width.to_be_bytes(), height.to_be_bytes()].concat();
+    header.extend([depth, color, 0, 0, 0]);
+    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+    file.extend(chunk(b"IHDR", &header));
+    rest.iter().for_each(|c| file.extend(c));
+    file.extend(chunk(b"IEND", &[]));
+    file
+}
+
+/// An uncompressed little-endian TIFF with nothing but these tags.
+fn tiff(width: u32, height: u32, tile: Option<u32>) -> Vec<u8> {
+    let mut tags = vec![(256, width), (257, height), (258, 8), (259, 1), (262, 1)];
+    match tile {
+        Some(side) => tags.extend([(322, side), (323, side), (324, 8), (325, 100)]),
+        None => tags.extend([(273, 8), (278, height), (279, 100)]),
+    }
+    let mut file = b"II\x2a\0\x08\0\0\0".to_vec();
+    file.extend((tags.len() as u16).to_le_bytes());
+    for (tag, value) in tags {
+        file.extend([(tag as u16).to_le_bytes(), 4_u16.to_le_bytes()].concat());
+        file.extend([1_u32.to_le_bytes(), value.to_le_bytes()].concat());
+    }
+    file.extend([0; 4]);
+    file
+}
+
+fn jpeg(width: u16, height: u16) -> Vec<u8> {
+    let mut file = b"\xff\xd8\xff\xc0\0\x0b\x08".to_vec();
+    file.extend([height.to_be_bytes(), width.to_be_bytes()].concat());
+    file.extend(b"\x01\x01\x11\0\xff\xda\0\x08\x01\x01\0\0\x3f\0\xff\xd9");
+    file
+}
+
+fn claims() -> Vec<(&'static str, Vec<u8>)> {
+    let mut gif = b"GIF89a\xff\xff\xff\xff\0\0\0,\0\0\0\0\xff\xff\xff\xff\0\x02".to_vec();
+    gif.extend([0, b';']);
+    let mut bmp = b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0".to_vec();
+    bmp.extend([(1_u32 << 30).to_le_bytes(), (1_u32 << 30).to_le_bytes()].concat());
+    bmp.extend(b"\x01\0\x18\0");
+    bmp.resize(58, 0);
+    let mut webp = b"RIFF\x12\0\0\0WEBPVP8L\x05\0\0\0\x2f".to_vec();
+    webp.extend(((16_383_u32 - 1) | ((16_383 - 1) << 14)).to_le_bytes());
+    webp.push(0);
+    vec![
+        ("png of 60,000 squared", png(60_000, 60_000, 8, 2, &[chunk(b"IDAT", &[0; 8])])),
+        ("png of 2^31 - 1 by 1", png(i32::MAX as u32, 1, 8, 2, &[chunk(b"IDAT", &[0; 8])])),
+        ("png of 2^31 - 1 squared", png(i32::MAX as u32, i32::MAX as u32, 16, 6, &[chunk(b"IDAT", &[0; 8])])),
+        ("png within the caps, over the budget", png(60_000, 4_000, 16, 6, &[chunk(b"IDAT", &[0; 8])])),
+        ("tiff of 2^32 - 1 squared", tiff(u32::MAX, u32::MAX, None)),
+        ("tiff within the caps, over the budget", tiff(60_000, 4_000, None)),
+        ("tiff of one sample in a huge tile", tiff(1, 1, Some(1 << 30))),
+        ("jpeg of 65,535 squared", jpeg(65_535, 65_535)),
+        ("hdr of 2 * 10^9", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n\x02\x02".to_vec()),
+        ("gif of 65,535 squared", gif),
+        ("bmp of 2^30 squared", bmp),
+        ("webp of 16,383 squared", webp),
+    ]
+}
+
+#[test]
+fn bombs_do_not_go_off() {
+    const TEST: &str = "bombs::bombs_do_not_go_off";
+    match memory::case(TEST) {
+        Some(_) => set_off(),
+        None => eprintln!("{}", memory::alone(TEST, "")),
+    }
+}
+
+/// In a process of its own.
+fn set_off() {
+    let limits = Limits { memory: 256 << 20, ..Limits::default() };
+    let options = ReadOptions { limits, ..ReadOptions::default() };
+    let bounded = |name: &str, before: Option<u64>| {
+        if let (Some(before), Some(after)) = (before, peak(false)) {
+            assert!(after <= before + ROOM, "{name}: {before} to {after} bytes");
+        }
+    };
+    peak(true);
+    for (name, bytes) in claims() {
+        let before = peak(false);
+        let refused = match decode(&bytes, "x", &options) {
+            // A padded tile of which one sample is in the file can be read without ever making the rest.
+            Ok(picture) if name.contains("tile") => {
+                assert_eq!(picture.plane.domain().len(), 1);
+                continue;
+            }
+            read => read.expect_err(name),
+        };
+        assert!(matches!(refused.kind(), ErrorKind::Input | ErrorKind::Memory), "{name}: {refused}");
+        assert!(bytes.len() < 200, "{name}: too large for a claim");
+        let _ = probe_bytes(&bytes, "x", &options);
+        bounded(name, before);
+        eprintln!("{name}: {refused}");
+    }
+
+    // 64 MiB of profile in 64 KiB: the picture is fine without it.
+    let profile = vec![0; 64 << 20];
+    let mut info = png::Info::with_size(4, 4);
+    (info.color_type, info.icc_profile) = (png::ColorType::Rgb, Some(profile.into()));
+    let mut file = Vec::new();
+    let mut writer = png::Encoder::with_info(&mut file, info).unwrap().write_header().unwrap();
+    writer.write_image_data(&[9; 48]).unwrap();
+    drop(writer);
+    assert!(file.len() < 1 << 20);
+    let before = peak(true).and_then(|_| peak(false));
+    let picture = decode(&file, "x", &options).unwrap();
+    assert_eq!((picture.metadata.icc, &picture.warnings[..]), (None, &[Warning::ProfileLeftOut][..]));
+    assert_eq!(probe_bytes(&file, "x", &options).unwrap().warnings, [Warning::ProfileLeftOut]);
+    bounded("packed profile", before);
+
+    let texts: Vec<Vec<u8>> = (0..2_000).map(|_| chunk(b"tEXt", &[b'x'; 1_000])).collect();
+    let mut wanted = texts.clone();
+    wanted.push(chunk(b"IDAT", &[0x78, 0x01, 0x01, 2, 0, 0xfd, 0xff, 0, 7, 0, 9, 0, 8]));
+    assert!(decode(&png(1, 1, 8, 0, &wanted), "x", &options).is_ok());
+    let heavy = png(1, 1, 8, 0, &[chunk(b"iTXt", &[b'x'; 20 << 20])]);
+    assert_eq!(decode(&heavy, "x", &options).unwrap_err().kind(), ErrorKind::Input);
+}

@@ -1,0 +1,12 @@
+//! Files from outside: what is written is read, what is broken is refused. One binary: each is a link.
+#![forbid(unsafe_code)]
+
+mod bad_files;
+mod bombs;
+mod common;
+mod conversions;
+mod damage;
+mod foreign;
+mod jpeg;
+mod maps;
+mod round_trips;

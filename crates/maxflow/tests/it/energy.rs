@@ -1,0 +1,106 @@
+//! The energy layer against every labelling.
+
+use crate::common::Draw;
+use selvedge_maxflow::{BinaryEnergy, GridGraph, PairwiseTerm, Side};
+
+/// An energy over a grid of 3 x 3, as lists.
+struct Field {
+    unary: Vec<[i32; 2]>,
+    /// First node, axis, second node, term.
+    pairs: Vec<(usize, usize, usize, PairwiseTerm)>,
+}
+
+impl Field {
+    fn random(draw: &mut Draw, term: impl Fn(&mut Draw) -> PairwiseTerm) -> Self {
+        let unary = (0..9).map(|_| [draw.below(9) as i32 - 4, draw.below(9) as i32 - 4]).collect();
+        let right = (0..9).filter(|v| v % 3 < 2).map(|v| (v, 1, v + 1));
+        let pairs = right.chain((0..6).map(|v| (v, 0, v + 3))).map(|(v, axis, w)| (v, axis, w, term(draw))).collect();
+        Self { unary, pairs }
+    }
+
+    fn energy(&self) -> BinaryEnergy<2> {
+        let mut energy = BinaryEnergy::new([3, 3], [false, false]).unwrap();
+        for (v, u) in self.unary.iter().enumerate() {
+            energy.unary(v, u[0], u[1]).unwrap();
+        }
+        for &(v, axis, _, term) in &self.pairs {
+            energy.pairwise(v, axis, term).unwrap();
+        }
+        energy
+    }
+
+    /// The energy of a labelling, by definition.
+    fn value(&self, is_zero: &[bool]) -> i64 {
+        let unary: i32 = self.unary.iter().zip(is_zero).map(|(u, &zero)| u[usize::from(!zero)]).sum();
+        let pairs = self.pairs.iter().map(|&(v, _, w, t)| match (is_zero[v], is_zero[w]) {
+            (true, true) => t.e00,
+            (true, false) => t.e01,
+            (false, true) => t.e10,
+            (false, false) => t.e11,
+        });
+        i64::from(unary + pairs.sum::<i32>())
+    }
+
+    fn labellings() -> impl Iterator<Item = Vec<bool>> {
+        (0..512).map(|set| (0..9).map(|v| set >> v & 1 == 1).collect())
+    }
+}
+
+fn any_term(draw: &mut Draw) -> PairwiseTerm {
+    let mut e = || draw.below(12) as i32 - 3;
+    PairwiseTerm { e00: e(), e01: e(), e10: e(), e11: e() }
+}
+
+fn regular_term(draw: &mut Draw) -> PairwiseTerm {
+    let term = any_term(draw);
+    PairwiseTerm { e00: term.e00.min(term.e01 + term.e10 - term.e11), ..term }
+}
+
+#[test]
+fn regular_energies_reach_the_least_of_all_labellings() {
+    let mut draw = Draw(11);
+    for _ in 0..300 {
+        let field = Field::random(&mut draw, regular_term);
+        let minimum = field.energy().minimize(&|| false).unwrap();
+        let least = Field::labellings().map(|l| field.value(&l)).min().unwrap();
+        assert_eq!(minimum.truncated, 0);
+        assert_eq!(minimum.after, least);
+        assert_eq!(minimum.after, field.value(minimum.cut.source_side()));
+        assert_eq!(minimum.before, field.value(&[true; 9]));
+    }
+}
+
+#[test]
+fn a_fall_in_the_model_is_a_fall_in_truth() {
+    let (mut draw, mut truncated, mut fell) = (Draw(12), 0, 0);
+    for _ in 0..300 {
+        let field = Field::random(&mut draw, any_term);
+        let mut energy = field.energy();
+        let minimum = energy.minimize(&|| false).unwrap();
+        let irregular = field.pairs.iter().filter(|(.., t)| t.e01 + t.e10 < t.e00 + t.e11).count();
+        assert_eq!(minimum.truncated, irregular);
+        assert_eq!(minimum.before, field.value(&[true; 9]), "before is the truth");
+        assert_eq!(minimum.after, field.value(minimum.cut.source_side()), "after is the truth");
+        assert!(minimum.after <= minimum.before, "the truth never rises");
+        for labelling in Field::labellings() {
+            assert_eq!(energy.value(&labelling).unwrap(), field.value(&labelling));
+        }
+        truncated += irregular;
+        fell += usize::from(minimum.after < minimum.before);
+    }
+    assert!(truncated > 300 && fell > 250, "{truncated} terms truncated, {fell} energies fell: too few to tell");
+}
+
+#[test]
+fn masked_nodes_have_no_terms() {
+    let mut graph = GridGraph::new([1, 3], [false, false]).unwrap();
+    graph.mask(1).unwrap();
+    let mut energy = BinaryEnergy::from(graph);
+    energy.unary(1, 100, 200).unwrap();
+    energy.pairwise(0, 1, PairwiseTerm { e00: 1, e01: 50, e10: 60, e11: 2 }).unwrap();
+    energy.unary(0, 0, 7).unwrap();
+    energy.unary(2, 7, 1).unwrap();
+    let minimum = energy.minimize(&|| false).unwrap();
+    assert_eq!((minimum.before, minimum.after, minimum.truncated), (7, 1, 0));
+    assert_eq!([0, 1, 2].map(|v| minimum.cut.side(v)), [Side::Source, Side::Sink, Side::Sink]);
+}

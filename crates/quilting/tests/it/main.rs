@@ -1,0 +1,4 @@
+//! Quilting from outside. One binary: each is a link.
+#![forbid(unsafe_code)]
+
+mod properties;
