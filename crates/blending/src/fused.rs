@@ -9,7 +9,10 @@ use crate::near::near_seams;
 use crate::poisson::Poisson;
 
 /// Seams, or samples, whose numbers are looked up at once.
-const TOGETHER: usize = 1 << 14;
+const TOGETHER: usize = 1 << 12;
+
+/// Blocks of that many that are held until they are added.
+const BLOCKS: usize = 16;
 
 /// How far from the exact solution a held one may be, in parts of the range of values: 1e-4 of one of 255 grey levels.
 const TOLERANCE: f64 = 1e-4 / 255.0;
@@ -64,11 +67,14 @@ impl<'m, const D: usize> Fused<'m, D> {
     /// some of the output is to be copied.
     pub fn bytes(output: Domain<D>, channels: usize, copied: bool) -> u64 {
         let samples = output.shape.into_iter().fold(1, |n, side| u64::saturating_mul(n, side.into()));
-        let of_each = 8 * channels as u64 + 24 + if copied { 48 } else { 0 };
-        // What a block looks up on the way: five numbers and four ids a seam.
-        samples
-            .saturating_mul(of_each)
-            .saturating_add((64 * channels as u64 + 96) * TOGETHER as u64 * D as u64 + (1 << 20))
+        let channels = channels as u64;
+        let of_each = 8 * channels + 24 + if copied { 48 } else { 0 };
+        // Were every sample beside a seam along every axis: two places and a number a channel, and while they are looked up four
+        // ids and five numbers.
+        let at_once = |blocks: usize| samples.min((TOGETHER * blocks) as u64) * D as u64;
+        let held = at_once(BLOCKS) * (8 + 8 * channels);
+        let looked_up = at_once(par::threads().min(BLOCKS)) * (16 + 40 * channels);
+        samples.saturating_mul(of_each).saturating_add(held + looked_up + (1 << 18))
     }
 
     /// What each channel is raised by, least squares of what seams ask for.
@@ -81,8 +87,8 @@ impl<'m, const D: usize> Fused<'m, D> {
         }
         let blocks = domain.len().div_ceil(TOGETHER);
         // Some blocks at a time: what they ask for is held until it is added, in order.
-        for first in (0..blocks).step_by(16) {
-            let asked = par::map_indexed((blocks - first).min(16), |i| self.asked(first + i, payload, averaging));
+        for first in (0..blocks).step_by(BLOCKS) {
+            let asked = par::map_indexed((blocks - first).min(BLOCKS), |i| self.asked(first + i, payload, averaging));
             for (seams, differences) in asked {
                 for (raised, differences) in raised.iter_mut().zip(&differences) {
                     for (&[p, q], d) in seams.iter().zip(differences) {

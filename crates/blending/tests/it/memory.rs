@@ -5,16 +5,7 @@ use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{
     Domain, Grid, Origin, Plane, Render, Role, SampleId, Samples, Seed, SourceMap, SourceTable, Transform,
 };
-
-/// The variable that tells a process its case.
-const CASE: &str = "SELVEDGE_BLENDING_CASE";
-
-/// A line of the process's status in bytes, where the system tells it.
-fn status(field: &str) -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|l| l.starts_with(field))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
-}
+use selvedge_testkit::memory;
 
 /// What is rendered.
 #[derive(Clone, Copy)]
@@ -39,7 +30,7 @@ fn render<const D: usize>(output: Domain<D>, channels: usize, how: How) -> u64 {
     let samples =
         Grid::from_vec(source, channels, (0..source.len() * channels).map(|i| (i * i % 251) as u8).collect()).unwrap();
     let plane = Plane::new(Role::Color, Samples::U8(samples));
-    let before = status("VmRSS");
+    let before = memory::held();
     let out = match how {
         How::Feathered(sigma) => Feathered::new(&map, Vec::new(), sigma).unwrap().render(&[&plane]).unwrap(),
         How::Splined(levels) => Splined::new(&map, Vec::new(), levels).unwrap().render(&[&plane]).unwrap(),
@@ -48,7 +39,7 @@ fn render<const D: usize>(output: Domain<D>, channels: usize, how: How) -> u64 {
             reach.map_or(fused.clone(), |reach| fused.within(reach)).render(&[&plane]).unwrap()
         }
     };
-    if let (Some(before), Some(peak)) = (before, status("VmHWM")) {
+    if let (Some(before), Some(peak)) = (before, memory::peak()) {
         // The output is the caller's.
         println!("held {}", peak.saturating_sub(before + (out.domain().len() * channels) as u64));
     }
@@ -77,16 +68,13 @@ fn case(number: usize) -> Option<u64> {
 
 #[test]
 fn renderers_stay_within_what_they_say() {
-    if let Some(number) = std::env::var(CASE).ok().and_then(|n| n.parse::<usize>().ok()) {
-        println!("estimated {}", case(number).unwrap());
+    let test = "memory::renderers_stay_within_what_they_say";
+    if let Some(number) = memory::case(test) {
+        println!("estimated {}", case(number.parse().unwrap()).unwrap());
         return;
     }
     for number in 0..9 {
-        let itself = std::env::current_exe().unwrap();
-        let arguments = ["--exact", "memory::renderers_stay_within_what_they_say", "--nocapture"];
-        let said = std::process::Command::new(itself).args(arguments).env(CASE, number.to_string()).output().unwrap();
-        let said = String::from_utf8_lossy(&said.stdout).into_owned();
-        assert!(said.contains("test result: ok"), "case {number}: {said}");
+        let said = memory::alone(test, &number.to_string());
         let after = |word: &str| said.split_once(word).map(|(_, rest)| rest.lines().next().unwrap().parse::<u64>());
         let Some(Ok(held)) = after("held ") else {
             eprintln!("skipped: this system does not tell how much memory a process had at its peak");
