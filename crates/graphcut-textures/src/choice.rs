@@ -67,7 +67,7 @@ impl<const D: usize> Weaver<'_, D> {
             list = self.fresh(self.everything(at), &here);
         }
         for c in &mut list {
-            c.cost += self.scale * self.options.variety * self.history.repeats(&c.patch, &neighbours);
+            c.cost += self.scale * self.variety * self.history.repeats(&c.patch, &neighbours);
         }
         let seed = self.run.seed.derive("graphcut/draw", step);
         let patches = draw(&list, self.scale, count, &mut seed.rng());

@@ -84,9 +84,9 @@ pub enum Error {
         /// Bytes allowed.
         limit: u64,
     },
-    /// The cut failed.
-    #[error("the cut failed: {0}")]
-    Cut(#[from] selvedge_maxflow::MaxflowError),
+    /// A cut failed.
+    #[error(transparent)]
+    Cut(#[from] selvedge_expansion::Error),
     /// The search failed.
     #[error(transparent)]
     Search(#[from] selvedge_fft_ssd::Error),
@@ -109,10 +109,7 @@ impl Error {
         match self {
             Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::Memory { .. } => ErrorKind::Memory,
-            Self::Cut(error) => match error.kind() {
-                selvedge_maxflow::ErrorKind::Memory => ErrorKind::Memory,
-                _ => ErrorKind::Internal,
-            },
+            Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
             Self::Core(error) => error.kind(),
             _ => ErrorKind::Input,
@@ -131,8 +128,7 @@ impl Error {
             Self::Channels { .. } => "give it one",
             Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
             Self::Memory { .. } => "use a smaller size or raise the limit",
-            Self::Cut(_) if self.kind() == ErrorKind::Memory => "use a smaller region or exemplar",
-            Self::Cut(_) => "please report it",
+            Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),
         }
@@ -141,6 +137,6 @@ impl Error {
 
     /// True if the caller asked to stop.
     pub(crate) fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cut(error) if error.kind() == selvedge_maxflow::ErrorKind::Cancelled)
+        matches!(self, Self::Cut(error) if error.is_cancelled())
     }
 }

@@ -15,12 +15,15 @@ use crate::weaver::Weaver;
 pub struct Stats<const D: usize> {
     /// The placement that was used: never [`Placement::Auto`].
     pub placement: Placement,
-    /// What [`Placement::Auto`] chose by: the exemplars' [`periodicity`](selvedge_analysis::periodicity) (1 = 1000).
-    pub periodicity: Option<f64>,
+    /// What [`Placement::Auto`] chose by: the strength of the exemplars' clearest
+    /// [lattice](selvedge_analysis::Lattice::strength) (1 = 1000).
+    pub regularity: Option<f64>,
     /// Sides of the error region that was used.
     pub region: [u32; D],
     /// How far patches could reach beyond it along each axis.
     pub reach: [u32; D],
+    /// The variety that was used.
+    pub variety: f64,
     /// Patches laid until everything was covered.
     pub patches: u64,
     /// Patches tried over bad seams.
@@ -37,12 +40,13 @@ pub struct Stats<const D: usize> {
 
 impl<const D: usize> Stats<D> {
     /// Before the first patch.
-    pub(crate) fn new(placement: Placement, periodicity: Option<f64>, region: [u32; D], reach: [u32; D]) -> Self {
+    pub(crate) fn new(placement: Placement, region: [u32; D], reach: [u32; D], variety: f64) -> Self {
         Self {
             placement,
-            periodicity,
+            regularity: None,
             region,
             reach,
+            variety,
             patches: 0,
             refinements: 0,
             improvements: 0,

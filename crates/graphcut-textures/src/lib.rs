@@ -71,11 +71,9 @@
 mod candidates;
 mod canvas;
 mod choice;
-mod cut;
 mod error;
 mod error_cells;
 mod estimate;
-mod frame;
 mod graphcut;
 mod history;
 mod matching;

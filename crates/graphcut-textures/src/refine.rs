@@ -121,7 +121,7 @@ impl<const D: usize> Weaver<'_, D> {
         for patch in &drawn.patches {
             let window = self.window(patch, &region);
             let offer = self.canvas.offer(patch, &window, &mut worker.cut, &cancelled)?;
-            nodes.push(offer.cut.nodes);
+            nodes.push(offer.proposal.free);
             if best.as_ref().is_none_or(|(_, best)| best.gain() < offer.gain()) {
                 best = Some((*patch, offer));
             }

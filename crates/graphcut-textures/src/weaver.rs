@@ -1,9 +1,9 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
 use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Window, par};
+use selvedge_expansion::Scratch;
 
 use crate::canvas::Canvas;
-use crate::cut::CutScratch;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
 use crate::graphcut::Stats;
@@ -24,6 +24,7 @@ pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) reach: [u32; D],
     /// `k sigma^2`.
     pub(crate) scale: f64,
+    pub(crate) variety: f64,
     pub(crate) history: History<D>,
     /// Working memory of the regions that are looked at at once.
     pub(crate) workers: Vec<Worker<D>>,
@@ -37,7 +38,7 @@ pub(crate) struct Weaver<'a, const D: usize> {
 #[derive(Debug, Default)]
 pub(crate) struct Worker<const D: usize> {
     pub(crate) matches: Matches<D>,
-    pub(crate) cut: CutScratch<D>,
+    pub(crate) cut: Scratch<D>,
 }
 
 /// Regions that are refined at once at most, on any number of threads.
@@ -83,6 +84,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             region,
             reach: sizes.reach,
             scale: sizes.scale,
+            variety: sizes.variety,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
@@ -149,11 +151,11 @@ impl<'a, const D: usize> Weaver<'a, D> {
         Window { start, shape }
     }
 
-    fn cover(&mut self, patch: &Patch<D>, region: &Window<D>, scratch: &mut CutScratch<D>) -> Result<(), Error> {
+    fn cover(&mut self, patch: &Patch<D>, region: &Window<D>, scratch: &mut Scratch<D>) -> Result<(), Error> {
         let window = self.window(patch, region);
         let neighbours = self.canvas.map.patches(region);
         let offer = self.canvas.offer(patch, &window, scratch, &|| self.run.observer.cancelled())?;
-        self.count(offer.cut.nodes);
+        self.count(offer.proposal.free);
         self.canvas.lay(&offer);
         self.history.note_vectors(patch, &neighbours);
         self.stats.patches += 1;

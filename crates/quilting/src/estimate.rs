@@ -3,6 +3,7 @@
 use selvedge_core::Domain;
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
+use crate::auto_block::largest_block;
 use crate::quilter::at_once;
 use crate::transfer::suggested;
 use crate::{Options, Stage, TransferOptions};
@@ -193,7 +194,7 @@ impl Searches<'_> {
 fn largest(exemplars: &[Domain<2>]) -> u32 {
     // An exemplar too small for the others' blocks is passed over.
     let side = exemplars.iter().map(|e| e.shape[0].min(e.shape[1])).max().unwrap_or(1);
-    (side * 2 / 5).clamp(side.clamp(1, 4), 128)
+    largest_block(side).max(1)
 }
 
 fn places(exemplars: &[Domain<2>]) -> u64 {

@@ -23,7 +23,7 @@ pub(crate) struct Quilt {
     /// Side of the blocks in pixels, or auto; it should hold the largest structure of the texture.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     block: Auto,
-    /// Width of the overlap of blocks in pixels, or auto: a sixth of the block.
+    /// Width of the overlap of blocks in pixels, or auto: a fourth of the block, of --paper a sixth.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     overlap: Auto,
     /// Draw among blocks whose overlap error is up to this fraction above the least, both as --spread makes them count.
@@ -33,7 +33,7 @@ pub(crate) struct Quilt {
     #[arg(long, value_enum, value_name = "STAGE", default_value_t = StageArg::Cut)]
     stage: StageArg,
     /// Whether blocks may continue their neighbours verbatim.
-    #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Avoid)]
+    #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Allow)]
     continuation: ContinuationArg,
     /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
@@ -143,6 +143,7 @@ impl Quilt {
             stage: self.stage.into(),
             continuation: self.continuation.into(),
             spread: self.spread,
+            overlap_part: Options::default().overlap_part,
             ..options
         }
     }

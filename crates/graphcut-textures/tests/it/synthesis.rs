@@ -77,7 +77,7 @@ fn regular_exemplars_are_matched_whole_and_scattered_ones_in_part() {
 fn variety_keeps_patches_from_forming_a_lattice() {
     let e = of(&blobs([48, 48], 12));
     let most_repeated = |variety: f64| {
-        let options = Options { variety, randomness: 0.05, refine: Some(0), ..Options::default() };
+        let options = Options { variety: Some(variety), randomness: 0.05, refine: Some(0), ..Options::default() };
         let (map, _) = weave(&e, Domain::open([200, 200]), &options);
         let mut vectors = std::collections::BTreeMap::new();
         for at in map.domain().positions().filter(|&at| map.is_seam(at, 1) && at[1] + 1 < 200) {
@@ -248,7 +248,7 @@ fn wrong_input_is_an_error_with_its_numbers() {
     for wrong in [
         Options { randomness: f64::NAN, ..options },
         Options { randomness: -1.0, ..options },
-        Options { variety: f64::INFINITY, ..options },
+        Options { variety: Some(f64::INFINITY), ..options },
         Options { region: Some([4, 0]), ..options },
         Options { tries: 0, ..options },
         Options { tries: 65, ..options },
