@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::atomic;
 use crate::error::{Error, Problem};
+use crate::identity::identity;
 use crate::read::{ReadOptions, split_selector};
 
 /// Whether two names lead to one file, through links of any kind, or would once it is made.
@@ -21,17 +22,6 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 fn place(path: &Path) -> Option<PathBuf> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(fs::canonicalize(folder).ok()?.join(path.file_name()?))
-}
-
-#[cfg(unix)]
-fn identity(path: &Path) -> Option<(u64, u64)> {
-    use std::os::unix::fs::MetadataExt as _;
-    fs::metadata(path).ok().map(|m| (m.dev(), m.ino()))
-}
-
-#[cfg(not(unix))]
-fn identity(path: &Path) -> Option<PathBuf> {
-    fs::canonicalize(path).ok()
 }
 
 /// Refuses an output that could not be written at the end: it is one of the inputs, it exists and must not be

@@ -268,3 +268,20 @@ fn missing_folders_folders_and_full_devices_are_told_apart() {
     }
     assert_eq!(folder.files(), []);
 }
+
+/// A second lock of one folder would wait for the first one for ever.
+#[test]
+fn a_folder_of_several_spellings_is_locked_once() {
+    let folder = Folder::new("spellings");
+    let other = folder.path("..").join(folder.0.file_name().unwrap());
+    assert_eq!(locked_folders([folder.0.as_path(), &other, &folder.path(".")].into_iter()).len(), 1);
+    let names = [folder.path("a"), other.join("b")];
+    let staged = names.iter().map(|path| Staged {
+        path,
+        bytes: b"x",
+        no_clobber: false,
+        part: stage(&Disk, path, b"x", false).unwrap(),
+    });
+    finish_all(staged.collect()).unwrap();
+    assert_eq!(folder.files().len(), 2);
+}
