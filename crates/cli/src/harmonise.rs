@@ -134,7 +134,7 @@ mod tests {
         let one = Grid::from_vec(Domain::open([1, 1]), 1, vec![1.0_f32]).unwrap();
         let one = Plane::new(Role::Scalar, Samples::F32(one));
         for depth in [Depth::U8, Depth::U16, Depth::F16, Depth::F32] {
-            let grey = selvedge_io::convert(&one, depth).unwrap().plane;
+            let grey = selvedge_io::convert(&one, depth, &Default::default()).unwrap().plane;
             let wide = widened(grey.clone(), Layout { colors: 1, alpha: true }).unwrap();
             assert_eq!(wide.samples.value(1, 0), grey.samples.value(0, 0), "{}", depth.name());
         }

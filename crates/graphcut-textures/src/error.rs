@@ -143,18 +143,3 @@ mod tests {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use selvedge_maxflow::MaxflowError;
-
-    /// What is not, must not end a run as if its caller had asked to stop: an `Ok` that is incomplete.
-    #[test]
-    fn only_a_cut_that_was_cancelled_is_cancelled() {
-        assert!(Error::Cut(MaxflowError::Cancelled).is_cancelled());
-        let short = Error::Cut(MaxflowError::OutOfMemory { nodes: 9, links: 9 });
-        assert!(!short.is_cancelled() && short.kind() == ErrorKind::Memory);
-        assert!(!Error::EmptyOutput { shape: vec![0, 1] }.is_cancelled());
-    }
-}
