@@ -29,6 +29,15 @@ impl Steps for Fails {
     }
 }
 
+/// A folder into which not even a superuser writes: the system's own, where it lets nobody make files.
+#[cfg(unix)]
+pub(crate) fn closed_to_all() -> Option<&'static Path> {
+    let closed = Path::new("/sys");
+    let probe = File::create_new(closed.join("selvedge-probe"));
+    let denied = [io::ErrorKind::PermissionDenied, io::ErrorKind::ReadOnlyFilesystem];
+    probe.is_err_and(|e| denied.contains(&e.kind())).then_some(closed)
+}
+
 /// A folder of its own, removed at the end.
 pub(crate) struct Folder(PathBuf);
 impl Folder {
@@ -235,6 +244,21 @@ fn no_clobber_keeps_what_is_there() {
     assert!(matches!(write_bytes(&path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
     assert!(link_then_remove(&Disk, &path, &path).is_err(), "a name taken in the last moment is not replaced");
     assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())]);
+}
+
+/// A folder stands for a file on a file system without hard links: it has none anywhere, and can be renamed.
+#[test]
+fn without_hard_links_a_name_is_taken_if_it_is_free() {
+    let folder = Folder::new("no-links");
+    let (part, path) = (folder.path("part"), folder.path("a.png"));
+    fs::create_dir(&part).unwrap();
+    fs::write(&path, b"old").unwrap();
+    let taken = link_then_remove(&part, &path).unwrap_err();
+    assert_eq!((taken.kind(), part.exists()), (io::ErrorKind::AlreadyExists, true));
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    fs::remove_file(&path).unwrap();
+    link_then_remove(&part, &path).unwrap();
+    assert_eq!((part.exists(), path.is_dir()), (false, true));
 }
 
 #[test]
