@@ -1,8 +1,8 @@
 //! Whether the exemplar's periods are kept.
 
 use crate::{Error, firsts};
+use selvedge_analysis::periods;
 use selvedge_core::{Exemplars, Grid};
-use selvedge_fft_ssd::periods;
 
 /// A period counts from this strength on, of 1000: weaker ones are chance.
 const CLEAR: u32 = 300;

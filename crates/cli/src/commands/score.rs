@@ -57,7 +57,8 @@ impl Score {
     fn read(&self, session: &Session<'_>, report: &mut Report) -> Result<Vec<Plane<2>>, Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
         let files = || self.exemplar.iter().chain(&self.outputs);
-        let mut read = |path: &PathBuf| Ok::<_, Failure>(Input::new(session, path)?.read(session, &options, report)?.plane);
+        let mut read =
+            |path: &PathBuf| Ok::<_, Failure>(Input::new(session, path)?.read(session, &options, report)?.plane);
         let planes = files().map(&mut read).collect::<Result<Vec<_>, _>>()?;
         let layout = |plane: &Plane<2>| Layout { colors: plane.color_channels(), alpha: plane.alpha };
         let common = common_layout(files().map(PathBuf::as_path).zip(planes.iter().map(layout)))?;
