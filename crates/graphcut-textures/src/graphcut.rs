@@ -1,6 +1,6 @@
 //! The method: lay patches until everything is covered, then lay more over the worst seams. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Limits, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Limits, Run, SourceMap, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
@@ -97,7 +97,7 @@ fn weave<const D: usize>(
 /// What can be checked before anything is made.
 ///
 /// # Errors
-/// Those of [`Options::validate`], and [`Error::Memory`] if the run would need more than it may have.
+/// Those of [`Options::validate`] and of [`Limits::admit`](selvedge_core::Limits::admit).
 fn check<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
@@ -107,5 +107,5 @@ fn check<const D: usize>(
     options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     let needed = estimate(&domains, exemplars.channels(), output, options);
-    if needed <= limits.memory { Ok(()) } else { Err(Error::Memory { needed, limit: limits.memory }) }
+    Ok(limits.admit(output, Bytes(needed))?)
 }

@@ -45,13 +45,9 @@ pub(crate) struct Worker<const D: usize> {
 /// threads busy, but all are chosen before the first is laid: the last of many is no longer among the worst.
 pub(crate) const BATCH: usize = 8;
 
-/// Samples of the exemplars that are looked at at once, unless there are more: each region that is refined takes memory for
-/// all places.
-const AT_ONCE: u64 = 1 << 18;
-
 /// Regions that take memory at once, on as many threads as there may be, with exemplars of so many samples.
 pub(crate) fn at_once(samples: u64) -> u64 {
-    (AT_ONCE / samples.max(1)).clamp(1, BATCH as u64)
+    par::at_once(samples).min(BATCH as u64)
 }
 
 impl<'a, const D: usize> Weaver<'a, D> {

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use selvedge_core::{Domain, Run, Transform};
-use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
+use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -111,21 +111,20 @@ impl Quilt {
             },
         )?;
         let exemplars = &loom.loaded.exemplars;
+        let plan = selvedge_quilting::Plan::new(exemplars, loom.domain, &options, &session.run());
+        let plan = plan.map_err(|e| failure(&loom, e))?;
         if loom.is_dry() {
-            // The least output tells whether options and exemplars go together.
-            let one =
-                quilt(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0)).map_err(|e| failure(&loom, e))?;
-            let used = used(&loom, &options, &one.stats);
-            return Ok(loom.would(used, &format!("from blocks of {} px", one.stats.block)));
+            let used = used(&loom, &options, &plan);
+            return Ok(loom.would(used, &format!("from blocks of {} px", plan.block())));
         }
-        let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             blending: Blending::default(),
             kept: None,
-            options: used(&loom, &options, &stats),
+            options: used(&loom, &options, &plan),
             stats: counts(&stats),
             how: how(&stats),
             course: None,
@@ -150,11 +149,11 @@ impl Quilt {
 }
 
 /// The options as used.
-fn used(loom: &Loom<'_>, options: &Options, stats: &Stats) -> Used {
+fn used(loom: &Loom<'_>, options: &Options, plan: &selvedge_quilting::Plan<'_>) -> Used {
     let lower = |name: String| name.to_lowercase();
     loom.used(loom.sized())
-        .with("block", stats.block)
-        .with("overlap", stats.overlap)
+        .with("block", plan.block())
+        .with("overlap", plan.overlap())
         .with("tolerance", options.tolerance)
         .with("stage", lower(format!("{:?}", options.stage)))
         .with("continuation", lower(format!("{:?}", options.continuation)))
