@@ -8,6 +8,9 @@ use crate::options::{Options, Placement};
 use crate::plan::largest_region;
 use crate::weaver::{BATCH, at_once};
 
+// What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never below, and
+// not absurdly above.
+
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
 /// Bytes of a frame, its graph and its cut for each sample that a patch may show.

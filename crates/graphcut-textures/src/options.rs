@@ -4,7 +4,8 @@ use selvedge_core::SeamMeasure;
 
 use crate::error::Error;
 
-/// Each of them has a graph of its own.
+/// Each of them has a graph of its own: a bound for memory, far above what pays (the best of two costs two cuts, that of four
+/// four).
 const MOST_TRIES: u32 = 64;
 
 /// How the next patch is found. `[Kwatra03 4]`

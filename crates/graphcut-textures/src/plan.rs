@@ -112,7 +112,7 @@ fn region_sides<const D: usize>(
     Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
 }
 
-/// Smaller regions hold nothing that could be matched.
+/// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places agree.
 const LEAST: u32 = 8;
 
 /// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.
