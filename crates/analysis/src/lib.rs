@@ -1,8 +1,7 @@
 //! What kind of texture is it? One analysis for all that choose by themselves: sizes, placements, defaults, advice.
 //!
 //! - [`Texture`] says what kind of texture an exemplar is: lattice, lines, rows of text, bodies, grain, uneven light.
-//! - [`periods`](periods()) lists the translations under which an exemplar resembles itself, [`periodicity`](periodicity())
-//!   says how regularly it does.
+//! - [`periods`](periods()) lists the translations under which an exemplar resembles itself.
 //! - [`feature_size`](feature_size()) is the side of a box that holds the largest structures.
 //!
 //! All of it follows from exact integer sums over the exemplars' features: the same on any machine and any number of
@@ -16,7 +15,6 @@ mod feature_size;
 mod lattice;
 mod lines;
 mod memory;
-mod periodicity;
 mod periods;
 mod picture;
 mod texture;
@@ -24,7 +22,6 @@ mod texture;
 pub use feature_size::{feature_size, feature_size_of};
 pub use lattice::Lattice;
 pub use lines::Lines;
-pub use periodicity::periodicity;
 pub use periods::{Period, periods};
 /// What an analysis can fail with is what its searches can.
 pub use selvedge_fft_ssd::Error;

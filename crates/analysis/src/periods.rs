@@ -53,22 +53,19 @@ impl<const D: usize> Reach<D> {
     }
 }
 
-/// The sums of squared differences between a template as large as a grid, compared where the grid is valid, and the grid, at
-/// every translation within `reach`; with `half`, at one of each pair of opposites.
-pub(crate) fn differences<const D: usize>(
-    template: &Grid<u8, D>,
+/// The sums of squared differences of a grid and itself, where it is valid, at
+/// one of each pair of opposite translations within `reach`.
+fn differences<const D: usize>(
     features: &Grid<u8, D>,
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
-    (reach, half): (Reach<D>, bool),
+    reach: Reach<D>,
 ) -> Result<Costs<D>, Error> {
     let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default())?;
-    let template = valid.map_or(Template::of(template), |v| Template::of(template).masked(v.samples()));
+    let template = valid.map_or(Template::of(features), |v| Template::of(features).masked(v.samples()));
     let samples = valid.map_or(features.domain().len(), |v| v.samples().iter().filter(|&&v| v).count());
     let (mut first, mut count) = (reach.most.map(|r| -(r as i32)), reach.most.map(|r| 2 * r + 1));
-    if half {
-        (first[0], count[0]) = (0, reach.most[0] + 1);
-    }
+    (first[0], count[0]) = (0, reach.most[0] + 1);
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     searcher.search_box(&template, first, count, (samples / reach.one_in) as u64, &mut scratch, &mut costs)?;
     Ok(costs)
@@ -123,7 +120,7 @@ impl<const D: usize> Strengths<D> {
         if twice_variance.0 == 0 {
             return Ok(None);
         }
-        Ok(Some(Self { costs: differences(features, features, valid, weights, (reach, true))?, twice_variance }))
+        Ok(Some(Self { costs: differences(features, valid, weights, reach)?, twice_variance }))
     }
 
     /// See [`periods`].

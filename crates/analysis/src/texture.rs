@@ -89,7 +89,12 @@ impl Texture {
         let lines = Lines::of(&fine, weights);
         let strengths = Strengths::within(&even.features()?, Some(&even.known), weights, Lattice::reach(&even))?;
         let lattice = strengths.as_ref().map(|s| Lattice::of(s, &even)).transpose()?.flatten();
-        let lattice = lattice.map(|l| whole.as_ref().map_or(l, |w| l.refined(w, picture.side)));
+        // Shade draws likeness towards the short ways: where cells are samples, what was found without it is as fine.
+        let lattice = lattice.map(|l| match (&strengths, &whole) {
+            (Some(even), _) if picture.side == 1 => l.refined(even, 1),
+            (_, Some(whole)) => l.refined(whole, picture.side),
+            _ => l,
+        });
         let near = |v| strengths.as_ref().and_then(|s| s.at(v)).unwrap_or(1000);
         let body = strengths.as_ref().map_or(0, lost_likeness);
         let mut texture = Self {
@@ -135,5 +140,97 @@ impl Texture {
             _ if !self.is_uneven() && self.grain <= SMOOTH => Kind::Objects,
             _ => Kind::Stochastic,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Seed};
+
+    fn of(shape: [u32; 2], at: impl Fn(i64, i64) -> u8) -> Texture {
+        let domain = Domain::open(shape);
+        let samples = domain.positions().map(|[y, x]| at(y.into(), x.into())).collect();
+        Texture::of(&Grid::from_vec(domain, 1, samples).unwrap(), None, &[1]).unwrap()
+    }
+
+    /// Noise from -1000 to 1000 that keeps its value over cells.
+    fn noise(y: i64, x: i64, seed: u64) -> i64 {
+        Seed(seed).derive("noise", (y as u64) << 32 | x as u64 & 0xffff_ffff).rng().below(2001) as i64 - 1000
+    }
+
+    fn disc(y: i64, x: i64, radius: i64) -> bool {
+        y * y + x * x < radius * radius
+    }
+
+    /// Discs of a radius about places that are moved at random out of the order of a grid.
+    fn bodies(y: i64, x: i64, step: i64, radius: i64) -> u8 {
+        let near = |dy: i64, dx: i64| {
+            let (cy, cx) = (y.div_euclid(step) + dy, x.div_euclid(step) + dx);
+            let moved = |c: i64, seed| c * step + step / 2 + noise(cy, cx, seed) * step / 2200;
+            disc(y - moved(cy, 1), x - moved(cx, 2), radius).then(|| 130 + (noise(cy, cx, 3) / 20) as i32)
+        };
+        let found = (-1..=1).flat_map(|dy| (-1..=1).filter_map(move |dx| near(dy, dx))).next();
+        found.unwrap_or(20) as u8
+    }
+
+    #[test]
+    fn kinds_are_told_apart() {
+        let lattice = of([120, 150], |y, x| if disc(y % 24 - 12, x % 30 - 15, 9) { 220 } else { 40 });
+        assert_eq!((lattice.kind, lattice.is_orderly()), (Kind::Lattice, true));
+        let planks = of([150, 150], |y, x| (120 + noise(y / 25, 0, 4) / 12 + noise(y, x, 5) / 60) as u8);
+        assert_eq!(planks.kind, Kind::Lines);
+        let signs = |y: i64, x: i64| if y % 14 < 8 && 0 < noise(y / 14 * 8 + y % 14 / 4, x / 2, 6) { 30 } else { 230 };
+        let text = of([160, 160], signs);
+        assert_eq!((text.kind, text.is_orderly()), (Kind::Text, true), "{text:?}");
+        let grain = of([150, 150], |y, x| (128 + noise(y, x, 7) / 9) as u8);
+        assert_eq!((grain.kind, grain.is_orderly()), (Kind::Stochastic, false));
+        let stones = of([180, 180], |y, x| bodies(y, x, 22, 9));
+        assert_eq!((stones.kind, stones.is_uneven()), (Kind::Objects, false), "{stones:?}");
+        let scene = of([120, 120], |y, x| if disc(y - 50, x - 65, 42) { 120 } else { 240 });
+        assert_eq!(scene.kind, Kind::Scene, "{scene:?}");
+    }
+
+    #[test]
+    fn light_is_taken_away_before_a_lattice_is_looked_for() {
+        let lit = |y: i64, x: i64| (if disc(y % 24 - 12, x % 30 - 15, 9) { 90 } else { 40 }) + x as u8;
+        let texture = of([120, 150], lit);
+        assert!(texture.is_uneven() && texture.kind == Kind::Lattice, "{texture:?}");
+        let lattice = texture.lattice.unwrap();
+        assert_eq!([0, 1].map(|axis| lattice.closing(axis, 100)), [96, 90]);
+    }
+
+    #[test]
+    fn lattices_are_found_by_samples_beyond_half_of_the_exemplar_and_askew() {
+        // A board of which the exemplar holds little more than one period.
+        let board = of([100, 100], |y, x| if (y / 35 + x / 35) % 2 == 0 { 220 } else { 40 });
+        let lattice = board.lattice.unwrap();
+        assert!(board.kind == Kind::Lattice && lattice.vectors == [[35, -35], [35, 35]], "{board:?}");
+        assert_eq!(lattice.along, [Some((70, 1)), Some((70, 1))]);
+        // Rows moved by half, in a picture whose cells are three samples.
+        let rows = of([500, 600], |y, x| if disc(y % 50 - 25, (x + y / 50 * 35) % 70 - 35, 18) { 220 } else { 40 });
+        let lattice = rows.lattice.unwrap();
+        assert_eq!((lattice.vectors, rows.kind), ([[50, -35], [50, 35]], Kind::Lattice), "{rows:?}");
+        assert_eq!([0, 1].map(|axis| lattice.closing(axis, 333)), [300, 350]);
+    }
+
+    #[test]
+    fn anything_is_of_some_kind() {
+        assert_eq!(of([40, 50], |_, _| 7).lattice, None);
+        for shape in [[1, 1], [1, 50], [3, 2], [9, 300]] {
+            of(shape, |y, x| (y * 91 + x * 57) as u8);
+        }
+        let clip = Domain::open([5, 30, 30]);
+        let samples = clip.positions().map(|[_, y, x]| if (y / 5 + x / 5) % 2 == 0 { 220 } else { 40 }).collect();
+        let clip = Texture::of(&Grid::from_vec(clip, 1, samples).unwrap(), None, &[1]).unwrap();
+        assert_eq!((clip.kind, clip.shape), (Kind::Lattice, [30, 30]));
+        let mut holed = Grid::from_vec(Domain::open([60, 60]), 1, vec![9_u8; 3600]).unwrap();
+        let mut valid = Grid::try_filled(holed.domain(), 1, true).unwrap();
+        for [y, x] in holed.domain().positions() {
+            let hole = y < 20 && x < 20;
+            holed.set(0, [y, x], if hole { 255 } else { u8::from((y / 6 + x / 6) % 2 == 0) * 90 });
+            valid.set(0, [y, x], !hole);
+        }
+        assert_eq!(Texture::of(&holed, Some(&valid), &[2]).unwrap().kind, Kind::Lattice);
     }
 }

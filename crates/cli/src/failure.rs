@@ -77,6 +77,11 @@ impl Failure {
         Self { exit: 128 + signal, path: None, message: "interrupted; nothing was written".into(), remedy: None }
     }
 
+    /// The run was ended by a signal when its files had their names.
+    pub(crate) fn late(signal: u8) -> Self {
+        Self { message: "interrupted; the files were written".into(), ..Self::interrupted(signal) }
+    }
+
     /// The run was ended by a signal, and what there was is in a file.
     pub(crate) fn kept(signal: u8, partial: &Path) -> Self {
         let message = format!("interrupted; the best so far is in '{}'", shown(partial));

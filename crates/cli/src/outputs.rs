@@ -144,7 +144,7 @@ impl Outputs {
         let staged = files.iter().map(|made| Staged::new(&made.path, &made.bytes, session.global.no_clobber));
         let staged = staged.collect::<Result<Vec<_>, _>>()?;
         streams.iter().try_for_each(|made| stdio::picture(&made.bytes))?;
-        staged.into_iter().try_for_each(Staged::finish)?;
+        selvedge_io::finish_all(staged)?;
         report.outputs.extend(self.noted());
         Ok(())
     }

@@ -79,8 +79,9 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
         let began = Instant::now();
         while (patient || began.elapsed() < PATIENCE) && next() == 0 {}
         if last_word() {
-            selvedge_io::remove_parts();
-            std::process::exit(Failure::interrupted(first as u8).tell(json).into());
+            let written = selvedge_io::remove_parts();
+            let failure = if written { Failure::late(first as u8) } else { Failure::interrupted(first as u8) };
+            std::process::exit(failure.tell(json).into());
         }
     });
     // Nor where there is no room for one more thread.

@@ -1,11 +1,10 @@
 //! The output in the making.
 
 use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, Window};
+use selvedge_expansion::{Frame, Holes, Pin, Proposal, Scratch, expand};
 
-use crate::cut::{Cut, CutScratch, choices, cut};
 use crate::error::Error;
 use crate::error_cells::ErrorCells;
-use crate::frame::Frame;
 
 /// The map so far, the cost of its seams, and what must not change.
 #[derive(Debug)]
@@ -26,13 +25,13 @@ pub(crate) struct Canvas<'e, const D: usize> {
 #[derive(Debug)]
 pub(crate) struct Offer<const D: usize> {
     pub(crate) frame: Frame<D>,
-    pub(crate) cut: Cut,
+    pub(crate) proposal: Proposal,
 }
 
 impl<const D: usize> Offer<D> {
     /// How much the seams' cost falls by it; only comparable between offers that fill nothing.
     pub(crate) fn gain(&self) -> i64 {
-        self.cut.before - self.cut.after
+        self.proposal.gain()
     }
 }
 
@@ -82,44 +81,34 @@ impl<'e, const D: usize> Canvas<'e, D> {
         &self,
         patch: &Patch<D>,
         window: &Window<D>,
-        scratch: &mut CutScratch<D>,
+        scratch: &mut Scratch<D>,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Offer<D>, Error> {
-        let frame = Frame::new(self.exemplars, &self.map, self.allowed.as_ref(), patch, window)?;
-        let choices = choices(&frame, self.fixed.as_ref().map(|f| f.plane(0)));
-        let cut = cut(&frame, &choices, &self.costs, scratch, cancelled)?;
-        Ok(Offer { frame, cut })
+        let mut frame = Frame::of_patch(self.exemplars, &self.map, patch, window)?;
+        if let Some(allowed) = &self.allowed {
+            frame.allow(|place| allowed.plane(0)[place] >> patch.source & 1 == 1);
+        }
+        let fixed = self.fixed.as_ref().map(Grid::samples);
+        let choices = frame.choices(Holes::Fill, |place| fixed.filter(|f| f[place]).map(|_| Pin::Old))?;
+        let proposal = expand(&frame, &choices, &self.costs, scratch, cancelled)?;
+        Ok(Offer { frame, proposal })
     }
 
     /// Takes an offer.
     pub(crate) fn lay(&mut self, offer: &Offer<D>) {
-        let ids = self.map.ids.plane_mut(0);
-        let taken = offer.cut.taken.iter().enumerate().filter(|(_, t)| **t);
-        for (i, _) in taken {
-            ids[offer.frame.places[i] as usize] = offer.frame.new[i];
-        }
-        self.holes -= offer.cut.filled;
+        offer.proposal.lay(&offer.frame, &mut self.map);
+        self.holes -= offer.proposal.filled;
         self.cells.update(&self.map, &self.costs, &offer.frame.window);
     }
 
     /// Takes an offer if the cost of all seams falls by it; says whether it did.
-    ///
-    /// The cut only proposes improvements, except where a window goes around a short periodic axis and meets itself.
     pub(crate) fn improve(&mut self, offer: &Offer<D>) -> bool {
-        let before = self.energy();
         if offer.gain() <= 0 {
             return false;
         }
+        let before = self.energy();
         self.lay(offer);
-        if self.energy() < before {
-            return true;
-        }
-        let ids = self.map.ids.plane_mut(0);
-        for (&place, &old) in offer.frame.places.iter().zip(&offer.frame.old) {
-            ids[place as usize] = old;
-        }
-        self.holes += offer.cut.filled;
-        self.cells.update(&self.map, &self.costs, &offer.frame.window);
-        false
+        debug_assert!(0 < offer.proposal.filled || before - self.energy() == offer.gain(), "gains are true");
+        true
     }
 }

@@ -11,7 +11,8 @@ const MOST_TRIES: u32 = 64;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Placement {
-    /// [`Entire`](Self::Entire) where the exemplar repeats itself, [`Sub`](Self::Sub) where it does not.
+    /// [`Entire`](Self::Entire) where the exemplar has a lattice, even a weak one, or lines of text
+    /// ([`is_orderly`](selvedge_analysis::Texture::is_orderly)), [`Sub`](Self::Sub) where it has not.
     #[default]
     Auto,
     /// Anywhere over the error region: fast, for random textures.
@@ -31,18 +32,21 @@ pub struct Options<const D: usize> {
     /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
     pub seam: SeamMeasure,
     /// Sides of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
-    /// the sides of an exemplar. Default: three fifths of the exemplar's largest structures along all axes.
+    /// the sides of an exemplar. Default: a fourth of the exemplar's shortest side along all axes, but no more than four
+    /// times its largest structures.
     pub region: Option<[u32; D]>,
     /// How far a patch may reach beyond the error region on both sides of each axis, in samples; 0 lays the region alone.
     /// Large patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's sides on,
-    /// patches are whole exemplars, as in the paper. Default: half of the region's sides.
+    /// patches are whole exemplars, as in the paper. Default: the region's sides, and half as much again for
+    /// [`Placement::Entire`].
     pub reach: Option<[u32; D]>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.
     pub randomness: f64,
     /// How much a patch is avoided that stands to its neighbours as others stand to theirs already, in units of
-    /// `randomness`: what keeps copies from forming a lattice. From 0.
-    pub variety: f64,
+    /// `randomness`: what keeps copies from forming a lattice. From 0. Default: a fourth, and a half for
+    /// [`Placement::Entire`].
+    pub variety: Option<f64>,
     /// Patches laid over the worst seams after everything is covered. Default: until seams stop falling, but at most
     /// [`REFINEMENTS_A_PATCH`](Self::REFINEMENTS_A_PATCH) times as many as patches were needed to cover everything.
     pub refine: Option<u32>,
@@ -61,7 +65,7 @@ impl<const D: usize> Default for Options<D> {
             region: None,
             reach: None,
             randomness: 0.01,
-            variety: 1.0,
+            variety: None,
             refine: None,
             patience: 8,
             tries: 2,
@@ -76,7 +80,7 @@ impl<const D: usize> Options<D> {
     /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
     /// that is drawn is taken.
     pub fn paper() -> Self {
-        Self { reach: Some([u32::MAX; D]), variety: 0.0, tries: 1, ..Self::default() }
+        Self { reach: Some([u32::MAX; D]), variety: Some(0.0), tries: 1, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.
@@ -94,7 +98,7 @@ impl<const D: usize> Options<D> {
         if !(1..=MOST_TRIES).contains(&self.tries) {
             return Err(Error::Range { option: "tries", value: self.tries.into(), range: "1 to 64" });
         }
-        for (option, value) in [("randomness", self.randomness), ("variety", self.variety)] {
+        for (option, value) in [("randomness", self.randomness), ("variety", self.variety.unwrap_or(0.0))] {
             if !(0.0..=1000.0).contains(&value) {
                 return Err(Error::Range { option, value, range: "0 to 1000" });
             }

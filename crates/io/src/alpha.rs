@@ -3,7 +3,7 @@
 use selvedge_core::{Association, Depth, Plane, Samples};
 
 use crate::Format;
-use crate::convert::{Converted, each, to_half};
+use crate::convert::{Converted, each, to_float, to_half};
 use crate::error::Problem;
 
 impl Format {
@@ -41,7 +41,7 @@ pub fn associate(plane: &Plane<2>, to: Association) -> Result<Converted, Problem
         Depth::U8 => Samples::U8(each(plane, |c, i| rounded(c, i, 255.0) as u8)?),
         Depth::U16 => Samples::U16(each(plane, |c, i| rounded(c, i, 65_535.0) as u16)?),
         Depth::F16 => Samples::F16(each(plane, |c, i| to_half(value(c, i), &mut clipped))?),
-        Depth::F32 => Samples::F32(each(plane, |c, i| value(c, i) as f32)?),
+        Depth::F32 => Samples::F32(each(plane, |c, i| to_float(value(c, i), &mut clipped))?),
     };
     let plane = Plane { role: plane.role, samples, alpha: true, association: to };
     Ok(Converted { plane, clipped, warnings: Vec::new() })

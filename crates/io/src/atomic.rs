@@ -1,13 +1,14 @@
 //! Files that appear whole or not at all.
 //!
 //! The bytes go to a part beside the final name, are flushed to the disk, and take the name in one step. A part is
-//! locked while its writer lives; parts without a living writer are swept when the same name is written again.
+//! locked while its writer lives; parts without a living writer are swept when the same name is written again. Files that
+//! belong together take their names while their folders are locked, so that those of two runs do not mix.
 
 use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Problem};
@@ -20,6 +21,48 @@ use crate::error::{Error, Problem};
 /// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
 pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
     Staged::new(path, bytes, no_clobber)?.finish()
+}
+
+/// Gives several files their names at once: a second run of the same names takes them before or after all of these, and a
+/// signal that calls [`remove_parts`] comes before or after them as well.
+///
+/// # Errors
+/// Those of [`write_bytes`]. A name that is taken or a folder is found before any file has its name.
+pub fn finish_all(staged: Vec<Staged<'_>>) -> Result<(), Error> {
+    finish_with(&Disk, &staged)
+}
+
+fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
+    let problem = |one: &Staged<'_>, e| file_problem(one.path, e, one.bytes.len() as u64);
+    let mut folders: Vec<&Path> = staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.path))).collect();
+    folders.sort_unstable();
+    folders.dedup();
+    // In one order for all, so that nobody waits for a second folder in a ring. A system without such locks only loses
+    // what they are for.
+    let folders: Vec<File> = folders.into_iter().filter_map(|folder| File::open(folder).ok()).collect();
+    for folder in &folders {
+        let _ = folder.lock();
+    }
+    {
+        // While this is held, nobody removes the parts.
+        let held = parts();
+        if held.is_none() {
+            let interrupted = || io::Error::from(io::ErrorKind::Interrupted);
+            return staged.first().map_or(Ok(()), |one| Err(problem(one, interrupted())));
+        }
+        for one in staged {
+            one.still_free().map_err(|e| problem(one, e))?;
+        }
+        for one in staged {
+            one.take_name(steps).map_err(|e| problem(one, e))?;
+            FINISHED.store(true, Ordering::Relaxed);
+        }
+    }
+    // Makes the new names themselves durable. Not every system can; the files are whole in any case.
+    for folder in &folders {
+        let _ = folder.sync_all();
+    }
+    Ok(())
 }
 
 /// A file whose bytes are safely on the disk, but which has not its name yet. Several files that belong together are
@@ -48,11 +91,25 @@ impl<'a> Staged<'a> {
     /// # Errors
     /// Those of [`write_bytes`].
     pub fn finish(self) -> Result<(), Error> {
-        let finished = match self.part {
-            Some(part) => part.finish(&Disk, self.no_clobber),
+        finish_all(vec![self])
+    }
+
+    /// Whether the name can still be taken.
+    fn still_free(&self) -> io::Result<()> {
+        match &self.part {
+            Some(part) if self.no_clobber && fs::symlink_metadata(&part.path).is_ok() => {
+                Err(io::ErrorKind::AlreadyExists.into())
+            }
+            Some(part) if part.path.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            _ => Ok(()),
+        }
+    }
+
+    fn take_name(&self, steps: &impl Steps) -> io::Result<()> {
+        match &self.part {
+            Some(part) => steps.take_name(&part.part, &part.path, self.no_clobber),
             None => OpenOptions::new().write(true).open(self.path).and_then(|mut file| file.write_all(self.bytes)),
-        };
-        finished.map_err(|e| file_problem(self.path, e, self.bytes.len() as u64))
+        }
     }
 }
 
@@ -93,8 +150,11 @@ trait Steps {
     fn sync(&self, file: &File) -> io::Result<()> {
         file.sync_all()
     }
+    fn link(&self, part: &Path, path: &Path) -> io::Result<()> {
+        fs::hard_link(part, path)
+    }
     fn take_name(&self, part: &Path, path: &Path, no_clobber: bool) -> io::Result<()> {
-        if no_clobber { link_then_remove(part, path) } else { fs::rename(part, path) }
+        if no_clobber { link_then_remove(self, part, path) } else { fs::rename(part, path) }
     }
 }
 
@@ -108,14 +168,6 @@ struct Part {
     path: PathBuf,
     /// Keeps the lock.
     file: File,
-}
-
-impl Part {
-    fn finish(self, steps: &impl Steps, no_clobber: bool) -> io::Result<()> {
-        steps.take_name(&self.part, &self.path, no_clobber)?;
-        sync_folder(&self.path);
-        Ok(())
-    }
 }
 
 impl Drop for Part {
@@ -146,12 +198,29 @@ fn stage(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io:
 fn target(path: &Path) -> io::Result<(PathBuf, Option<fs::Metadata>)> {
     match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        // Taking its name would replace it all the same, but whoever made it so does not want that.
+        Ok(existing) if existing.permissions().readonly() => Err(io::Error::other(WriteProtected)),
         Ok(existing) if existing.is_file() => Ok((fs::canonicalize(path)?, Some(existing))),
         Ok(existing) => Ok((path.to_path_buf(), Some(existing))),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok((path.to_path_buf(), None)),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok((dangling(path), None)),
         Err(e) => Err(e),
     }
 }
+
+/// Where a chain of links that leads to nothing leads.
+fn dangling(path: &Path) -> PathBuf {
+    let mut path = path.to_path_buf();
+    // A ring has another error than one that ends nowhere, so this comes to an end.
+    while let Ok(to) = fs::read_link(&path) {
+        path = folder(&path).join(to);
+    }
+    path
+}
+
+/// A file that nobody may write.
+#[derive(Debug, thiserror::Error)]
+#[error("is write-protected")]
+pub(crate) struct WriteProtected;
 
 fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs::Metadata>) -> io::Result<()> {
     steps.write(file, bytes)?;
@@ -169,13 +238,17 @@ fn parts() -> MutexGuard<'static, Option<Vec<PathBuf>>> {
 }
 
 /// Removes what this process is about to write, and fails all writing from now on: for a program that ends at once,
-/// whatever its other threads are doing. Files that have their names stay.
-pub fn remove_parts() {
+/// whatever its other threads are doing. Files that have their names stay; whether there are any.
+pub fn remove_parts() -> bool {
     for part in parts().take().into_iter().flatten() {
         // A part that stays is swept by the next writer.
         let _ = fs::remove_file(part);
     }
+    FINISHED.load(Ordering::Relaxed)
 }
+
+/// Whether a file of this process has its name.
+static FINISHED: AtomicBool = AtomicBool::new(false);
 
 fn forget(part: &Path) {
     if let Some(parts) = parts().as_mut() {
@@ -195,15 +268,35 @@ fn create_part(steps: &impl Steps, path: &Path) -> io::Result<(PathBuf, File)> {
         let part = path.with_file_name(name);
         match steps.create(&part) {
             Ok(file) => {
-                // A file system without locks only loses the sweeping.
-                let _ = file.try_lock();
-                parts.push(part.clone());
-                return Ok((part, file));
+                // Between both, another writer of this name may have taken the part for one that was left.
+                match file.try_lock() {
+                    Err(TryLockError::WouldBlock) => continue,
+                    // A file system without locks only loses the sweeping.
+                    Ok(()) | Err(TryLockError::Error(_)) => {}
+                }
+                if leads_to(&part, &file) {
+                    parts.push(part.clone());
+                    return Ok((part, file));
+                }
             }
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
             Err(e) => return Err(e),
         }
     }
+}
+
+/// Whether a name is still that of an open file.
+#[cfg(unix)]
+fn leads_to(path: &Path, file: &File) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    let same = |a: fs::Metadata, b: fs::Metadata| (a.dev(), a.ino()) == (b.dev(), b.ino());
+    fs::symlink_metadata(path).and_then(|named| Ok(same(named, file.metadata()?))).unwrap_or(false)
+}
+
+/// Elsewhere a file that is open cannot be removed.
+#[cfg(not(unix))]
+fn leads_to(path: &Path, _: &File) -> bool {
+    path.exists()
 }
 
 /// `.NAME.`, cut so that the part's name is not longer than file systems allow.
@@ -219,9 +312,10 @@ fn part_prefix(path: &Path) -> io::Result<OsString> {
     Ok(prefix)
 }
 
-/// Takes a name only if it is free. Where the file system has no hard links, a name taken in the last moment is lost.
-fn link_then_remove(part: &Path, path: &Path) -> io::Result<()> {
-    match fs::hard_link(part, path) {
+/// Takes a name only if it is free. Where the file system has no hard links, a name that something else than this program
+/// takes in the last moment is lost.
+fn link_then_remove(steps: &(impl Steps + ?Sized), part: &Path, path: &Path) -> io::Result<()> {
+    match steps.link(part, path) {
         Ok(()) => fs::remove_file(part),
         Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(e),
         Err(_) if path.exists() => Err(io::ErrorKind::AlreadyExists.into()),
@@ -232,8 +326,7 @@ fn link_then_remove(part: &Path, path: &Path) -> io::Result<()> {
 /// Removes parts of this name whose writer is gone: nobody holds their lock.
 fn sweep(path: &Path) {
     let Ok(prefix) = part_prefix(path) else { return };
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Ok(entries) = fs::read_dir(folder) else { return };
+    let Ok(entries) = fs::read_dir(folder(path)) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
         let bytes = name.as_encoded_bytes();
@@ -248,12 +341,9 @@ fn sweep(path: &Path) {
     }
 }
 
-/// Makes the new name itself durable. Not every system can; the file is whole in any case.
-fn sync_folder(path: &Path) {
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if let Ok(folder) = File::open(folder) {
-        let _ = folder.sync_all();
-    }
+/// The folder of a file.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 #[cfg(test)]

@@ -132,6 +132,13 @@ impl Curves {
     }
 }
 
+/// Nor may a product leave the range of floats.
+pub(crate) fn to_float(v: f64, clipped: &mut u64) -> f32 {
+    let limit = f64::from(f32::MAX);
+    *clipped += u64::from(limit < v.abs());
+    v.clamp(-limit, limit) as f32
+}
+
 /// Floats beyond the range of halves would become infinite.
 pub(crate) fn to_half(v: f64, clipped: &mut u64) -> u16 {
     let limit = f16::MAX.to_f64();

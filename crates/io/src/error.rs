@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::ErrorKind;
 
+use crate::atomic::WriteProtected;
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
 
@@ -207,6 +208,12 @@ pub enum Problem {
     /// The system refuses access.
     #[error("permission denied")]
     Denied,
+    /// The file system can only be read.
+    #[error("its file system is read-only")]
+    ReadOnly,
+    /// A file that nobody may write.
+    #[error("is write-protected")]
+    WriteProtected,
     /// A folder where a file is needed.
     #[error("is a folder")]
     Folder,
@@ -261,6 +268,8 @@ impl Problem {
             Self::Missing
             | Self::NoFolder
             | Self::Denied
+            | Self::ReadOnly
+            | Self::WriteProtected
             | Self::Folder
             | Self::Special
             | Self::Exists
@@ -304,6 +313,8 @@ impl Problem {
             Self::Missing => "check the name",
             Self::NoFolder => "make it first",
             Self::Denied => "check the permissions",
+            Self::ReadOnly => "write elsewhere",
+            Self::WriteProtected => "make it writable, or choose another name",
             Self::Folder => "name a file in it",
             Self::Special => "give a regular file, or '-' for a stream",
             Self::Exists => "choose another name, or let it be replaced",
@@ -343,7 +354,9 @@ impl Problem {
         use io::ErrorKind as Io;
         match error.kind() {
             Io::NotFound => Self::Missing,
-            Io::PermissionDenied | Io::ReadOnlyFilesystem => Self::Denied,
+            Io::PermissionDenied => Self::Denied,
+            Io::ReadOnlyFilesystem => Self::ReadOnly,
+            Io::Other if error.get_ref().is_some_and(|e| e.is::<WriteProtected>()) => Self::WriteProtected,
             Io::AlreadyExists => Self::Exists,
             Io::IsADirectory => Self::Folder,
             Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge => Self::NoSpace { bytes },

@@ -68,7 +68,7 @@ mod warning;
 mod write;
 
 pub use alpha::associate;
-pub use atomic::{Staged, remove_parts, write_bytes};
+pub use atomic::{Staged, finish_all, remove_parts, write_bytes};
 pub use convert::{Converted, convert};
 pub use error::{Error, Problem};
 pub use format::Format;

@@ -5,15 +5,14 @@ use selvedge_core::{Exemplars, Source, try_vec};
 
 use crate::options::Error;
 
-/// A block that holds the largest structures of these exemplars, as far as their statistics tell:
-/// [`feature_size_of`] them.
+/// Blocks are three eighths of the largest square free of masked samples, but no more than four times the
+/// [`feature_size_of`] the exemplar.
 ///
-/// That is five times the distance at which samples have lost four fifths of their likeness, or one and a quarter of
-/// the strongest period if that is longer; but no less than a fifth of the largest square free of masked samples (at
-/// most 48), for repetitions of small blocks are seen, and no more than two fifths (at most 128), for few large ones fit.
-/// Of several exemplars the one of the smallest such square counts, but those under half of the largest do not count: an
-/// exemplar too small for the others' blocks is passed over.
-/// The rule was chosen by eye on some fifty exemplars; the paper leaves the block to the user. `[Efros01 2.2]`
+/// Ranked blind, such blocks are preferred to any that follow the statistics of structures more closely: few textures have
+/// structures so small that smaller blocks keep them whole. Of fine textures four times the largest structures are as
+/// good, and more of the exemplar is mixed. Of several exemplars the one of the smallest such square counts, but those under
+/// half of the largest do not count: an exemplar too small for the others' blocks is passed over. The paper leaves
+/// the block to the user. `[Efros01 2.2]`
 ///
 /// # Errors
 /// No memory for the search of periods.
@@ -23,12 +22,21 @@ pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     let largest = sides.iter().copied().max().unwrap_or(1);
     let counts = |side: u32| largest <= side.saturating_mul(2);
     let shorter = sides.iter().copied().filter(|&side| counts(side)).min().unwrap_or(1).max(1);
-    let (least, most) = ((shorter / 5).min(48).max(shorter.min(4)), (shorter * 2 / 5).clamp(shorter.min(4), 128));
     let mut structure = 0;
     for (source, _) in exemplars.sources().iter().zip(&sides).filter(|&(_, &side)| counts(side)) {
         structure = structure.max(feature_size_of(&source.features, source.valid.as_ref(), weights)?);
     }
-    Ok(structure.clamp(least, most))
+    Ok(largest_block(shorter).min(structure.saturating_mul(STRUCTURES)).max(shorter.min(LEAST)))
+}
+
+/// A block holds no more than so many times the largest structures.
+const STRUCTURES: u32 = 4;
+/// Smaller blocks hold nothing that could be matched.
+const LEAST: u32 = 4;
+
+/// No block that is suggested is larger, for exemplars of so large a square.
+pub(crate) fn largest_block(square: u32) -> u32 {
+    (square * 3 / 8).max(square.min(LEAST))
 }
 
 /// Side of the largest square of a source without a masked sample.
@@ -65,7 +73,7 @@ mod tests {
     fn a_block_holds_a_period() {
         // Dots on a lattice of 32 samples; between them nothing.
         let dots = |y: u32, x: u32| if y % 32 < 4 && x % 32 < 4 { 255 } else { 0 };
-        assert_eq!(block_for([160, 160], dots), 40);
+        assert_eq!(block_for([160, 160], dots), 60);
     }
 
     #[test]
@@ -75,8 +83,8 @@ mod tests {
         };
         let spots = |size: u32| move |y: u32, x: u32| hash(y / size, x / size) as u8;
         let (fine, coarse) = (block_for([200, 200], spots(2)), block_for([200, 200], spots(14)));
-        assert_eq!(fine, 40, "the least for that exemplar");
-        assert!((50..=80).contains(&coarse), "{coarse}");
+        assert!((20..60).contains(&fine), "{fine}");
+        assert_eq!(coarse, 75, "three eighths");
     }
 
     /// An exemplar of noise, of which some samples may be used.

@@ -21,9 +21,9 @@ pub enum Stage {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Continuation {
     /// No block within two samples of a neighbour's continuation, as long as there is any other.
-    #[default]
     Avoid,
     /// Whatever fits best, as the paper has it.
+    #[default]
     Allow,
 }
 
@@ -35,19 +35,23 @@ pub struct Options {
     /// [`suggest_block`](crate::suggest_block) from the exemplar.
     pub block: Option<u32>,
     /// Width of the overlap of neighbouring blocks in samples, at most half a block; none for [`Stage::Random`]. Default:
-    /// a sixth of the block, as in the paper, at least 1.
+    /// the block divided by `overlap_part`, at least 1.
     pub overlap: Option<u32>,
+    /// Which part of the block the overlap is where no width is given. Default: 4, a fourth, so that lines find each other;
+    /// the paper's is 6. 0 counts as 1.
+    pub overlap_part: u32,
     /// A block is drawn from those whose overlap error (L2 norm) is at most `1 + tolerance` times the least. From 0
     /// (always the best) to 100. With a `spread`, errors count as that makes them, both the least and the others: what is
     /// drawn may then have up to `sqrt(2)` times that error. Default: 0.1, as in the paper.
     pub tolerance: f64,
     /// How far the algorithm of the paper's figure 2 goes. Default: [`Stage::Cut`].
     pub stage: Stage,
-    /// Whether blocks may continue their neighbours verbatim. Default: [`Continuation::Avoid`].
+    /// Whether blocks may continue their neighbours verbatim. Default: [`Continuation::Allow`]: where the neighbour's
+    /// continuation fits best, what else is laid there breaks lines.
     pub continuation: Continuation,
     /// How evenly each exemplar's parts are used: this fraction is added to a block's error where it was used twice as
     /// often as parts are in the mean, twice as much where three times as often, up to the whole error. From 0
-    /// (whatever fits best, as in the paper) to 10. Default: 0.5, which shows more of an exemplar at seams as good.
+    /// (whatever fits best, as in the paper) to 10. Default: 0.25, which shows more of an exemplar at seams as good.
     pub spread: f64,
 }
 
@@ -56,10 +60,11 @@ impl Default for Options {
         Self {
             block: None,
             overlap: None,
+            overlap_part: 4,
             tolerance: 0.1,
             stage: Stage::Cut,
-            continuation: Continuation::Avoid,
-            spread: 0.5,
+            continuation: Continuation::Allow,
+            spread: 0.25,
         }
     }
 }
@@ -67,7 +72,7 @@ impl Default for Options {
 impl Options {
     /// The paper, to the letter; the block is left to the user there, and to [`suggest_block`](crate::suggest_block) here.
     pub fn paper() -> Self {
-        Self { continuation: Continuation::Allow, spread: 0.0, ..Self::default() }
+        Self { overlap_part: 6, continuation: Continuation::Allow, spread: 0.0, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.
@@ -90,12 +95,12 @@ impl Options {
         check_tolerance(self.tolerance)
     }
 
-    /// The overlap for a block: the given one, or a sixth. `[Efros01 2.2]`
+    /// The overlap for a block: the given one, or its part. `[Efros01 2.2]`
     pub(crate) fn overlap_of(&self, block: u32) -> Result<u32, Error> {
         match self.overlap {
             Some(overlap) if block / 2 < overlap => Err(Error::Overlap { overlap, block, limit: block / 2 }),
             Some(overlap) => Ok(overlap),
-            None => Ok((block / 6).max(1).min(block / 2)),
+            None => Ok((block / self.overlap_part.max(1)).max(1).min(block / 2)),
         }
     }
 }
@@ -280,9 +285,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn defaults_follow_the_paper() {
-        let options = Options::default();
+    fn the_papers_overlap_is_a_sixth_and_the_default_a_fourth() {
+        let options = Options::paper();
         assert_eq!(per_mille(options.tolerance), 210);
+        assert_eq!([1, 2, 5, 36].map(|b| Options::default().overlap_of(b).unwrap()), [0, 1, 1, 9]);
         assert_eq!([1, 2, 5, 6, 36, 48].map(|b| options.overlap_of(b).unwrap()), [0, 1, 1, 1, 6, 8]);
     }
 

@@ -1,8 +1,10 @@
 //! `tidy`: rules that no compiler knows. Each says its reason and the fix; each is also a test.
 
+mod circles;
 mod citations;
 mod crates;
 mod edges;
+mod paths;
 mod pictures;
 mod source;
 
@@ -36,7 +38,7 @@ struct Rule {
     check: fn(&Tree) -> Vec<Breach>,
 }
 
-const RULES: [Rule; 16] = [
+const RULES: [Rule; 17] = [
     Rule {
         name: "edges between crates",
         reason: "each crate is picked alone, and is understood by what it must never know",
@@ -60,6 +62,12 @@ const RULES: [Rule; 16] = [
         reason: "a newcomer finds every crate in ARCHITECTURE.md, and nothing there that is gone",
         fix: "add a paragraph that names `crates/NAME` to ARCHITECTURE.md, or take the stale one out",
         check: crates::architecture,
+    },
+    Rule {
+        name: "no circle of files",
+        reason: "files in a circle are read, tested and changed as one, however small each is",
+        fix: "move what both need to a file of its own, or hand it in",
+        check: circles::check,
     },
     Rule {
         name: "crates from the ground up",

@@ -1,8 +1,8 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
 use clap::{Args, ValueEnum};
-use selvedge_core::{Domain, Run, Transform};
-use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
+use selvedge_core::Transform;
+use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -23,7 +23,7 @@ pub(crate) struct Quilt {
     /// Side of the blocks in pixels, or auto; it should hold the largest structure of the texture.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     block: Auto,
-    /// Width of the overlap of blocks in pixels, or auto: a sixth of the block.
+    /// Width of the overlap of blocks in pixels, or auto: a fourth of the block, of --paper a sixth.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
     overlap: Auto,
     /// Draw among blocks whose overlap error is up to this fraction above the least, both as --spread makes them count.
@@ -33,7 +33,7 @@ pub(crate) struct Quilt {
     #[arg(long, value_enum, value_name = "STAGE", default_value_t = StageArg::Cut)]
     stage: StageArg,
     /// Whether blocks may continue their neighbours verbatim.
-    #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Avoid)]
+    #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Allow)]
     continuation: ContinuationArg,
     /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
@@ -111,21 +111,20 @@ impl Quilt {
             },
         )?;
         let exemplars = &loom.loaded.exemplars;
+        let plan = selvedge_quilting::Plan::new(exemplars, loom.domain, &options, &session.run());
+        let plan = plan.map_err(|e| failure(&loom, e))?;
         if loom.is_dry() {
-            // The least output tells whether options and exemplars go together.
-            let one =
-                quilt(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0)).map_err(|e| failure(&loom, e))?;
-            let used = used(&loom, &options, &one.stats);
-            return Ok(loom.would(used, &format!("from blocks of {} px", one.stats.block)));
+            let (used, how) = (used(&loom, &options, &plan), format!("from blocks of {} px", plan.block()));
+            return Ok(loom.would(used, &how));
         }
-        let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             blending: Blending::default(),
             kept: None,
-            options: used(&loom, &options, &stats),
+            options: used(&loom, &options, &plan),
             stats: counts(&stats),
             how: how(&stats),
             course: None,
@@ -143,17 +142,18 @@ impl Quilt {
             stage: self.stage.into(),
             continuation: self.continuation.into(),
             spread: self.spread,
+            overlap_part: Options::default().overlap_part,
             ..options
         }
     }
 }
 
 /// The options as used.
-fn used(loom: &Loom<'_>, options: &Options, stats: &Stats) -> Used {
+fn used(loom: &Loom<'_>, options: &Options, plan: &selvedge_quilting::Plan<'_>) -> Used {
     let lower = |name: String| name.to_lowercase();
     loom.used(loom.sized())
-        .with("block", stats.block)
-        .with("overlap", stats.overlap)
+        .with("block", plan.block())
+        .with("overlap", plan.overlap())
         .with("tolerance", options.tolerance)
         .with("stage", lower(format!("{:?}", options.stage)))
         .with("continuation", lower(format!("{:?}", options.continuation)))

@@ -54,8 +54,130 @@ impl Drop for Folder {
     }
 }
 
-fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io::Result<()> {
-    stage(steps, path, bytes, no_clobber)?.expect("a regular file").finish(steps, no_clobber)
+fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
+    let part = stage(steps, path, bytes, no_clobber).map_err(|e| file_problem(path, e, 0))?;
+    finish_with(steps, &[Staged { path, bytes, no_clobber, part }])
+}
+
+/// A file system without hard links.
+struct Unlinked;
+impl Steps for Unlinked {
+    fn link(&self, _: &Path, _: &Path) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+}
+
+#[test]
+fn names_are_kept_without_hard_links_too() {
+    let folder = Folder::new("unlinked");
+    let path = folder.path("a.png");
+    replace(&Unlinked, &path, b"old", true).unwrap();
+    let part = stage(&Unlinked, &folder.path("b.png"), b"new", true).unwrap();
+    fs::write(folder.path("b.png"), b"meanwhile").unwrap();
+    let staged = Staged { path: &folder.path("b.png"), bytes: b"new", no_clobber: true, part };
+    assert!(matches!(finish_with(&Unlinked, &[staged]), Err(Error { problem: Problem::Exists, .. })));
+    assert!(link_then_remove(&Unlinked, &path, &folder.path("b.png")).is_err(), "taken in the last moment");
+    assert!(matches!(replace(&Unlinked, &path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
+    let expected = [("a.png".to_owned(), b"old".to_vec()), ("b.png".to_owned(), b"meanwhile".to_vec())];
+    assert_eq!(folder.files(), expected);
+}
+
+#[test]
+fn of_a_set_all_names_are_taken_or_none() {
+    let folder = Folder::new("set");
+    let (a, b) = (folder.path("a.png"), folder.path("b.png"));
+    let staged = [&a, &b].map(|path| Staged::new(path, b"new", true).unwrap());
+    fs::write(&b, b"meanwhile").unwrap();
+    assert!(matches!(finish_all(staged.into()), Err(Error { problem: Problem::Exists, .. })));
+    assert_eq!(folder.files(), [("b.png".to_owned(), b"meanwhile".to_vec())]);
+    let staged = [&a, &b].map(|path| Staged::new(path, b"new", false).unwrap());
+    fs::remove_file(&b).unwrap();
+    fs::create_dir(&b).unwrap();
+    assert!(matches!(finish_all(staged.into()), Err(Error { problem: Problem::Folder, .. })));
+    assert!(!a.exists());
+}
+
+#[test]
+fn a_part_that_was_swept_before_it_was_locked_is_made_again() {
+    /// Another writer sweeps each of the first three parts as soon as they are there.
+    struct Swept(AtomicU32);
+    impl Steps for Swept {
+        fn create(&self, part: &Path) -> io::Result<File> {
+            let file = Disk.create(part)?;
+            if self.0.fetch_add(1, Ordering::Relaxed) < 3 {
+                sweep(&part.with_file_name("a.png"));
+                assert!(!part.exists());
+            }
+            Ok(file)
+        }
+    }
+    let folder = Folder::new("swept");
+    replace(&Swept(AtomicU32::new(0)), &folder.path("a.png"), b"new", false).unwrap();
+    assert_eq!(folder.files(), [("a.png".to_owned(), b"new".to_vec())]);
+}
+
+#[test]
+fn write_protected_files_stay() {
+    let folder = Folder::new("protected");
+    let path = folder.path("a.png");
+    fs::write(&path, b"old").unwrap();
+    let mut permissions = fs::metadata(&path).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&path, permissions).unwrap();
+    let refused = write_bytes(&path, b"new", false).unwrap_err();
+    assert!(matches!(refused.problem, Problem::WriteProtected), "{refused}");
+    assert!(try_part(&path).is_err(), "known before");
+    assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())]);
+}
+
+#[test]
+fn a_file_system_that_can_only_be_read_is_no_lack_of_permission() {
+    let error = io::Error::from(io::ErrorKind::ReadOnlyFilesystem);
+    assert_eq!(Problem::file_system(error, 1).to_string(), "its file system is read-only");
+}
+
+/// Names the folder and the set of a writer that this process is to be.
+const WRITER: &str = "SELVEDGE_IO_WRITER";
+const SET: [&str; 3] = ["a.png", "b.png", "c.exr"];
+
+/// Not a test by itself: what [`two_processes_of_the_same_names`] starts.
+#[test]
+fn writer_of_a_set() {
+    let Some(folder) = std::env::var_os(WRITER).map(PathBuf::from) else { return };
+    let mut set = String::new();
+    io::stdin().read_line(&mut set).unwrap();
+    let paths = SET.map(|name| folder.join(name));
+    let staged = paths.iter().map(|path| Staged::new(path, set.as_bytes(), false));
+    finish_all(staged.collect::<Result<_, _>>().unwrap()).unwrap();
+}
+
+#[test]
+fn two_processes_of_the_same_names() {
+    use std::process::{Command, Stdio};
+    // Another number of rounds for a soak.
+    let more = std::env::var("SELVEDGE_SOAK").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let folder = Folder::new("race");
+    let program = std::env::current_exe().unwrap();
+    for round in 0..40 * more {
+        let start = || {
+            Command::new(&program)
+                .args(["writer_of_a_set", "--test-threads=1"])
+                .env(WRITER, &folder.0)
+                .stdin(Stdio::piped())
+                .stdout(Stdio::null())
+                .spawn()
+                .unwrap()
+        };
+        let mut pair = [start(), start()];
+        // Both are there before the first one may begin.
+        for (i, one) in pair.iter_mut().enumerate() {
+            one.stdin.take().unwrap().write_all(format!("run {i} of {round}\n").as_bytes()).unwrap();
+        }
+        assert!(pair.iter_mut().all(|one| one.wait().unwrap().success()), "round {round}");
+        let files = folder.files();
+        assert_eq!(files.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), SET, "round {round}");
+        assert!(files.iter().all(|(_, bytes)| *bytes == files[0].1), "a mixed set in round {round}");
+    }
 }
 
 #[test]
@@ -111,7 +233,7 @@ fn no_clobber_keeps_what_is_there() {
     let path = folder.path("a.png");
     write_bytes(&path, b"old", true).unwrap();
     assert!(matches!(write_bytes(&path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
-    assert!(link_then_remove(&path, &path).is_err(), "a name taken in the last moment is not replaced");
+    assert!(link_then_remove(&Disk, &path, &path).is_err(), "a name taken in the last moment is not replaced");
     assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())]);
 }
 
@@ -124,6 +246,12 @@ fn links_are_followed_and_long_names_fit() {
     {
         std::os::unix::fs::symlink(&path, &link).unwrap();
         write_bytes(&link, b"new", false).unwrap();
+        let (nowhere, chain) = (folder.0.join("nowhere.png"), folder.0.join("chain.png"));
+        std::os::unix::fs::symlink("nowhere.png", folder.0.join("half.png")).unwrap();
+        std::os::unix::fs::symlink("half.png", &chain).unwrap();
+        write_bytes(&chain, b"there", false).unwrap();
+        assert_eq!(fs::read(&nowhere).unwrap(), b"there", "a link that led to nothing is followed as well");
+        assert!(fs::symlink_metadata(&chain).unwrap().is_symlink());
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
     }

@@ -4,7 +4,7 @@ use std::panic;
 use std::sync::Once;
 
 use crate::common::{made, plane, profile};
-use selvedge_core::{Depth, Domain, Limits, Rng, Seed};
+use selvedge_core::{Depth, Domain, Limits, Plane, Rng, Seed};
 use selvedge_io::{Format, Metadata, ReadOptions, WriteOptions, decode, encode, probe_bytes};
 
 /// Small files of each format that can be written, and of those that cannot, with all the metadata they carry.
@@ -14,8 +14,9 @@ fn files() -> Vec<(Format, Vec<u8>)> {
     for format in Format::ALL {
         for &depth in format.depths() {
             let alpha = matches!(format, Format::Png | Format::Exr);
-            let bytes =
-                encode(&plane(depth, 3, alpha, [9, 11]), &metadata, format!("a.{format}"), &WriteOptions::default());
+            let samples = plane(depth, 3, alpha, [9, 11]);
+            let samples = Plane { association: format.association().unwrap_or_default(), ..samples };
+            let bytes = encode(&samples, &metadata, format!("a.{format}"), &WriteOptions::default());
             files.push((format, bytes.unwrap()));
         }
     }

@@ -48,7 +48,7 @@ fn a_map_is_no_picture_and_a_picture_no_map() {
     let refused = decode_map(&picture, "p.exr", &Limits::default()).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "'p.exr': is no source map; it holds channels B, G, R; give a file written with --map"
+        "'p.exr': is no source map; it holds channels B, G, R; give a file that was written as a map"
     );
     assert!(decode_map(b"\x89PNG\r\n\x1a\n", "p.png", &Limits::default()).is_err());
     assert!(decode_map(b"", "p.png", &Limits::default()).is_err());

@@ -46,9 +46,9 @@ pub(crate) struct Graphcut {
     /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1.
     #[arg(long, value_name = "K", default_value_t = Options::<2>::default().randomness)]
     randomness: f64,
-    /// How much patches avoid to stand to each other as others do already.
-    #[arg(long, value_name = "V", default_value_t = Options::<2>::default().variety)]
-    variety: f64,
+    /// How much patches avoid to stand to each other as others do already; auto: 0.5 for entire placement, else 0.25.
+    #[arg(long, value_name = "V|auto", default_value = "auto", value_parser = variety, allow_negative_numbers = true)]
+    variety: Variety,
     /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number, allow_negative_numbers = true)]
     refine: Auto,
@@ -90,6 +90,20 @@ pub(crate) struct Graphcut {
     scale_step: f64,
 }
 
+/// How much variety, or a choice by the program.
+#[derive(Clone, Copy, Debug)]
+struct Variety(Option<f64>);
+
+fn variety(text: &str) -> Result<Variety, Wrong> {
+    match text {
+        "auto" => Ok(Variety(None)),
+        _ => text
+            .parse()
+            .map(|v| Variety(Some(v)))
+            .map_err(|_| Wrong::new(format!("'{text}' is no variety"), "write a number from 0 on, or auto")),
+    }
+}
+
 /// An angle in degrees.
 fn angle(text: &str) -> Result<f64, Wrong> {
     let angle = text.parse().ok().filter(|a: &f64| a.is_finite());
@@ -113,7 +127,7 @@ impl Graphcut {
         if self.paper {
             return options;
         }
-        Options { reach: self.reach.0, variety: self.variety, tries: self.tries, ..options }
+        Options { reach: self.reach.0, variety: self.variety.0, tries: self.tries, ..options }
     }
 
     /// The orientations asked for, each once, as they are first.
@@ -285,7 +299,7 @@ impl Graphcut {
             .with("region", stats.map_or(options.region, |s| Some(s.region)).map(typed))
             .with("reach", stats.map_or(options.reach, |s| Some(s.reach)).map(typed))
             .with("randomness", options.randomness)
-            .with("variety", options.variety)
+            .with("variety", stats.map_or(options.variety, |s| Some(s.variety)))
             .with("refine", options.refine)
             .with("patience", options.patience)
             .with("tries", options.tries);
@@ -303,7 +317,7 @@ fn bits_of_sources(output: Domain<2>) -> u64 {
 
 fn counts(stats: &Stats<2>) -> serde_json::Value {
     json!({
-        "periodicity": stats.periodicity,
+        "regularity": stats.regularity,
         "patches": stats.patches,
         "refinements": stats.refinements,
         "improvements": stats.improvements,
@@ -316,7 +330,7 @@ fn counts(stats: &Stats<2>) -> serde_json::Value {
 fn how(stats: &Stats<2>) -> String {
     let placement = format!("{:?}", stats.placement).to_lowercase();
     let (patches, improvements) = (stats.patches, stats.improvements);
-    let why = stats.periodicity.map_or(String::new(), |p| format!(" by a periodicity of {p}"));
+    let why = stats.regularity.map_or(String::new(), |r| format!(" by a regularity of {r}"));
     format!("from {patches} patches and {improvements} refinements, {placement} placement{why}")
 }
 

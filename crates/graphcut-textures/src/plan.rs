@@ -1,0 +1,121 @@
+//! What a run takes from its exemplars before it begins: the way of matching, regions, reach, and the scale of its draws.
+
+use selvedge_analysis::{Texture, feature_size};
+use selvedge_core::{Exemplars, Grid};
+
+use crate::candidates::variance;
+use crate::error::Error;
+use crate::matching::copied;
+use crate::options::{Options, Placement};
+
+/// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With 1 they
+/// are crumbs, with 0 the same stones stand in rows. On a lattice all patches stand to each other as others do: more
+/// of it is needed, and does no harm.
+const VARIETY: f64 = 0.25;
+const ORDERLY_VARIETY: f64 = 0.5;
+
+/// A region holds no more than so many times the largest structures: of fine textures larger patches are no better, and cost
+/// more.
+const STRUCTURES: u32 = 4;
+
+/// What a run has chosen before it lays the first patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Plan<const D: usize> {
+    /// Never [`Placement::Auto`].
+    pub placement: Placement,
+    /// What [`Placement::Auto`] chose by: the strength of the exemplars' clearest
+    /// [lattice](selvedge_analysis::Lattice::strength) (1 = 1000).
+    pub regularity: Option<f64>,
+    /// Sides of error regions. No region is longer than the output.
+    pub region: [u32; D],
+    /// How far patches may reach beyond their region along each axis.
+    pub reach: [u32; D],
+    /// How much patches avoid to stand to each other as others do.
+    pub variety: f64,
+    /// `k sigma^2`. `[Kwatra03 eq. 3]`
+    pub(crate) scale: f64,
+}
+
+/// The plan for the sources that a field of sources lets show anywhere: regions and draws are measured by them. A picture
+/// that stands in the output, to be gone on from, is none of them.
+///
+/// # Errors
+/// Those of [`Plan::new`].
+pub(crate) fn measured<const D: usize>(
+    exemplars: &Exemplars<D>,
+    field: Option<&Grid<u64, D>>,
+    options: &Options<D>,
+) -> Result<Plan<D>, Error> {
+    let Some(field) = field else { return Plan::new(exemplars, options) };
+    let bits = field.plane(0).iter().fold(0, |all, bits| all | bits);
+    let sources = exemplars.sources().iter().enumerate().filter(|(number, _)| bits >> number & 1 == 1);
+    let sources = sources.map(|(_, source)| copied(source)).collect::<Result<_, _>>()?;
+    Plan::new(&Exemplars::from_sources(sources, exemplars.weights().to_vec())?, options)
+}
+
+impl<const D: usize> Plan<D> {
+    /// Measures the sources that may be laid.
+    ///
+    /// # Errors
+    /// [`Error::RegionExceedsExemplar`], and [`Error::Search`] if memory is short.
+    pub(crate) fn new(exemplars: &Exemplars<D>, options: &Options<D>) -> Result<Self, Error> {
+        let measured = match options.placement {
+            Placement::Auto => Texture::of_each(exemplars)?,
+            _ => Vec::new(),
+        };
+        let placement = match options.placement {
+            Placement::Auto if measured.iter().any(Texture::is_orderly) => Placement::Entire,
+            Placement::Auto => Placement::Sub,
+            chosen => chosen,
+        };
+        let regularity = measured.iter().map(|t| t.lattice.map_or(0, |l| l.strength)).max();
+        let sides = region_sides(exemplars, &measured, options)?;
+        // What a lattice is matched by should hold more of it than the region.
+        let reach = options.reach.unwrap_or(match placement {
+            Placement::Entire => sides.map(|n| n.saturating_mul(3).div_ceil(2)),
+            _ => sides,
+        });
+        // At most far beyond any output, and still far from the end of positions.
+        let reach = reach.map(|n| n.min(1 << 24));
+        let scale = options.randomness * variance(exemplars);
+        let chosen = if placement == Placement::Entire { ORDERLY_VARIETY } else { VARIETY };
+        let variety = options.variety.unwrap_or(chosen);
+        let regularity = regularity.map(|r| f64::from(r) / 1000.0);
+        Ok(Self { placement, regularity, region: sides, reach, variety, scale })
+    }
+}
+
+/// The sides of error regions: as asked, or a fourth of the exemplar's shortest side, but no more than four times its largest
+/// structures. Smaller regions make crumbs of what is larger than they are, larger ones leave few places to take
+/// patches from. Of several exemplars that of the shortest side counts, but not one under half of the largest: it is laid
+/// where nothing else fits.
+fn region_sides<const D: usize>(
+    exemplars: &Exemplars<D>,
+    measured: &[Texture],
+    options: &Options<D>,
+) -> Result<[u32; D], Error> {
+    let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
+    let shortest = |shape: &[u32; D]| shape.iter().copied().min().unwrap_or(0);
+    let largest = shapes().max_by_key(shortest).unwrap_or([0; D]);
+    let Some(region) = options.region else {
+        let counts = |side: &u32| shortest(&largest) <= side.saturating_mul(2);
+        let most = shapes().map(|shape| shortest(&shape)).filter(counts).min().unwrap_or(0);
+        let known = measured.iter().map(|t| t.feature_size).max();
+        let structure = known.map_or_else(|| feature_size(exemplars), Ok)?;
+        let side = largest_region(most).min(structure.saturating_mul(STRUCTURES)).max(most.min(LEAST)).max(1);
+        return Ok([side; D]);
+    };
+    if shapes().any(|shape| (0..D).all(|a| region[a] <= shape[a])) {
+        return Ok(region);
+    }
+    Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
+}
+
+/// Smaller regions hold nothing that could be matched.
+const LEAST: u32 = 8;
+
+/// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.
+pub(crate) fn largest_region(side: u32) -> u32 {
+    (side / 4).max(side.min(LEAST)).max(1)
+}
