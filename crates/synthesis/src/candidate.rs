@@ -115,7 +115,7 @@ impl Candidate for Graphcut {
             ("region", sides(stats.region)),
             ("reach", sides(stats.reach)),
             ("randomness", self.0.randomness.to_string()),
-            ("variety", self.0.variety.to_string()),
+            ("variety", stats.variety.to_string()),
         ];
         used.extend(self.0.refine.map(|n| ("refine", n.to_string())));
         used.extend([("patience", self.0.patience.to_string()), ("tries", self.0.tries.to_string())]);
@@ -137,12 +137,13 @@ pub fn candidates(exemplars: &Exemplars<2>) -> Vec<Box<dyn Candidate>> {
     };
     let region = |refine: Option<u32>| {
         let fourth = Some([(side / 4).max(1); 2]);
-        let options = graphcut::Options { region: fourth, reach: fourth, variety: 0.25, refine, ..Default::default() };
+        let options =
+            graphcut::Options { region: fourth, reach: fourth, variety: Some(0.25), refine, ..Default::default() };
         Box::new(Graphcut(options)) as Box<dyn Candidate>
     };
     let entire = |refine: Option<u32>| {
         let (placement, reach) = (graphcut::Placement::Entire, Some([u32::MAX; 2]));
-        let options = graphcut::Options { placement, reach, variety: 0.5, refine, ..Default::default() };
+        let options = graphcut::Options { placement, reach, variety: Some(0.5), refine, ..Default::default() };
         Box::new(Graphcut(options)) as Box<dyn Candidate>
     };
     vec![
