@@ -24,6 +24,9 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// A larger texture without knobs: several methods make it, and the best is kept.
+    #[command(visible_alias = "synth")]
+    Synthesize(commands::synthesize::Synthesize),
     /// Image quilting: a larger texture from overlapping blocks of exemplars.
     Quilt(commands::quilt::Quilt),
     /// Texture transfer: a picture drawn in the texture of exemplars.

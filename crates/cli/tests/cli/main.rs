@@ -14,3 +14,4 @@ mod score;
 #[cfg(unix)]
 mod signals;
 mod streams;
+mod synthesize;
