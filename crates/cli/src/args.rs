@@ -37,7 +37,7 @@ pub(crate) enum Command {
     Apply(commands::apply::Apply),
     /// Tell what is in a picture or a source map, and how it was made.
     Info(commands::info::Info),
-    /// Look at an exemplar: its size, its period, and a command line to begin with.
+    /// Look at an exemplar: its size, the kind of texture, its lattice, and a command line to begin with.
     Inspect(commands::inspect::Inspect),
     /// Compare two pictures; exit code 1 if they differ by more than is allowed.
     Compare(commands::compare::Compare),

@@ -71,11 +71,7 @@ impl<const D: usize> Plan<D> {
         };
         let regularity = measured.iter().map(|t| t.lattice.map_or(0, |l| l.strength)).max();
         let sides = region_sides(exemplars, &measured, options)?;
-        // What a lattice is matched by should hold more of it than the region.
-        let reach = options.reach.unwrap_or(match placement {
-            Placement::Entire => sides.map(|n| n.saturating_mul(3).div_ceil(2)),
-            _ => sides,
-        });
+        let reach = reach(options, placement, sides);
         // At most far beyond any output, and still far from the end of positions.
         let reach = reach.map(|n| n.min(1 << 24));
         let scale = options.randomness * variance(exemplars);
@@ -110,6 +106,16 @@ fn region_sides<const D: usize>(
         return Ok(region);
     }
     Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
+}
+
+/// How far patches reach: as asked; half of a region that was asked for; else a region, and for entire placement half as much
+/// again, for what a lattice is matched by should hold more of it than the region.
+pub(crate) fn reach<const D: usize>(options: &Options<D>, placement: Placement, sides: [u32; D]) -> [u32; D] {
+    options.reach.unwrap_or(match (options.region, placement) {
+        (Some(_), _) => sides.map(|n| n.div_ceil(2)),
+        (None, Placement::Entire | Placement::Auto) => sides.map(|n| n.saturating_mul(3).div_ceil(2)),
+        (None, _) => sides,
+    })
 }
 
 /// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places agree.

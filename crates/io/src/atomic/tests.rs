@@ -253,11 +253,11 @@ fn without_hard_links_a_name_is_taken_if_it_is_free() {
     let (part, path) = (folder.path("part"), folder.path("a.png"));
     fs::create_dir(&part).unwrap();
     fs::write(&path, b"old").unwrap();
-    let taken = link_then_remove(&part, &path).unwrap_err();
+    let taken = link_then_remove(&Disk, &part, &path).unwrap_err();
     assert_eq!((taken.kind(), part.exists()), (io::ErrorKind::AlreadyExists, true));
     assert_eq!(fs::read(&path).unwrap(), b"old");
     fs::remove_file(&path).unwrap();
-    link_then_remove(&part, &path).unwrap();
+    link_then_remove(&Disk, &part, &path).unwrap();
     assert_eq!((part.exists(), path.is_dir()), (false, true));
 }
 
