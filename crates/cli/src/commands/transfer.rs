@@ -65,6 +65,8 @@ pub(crate) struct Transfer {
     /// The paper to the letter: --tolerance 0.1 --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    blending: Blending,
 }
 
 /// What of the target is followed, and how much it counts.
@@ -115,6 +117,7 @@ impl Transfer {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
+        self.blending.validate()?;
         self.check_followed()?;
         self.check_weights()?;
         let pairs = self.pairs()?;
@@ -134,7 +137,8 @@ impl Transfer {
                 backdrop: None,
                 estimate: &|exemplars, channels, output| {
                     let guides = self.followed().len() * 2 + pairs.len() * 3;
-                    estimate_transfer(exemplars, channels, guides, output, &options)
+                    let method = estimate_transfer(exemplars, channels, guides, output, &options);
+                    method.saturating_add(self.blending.memory(output, channels + 1))
                 },
             },
         )?;
@@ -148,16 +152,16 @@ impl Transfer {
             let options = TransferOptions { block: options.block.or(Some(block).filter(|&b| 4 <= b)), ..options };
             let one = transfer(exemplars, &guide.with_target(least)?, &options, &Run::seeded(0));
             let stats = one.map_err(|e| failure(&loom, e))?.stats;
-            let used = self.used(&loom, &stats);
+            let used = self.blending.used_if_any(self.used(&loom, &stats));
             return Ok(loom.would(used, &how(&stats, false)));
         }
         let woven = transfer(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
+            blending: self.blending,
             kept: None,
-            options: self.used(&loom, &woven.stats),
+            options: self.blending.used_if_any(self.used(&loom, &woven.stats)),
             stats: counts(&woven.stats),
             how: how(&woven.stats, true),
             course: None,
