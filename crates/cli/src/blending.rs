@@ -106,12 +106,12 @@ impl Blending {
         }
     }
 
-    /// An upper bound of what blending takes besides the picture.
-    pub(crate) fn memory(self, output: Domain<2>, channels: usize) -> u64 {
+    /// An upper bound of what blending takes besides the picture, of which some may be kept as it is.
+    pub(crate) fn memory(self, output: Domain<2>, channels: usize, kept: bool) -> u64 {
         match self {
             Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
             Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
-            Self { fuse: true, .. } => Fused::bytes(output, channels, true),
+            Self { fuse: true, .. } => Fused::bytes(output, channels, kept),
             _ => 0,
         }
     }

@@ -27,6 +27,7 @@
 #![forbid(unsafe_code)]
 
 mod averaging;
+mod bytes;
 mod domain;
 mod encoder;
 mod error;
@@ -47,10 +48,12 @@ mod seam_costs;
 mod seed;
 mod source_map;
 mod transform;
+mod usage;
 mod votes;
 mod window;
 
 pub use averaging::Averaging;
+pub use bytes::Bytes;
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};
@@ -68,5 +71,6 @@ pub use seam_costs::{SeamCosts, SeamMeasure};
 pub use seed::{Rng, Seed};
 pub use source_map::{SampleId, SourceMap, SourceTable};
 pub use transform::{Origin, Transform};
+pub use usage::Usage;
 pub use votes::Votes;
 pub use window::Window;

@@ -33,6 +33,21 @@ impl<'a, const D: usize> Template<'a, D> {
         self
     }
 
+    /// Sides, slowest axis first.
+    pub fn shape(&self) -> [u32; D] {
+        self.shape
+    }
+
+    /// Planar features.
+    pub fn features(&self) -> &'a [u8] {
+        self.features
+    }
+
+    /// Where it is compared; `None` for everywhere.
+    pub fn mask(&self) -> Option<&'a [bool]> {
+        self.mask
+    }
+
     /// Samples in the box, or the error that makes the template unusable for that many channels.
     pub(crate) fn check(&self, channels: usize) -> Result<Checked<'a>, Error> {
         if self.shape.contains(&0) {

@@ -1,6 +1,6 @@
 //! Where blocks lie in the output, and how far each overlaps what is there already.
 
-use selvedge_core::Domain;
+use selvedge_core::{Domain, Window};
 
 /// A block's extent along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub(crate) fn spans(len: u32, periodic: bool, block: u32, overlap: u32) -> Vec<S
     spans
 }
 
-/// One block: its window in the output and the strips on which it meets what is there.
+/// One block: a window of the output, and the strips on which it meets what is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
     /// Vertical extent.
@@ -76,15 +76,9 @@ impl Block {
         !(inside(&self.rows, y) && inside(&self.columns, x))
     }
 
-    /// The output position of a position in the block.
-    #[inline]
-    pub(crate) fn position(&self, output: Domain<2>, [y, x]: [u32; 2]) -> [u32; 2] {
-        let (y, x) = (self.rows.start + y, self.columns.start + x);
-        // Only periodic axes have blocks that reach over the end, and by less than one turn.
-        [
-            if y < output.shape[0] { y } else { y - output.shape[0] },
-            if x < output.shape[1] { x } else { x - output.shape[1] },
-        ]
+    /// Where it lies in the output.
+    pub(crate) fn window(&self) -> Window<2> {
+        Window { start: [self.rows.start as i32, self.columns.start as i32], shape: self.shape() }
     }
 
     /// The steps from this block's first sample to another's; the shorter way round on periodic axes.
@@ -193,8 +187,9 @@ mod tests {
             let grid = BlockGrid::new(output, 9, 3);
             let mut laid = vec![false; output.len()];
             for block in (0..grid.len()).map(|number| grid.block(number)) {
-                let places = Domain::open(block.shape()).positions().map(|p| (p, block.position(output, p)));
-                let places: Vec<_> = places.map(|(p, at)| (p, output.index(at))).collect();
+                let places =
+                    block.window().places(output).map(|place| place.expect("blocks end where the output does"));
+                let places: Vec<_> = block.window().local().positions().zip(places).collect();
                 assert!(places.iter().all(|&(p, at)| block.is_overlap(p) == laid[at]));
                 places.iter().for_each(|&(_, at)| laid[at] = true);
             }
@@ -219,8 +214,7 @@ mod tests {
                         assert_eq!(wave_of[number].replace(wave), None, "{number} twice");
                         assert!(grid.neighbors(number).all(|n| wave_of[n].is_some_and(|w| w < wave)), "{number}");
                         let block = grid.block(number);
-                        for at in Domain::open(block.shape()).positions() {
-                            let at = domain.index(block.position(domain, at));
+                        for at in block.window().places(domain).flatten() {
                             assert!(owner[at].replace(wave) != Some(wave), "blocks of wave {wave} touch");
                         }
                     }

@@ -5,18 +5,39 @@
 //! paths meet in the middle and the overall minimum is chosen": over all cells of the corner, the sum of both paths to
 //! the cell, its own error counted once. With corners at both ends, a strip's two halves are joined at its middle row;
 //! the choices there are tried all, so the cut is the cheapest of all closed ones.
+//!
+//! Of a strip, old samples may be there in part only. Where there is none the new block shows, and a path that runs there
+//! pays for where the old really ends: for the last old sample between it and the block's edge, if there is any. Without
+//! that the cheapest path would be the one that keeps everything old and ends it in a visible edge.
+//!
+//! ```
+//! use selvedge_quilting::boundary_cut::{Overlaps, boundary_cut};
+//! # fn main() -> Result<(), selvedge_core::Error> {
+//! // Three rows of an overlap of three on the left; in the last row only the first sample is old.
+//! let error = [5, 1, 5, 9, 5, 1, 9, 5, 2, 9, 1, 0, 4, 0, 0, 9];
+//! let known = [true, true, true, false, true, true, true, false, true, true, true, false, true, false, false, false];
+//! let cut = boundary_cut([4, 4], Overlaps { left: 3, ..Overlaps::default() }, &error, Some(&known))?;
+//! let shown: String = cut.new.iter().map(|&new| if new { '#' } else { '.' }).collect();
+//! assert_eq!(shown, ".###.###..##.###");
+//! # Ok(())
+//! # }
+//! ```
 
 use selvedge_core::{Error, try_vec};
 
 use crate::strip::{Cumulative, End, Start, Strip};
 
-/// Samples of overlap on each side of a block.
+/// Samples of overlap on each side of a block; 0 for a side that is not cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Overlaps {
-    pub(crate) left: usize,
-    pub(crate) top: usize,
-    pub(crate) right: usize,
-    pub(crate) bottom: usize,
+pub struct Overlaps {
+    /// Columns on the left.
+    pub left: usize,
+    /// Rows at the top.
+    pub top: usize,
+    /// Columns on the right.
+    pub right: usize,
+    /// Rows at the bottom.
+    pub bottom: usize,
 }
 
 /// The sides in ring order; each corner lies between a side and the next.
@@ -31,33 +52,53 @@ const CORNERS: [(End, End); 4] =
 
 /// The cut of one block.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Cut {
+pub struct Cut {
     /// Row-major over the block: true where the new block shows.
-    pub(crate) new: Vec<bool>,
+    pub new: Vec<bool>,
     /// Sum of the errors along the cut.
-    pub(crate) cost: u64,
+    pub cost: u64,
 }
 
-/// Cuts a block of `h * w` samples, whose squared errors against the old samples are `error` (row-major, defined on
-/// the overlaps).
+/// Cuts a block of `h * w` samples, whose squared errors against the old samples are `error` (row-major, `h * w` values
+/// of which only those on the overlaps are looked at). `known` says which old samples there are; `None` for all on the overlaps.
+///
+/// Two overlaps that face each other must not meet: `left + right <= w`, `top + bottom <= h`.
 ///
 /// Time `O(h * w)` for a cut that is open at both ends. A strip between two corners, where the output closes, is solved
 /// for each cell of its middle row: `O(side * overlap^2)` time and space for its paths, and `O(overlap^4)` time for a
 /// corner between two of them.
 ///
 /// # Errors
-/// No memory.
-pub(crate) fn boundary_cut([h, w]: [usize; 2], overlaps: Overlaps, error: &[u64]) -> Result<Cut, Error> {
-    let at = |y: usize, x: usize| error[y * w + x];
+/// [`Error::Allocation`].
+///
+/// # Panics
+/// If a buffer is shorter than the block, or an overlap wider.
+pub fn boundary_cut(
+    [h, w]: [usize; 2],
+    overlaps: Overlaps,
+    error: &[u64],
+    known: Option<&[bool]>,
+) -> Result<Cut, Error> {
+    let strip = |len: usize, width: usize, at: &dyn Fn(usize, usize) -> usize| {
+        let strip = |()| Strip::new(len, width, |along, across| error[at(along, across)]);
+        let mut strip = (0 < width).then_some(()).map(strip).transpose()?;
+        if let (Some(strip), Some(known)) = (&mut strip, known) {
+            strip.carry_inwards(|along, across| known[at(along, across)]);
+        }
+        Ok::<_, Error>(strip)
+    };
     let strips = [
-        (overlaps.left > 0).then(|| Strip::new(h, overlaps.left, at)).transpose()?,
-        (overlaps.top > 0).then(|| Strip::new(w, overlaps.top, |a, c| at(c, a))).transpose()?,
-        (overlaps.right > 0).then(|| Strip::new(h, overlaps.right, |a, c| at(a, w - 1 - c))).transpose()?,
-        (overlaps.bottom > 0).then(|| Strip::new(w, overlaps.bottom, |a, c| at(h - 1 - c, a))).transpose()?,
+        strip(h, overlaps.left, &|a, c| a * w + c)?,
+        strip(w, overlaps.top, &|a, c| c * w + a)?,
+        strip(h, overlaps.right, &|a, c| a * w + w - 1 - c)?,
+        strip(w, overlaps.bottom, &|a, c| (h - 1 - c) * w + a)?,
     ];
     let (paths, cost) = Ring { strips }.solve()?;
     let mut new = try_vec(h * w, false)?;
-    new.iter_mut().enumerate().for_each(|(i, new)| *new = is_new(&paths, overlaps, [h, w], [i / w, i % w]));
+    let is_hole = |i: usize| known.is_some_and(|known| !known[i]);
+    new.iter_mut().enumerate().for_each(|(i, new)| {
+        *new = is_hole(i) || is_new(&paths, overlaps, [h, w], [i / w, i % w]);
+    });
     Ok(Cut { new, cost })
 }
 
@@ -141,7 +182,9 @@ impl Ring {
             let cells = (0..b.width()).flat_map(|u| (0..a.width()).map(move |v| (u, v)));
             let cost = |u: usize, v: usize| {
                 let (va, vb) = (a_sums.row(a_sums.len() - 1 - u)[v], b_sums.row(b_sums.len() - 1 - v)[u]);
-                va.saturating_add(vb).saturating_sub(a.error(a.row(end_a, u), v))
+                // The cell counts once. Where nothing old is there, the two strips may see different errors beyond it.
+                let shared = a.error(a.row(end_a, u), v).min(b.error(b.row(end_b, v), u));
+                va.saturating_add(vb).saturating_sub(shared)
             };
             let cells = cells.filter(|&(u, v)| u < a_sums.len() && v < b_sums.len());
             *best = cells.map(|(u, v)| (cost(u, v), [u, v])).min().unwrap_or((u64::MAX, [0; 2]));

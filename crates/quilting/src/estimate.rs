@@ -1,12 +1,12 @@
 //! How much memory a run will need.
 
 use selvedge_core::Domain;
+use selvedge_core::par::at_once;
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
 use crate::auto_block::largest_block;
-use crate::quilter::at_once;
-use crate::transfer::suggested;
-use crate::{Options, Stage, TransferOptions};
+use crate::options::{Options, Stage};
+use crate::transfer_options::{TransferOptions, suggested};
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
 const A_CANDIDATE: u64 = 40;
@@ -162,7 +162,7 @@ impl Searches<'_> {
             // At the output's border blocks are cropped. Those have more places, fewer samples, and an engine of their own;
             // rectangles have no more places than squares of their area.
             for side in [side, side - side / 4, side / 2, side / 4, 1] {
-                let samples = samples.min(2 * u64::from(side).pow(2));
+                let samples = samples.min(u64::from(side).pow(2).saturating_mul(2));
                 let any = by(Engine::Auto, side, samples);
                 if any != by(Engine::Direct, side, samples) {
                     fourier = any.max(fourier);

@@ -62,20 +62,25 @@
 
 mod auto_block;
 mod block_grid;
-mod boundary_cut;
+pub mod boundary_cut;
+mod cloth;
 mod estimate;
 mod finding;
 mod free;
+mod limits;
 mod options;
+mod pass;
 mod quilt;
 mod quilter;
-mod search;
+pub mod search;
+mod steering;
 mod strip;
 mod transfer;
-mod usage;
+mod transfer_options;
 
 pub use auto_block::suggest_block;
 pub use estimate::{estimate, estimate_transfer};
 pub use options::{Continuation, Error, Options, Stage};
-pub use quilt::{Stats, quilt};
-pub use transfer::{PassStats, TransferOptions, TransferStats, suggest_transfer_block, transfer};
+pub use quilt::{Plan, Stats, quilt};
+pub use transfer::{PassStats, TransferPlan, TransferStats, transfer};
+pub use transfer_options::{TransferOptions, suggest_transfer_block};

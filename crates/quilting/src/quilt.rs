@@ -1,12 +1,15 @@
 //! Image quilting: one pass of blocks that agree with their neighbours. `[Efros01 2.2]`
 
-use selvedge_core::{Domain, Exemplars, Limits, Run, Seed, SourceMap, Woven};
+use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
 
+use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
+use crate::estimate::estimate;
+use crate::limits::{Needs, check_fit, check_places, domains};
 use crate::options::{Error, Options, Stage, per_mille};
-use crate::quilter::{Pass, Progress, Quilter};
-use crate::search::{FastSearch, Search};
-use crate::{estimate, suggest_block};
+use crate::pass::{Pass, Progress};
+use crate::quilter::Quilter;
+use crate::search::{BlockSearch, Search};
 
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +26,126 @@ pub struct Stats {
     pub overlap_error: u64,
     /// Sum of the errors along all cuts, in squared feature units.
     pub cut_error: u64,
+}
+
+/// What [`quilt`] will do: options checked against exemplars, output and limits, and what they leave open chosen.
+///
+/// ```
+/// use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Run, Samples};
+/// use selvedge_quilting::{Options, Plan};
+/// # fn main() -> Result<(), selvedge_quilting::Error> {
+/// let noise = (0..64 * 64_u32).map(|i| (i * i / 7) as u8).collect();
+/// let plane = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(Domain::open([64, 64]), 1, noise)?));
+/// let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;
+/// let options = Options { block: Some(18), ..Options::default() };
+/// let plan = Plan::new(&exemplars, Domain::open([256, 256]), &options, &Run::seeded(0))?;
+/// assert_eq!((plan.block(), plan.overlap(), plan.blocks()), (18, 3, 17 * 17));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Plan<'e> {
+    exemplars: &'e Exemplars<2>,
+    output: Domain<2>,
+    options: Options,
+    block: u32,
+    overlap: u32,
+}
+
+impl<'e> Plan<'e> {
+    /// Checks the options, then exemplars and output, then the run's limits, before anything is measured; then chooses
+    /// the block, if it is left open.
+    ///
+    /// # Errors
+    /// Those of [`quilt`].
+    pub fn new(
+        exemplars: &'e Exemplars<2>,
+        output: Domain<2>,
+        options: &Options,
+        run: &Run<'_, 2>,
+    ) -> Result<Self, Error> {
+        options.validate()?;
+        check_fit(exemplars, output, options.block)?;
+        Needs { output, bytes: needs(exemplars, output, options) }.check(&run.limits)?;
+        let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
+        check_fit(exemplars, output, Some(block))?;
+        let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
+        check_places(exemplars, &BlockGrid::new(output, block, overlap).block(0))?;
+        Ok(Self { exemplars, output, options: *options, block, overlap })
+    }
+
+    /// Side of the blocks in samples.
+    pub fn block(&self) -> u32 {
+        self.block
+    }
+
+    /// Overlap of the blocks in samples; more where a periodic axis closes.
+    pub fn overlap(&self) -> u32 {
+        self.overlap
+    }
+
+    /// How many blocks will be laid.
+    pub fn blocks(&self) -> u64 {
+        self.grid().len() as u64
+    }
+
+    /// Bytes that it will take at most, beside the exemplars; see [`estimate`].
+    pub fn bytes(&self) -> u64 {
+        let options = Options { block: Some(self.block), overlap: Some(self.overlap), ..self.options };
+        needs(self.exemplars, self.output, &options)
+    }
+
+    /// Lays the blocks.
+    ///
+    /// # Errors
+    /// What only the work can show: masks that leave no place for a cropped block, or no memory.
+    pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        Needs { output: self.output, bytes: self.bytes() }.check(&run.limits)?;
+        self.weave_by(BlockSearch::new(self.exemplars, None, run.simd)?, run)
+    }
+
+    /// The same by any search.
+    fn weave_by(&self, search: impl Search, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        let mut map = SourceMap::unassigned(self.exemplars, self.output)?;
+        let mut quilter = Quilter::new(&search, self.pass(run), run, &mut map)?;
+        let complete = quilter.lay_all()?;
+        let counts = quilter.counts;
+        let stats = Stats {
+            block: self.block,
+            overlap: self.overlap,
+            blocks: counts.blocks,
+            candidates: counts.candidates,
+            overlap_error: counts.error,
+            cut_error: counts.cut_error,
+        };
+        Ok(Woven { result: map, stats, complete })
+    }
+
+    fn grid(&self) -> BlockGrid {
+        BlockGrid::new(self.output, self.block, self.overlap)
+    }
+
+    /// What the only pass is told.
+    pub(crate) fn pass(&self, run: &Run<'_, 2>) -> Pass<'e> {
+        let grid = self.grid();
+        Pass {
+            exemplars: self.exemplars,
+            block: self.block,
+            per_mille: per_mille(self.options.tolerance),
+            stage: self.options.stage,
+            continuation: self.options.continuation,
+            // Blocks that agree with nothing spread by themselves.
+            spread: if self.overlap == 0 { 0.0 } else { self.options.spread },
+            steering: None,
+            seed: run.seed,
+            progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },
+            grid,
+        }
+    }
+}
+
+fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> u64 {
+    estimate(&domains(exemplars), exemplars.channels(), output, options)
 }
 
 /// Quilts an output from blocks of the exemplars. `[Efros01 2.2]`
@@ -43,7 +166,7 @@ pub struct Stats {
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, one
-/// over the run's limits (its [`estimate`](crate::estimate()) counts against their memory), or no memory for it.
+/// over the run's limits (its [`estimate`] counts against their memory), or no memory for it.
 ///
 /// # Complexity
 /// With `n` exemplar samples, `c` channels and `b = output samples / (block - overlap)^2` blocks: time `O(b * c * n)` for
@@ -58,89 +181,7 @@ pub fn quilt(
     options: &Options,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-    options.validate()?;
-    check_limits(output, estimate(&domains(exemplars), exemplars.channels(), output, options), run)?;
-    quilt_by(FastSearch::new(exemplars, None, run.simd)?, exemplars, output, options, run)
-}
-
-/// The same by any search.
-fn quilt_by(
-    search: impl Search,
-    exemplars: &Exemplars<2>,
-    output: Domain<2>,
-    options: &Options,
-    run: &Run<'_, 2>,
-) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-    let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
-    check_fit(exemplars, output, block)?;
-    let mut map = SourceMap::unassigned(exemplars, output)?;
-    let pass = pass(exemplars, output, options, block, run.seed)?;
-    let mut quilter = Quilter::new(&search, pass, run, &mut map)?;
-    let complete = quilter.lay_all()?;
-    let counts = quilter.counts;
-    let stats = Stats {
-        block,
-        overlap: overlap(options, block)?,
-        blocks: counts.blocks,
-        candidates: counts.candidates,
-        overlap_error: counts.error,
-        cut_error: counts.cut_error,
-    };
-    Ok(Woven { result: map, stats, complete })
-}
-
-/// What the only pass is told.
-pub(crate) fn pass<'a>(
-    exemplars: &'a Exemplars<2>,
-    output: Domain<2>,
-    options: &Options,
-    block: u32,
-    seed: Seed,
-) -> Result<Pass<'a>, Error> {
-    let overlap = overlap(options, block)?;
-    let grid = BlockGrid::new(output, block, overlap);
-    Ok(Pass {
-        exemplars,
-        block,
-        per_mille: per_mille(options.tolerance),
-        stage: options.stage,
-        continuation: options.continuation,
-        // Blocks that agree with nothing spread by themselves.
-        spread: if overlap == 0 { 0.0 } else { options.spread },
-        steering: None,
-        seed,
-        progress: Progress { name: "quilting", before: 0, of: grid.len() as u64 },
-        grid,
-    })
-}
-
-fn overlap(options: &Options, block: u32) -> Result<u32, Error> {
-    if options.stage == Stage::Random { Ok(0) } else { options.overlap_of(block) }
-}
-
-/// The output and the memory that it takes are within the run's limits.
-pub(crate) fn check_limits(output: Domain<2>, needed: u64, run: &Run<'_, 2>) -> Result<(), Error> {
-    let ([height, width], Limits { memory: budget, side, samples }) = (output.shape, run.limits);
-    if side < height.max(width) || samples < u64::from(height) * u64::from(width) {
-        return Err(Error::OutputExceedsLimits { width, height, side, samples });
-    }
-    if budget < needed { Err(Error::Memory { needed, budget }) } else { Ok(()) }
-}
-
-/// The domains of all sources.
-pub(crate) fn domains(exemplars: &Exemplars<2>) -> Vec<Domain<2>> {
-    exemplars.sources().iter().map(|s| s.domain()).collect()
-}
-
-/// There is something to fill, and at least one source holds a block.
-pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: u32) -> Result<(), Error> {
-    if output.is_empty() {
-        return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
-    }
-    let shapes = exemplars.sources().iter().map(|s| s.domain().shape);
-    let [height, width] = shapes.max_by_key(|s| s[0].min(s[1])).unwrap_or([0, 0]);
-    let limit = height.min(width);
-    if limit < block { Err(Error::BlockExceedsExemplar { block, width, height, limit }) } else { Ok(()) }
+    Plan::new(exemplars, output, options, run)?.weave(run)
 }
 
 #[cfg(test)]
@@ -148,7 +189,7 @@ mod tests {
     use super::*;
     use crate::Continuation;
     use crate::search::plain::PlainSearch;
-    use selvedge_core::{Grid, Plane, Role, Samples};
+    use selvedge_core::{Grid, Plane, Role, Samples, Seed};
 
     /// Smooth noise of two channels: patches fit more or less everywhere.
     fn exemplar(seed: u64, shape: [u32; 2]) -> Plane<2> {
@@ -171,7 +212,9 @@ mod tests {
                 let options = Options { block: Some(11), overlap: Some(4), continuation, ..Options::default() };
                 let (output, run) = (Domain { shape: [40, 37], periodic }, Run::seeded(case as u64));
                 let fast = quilt(&exemplars, output, &options, &run).unwrap();
-                let plain = quilt_by(PlainSearch::new(&exemplars, None), &exemplars, output, &options, &run).unwrap();
+                let plan = Plan::new(&exemplars, output, &options, &run).unwrap();
+                let plain = plan.weave_by(PlainSearch::new(&exemplars, None), &run).unwrap();
+                assert_eq!((plan.block(), plan.overlap(), plan.blocks()), (11, 4, fast.stats.blocks));
                 assert_eq!(fast.stats, plain.stats);
                 assert_eq!(fast.result, plain.result);
             }
@@ -199,8 +242,8 @@ mod tests {
             // Ls of 432 samples: multiplied with vectors, transformed without.
             let options = Options { block: Some(24), overlap: Some(12), ..Options::default() };
             let output = Domain { shape: [40, 36], periodic: [false, true] };
-            let plain = PlainSearch::new(&exemplars, None);
-            let plain = quilt_by(plain, &exemplars, output, &options, &Run::seeded(1)).unwrap();
+            let plan = Plan::new(&exemplars, output, &options, &Run::seeded(1)).unwrap();
+            let plain = plan.weave_by(PlainSearch::new(&exemplars, None), &Run::seeded(1)).unwrap();
             for simd in [selvedge_core::SimdLevel::Scalar, selvedge_core::SimdLevel::Auto] {
                 let fast = quilt(&exemplars, output, &options, &Run { simd, ..Run::seeded(1) }).unwrap();
                 assert_eq!(fast.stats, plain.stats, "{name}");
@@ -225,7 +268,8 @@ mod tests {
         let plane = exemplar(5, [40, 40]);
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
         let output = Domain::open([40, 80]);
-        let options = Options { block: Some(10), ..Options::default() };
+        let avoid = Continuation::Avoid;
+        let options = Options { block: Some(10), overlap: Some(1), continuation: avoid, ..Options::default() };
         let fraction = |options: &Options| {
             let map = quilt(&exemplars, output, options, &Run::seeded(6)).unwrap().result;
             // Blocks step by 9 (overlap 1): the middles of neighbors continue each other if no seam parted them.

@@ -1,8 +1,8 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
 use clap::{Args, ValueEnum};
-use selvedge_core::{Domain, Run, Transform};
-use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate, quilt};
+use selvedge_core::Transform;
+use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -112,26 +112,26 @@ impl Quilt {
                 backdrop: None,
                 estimate: &|exemplars, channels, output| {
                     let method = estimate(exemplars, channels, output, &options);
-                    method.saturating_add(self.blending.memory(output, channels + 1))
+                    method.saturating_add(self.blending.memory(output, channels + 1, false))
                 },
             },
         )?;
         let exemplars = &loom.loaded.exemplars;
+        let plan = selvedge_quilting::Plan::new(exemplars, loom.domain, &options, &session.run());
+        let plan = plan.map_err(|e| failure(&loom, e))?;
         if loom.is_dry() {
-            // The least output tells whether options and exemplars go together.
-            let one =
-                quilt(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0)).map_err(|e| failure(&loom, e))?;
-            let used = self.blending.used_if_any(used(&loom, &options, &one.stats));
-            return Ok(loom.would(used, &format!("from blocks of {} px", one.stats.block)));
+            let used = self.blending.used_if_any(used(&loom, &options, &plan));
+            let how = format!("from blocks of {} px", plan.block());
+            return Ok(loom.would(used, &how));
         }
-        let woven = quilt(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             blending: self.blending,
             kept: None,
-            options: self.blending.used_if_any(used(&loom, &options, &stats)),
+            options: self.blending.used_if_any(used(&loom, &options, &plan)),
             stats: counts(&stats),
             how: how(&stats),
             course: None,
@@ -156,11 +156,11 @@ impl Quilt {
 }
 
 /// The options as used.
-fn used(loom: &Loom<'_>, options: &Options, stats: &Stats) -> Used {
+fn used(loom: &Loom<'_>, options: &Options, plan: &selvedge_quilting::Plan<'_>) -> Used {
     let lower = |name: String| name.to_lowercase();
     loom.used(loom.sized())
-        .with("block", stats.block)
-        .with("overlap", stats.overlap)
+        .with("block", plan.block())
+        .with("overlap", plan.overlap())
         .with("tolerance", options.tolerance)
         .with("stage", lower(format!("{:?}", options.stage)))
         .with("continuation", lower(format!("{:?}", options.continuation)))

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
+use selvedge_core::{Guide, Plane, Transform};
 use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
-use selvedge_quilting::{TransferOptions, TransferStats, estimate_transfer, suggest_transfer_block, transfer};
+use selvedge_quilting::{TransferOptions, TransferPlan, TransferStats, estimate_transfer};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -138,32 +138,28 @@ impl Transfer {
                 estimate: &|exemplars, channels, output| {
                     let guides = self.followed().len() * 2 + pairs.len() * 3;
                     let method = estimate_transfer(exemplars, channels, guides, output, &options);
-                    method.saturating_add(self.blending.memory(output, channels + 1))
+                    method.saturating_add(self.blending.memory(output, channels + 1, false))
                 },
             },
         )?;
         let guide = self.guides(&mut loom, session, first, &pairs)?;
         let exemplars = &loom.loaded.exemplars;
+        let plan = TransferPlan::new(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let sides: Vec<u32> = plan.blocks().collect();
         if loom.is_dry() {
-            // The least output tells whether options and exemplars go together.
-            let least = Grid::try_filled(Domain::open([1, 1]), guide.weights().len(), 0)?;
-            // Exemplars smaller than any block that can be asked for take what is left.
-            let block = suggest_transfer_block(exemplars, loom.domain);
-            let options = TransferOptions { block: options.block.or(Some(block).filter(|&b| 4 <= b)), ..options };
-            let one = transfer(exemplars, &guide.with_target(least)?, &options, &Run::seeded(0));
-            let stats = one.map_err(|e| failure(&loom, e))?.stats;
-            let used = self.blending.used_if_any(self.used(&loom, &stats));
-            return Ok(loom.would(used, &how(&stats, false)));
+            let used = self.blending.used_if_any(self.used(&loom, &sides));
+            return Ok(loom.would(used, &how("blocks", &sides)));
         }
-        let woven = transfer(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
+        let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
+        let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             blending: self.blending,
             kept: None,
-            options: self.blending.used_if_any(self.used(&loom, &woven.stats)),
+            options: self.blending.used_if_any(self.used(&loom, &sides)),
             stats: counts(&woven.stats),
-            how: how(&woven.stats, true),
+            how: how(&format!("{blocks} blocks"), &sides),
             course: None,
         };
         loom.finish(outcome)
@@ -312,7 +308,7 @@ impl Transfer {
     }
 
     /// The options as used.
-    fn used(&self, loom: &Loom<'_>, stats: &TransferStats) -> Used {
+    fn used(&self, loom: &Loom<'_>, sides: &[u32]) -> Used {
         let name = |path: &PathBuf| selvedge_io::display_name(path);
         let names =
             |list: &PathBuf| listed(list, loom.loaded.paths.len()).iter().map(name).collect::<Vec<_>>().join(",");
@@ -325,7 +321,7 @@ impl Transfer {
             .with("match-histogram", self.match_histogram)
             .with("guide", guides)
             .with("weight", self.weight.clone())
-            .with("block", stats.passes.first().map(|p| p.block))
+            .with("block", sides.first().copied())
             .with("passes", self.passes)
             .with("alpha", self.alpha)
             .with("tolerance", self.options().tolerance)
@@ -365,9 +361,7 @@ fn counts(stats: &TransferStats) -> serde_json::Value {
     json!({ "passes": stats.passes.iter().map(pass).collect::<Vec<_>>() })
 }
 
-fn how(stats: &TransferStats, done: bool) -> String {
-    let sides: Vec<String> = stats.passes.iter().map(|p| p.block.to_string()).collect();
-    let blocks: u64 = stats.passes.iter().map(|p| p.blocks).sum();
-    let blocks = if done { format!("{blocks} blocks") } else { "blocks".into() };
+fn how(blocks: &str, sides: &[u32]) -> String {
+    let sides: Vec<String> = sides.iter().map(u32::to_string).collect();
     format!("from {blocks} of {} px", sides.join(", "))
 }

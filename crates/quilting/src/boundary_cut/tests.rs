@@ -19,13 +19,17 @@ fn brute(error: &dyn Fn(usize, usize) -> u64, width: usize, from: (usize, usize)
 }
 
 /// The cheapest cut, by trying every meeting cell of every corner and every path between them.
-fn brute_cut([h, w]: [usize; 2], o: Overlaps, e: &[u64]) -> u64 {
+fn brute_cut([h, w]: [usize; 2], o: Overlaps, e: &[u64], known: &[bool]) -> u64 {
     let sides = [(o.left, h), (o.top, w), (o.right, h), (o.bottom, w)];
-    let at = |side: usize, a: usize, c: usize| match side {
-        LEFT => e[a * w + c],
-        TOP => e[c * w + a],
-        RIGHT => e[a * w + w - 1 - c],
-        _ => e[(h - 1 - c) * w + a],
+    let cell = |side: usize, a: usize, c: usize| match side {
+        LEFT => a * w + c,
+        TOP => c * w + a,
+        RIGHT => a * w + w - 1 - c,
+        _ => (h - 1 - c) * w + a,
+    };
+    // Where the old ends before the path, its last sample counts.
+    let at = |side: usize, a: usize, c: usize| {
+        (0..=c).rev().map(|c| cell(side, a, c)).find(|&i| known[i]).map_or(0, |i| e[i])
     };
     // A corner's candidates are its cells (depth on the first strip, depth on the second).
     let has = |c: usize| 0 < sides[c].0 && 0 < sides[(c + 1) % 4].0;
@@ -60,8 +64,13 @@ fn brute_cut([h, w]: [usize; 2], o: Overlaps, e: &[u64]) -> u64 {
                     }
                     for c in (0..4).filter(|&c| has(c)) {
                         let [u, v] = chosen[c];
-                        let (len, end) = (sides[c].1, CORNERS[c].0);
-                        total = total.saturating_sub(at(c, if end == End::Low { u } else { len - 1 - u }, v));
+                        let row = |side: usize, end: End, depth: usize| match end {
+                            End::Low => depth,
+                            End::High => sides[side].1 - 1 - depth,
+                        };
+                        let (second, (end_a, end_b)) = ((c + 1) % 4, CORNERS[c]);
+                        let shared = at(c, row(c, end_a, u), v).min(at(second, row(second, end_b, v), u));
+                        total = total.saturating_sub(shared);
                     }
                     best = best.min(total);
                 }
@@ -79,10 +88,24 @@ fn the_cut_is_the_cheapest_of_all() {
         let mut side = |bit: u32, max: usize| if case >> bit & 1 == 1 { 1 + rng.below(max as u32) as usize } else { 0 };
         let o = Overlaps { left: side(0, w / 2), top: side(1, h / 2), right: side(2, w / 2), bottom: side(3, h / 2) };
         let e = random_errors(&mut rng, h * w, 50);
-        let cut = boundary_cut([h, w], o, &e).unwrap();
-        let expected = if o == Overlaps::default() { 0 } else { brute_cut([h, w], o, &e) };
-        assert_eq!(cut.cost, expected, "{h}x{w} {o:?}");
+        let cut = boundary_cut([h, w], o, &e, None).unwrap();
+        let all = vec![true; h * w];
+        assert_eq!(boundary_cut([h, w], o, &e, Some(&all)).unwrap(), cut);
+        let expected = |known: &[bool]| if o == Overlaps::default() { 0 } else { brute_cut([h, w], o, &e, known) };
+        assert_eq!(cut.cost, expected(&all), "{h}x{w} {o:?}");
+        // What is old is there in part.
+        let known: Vec<bool> = (0..h * w).map(|_| rng.below(4) != 0).collect();
+        let cut = boundary_cut([h, w], o, &e, Some(&known)).unwrap();
+        assert_eq!(cut.cost, expected(&known), "{h}x{w} {o:?} {known:?}");
+        assert!((0..h * w).all(|i| known[i] || cut.new[i]), "the new shows where nothing is old");
     }
+}
+
+#[test]
+fn where_nothing_is_old_everything_is_new_and_nothing_is_paid() {
+    let o = Overlaps { left: 3, top: 2, right: 2, bottom: 3 };
+    let cut = boundary_cut([9, 8], o, &[7; 72], Some(&[false; 72])).unwrap();
+    assert_eq!(cut, Cut { new: vec![true; 72], cost: 0 });
 }
 
 /// Every path between two cells, row by row.
@@ -141,7 +164,7 @@ fn the_mask_is_bounded_by_the_cheapest_cut() {
         let (left, top) = (2 + rng.below(2) as usize, 2 + rng.below(2) as usize);
         let e = random_errors(&mut rng, h * w, 10_000);
         let Some(cells) = brute_corner([h, w], left, top, &e) else { continue };
-        let cut = boundary_cut([h, w], Overlaps { left, top, ..Overlaps::default() }, &e).unwrap();
+        let cut = boundary_cut([h, w], Overlaps { left, top, ..Overlaps::default() }, &e, None).unwrap();
         assert_eq!(cut.cost, cells.iter().map(|&i| e[i]).sum::<u64>());
         assert_eq!(cut.new, beyond(&cells, [h, w]), "{h}x{w} {left} {top} {e:?}");
         tried += 1;
@@ -157,7 +180,7 @@ fn the_errors_along_the_mask_are_the_cost() {
         let e = random_errors(&mut rng, h * w, 100);
         let on = |side| if case % 4 == side { 5 } else { 0 };
         let overlaps = Overlaps { left: on(0), top: on(1), right: on(2), bottom: on(3) };
-        let cut = boundary_cut([h, w], overlaps, &e).unwrap();
+        let cut = boundary_cut([h, w], overlaps, &e, None).unwrap();
         // Line by line from the old side: the first new sample.
         let (lines, across) = if case % 2 == 0 { (h, w) } else { (w, h) };
         let index = |line: usize, a: usize| match case % 4 {
@@ -177,7 +200,7 @@ fn no_straight_cut_is_cheaper() {
     for _ in 0..200 {
         let (h, w, left) = (12, 12, 5);
         let e = random_errors(&mut rng, h * w, 1000);
-        let cut = boundary_cut([h, w], Overlaps { left, ..Overlaps::default() }, &e).unwrap();
+        let cut = boundary_cut([h, w], Overlaps { left, ..Overlaps::default() }, &e, None).unwrap();
         let straight = (0..left).map(|x| (0..h).map(|y| e[y * w + x]).sum::<u64>()).min().unwrap();
         assert!(cut.cost <= straight);
     }
@@ -190,7 +213,7 @@ fn the_new_side_is_right_of_the_left_path_and_below_the_top_path() {
     let mut e = vec![9_u64; h * w];
     (2..h).for_each(|y| e[y * w + 1] = 0);
     (1..w).for_each(|x| e[2 * w + x] = 0);
-    let cut = boundary_cut([h, w], Overlaps { left: 3, top: 3, ..Overlaps::default() }, &e).unwrap();
+    let cut = boundary_cut([h, w], Overlaps { left: 3, top: 3, ..Overlaps::default() }, &e, None).unwrap();
     let picture: Vec<String> =
         cut.new.chunks(w).map(|r| r.iter().map(|&n| if n { '#' } else { '.' }).collect()).collect();
     assert_eq!(cut.cost, 0);
@@ -205,7 +228,7 @@ fn the_two_sides_of_a_ring_are_connected() {
         let (h, w) = (12, 14);
         let o = Overlaps { left: 4, top: 5, right: 6, bottom: 3 };
         let e = random_errors(&mut rng, h * w, 9);
-        let new = boundary_cut([h, w], o, &e).unwrap().new;
+        let new = boundary_cut([h, w], o, &e, None).unwrap().new;
         assert!(new[(h / 2) * w + w / 2]);
         assert_eq!(pieces(&new, [h, w], true), 1);
     }

@@ -1,6 +1,6 @@
 //! The search as the paper has it, block by block and sample by sample: what the fast one is held against.
 
-use selvedge_core::{Domain, Guide, Source};
+use selvedge_core::{Domain, Exemplars, Guide, Source};
 
 use super::*;
 
@@ -18,7 +18,7 @@ impl<'e> PlainSearch<'e> {
     fn all(&self, terms: &[Term<'_>]) -> Vec<Candidate> {
         let mut found = Vec::new();
         for (number, source) in self.exemplars.sources().iter().enumerate() {
-            for at in source.domain().positions().filter(|&at| fits(source, terms[0].template.shape, at)) {
+            for at in source.domain().positions().filter(|&at| fits(source, terms[0].template.shape(), at)) {
                 let error = |term: &Term<'_>| term.weight * self.error(number, term, at);
                 found.push(Candidate { error: terms.iter().map(error).sum(), source: number, at });
             }
@@ -33,12 +33,13 @@ impl<'e> PlainSearch<'e> {
             _ => self.exemplars,
         };
         let features = &space.sources()[source].features;
-        let block = Domain::open(term.template.shape);
+        let block = Domain::open(term.template.shape());
+        let compared = |i: usize| term.template.mask().is_none_or(|mask| mask[i]);
         let mut error = 0;
-        for (i, [y, x]) in block.positions().enumerate().filter(|&(i, _)| term.template.mask[i]) {
+        for (i, [y, x]) in block.positions().enumerate().filter(|&(i, _)| compared(i)) {
             for (c, &weight) in space.weights().iter().enumerate() {
                 let sample = features.get(c, [at[0] + y, at[1] + x]);
-                let d = sample.abs_diff(term.template.features[c * block.len() + i]);
+                let d = sample.abs_diff(term.template.features()[c * block.len() + i]);
                 error += u64::from(d).pow(2) * u64::from(weight);
             }
         }

@@ -1,21 +1,16 @@
 //! Texture transfer: a target drawn in the texture of the exemplars. `[Efros01 3]`
 
-mod options;
-mod steering;
-
-use selvedge_core::{Exemplars, Guide, Run, SourceMap, Woven, par};
+use selvedge_core::{Domain, Exemplars, Guide, Run, SourceMap, Woven, par};
 
 use crate::block_grid::BlockGrid;
-use crate::estimate_transfer;
+use crate::estimate::estimate_transfer;
+use crate::limits::{Needs, check_fit, check_places, domains};
 use crate::options::{Continuation, Error, Stage, per_mille};
-use crate::quilt::{check_fit, check_limits, domains};
-use crate::quilter::{Pass, Progress, Quilter};
-use crate::search::{FastSearch, Search};
-
-use options::PassPlan;
-pub(crate) use options::suggested;
-pub use options::{TransferOptions, suggest_transfer_block};
-pub(crate) use steering::{Followed, Steering};
+use crate::pass::{Pass, Progress};
+use crate::quilter::Quilter;
+use crate::search::{BlockSearch, Search};
+use crate::steering::Steering;
+use crate::transfer_options::{PassPlan, TransferOptions, suggest_transfer_block};
 
 /// Counts of one transfer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +37,131 @@ pub struct PassStats {
     /// How far the guide under the output is from the target after this pass: the sum over all samples that are asked
     /// for of the weighted squared differences.
     pub guide_error: u64,
+}
+
+/// What [`transfer`] will do: options checked against exemplars, guide and limits, and what they leave open chosen.
+#[derive(Clone, Debug)]
+pub struct TransferPlan<'e> {
+    exemplars: &'e Exemplars<2>,
+    guide: &'e Guide<2>,
+    options: TransferOptions,
+    passes: Vec<PassPlan>,
+}
+
+impl<'e> TransferPlan<'e> {
+    /// Checks the options, then exemplars and guide, then the run's limits; chooses the first block, if it is left open.
+    ///
+    /// # Errors
+    /// Those of [`transfer`].
+    pub fn new(
+        exemplars: &'e Exemplars<2>,
+        guide: &'e Guide<2>,
+        options: &TransferOptions,
+        run: &Run<'_, 2>,
+    ) -> Result<Self, Error> {
+        options.validate()?;
+        guide.check(exemplars)?;
+        let output = guide.target().domain();
+        check_fit(exemplars, output, options.block)?;
+        let block = options.block.unwrap_or_else(|| suggest_transfer_block(exemplars, output));
+        check_fit(exemplars, output, Some(block))?;
+        let options = TransferOptions { block: Some(block), ..*options };
+        let plan = Self { exemplars, guide, options, passes: options.plan(block) };
+        Needs { output, bytes: plan.bytes() }.check(&run.limits)?;
+        check_places(exemplars, &plan.grid(&plan.passes[0]).block(0))?;
+        Ok(plan)
+    }
+
+    /// Sides of the blocks, pass by pass.
+    pub fn blocks(&self) -> impl ExactSizeIterator<Item = u32> {
+        self.passes.iter().map(|pass| pass.block)
+    }
+
+    /// Bytes that it will take at most, beside the exemplars; see [`estimate_transfer`].
+    pub fn bytes(&self) -> u64 {
+        let (channels, guide_channels) = (self.exemplars.channels(), self.guide.weights().len());
+        estimate_transfer(&domains(self.exemplars), channels, guide_channels, self.output(), &self.options)
+    }
+
+    /// Lays the blocks of all passes.
+    ///
+    /// # Errors
+    /// What only the work can show: masks that leave no place for a cropped block, or no memory.
+    pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
+        Needs { output: self.output(), bytes: self.bytes() }.check(&run.limits)?;
+        self.weave_by(BlockSearch::new(self.exemplars, Some(self.guide), run.simd)?, run)
+    }
+
+    /// The same by any search.
+    fn weave_by(&self, search: impl Search, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
+        let unassigned = || SourceMap::unassigned(self.exemplars, self.output());
+        let mut map = unassigned()?;
+        // What the last pass laid, while the next one lays over it.
+        let mut last = if self.passes.len() == 1 { None } else { Some(unassigned()?) };
+        let mut stats = TransferStats::default();
+        let mut progress =
+            Progress { name: "transfer", before: 0, of: self.passes.iter().map(|p| self.n_blocks(p)).sum() };
+        let mut complete = true;
+        for (number, plan) in self.passes.iter().enumerate() {
+            let last = last.as_mut().filter(|_| number != 0).map(|last| {
+                last.ids.plane_mut(0).copy_from_slice(map.ids.plane(0));
+                &*last
+            });
+            let mut quilter = Quilter::new(&search, self.pass(number, last, progress, run), run, &mut map)?;
+            complete = quilter.lay_all()?;
+            let counts = quilter.counts;
+            stats.passes.push(PassStats {
+                block: plan.block,
+                overlap: plan.overlap,
+                alpha: f64::from(plan.alpha) / 1000.0,
+                blocks: counts.blocks,
+                candidates: counts.candidates,
+                cut_error: counts.cut_error,
+                guide_error: guide_error(self.guide, &map),
+            });
+            progress.before += self.n_blocks(plan);
+            if !complete {
+                break;
+            }
+        }
+        Ok(Woven { result: map, stats, complete })
+    }
+
+    /// What a pass is told.
+    fn pass<'p>(
+        &'p self,
+        number: usize,
+        last: Option<&'p SourceMap<2>>,
+        progress: Progress,
+        run: &Run<'_, 2>,
+    ) -> Pass<'p> {
+        let plan = &self.passes[number];
+        Pass {
+            exemplars: self.exemplars,
+            grid: self.grid(plan),
+            block: plan.block,
+            per_mille: per_mille(self.options.tolerance),
+            stage: Stage::Cut,
+            // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
+            continuation: Continuation::Allow,
+            spread: self.options.spread,
+            steering: Some(Steering::new(self.guide, last, plan.alpha)),
+            seed: run.seed.derive("quilting/pass", number as u64),
+            progress,
+        }
+    }
+
+    fn output(&self) -> Domain<2> {
+        self.guide.target().domain()
+    }
+
+    fn grid(&self, pass: &PassPlan) -> BlockGrid {
+        BlockGrid::new(self.output(), pass.block, pass.overlap)
+    }
+
+    fn n_blocks(&self, pass: &PassPlan) -> u64 {
+        self.grid(pass).len() as u64
+    }
 }
 
 /// Quilts an output of the target's size that follows the target. `[Efros01 3]`
@@ -71,70 +191,7 @@ pub fn transfer(
     options: &TransferOptions,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
-    options.validate()?;
-    guide.check(exemplars)?;
-    let (channels, guide_channels) = (exemplars.channels(), guide.weights().len());
-    let output = guide.target().domain();
-    check_limits(output, estimate_transfer(&domains(exemplars), channels, guide_channels, output, options), run)?;
-    transfer_by(FastSearch::new(exemplars, Some(guide), run.simd)?, exemplars, guide, options, run)
-}
-
-/// The same by any search.
-fn transfer_by(
-    search: impl Search,
-    exemplars: &Exemplars<2>,
-    guide: &Guide<2>,
-    options: &TransferOptions,
-    run: &Run<'_, 2>,
-) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
-    let output = guide.target().domain();
-    let block = options.block.unwrap_or_else(|| suggest_transfer_block(exemplars, output));
-    check_fit(exemplars, output, block)?;
-    let plan: Vec<(PassPlan, BlockGrid)> =
-        options.plan(block).into_iter().map(|p| (p, BlockGrid::new(output, p.block, p.overlap))).collect();
-    let of = plan.iter().map(|(_, grid)| grid.len() as u64).sum();
-    let mut map = SourceMap::unassigned(exemplars, output)?;
-    // What the last pass laid, while the next one lays over it.
-    let mut last = if options.passes == 1 { None } else { Some(SourceMap::unassigned(exemplars, output)?) };
-    let mut stats = TransferStats::default();
-    let (mut before, mut complete) = (0, true);
-    for (number, (plan, grid)) in plan.into_iter().enumerate() {
-        let last = last.as_mut().filter(|_| number != 0).map(|last| {
-            last.ids.plane_mut(0).copy_from_slice(map.ids.plane(0));
-            &*last
-        });
-        let blocks = grid.len() as u64;
-        let pass = Pass {
-            exemplars,
-            grid,
-            block: plan.block,
-            per_mille: per_mille(options.tolerance),
-            stage: Stage::Cut,
-            // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
-            continuation: Continuation::Allow,
-            spread: options.spread,
-            steering: Some(Steering::new(guide, last, plan.alpha)),
-            seed: run.seed.derive("quilting/pass", number as u64),
-            progress: Progress { name: "transfer", before, of },
-        };
-        let mut quilter = Quilter::new(&search, pass, run, &mut map)?;
-        complete = quilter.lay_all()?;
-        let counts = quilter.counts;
-        stats.passes.push(PassStats {
-            block: plan.block,
-            overlap: plan.overlap,
-            alpha: f64::from(plan.alpha) / 1000.0,
-            blocks: counts.blocks,
-            candidates: counts.candidates,
-            cut_error: counts.cut_error,
-            guide_error: guide_error(guide, &map),
-        });
-        before += blocks;
-        if !complete {
-            break;
-        }
-    }
-    Ok(Woven { result: map, stats, complete })
+    TransferPlan::new(exemplars, guide, options, run)?.weave(run)
 }
 
 /// How far the guide under the output is from its target.
@@ -158,7 +215,7 @@ fn guide_error(guide: &Guide<2>, map: &SourceMap<2>) -> u64 {
 mod tests {
     use super::*;
     use crate::search::plain::PlainSearch;
-    use selvedge_core::{Domain, Encoder, Grid, Plane, Role, Samples, Seed, Transform};
+    use selvedge_core::{Encoder, Grid, Plane, Role, Samples, Seed, Transform};
 
     /// Smooth noise.
     fn noise(seed: u64, domain: Domain<2>) -> Grid<u8, 2> {
@@ -195,7 +252,9 @@ mod tests {
             let run = Run::seeded(case as u64);
             let fast = transfer(&exemplars, &guide, &options, &run).unwrap();
             let plain = PlainSearch::new(&exemplars, Some(&guide));
-            let plain = transfer_by(plain, &exemplars, &guide, &options, &run).unwrap();
+            let plan = TransferPlan::new(&exemplars, &guide, &options, &run).unwrap();
+            assert!(plan.blocks().eq(fast.stats.passes.iter().map(|p| p.block)));
+            let plain = plan.weave_by(plain, &run).unwrap();
             assert_eq!(fast.stats, plain.stats);
             assert_eq!(fast.result, plain.result);
             assert_eq!(fast.result.holes(), 0);

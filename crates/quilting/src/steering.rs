@@ -1,10 +1,10 @@
 //! What a block of a transfer follows: its neighbours, the last pass, and the target, each with its weight.
 
-use selvedge_core::{Domain, Exemplars, Guide, SourceMap};
+use selvedge_core::{Exemplars, Guide, Look, SourceMap};
 
 use crate::block_grid::Block;
 use crate::options::Error;
-use crate::search::{Space, Template, Term};
+use crate::search::{Space, Term};
 
 /// What blocks follow besides their neighbours. `[Efros01 3]`
 pub(crate) struct Steering<'a> {
@@ -18,8 +18,8 @@ pub(crate) struct Steering<'a> {
 /// What lies under one block: what the last pass laid, and the target.
 #[derive(Default)]
 pub(crate) struct Followed {
-    under: Template,
-    target: Template,
+    under: Look,
+    target: Look,
 }
 
 impl<'a> Steering<'a> {
@@ -34,51 +34,29 @@ impl<'a> Steering<'a> {
         &self,
         exemplars: &Exemplars<2>,
         block: &Block,
-        overlap: &'t Template,
+        overlap: &'t Look,
         followed: &'t mut Followed,
     ) -> Result<Vec<Term<'t>>, Error> {
         let Followed { under, target } = followed;
-        target.read_target(self.guide, block)?;
+        target.at_grid(self.guide.target(), self.guide.asked(), &block.window())?;
         let mut samples = overlap.samples();
         if let Some(last) = self.last {
-            under.read(exemplars, last, block, |_| true)?;
+            under.at_map(exemplars, last, &block.window(), |_| true)?;
             samples += under.samples();
         }
-        let texture = samples * whole(exemplars.weights());
-        let guide = target.samples() * whole(self.guide.weights());
+        let texture = samples as u64 * whole(exemplars.weights());
+        let guide = target.samples() as u64 * whole(self.guide.weights());
         let [texture, guide] = mean_weights([(self.alpha, texture), (1000 - self.alpha, guide)]);
 
         let mut terms = Vec::with_capacity(3);
         if 0 < overlap.samples() {
-            terms.push(Term { space: Space::Texture, template: overlap, weight: texture });
+            terms.push(Term { weight: texture, ..Term::new(Space::Texture, block.shape(), overlap) });
         }
         if self.last.is_some() {
-            terms.push(Term { space: Space::Texture, template: under, weight: texture });
+            terms.push(Term { weight: texture, ..Term::new(Space::Texture, block.shape(), under) });
         }
-        terms.push(Term { space: Space::Guide, template: target, weight: guide });
+        terms.push(Term { weight: guide, ..Term::new(Space::Guide, block.shape(), target) });
         Ok(terms)
-    }
-}
-
-impl Template {
-    /// Takes the guide's target under a block.
-    fn read_target(&mut self, guide: &Guide<2>, block: &Block) -> Result<(), Error> {
-        let target = guide.target();
-        self.shape = block.shape();
-        let samples = (self.shape[0] * self.shape[1]) as usize;
-        self.clear(samples, target.channels())?;
-        for c in 0..target.channels() {
-            let under = |p| target.get(c, block.position(target.domain(), p));
-            self.features.extend(Domain::open(self.shape).positions().map(under));
-        }
-        match guide.asked() {
-            None => self.mask.resize(samples, true),
-            Some(asked) => {
-                let under = |p| asked.get(0, block.position(asked.domain(), p));
-                self.mask.extend(Domain::open(self.shape).positions().map(under));
-            }
-        }
-        Ok(())
     }
 }
 
@@ -107,7 +85,7 @@ mod tests {
     use crate::block_grid::BlockGrid;
     use crate::search::plain::PlainSearch;
     use crate::search::{Candidate, Search};
-    use selvedge_core::{Grid, Origin, Seed, Source, Transform};
+    use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
 
     /// Noise without two alike blocks.
     fn noise(seed: u64, shape: [u32; 2]) -> Grid<u8, 2> {
@@ -135,8 +113,8 @@ mod tests {
             *id = exemplars.table().id(0, [LAID[0] + at[0], LAID[1] + at[1]]);
         }
         let block = BlockGrid::new(Domain::open(shape), 5, 2).block(0);
-        let mut overlap = Template::default();
-        overlap.read(&exemplars, &last, &block, |_| false).unwrap();
+        let mut overlap = Look::new();
+        overlap.at_map(&exemplars, &last, &block.window(), |_| false).unwrap();
         let steering = Steering::new(&guide, (!is_first_pass).then_some(&last), alpha);
         let mut followed = Followed::default();
         let terms = steering.terms(&exemplars, &block, &overlap, &mut followed).unwrap();

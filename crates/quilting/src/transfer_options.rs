@@ -69,7 +69,7 @@ impl TransferOptions {
         for number in 0..self.passes.min(MOST_PASSES) {
             plan.push(PassPlan { block: side, overlap: overlap(side), alpha: self.alpha_of(number) });
             // Smaller by a third, to the nearest; blocks under 4 have no room for an overlap of 2.
-            side = ((2 * side + 1) / 3).max(side.min(LEAST_BLOCK));
+            side = ((2 * u64::from(side) + 1) / 3).max(side.min(LEAST_BLOCK).into()) as u32;
         }
         plan
     }

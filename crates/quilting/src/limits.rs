@@ -1,0 +1,53 @@
+//! What is checked before any work: sizes, memory, and whether there is a block at all.
+
+use selvedge_core::{Domain, Exemplars, Limits, Seed};
+
+use crate::block_grid::Block;
+use crate::finding::masked;
+use crate::free::FreePlaces;
+use crate::options::Error;
+
+/// What a run asks for.
+pub(crate) struct Needs {
+    pub(crate) output: Domain<2>,
+    pub(crate) bytes: u64,
+}
+
+impl Needs {
+    /// It is within the run's limits.
+    pub(crate) fn check(&self, limits: &Limits) -> Result<(), Error> {
+        let ([height, width], &Limits { memory: budget, side, samples }) = (self.output.shape, limits);
+        if side < height.max(width) || samples < u64::from(height) * u64::from(width) {
+            return Err(Error::OutputExceedsLimits { width, height, side, samples });
+        }
+        if budget < self.bytes { Err(Error::Memory { needed: self.bytes, budget }) } else { Ok(()) }
+    }
+}
+
+/// The domains of all sources.
+pub(crate) fn domains(exemplars: &Exemplars<2>) -> Vec<Domain<2>> {
+    exemplars.sources().iter().map(|s| s.domain()).collect()
+}
+
+/// There is something to fill, and at least one source holds a block.
+pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<u32>) -> Result<(), Error> {
+    if output.is_empty() {
+        return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
+    }
+    let shapes = exemplars.sources().iter().map(|s| s.domain().shape);
+    let [height, width] = shapes.max_by_key(|s| s[0].min(s[1])).unwrap_or([0, 0]);
+    let limit = height.min(width);
+    match block {
+        Some(block) if limit < block => Err(Error::BlockExceedsExemplar { block, width, height, limit }),
+        _ => Ok(()),
+    }
+}
+
+/// Masks leave at least one place for the first block.
+pub(crate) fn check_places(exemplars: &Exemplars<2>, block: &Block) -> Result<(), Error> {
+    if exemplars.sources().iter().all(|s| s.valid.is_none()) {
+        return Ok(());
+    }
+    let any = FreePlaces::new(exemplars).draw(block.shape(), std::iter::empty(), &mut Seed(0).rng())?;
+    any.map(|_| ()).ok_or_else(|| masked(block))
+}
