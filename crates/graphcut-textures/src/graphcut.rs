@@ -4,7 +4,7 @@ use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
-use crate::matching::{copied, singles};
+use crate::matching::singles;
 use crate::options::{Options, Placement};
 use crate::sizes::Sizes;
 use crate::start::Start;
@@ -123,9 +123,7 @@ fn weave<const D: usize>(
 /// output, to be gone on from, is none of them.
 fn laid<const D: usize>(exemplars: &Exemplars<D>, field: &[u64]) -> Result<Exemplars<D>, Error> {
     let bits = field.iter().fold(0, |all, bits| all | bits);
-    let sources = exemplars.sources().iter().enumerate().filter(|(number, _)| bits >> number & 1 == 1);
-    let sources = sources.map(|(_, source)| copied(source)).collect::<Result<_, _>>()?;
-    Ok(Exemplars::from_sources(sources, exemplars.weights().to_vec())?)
+    Ok(exemplars.only((0..exemplars.sources().len()).filter(|number| bits >> number & 1 == 1))?)
 }
 
 /// What can be checked before anything is made.

@@ -1,7 +1,7 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
 use clap::{Args, ValueEnum};
-use selvedge_core::{Domain, Run, Transform};
+use selvedge_core::Transform;
 use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate};
 use serde_json::json;
 
@@ -115,7 +115,8 @@ impl Quilt {
         let plan = plan.map_err(|e| failure(&loom, e))?;
         if loom.is_dry() {
             let used = used(&loom, &options, &plan);
-            return Ok(loom.would(used, &format!("from blocks of {} px", plan.block())));
+            let how = format!("from blocks of {} px", plan.block());
+            return Ok(loom.would(used, &how));
         }
         let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
         let stats = woven.stats;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Grid, Guide, Plane, Run, Transform};
+use selvedge_core::{Guide, Plane, Transform};
 use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
 use selvedge_quilting::{TransferOptions, TransferPlan, TransferStats, estimate_transfer};
 use serde_json::json;
@@ -143,7 +143,8 @@ impl Transfer {
         let plan = TransferPlan::new(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let sides: Vec<u32> = plan.blocks().collect();
         if loom.is_dry() {
-            return Ok(loom.would(self.used(&loom, &sides), &how("blocks", &sides)));
+            let used = self.used(&loom, &sides);
+            return Ok(loom.would(used, &how("blocks", &sides)));
         }
         let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
         let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
