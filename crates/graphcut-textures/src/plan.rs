@@ -5,7 +5,6 @@ use selvedge_core::{Exemplars, Grid};
 
 use crate::candidates::variance;
 use crate::error::Error;
-use crate::matching::copied;
 use crate::options::{Options, Placement};
 
 /// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With 1 they
@@ -49,9 +48,7 @@ pub(crate) fn measured<const D: usize>(
 ) -> Result<Plan<D>, Error> {
     let Some(field) = field else { return Plan::new(exemplars, options) };
     let bits = field.plane(0).iter().fold(0, |all, bits| all | bits);
-    let sources = exemplars.sources().iter().enumerate().filter(|(number, _)| bits >> number & 1 == 1);
-    let sources = sources.map(|(_, source)| copied(source)).collect::<Result<_, _>>()?;
-    Plan::new(&Exemplars::from_sources(sources, exemplars.weights().to_vec())?, options)
+    Plan::new(&exemplars.only((0..exemplars.sources().len()).filter(|number| bits >> number & 1 == 1))?, options)
 }
 
 impl<const D: usize> Plan<D> {

@@ -197,5 +197,9 @@ fn large_enough(shape: [u32; 2]) -> Result<(), Error> {
 /// The first source of each exemplar: the others show the same samples.
 fn firsts(exemplars: &Exemplars<2>) -> impl Iterator<Item = &Source<2>> {
     let mut last = None;
-    exemplars.sources().iter().filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
+    exemplars
+        .sources()
+        .iter()
+        .map(|source| &**source)
+        .filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
 }

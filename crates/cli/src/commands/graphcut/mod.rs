@@ -8,6 +8,7 @@ use clap::Args;
 use selvedge_core::{Domain, Grid, Observer, Run, Source, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
 use serde_json::json;
+use std::sync::Arc;
 
 use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
@@ -277,7 +278,7 @@ impl Graphcut {
     fn of_scale(&self, loom: &Loom<'_>, scale: f64) -> u64 {
         let (given, turned) = (loom.loaded.given().len(), self.transforms(&[scale]));
         let sources = loom.loaded.exemplars.sources().iter().enumerate();
-        let here = |(number, s): (usize, &Source<2>)| {
+        let here = |(number, s): (usize, &Arc<Source<2>>)| {
             let laid = usize::from(s.origin.exemplar) < given && turned.contains(&s.origin.transform);
             if laid { 1 << number } else { 0_u64 }
         };
