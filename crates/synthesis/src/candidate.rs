@@ -1,6 +1,6 @@
 //! What may be made of exemplars: a method with its options.
 
-use crate::Error;
+use crate::error::Error;
 use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
 use selvedge_graphcut_textures as graphcut;
 use selvedge_quilting as quilting;

@@ -9,73 +9,25 @@
 #![forbid(unsafe_code)]
 
 mod candidate;
+mod error;
 
 pub use candidate::{Candidate, Graphcut, Quilt, Used, candidates};
+pub use error::Error;
 
-use selvedge_core::{
-    Domain, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec,
-};
+use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec};
 use selvedge_metrics::{Columns, Judge, preference};
 
 /// Options of [`synthesize`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// How much work may be done: 1 makes one candidate and scores nothing, 5 takes about a second for 512^2 from 192^2 on two cores, each step
-    /// beyond twice as much; 9 tens of candidates. Default: 5.
+    /// How much work may be done: 1 makes one candidate and scores nothing, 5 takes about a second for 512^2 from 192^2 on
+    /// two cores, each step beyond twice as much; 9 tens of candidates. Default: 5.
     pub effort: u8,
 }
 
 impl Default for Options {
     fn default() -> Self {
         Self { effort: 5 }
-    }
-}
-
-/// An error of this crate.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Error {
-    /// The effort is out of range.
-    #[error("an effort of {effort} is out of range")]
-    Effort {
-        /// The effort.
-        effort: u8,
-    },
-    /// What quilting says.
-    #[error(transparent)]
-    Quilt(#[from] selvedge_quilting::Error),
-    /// What graph cuts say.
-    #[error(transparent)]
-    Graphcut(#[from] selvedge_graphcut_textures::Error),
-    /// What the measures say.
-    #[error(transparent)]
-    Metrics(#[from] selvedge_metrics::Error),
-    /// What the core says, such as that memory is short.
-    #[error(transparent)]
-    Core(#[from] selvedge_core::Error),
-}
-
-impl Error {
-    /// Who can mend it.
-    pub fn kind(&self) -> ErrorKind {
-        match self {
-            Self::Effort { .. } => ErrorKind::Option,
-            Self::Quilt(e) => e.kind(),
-            Self::Graphcut(e) => e.kind(),
-            Self::Metrics(e) => e.kind(),
-            Self::Core(e) => e.kind(),
-        }
-    }
-
-    /// What to do about it, in terms of the data.
-    pub fn remedy(&self) -> String {
-        match self {
-            Self::Effort { .. } => "use 1 to 9".to_owned(),
-            Self::Quilt(e) => e.remedy(),
-            Self::Graphcut(e) => e.remedy(),
-            Self::Metrics(e) => e.remedy(),
-            Self::Core(e) => e.remedy(),
-        }
     }
 }
 
@@ -112,8 +64,9 @@ const MOST: usize = 60;
 
 /// Makes a texture of several candidates and keeps the best.
 ///
-/// Candidates are taken in order, and again with the next seed, as long as their work and their scoring fit what the effort leaves; at least one.
-/// Exemplars and outputs that are too small to be compared have one candidate. One whose method refuses the exemplars is left out.
+/// Candidates are taken in order, and again with the next seed, as long as their work and their scoring fit what the effort
+/// leaves; at least one. Exemplars and outputs that are too small to be compared have one candidate. One whose method
+/// refuses the exemplars is left out.
 ///
 /// # Errors
 /// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`] and [`Error::Metrics`] if memory is short.
