@@ -4,6 +4,7 @@
 //! locked while its writer lives; parts without a living writer are swept when the same name is written again. Files that
 //! belong together take their names while their folders are locked, so that those of two runs do not mix.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
@@ -62,14 +63,12 @@ fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
 /// ours would wait for the first one. In one order for all, so that no two runs wait for each other. A system without such
 /// locks only loses what they are for.
 fn locked_folders<'p>(folders: impl Iterator<Item = &'p Path>) -> Vec<File> {
-    let mut folders: Vec<(Identity, File)> =
+    let folders: BTreeMap<Identity, File> =
         folders.filter_map(|folder| Some((identity(folder)?, File::open(folder).ok()?))).collect();
-    folders.sort_by(|(a, _), (b, _)| a.cmp(b));
-    folders.dedup_by(|(a, _), (b, _)| a == b);
-    for (_, folder) in &folders {
+    for folder in folders.values() {
         let _ = folder.lock();
     }
-    folders.into_iter().map(|(_, folder)| folder).collect()
+    folders.into_values().collect()
 }
 
 /// A file whose bytes are safely on the disk, but which has not its name yet. Several files that belong together are

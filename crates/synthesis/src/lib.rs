@@ -14,7 +14,9 @@ mod error;
 pub use candidate::{Candidate, Graphcut, Quilt, Used, candidates};
 pub use error::Error;
 
-use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec};
+use selvedge_core::{
+    Domain, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec,
+};
 use selvedge_metrics::{Columns, Judge, preference};
 
 /// Options of [`synthesize`].
