@@ -5,7 +5,6 @@ use selvedge_blending::{Feathered, Splined};
 use selvedge_core::{Domain, Grid, Plane, Render, SourceMap};
 
 use crate::failure::Failure;
-use crate::used::Used;
 
 /// How seams are hidden.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -55,10 +54,5 @@ impl Blending {
     pub(crate) fn memory(self, output: Domain<2>, channels: usize) -> u64 {
         let feathered = self.feather.map_or(0, |sigma| Feathered::bytes(output, channels, sigma));
         self.spline.map_or(feathered, |bands| Splined::bytes(output, channels, bands))
-    }
-
-    /// The options that change samples.
-    pub(crate) fn used(self, used: Used) -> Used {
-        used.with("feather", self.feather).with("spline", self.spline)
     }
 }

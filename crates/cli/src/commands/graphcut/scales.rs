@@ -203,9 +203,7 @@ impl Scales {
 
     /// The options as used.
     pub(super) fn used(&self, used: Used) -> Used {
-        used.with("scale-field", self.field.to_string())
-            .with("scale-range", self.typed.map(|range| range.to_string()))
-            .with("scale-step", self.step)
+        used.set("scale-field", self.field.to_string()).set("scale-range", self.typed.map(|range| range.to_string()))
     }
 }
 
