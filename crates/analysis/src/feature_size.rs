@@ -49,7 +49,11 @@ pub(crate) fn of_strengths<const D: usize>(strengths: &Strengths<D>) -> Result<u
 /// The first source of each exemplar.
 pub(crate) fn firsts<const D: usize>(exemplars: &Exemplars<D>) -> impl Iterator<Item = &Source<D>> {
     let mut last = None;
-    exemplars.sources().iter().filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
+    exemplars
+        .sources()
+        .iter()
+        .map(|source| &**source)
+        .filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
 }
 
 /// The distance from which on samples are unlike each other, in the mean over the directions; at most half the exemplar.

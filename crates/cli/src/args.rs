@@ -124,7 +124,8 @@ pub(crate) enum RoleArg {
     Color,
     /// A tangent-space normal: x right, y up.
     Normal,
-    /// A height.
+    /// A height, or a displacement.
+    #[value(alias = "displacement")]
     Height,
     /// Roughness, metalness, occlusion, labels: anything else.
     Scalar,

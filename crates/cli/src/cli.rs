@@ -24,6 +24,9 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// A larger texture without knobs: several methods make it, and the best is kept.
+    #[command(visible_alias = "synth", after_help = SYNTHESIZE)]
+    Synthesize(commands::synthesize::Synthesize),
     /// Image quilting: a larger texture from overlapping blocks of exemplars.
     #[command(after_help = QUILT)]
     Quilt(commands::quilt::Quilt),
@@ -39,7 +42,7 @@ pub(crate) enum Command {
     /// Tell what is in a picture or a source map, and how it was made.
     #[command(after_help = INFO)]
     Info(commands::info::Info),
-    /// Look at an exemplar: its size, its period, and a command line to begin with.
+    /// Look at an exemplar: its size, the kind of texture, its lattice, and a command line to begin with.
     #[command(after_help = INSPECT)]
     Inspect(commands::inspect::Inspect),
     /// Compare two pictures; exit code 1 if they differ by more than is allowed.
@@ -64,6 +67,7 @@ impl Command {
     /// Runs the command.
     pub(crate) fn execute(&self, session: &Session<'_>) -> Result<Done, Failure> {
         match self {
+            Self::Synthesize(synthesize) => synthesize.run(session),
             Self::Quilt(quilt) => quilt.run(session),
             Self::Transfer(transfer) => transfer.run(session),
             Self::Graphcut(graphcut) => graphcut.run(session),
@@ -118,3 +122,8 @@ Examples:
 const MAN: &str = "\
 Examples:
   selvedge man ~/.local/share/man/man1";
+
+const SYNTHESIZE: &str = "\
+Examples:
+  selvedge synthesize bricks.png -o wall.png --size 1024
+  selvedge synthesize moss.png -o tile.png --tile xy --effort 7";

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use selvedge_core::{Association, Depth, Domain, Encoder, Exemplars, Grid, Plane, Role, Transform};
+use selvedge_core::{Association, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
 use crate::args::{DepthArg, NonFiniteArg};
@@ -233,7 +233,9 @@ fn encoded(
     transforms: &[&[Transform]],
 ) -> Result<Exemplars<2>, selvedge_core::Error> {
     let each: Vec<&[Plane<2>]> = planes.iter().map(std::slice::from_ref).collect();
-    Exemplars::oriented(&Encoder::fit(&each)?, &each, masks, transforms)
+    let exemplar = |i: usize| Exemplar::new(each[i]).masked(masks[i].as_ref()).shown(transforms[i]);
+    let exemplars: Vec<Exemplar<'_, 2>> = (0..each.len()).map(exemplar).collect();
+    Exemplars::new(&Encoder::fit(&each)?, &exemplars)
 }
 
 /// An error of the core about an exemplar, with the name of its file.

@@ -230,6 +230,7 @@ mod tests {
         };
         let mut seen = 0;
         for (name, rest) in [
+            ("synthesize", "a -o b"),
             ("quilt", "a -o b"),
             ("transfer", "a -o b"),
             ("graphcut", "a -o b"),

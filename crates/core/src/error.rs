@@ -185,6 +185,9 @@ pub enum Error {
         /// The map's source, from 0.
         number: usize,
     },
+    /// A map and exemplars that should be half or twice as large are not, or have other sources.
+    #[error("the map and the exemplars are not neighbouring levels of one pyramid")]
+    Pyramid,
     /// Rendering needs a plane for each exemplar.
     #[error("the map was made from {expected} exemplars, but {found} planes were given")]
     PlaneCount {
@@ -208,7 +211,7 @@ impl Error {
             Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
                 ErrorKind::Option
             }
-            Self::Length { .. } | Self::Vote { .. } => ErrorKind::Internal,
+            Self::Length { .. } | Self::Vote { .. } | Self::Pyramid => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }
     }
@@ -218,6 +221,7 @@ impl Error {
         match self {
             Self::Length { .. } => "give as many as the shape asks for",
             Self::Vote { .. } => "use weights that are finite and not negative",
+            Self::Pyramid => "use the exemplars that were made coarser for it",
             Self::TooManySamples { .. } => "use smaller or fewer pictures",
             Self::Allocation { .. } => "use a smaller size",
             Self::OverCaps { .. } => "make it smaller",

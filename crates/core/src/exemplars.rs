@@ -1,5 +1,7 @@
 //! Exemplars as methods see them: features and validity, one source an orientation.
 
+use std::sync::Arc;
+
 use crate::resample;
 use crate::source_map::SourceTable;
 use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform};
@@ -24,6 +26,67 @@ impl<const D: usize> Source<D> {
     fn new(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>, origin: Origin) -> Result<Self, Error> {
         let valid = shown_validity(features.domain(), valid, origin.transform)?;
         Ok(Self { features: shown(features, origin.transform)?, valid, origin })
+    }
+}
+
+/// What sources are made of: one exemplar, where it may be used, and how it is shown.
+///
+/// ```
+/// use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Samples, Transform};
+/// # fn main() -> Result<(), selvedge_core::Error> {
+/// let plane = [Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(Domain::open([1, 2]), 1, vec![7, 9])?))];
+/// let mask = Grid::from_vec(Domain::open([1, 2]), 1, vec![true, false])?;
+/// let turns = [Transform::IDENTITY, Transform::new(90.0, 1.0, false)];
+/// let exemplar = Exemplar::new(&plane).masked(Some(&mask)).shown(&turns);
+/// let exemplars = Exemplars::new(&Encoder::fit(&[&plane])?, &[exemplar])?;
+/// assert_eq!(exemplars.sources()[1].domain().shape, [2, 1]);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Exemplar<'a, const D: usize> {
+    /// Its registered planes.
+    pub planes: &'a [Plane<D>],
+    /// Samples where this is false are not used; `None` for all. What is transparent in any plane is not used either.
+    pub mask: Option<&'a Grid<bool, D>>,
+    /// Its orientations and scales, one source each.
+    pub transforms: &'a [Transform],
+}
+
+impl<'a, const D: usize> Exemplar<'a, D> {
+    /// All of it, as it is.
+    pub const fn new(planes: &'a [Plane<D>]) -> Self {
+        Self { planes, mask: None, transforms: &[Transform::IDENTITY] }
+    }
+
+    /// The same where a mask is true.
+    #[must_use]
+    pub const fn masked(self, mask: Option<&'a Grid<bool, D>>) -> Self {
+        Self { mask, ..self }
+    }
+
+    /// The same in these orientations and scales.
+    #[must_use]
+    pub const fn shown(self, transforms: &'a [Transform]) -> Self {
+        Self { transforms, ..self }
+    }
+
+    /// Its sources. The one that shows it as it is takes the features as they are, so that they are held once.
+    fn sources(&self, number: usize, encoder: &Encoder) -> Result<Vec<Source<D>>, Error> {
+        let features = encoder.encode(self.planes)?;
+        let valid = validity(number, self.planes, self.mask)?;
+        if let Some(&transform) = self.transforms.iter().find(|transform| !transform.is_valid()) {
+            return Err(Error::Transform { transform });
+        }
+        let origin = |&transform: &Transform| Origin { exemplar: number as u16, transform };
+        let identity = self.transforms.iter().position(|&transform| transform == Transform::IDENTITY);
+        let others = self.transforms.iter().enumerate().filter(|&(i, _)| Some(i) != identity);
+        let mut sources =
+            others.map(|(_, t)| Source::new(&features, valid.as_ref(), origin(t))).collect::<Result<Vec<_>, _>>()?;
+        if let Some(i) = identity {
+            sources.insert(i, Source { features, valid, origin: origin(&Transform::IDENTITY) });
+        }
+        Ok(sources)
     }
 }
 
@@ -99,54 +162,22 @@ pub(crate) fn oriented<T: Copy, const D: usize>(
 /// All sources of a run, their samples numbered through, so that one number names a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exemplars<const D: usize> {
-    sources: Vec<Source<D>>,
+    /// Shared by views of some of them.
+    sources: Vec<Arc<Source<D>>>,
     table: SourceTable<D>,
     weights: Vec<u8>,
 }
 
 impl<const D: usize> Exemplars<D> {
-    /// Each exemplar (its registered planes) in each orientation. A sample is valid where no plane's alpha is 0.
+    /// Each exemplar as it is masked and shown, in order.
     ///
     /// # Errors
-    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::NothingValid`], [`Error::Transform`].
-    pub fn new(encoder: &Encoder, exemplars: &[&[Plane<D>]], transforms: &[Transform]) -> Result<Self, Error> {
-        Self::masked(encoder, exemplars, &vec![None; exemplars.len()], transforms)
-    }
-
-    /// Like [`new`](Self::new), with a mask for some exemplars: samples where it is false are not used.
-    ///
-    /// # Errors
-    /// Those of [`new`](Self::new), and [`Error::Shape`] for a mask of another size.
-    pub fn masked(
-        encoder: &Encoder,
-        exemplars: &[&[Plane<D>]],
-        masks: &[Option<Grid<bool, D>>],
-        transforms: &[Transform],
-    ) -> Result<Self, Error> {
-        Self::oriented(encoder, exemplars, masks, &vec![transforms; exemplars.len()])
-    }
-
-    /// Like [`masked`](Self::masked), with orientations for each exemplar.
-    ///
-    /// # Errors
-    /// Those of [`masked`](Self::masked).
-    pub fn oriented(
-        encoder: &Encoder,
-        exemplars: &[&[Plane<D>]],
-        masks: &[Option<Grid<bool, D>>],
-        transforms: &[&[Transform]],
-    ) -> Result<Self, Error> {
+    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::NothingValid`], [`Error::Transform`], and
+    /// [`Error::Shape`] for a mask of another size.
+    pub fn new(encoder: &Encoder, exemplars: &[Exemplar<'_, D>]) -> Result<Self, Error> {
         let mut sources = Vec::new();
-        for (e, (planes, transforms)) in exemplars.iter().zip(transforms).enumerate() {
-            let features = encoder.encode(planes)?;
-            let valid = validity(e, planes, masks.get(e).and_then(Option::as_ref))?;
-            for &transform in *transforms {
-                if !transform.is_valid() {
-                    return Err(Error::Transform { transform });
-                }
-                let origin = Origin { exemplar: e as u16, transform };
-                sources.push(Source::new(&features, valid.as_ref(), origin)?);
-            }
+        for (number, exemplar) in exemplars.iter().enumerate() {
+            sources.extend(exemplar.sources(number, encoder)?);
         }
         Self::from_sources(sources, encoder.weights().to_vec())
     }
@@ -156,7 +187,8 @@ impl<const D: usize> Exemplars<D> {
     /// # Errors
     /// Those of [`Encoder::fit`] and [`new`](Self::new).
     pub fn of(exemplars: &[&[Plane<D>]]) -> Result<Self, Error> {
-        Self::new(&Encoder::fit(exemplars)?, exemplars, &[Transform::IDENTITY])
+        let all: Vec<Exemplar<'_, D>> = exemplars.iter().map(|planes| Exemplar::new(planes)).collect();
+        Self::new(&Encoder::fit(exemplars)?, &all)
     }
 
     /// Takes ready sources; each feature channel has a weight.
@@ -164,6 +196,22 @@ impl<const D: usize> Exemplars<D> {
     /// # Errors
     /// [`Error::NoPlanes`], [`Error::Weights`], [`Error::TooManySamples`], [`Error::NothingValid`].
     pub fn from_sources(sources: Vec<Source<D>>, weights: Vec<u8>) -> Result<Self, Error> {
+        Self::from_shared(sources.into_iter().map(Arc::new).collect(), weights)
+    }
+
+    /// Some of the sources, by number, as exemplars of their own: their samples are numbered anew, and nothing is copied.
+    ///
+    /// # Errors
+    /// [`Error::NoPlanes`] for none, [`Error::NothingValid`].
+    ///
+    /// # Panics
+    /// If there is no source of such a number.
+    pub fn only(&self, sources: impl IntoIterator<Item = usize>) -> Result<Self, Error> {
+        let sources = sources.into_iter().map(|number| Arc::clone(&self.sources[number])).collect();
+        Self::from_shared(sources, self.weights.clone())
+    }
+
+    fn from_shared(sources: Vec<Arc<Source<D>>>, weights: Vec<u8>) -> Result<Self, Error> {
         let first = sources.first().ok_or(Error::NoPlanes { exemplar: 0 })?;
         let channels = first.features.channels();
         if channels != weights.len() || sources.iter().any(|s| s.features.channels() != channels) {
@@ -171,7 +219,7 @@ impl<const D: usize> Exemplars<D> {
         }
         let any_valid =
             |s: &Source<D>| s.valid.as_ref().map_or(!s.domain().is_empty(), |v| v.samples().contains(&true));
-        if !sources.iter().any(any_valid) {
+        if !sources.iter().any(|s| any_valid(s)) {
             return Err(Error::NothingValid);
         }
         let table = SourceTable::new(sources.iter().map(|s| (s.origin, s.domain())).collect())?;
@@ -188,7 +236,7 @@ impl<const D: usize> Exemplars<D> {
         if features.len() != self.sources.len() {
             return Err(Error::GuideCount { expected: self.sources.len(), found: features.len() });
         }
-        let like = |(source, features): (&Source<D>, Grid<u8, D>)| {
+        let like = |(source, features): (&Arc<Source<D>>, Grid<u8, D>)| {
             let (expected, found) = (source.domain().shape.to_vec(), features.domain().shape.to_vec());
             if expected != found {
                 return Err(Error::GuideShape { exemplar: source.origin.exemplar.into(), expected, found });
@@ -211,7 +259,7 @@ impl<const D: usize> Exemplars<D> {
     }
 
     /// The sources, in the order of their numbering.
-    pub fn sources(&self) -> &[Source<D>] {
+    pub fn sources(&self) -> &[Arc<Source<D>>] {
         &self.sources
     }
 
@@ -296,10 +344,28 @@ mod tests {
         let planes = [std::slice::from_ref(&plane)];
         let turn = Transform::Exact { quarter_turns: 1, mirror: false };
         let encoder = Encoder::fit(&planes).unwrap();
-        let exemplars = Exemplars::new(&encoder, &planes, &[Transform::IDENTITY, turn]).unwrap();
+        let exemplars =
+            Exemplars::new(&encoder, &[Exemplar::new(planes[0]).shown(&[Transform::IDENTITY, turn])]).unwrap();
         assert_eq!(exemplars.sources()[1].domain().shape, [2, 1]);
         assert_eq!(exemplars.sources()[1].features.plane(0), [1, 2]);
         assert_eq!(exemplars.locate(SampleId::new(3)), Some((1, [1, 0])));
+    }
+
+    #[test]
+    fn a_view_of_some_sources_shares_them() {
+        let plane = rgba([1, 1]);
+        let transforms = [Transform::new(90.0, 1.0, false), Transform::IDENTITY, Transform::new(30.0, 1.0, true)];
+        let encoder = Encoder::fit(&[std::slice::from_ref(&plane)]).unwrap();
+        let exemplar = Exemplar::new(std::slice::from_ref(&plane)).shown(&transforms);
+        let all = Exemplars::new(&encoder, &[exemplar, exemplar]).unwrap();
+        let origins: Vec<Transform> = all.sources().iter().map(|s| s.origin.transform).collect();
+        assert_eq!(origins, [transforms, transforms].concat(), "in the order asked for");
+        let some = all.only([4, 0]).unwrap();
+        assert!(
+            Arc::ptr_eq(&some.sources()[0], &all.sources()[4]) && Arc::ptr_eq(&some.sources()[1], &all.sources()[0])
+        );
+        assert_eq!(some.locate(SampleId::new(3)), Some((1, [1, 0])));
+        assert_eq!(all.only([]), Err(Error::NoPlanes { exemplar: 0 }));
     }
 
     #[test]
@@ -308,7 +374,7 @@ mod tests {
         let planes = [std::slice::from_ref(&plane)];
         let mask = Grid::try_filled(Domain::open([2, 2]), 1, true).unwrap();
         let encoder = Encoder::fit(&planes).unwrap();
-        let masked = Exemplars::masked(&encoder, &planes, &[Some(mask)], &[Transform::IDENTITY]);
+        let masked = Exemplars::new(&encoder, &[Exemplar::new(planes[0]).masked(Some(&mask))]);
         assert!(matches!(masked, Err(Error::Shape { .. })));
     }
 }

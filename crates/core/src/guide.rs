@@ -1,6 +1,9 @@
 //! Features that steer: further channels under the exemplars and under the output.
 
+use std::sync::Arc;
+
 use crate::exemplars::{copied, shown};
+use crate::pyramid;
 use crate::{Domain, Error, Exemplars, Grid, Source};
 
 /// What an output has to follow besides the look of its exemplars: the same features under every source and under the
@@ -33,7 +36,7 @@ impl<const D: usize> Guide<D> {
             return Err(Error::GuideCount { expected, found: maps.len() });
         }
         let weights = vec![1; target.channels()];
-        let shown = |s: &Source<D>| shown(&maps[usize::from(s.origin.exemplar)], s.origin.transform);
+        let shown = |s: &Arc<Source<D>>| shown(&maps[usize::from(s.origin.exemplar)], s.origin.transform);
         let maps = exemplars.sources().iter().map(shown).collect::<Result<_, _>>()?;
         Ok(Self { exemplars: exemplars.with_features(maps, weights)?, target, asked: None })
     }
@@ -133,6 +136,17 @@ impl<const D: usize> Guide<D> {
         Ok(Self { exemplars, target: stacked(&|guide| &guide.target)?, asked })
     }
 
+    /// The guide at half the size, for exemplars at half the size ([`Exemplars::coarser`]): maps and target are averaged, and
+    /// what is asked for is what was asked for all over.
+    ///
+    /// # Errors
+    /// [`Error::NothingValid`], [`Error::Allocation`].
+    pub fn coarser(&self) -> Result<Self, Error> {
+        let domain = self.target.domain().coarser();
+        let asked = self.asked.as_ref().map(|asked| pyramid::all(asked, domain)).transpose()?;
+        Ok(Self { exemplars: self.exemplars.coarser()?, target: pyramid::mean(&self.target, domain)?, asked })
+    }
+
     /// The maps under the sources, in the guide's own features and weights: a sample has the number that it has in the
     /// exemplars that the guide was made for.
     pub fn exemplars(&self) -> &Exemplars<D> {
@@ -205,13 +219,13 @@ fn whole(shares: &[f64]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Encoder, Plane, Role, Samples, Transform};
+    use crate::{Encoder, Exemplar, Plane, Role, Samples, Transform};
 
     fn exemplars(transforms: &[Transform]) -> Exemplars<2> {
         let grid = Grid::from_vec(Domain::open([2, 3]), 1, vec![0, 1, 2, 3, 4, 5]).unwrap();
         let plane = [Plane::new(Role::Scalar, Samples::U8(grid))];
         let encoder = Encoder::fit(&[&plane[..]]).unwrap();
-        Exemplars::new(&encoder, &[&plane[..]], transforms).unwrap()
+        Exemplars::new(&encoder, &[Exemplar::new(&plane).shown(transforms)]).unwrap()
     }
 
     fn grid(shape: [u32; 2], channels: usize) -> Grid<u8, 2> {

@@ -40,12 +40,12 @@ impl<const D: usize> Render<D> for SourceMap<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Domain, Encoder, Exemplars, Grid, Role, SampleId, Samples, Transform};
+    use crate::{Domain, Encoder, Exemplar, Exemplars, Grid, Role, SampleId, Samples, Transform};
 
     fn map_of(plane: &Plane<2>, transform: Transform) -> SourceMap<2> {
         let planes = [std::slice::from_ref(plane)];
         let encoder = Encoder::fit(&planes).unwrap();
-        let exemplars = Exemplars::new(&encoder, &planes, &[transform]).unwrap();
+        let exemplars = Exemplars::new(&encoder, &[Exemplar::new(planes[0]).shown(&[transform])]).unwrap();
         let mut map = SourceMap::unassigned(&exemplars, exemplars.sources()[0].domain()).unwrap();
         for (i, id) in map.ids.plane_mut(0).iter_mut().enumerate() {
             *id = SampleId::new(i as u32);

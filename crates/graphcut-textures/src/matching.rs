@@ -20,21 +20,8 @@ pub(crate) struct Single<const D: usize> {
 /// [`Error::Core`] if memory is short.
 pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Single<D>>, Error> {
     let usable = |source: &Source<D>| source.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
-    let all = exemplars.sources().iter().enumerate().filter(|(_, source)| usable(source));
-    let single = |(number, source): (usize, &Source<D>)| {
-        let alone = Exemplars::from_sources(vec![copied(source)?], exemplars.weights().to_vec())?;
-        Ok(Single { source: number, exemplars: alone })
-    };
-    all.map(single).collect()
-}
-
-/// A source like this one.
-///
-/// # Errors
-/// [`Error::Core`] if memory is short.
-pub(crate) fn copied<const D: usize>(source: &Source<D>) -> Result<Source<D>, Error> {
-    let valid = source.valid.as_ref().map(|v| v.map(|v| v)).transpose()?;
-    Ok(Source { valid, features: source.features.map(|v| v)?, origin: source.origin })
+    let all = (0..exemplars.sources().len()).filter(|&source| usable(&exemplars.sources()[source]));
+    all.map(|source| Ok(Single { source, exemplars: exemplars.only([source])? })).collect()
 }
 
 /// Finds patches by what they agree with.

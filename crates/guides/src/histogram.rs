@@ -62,7 +62,7 @@ fn by_rank(from: &Histogram, to: &Histogram) -> [u8; 256] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Encoder, Exemplars, Plane, Role, Samples, Transform};
+    use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Plane, Role, Samples};
 
     fn matched(exemplar: &[u8], target: &[u8]) -> Vec<u8> {
         let row = |v: &[u8]| Grid::from_vec(Domain::open([1, v.len() as u32]), 1, v.to_vec()).unwrap();
@@ -87,7 +87,7 @@ mod tests {
         let plane = [Plane::new(Role::Color, Samples::U8(exemplar.clone()))];
         let mask = exemplar.map(|v| (100..=120).contains(&v)).unwrap();
         let encoder = Encoder::fit(&[&plane[..]]).unwrap();
-        let exemplars = Exemplars::masked(&encoder, &[&plane[..]], &[Some(mask)], &[Transform::IDENTITY]).unwrap();
+        let exemplars = Exemplars::new(&encoder, &[Exemplar::new(&plane).masked(Some(&mask))]).unwrap();
         let guide = Guide::new(&exemplars, &[exemplar], row(&[9, 200, 3, 255])).unwrap();
         assert_eq!(match_histogram(guide).unwrap().target().samples(), [100, 120, 100, 120]);
     }

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Problem};
+use crate::identity::{Identity, identity};
 
 /// Writes a file whole or not at all: on failure the old file, or none, is left.
 ///
@@ -34,15 +35,7 @@ pub fn finish_all(staged: Vec<Staged<'_>>) -> Result<(), Error> {
 
 fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
     let problem = |one: &Staged<'_>, e| file_problem(one.path, e, one.bytes.len() as u64);
-    let mut folders: Vec<&Path> = staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.path))).collect();
-    folders.sort_unstable();
-    folders.dedup();
-    // In one order for all, so that nobody waits for a second folder in a ring. A system without such locks only loses
-    // what they are for.
-    let folders: Vec<File> = folders.into_iter().filter_map(|folder| File::open(folder).ok()).collect();
-    for folder in &folders {
-        let _ = folder.lock();
-    }
+    let folders = locked_folders(staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.path))));
     {
         // While this is held, nobody removes the parts.
         let held = parts();
@@ -63,6 +56,20 @@ fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
         let _ = folder.sync_all();
     }
     Ok(())
+}
+
+/// Opens and locks each of these folders once, however often and in however many spellings it is named: a second lock of
+/// ours would wait for the first one. In one order for all, so that no two runs wait for each other. A system without such
+/// locks only loses what they are for.
+fn locked_folders<'p>(folders: impl Iterator<Item = &'p Path>) -> Vec<File> {
+    let mut folders: Vec<(Identity, File)> =
+        folders.filter_map(|folder| Some((identity(folder)?, File::open(folder).ok()?))).collect();
+    folders.sort_by(|(a, _), (b, _)| a.cmp(b));
+    folders.dedup_by(|(a, _), (b, _)| a == b);
+    for (_, folder) in &folders {
+        let _ = folder.lock();
+    }
+    folders.into_iter().map(|(_, folder)| folder).collect()
 }
 
 /// A file whose bytes are safely on the disk, but which has not its name yet. Several files that belong together are

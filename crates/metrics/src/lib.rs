@@ -87,8 +87,8 @@ impl Error {
 /// Sides of windows at half and at a quarter of the size, and of large ones there.
 const WINDOW: u32 = 8;
 const LARGE: u32 = 16;
-/// Least side of exemplars and outputs.
-const LEAST: u32 = 4 * WINDOW;
+/// Least side of exemplars and outputs that can be compared, in samples.
+pub const LEAST: u32 = 4 * WINDOW;
 
 /// Exemplars, prepared to be compared with outputs.
 pub struct Judge {
@@ -197,5 +197,9 @@ fn large_enough(shape: [u32; 2]) -> Result<(), Error> {
 /// The first source of each exemplar: the others show the same samples.
 fn firsts(exemplars: &Exemplars<2>) -> impl Iterator<Item = &Source<2>> {
     let mut last = None;
-    exemplars.sources().iter().filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
+    exemplars
+        .sources()
+        .iter()
+        .map(|source| &**source)
+        .filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
 }

@@ -18,7 +18,7 @@ use crate::options::Error;
 /// No memory for the search of periods.
 pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     let weights = exemplars.weights();
-    let sides = exemplars.sources().iter().map(largest_square).collect::<Result<Vec<u32>, Error>>()?;
+    let sides = exemplars.sources().iter().map(|source| largest_square(source)).collect::<Result<Vec<u32>, Error>>()?;
     let largest = sides.iter().copied().max().unwrap_or(1);
     let counts = |side: u32| largest <= side.saturating_mul(2);
     let shorter = sides.iter().copied().filter(|&side| counts(side)).min().unwrap_or(1).max(1);

@@ -215,7 +215,7 @@ fn guide_error(guide: &Guide<2>, map: &SourceMap<2>) -> u64 {
 mod tests {
     use super::*;
     use crate::search::plain::PlainSearch;
-    use selvedge_core::{Encoder, Grid, Plane, Role, Samples, Seed, Transform};
+    use selvedge_core::{Encoder, Exemplar, Grid, Plane, Role, Samples, Seed, Transform};
 
     /// Smooth noise.
     fn noise(seed: u64, domain: Domain<2>) -> Grid<u8, 2> {
@@ -241,7 +241,8 @@ mod tests {
         let turn = Transform::Exact { quarter_turns: 1, mirror: true };
         for (case, periodic) in [[false, false], [true, false], [true, true]].into_iter().enumerate() {
             let transforms = if case == 0 { vec![Transform::IDENTITY] } else { vec![Transform::IDENTITY, turn] };
-            let exemplars = Exemplars::masked(&encoder, &planes, &[None, mask.clone()], &transforms).unwrap();
+            let exemplars = [Exemplar::new(planes[0]), Exemplar::new(planes[1]).masked(mask.as_ref())];
+            let exemplars = Exemplars::new(&encoder, &exemplars.map(|e| e.shown(&transforms))).unwrap();
             let maps: Vec<_> = planes.iter().map(|p| encoder.encode(p).unwrap()).collect();
             let target = noise(7, Domain { shape: [31, 26], periodic });
             let guide = Guide::new(&exemplars, &maps, target).unwrap();

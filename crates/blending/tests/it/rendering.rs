@@ -2,7 +2,7 @@
 
 use selvedge_blending::{Error, Feathered, Splined};
 use selvedge_core::{
-    Domain, Encoder, Exemplars, Grid, Plane, Render, Role, SampleId, Samples, Seed, SourceMap, Transform,
+    Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Render, Role, SampleId, Samples, Seed, SourceMap, Transform,
 };
 
 fn of(planes: &[&Plane<2>]) -> Exemplars<2> {
@@ -66,7 +66,7 @@ fn feathering_is_what_it_is_defined_as() {
         let mask = Some(Grid::from_vec(domain, 1, valid).unwrap());
         let planes = [std::slice::from_ref(&plane)];
         let encoder = Encoder::fit(&planes).unwrap();
-        let e = Exemplars::masked(&encoder, &planes, &[mask], &[Transform::IDENTITY]).unwrap();
+        let e = Exemplars::new(&encoder, &[Exemplar::new(planes[0]).masked(mask.as_ref())]).unwrap();
         let periodic = [round % 2 == 0, round % 3 == 0];
         let output = Domain { shape: [1 + rng.below(70), 1 + rng.below(90)], periodic };
         // Patches of four by six; each position shows a valid sample.
@@ -287,7 +287,7 @@ fn sources_that_are_turned_and_scaled_are_blended_alike() {
     let planes = [std::slice::from_ref(&plane)];
     let transforms =
         [Transform::new(30.0, 1.5, true), Transform::new(90.0, 1.0, true), Transform::new(0.0, 0.6, false)];
-    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &transforms).unwrap();
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &[Exemplar::new(planes[0]).shown(&transforms)]).unwrap();
     let mut map = SourceMap::unassigned(&e, Domain::open([20, 20])).unwrap();
     for [y, x] in map.domain().positions() {
         let source = (x / 7) as usize;
@@ -306,4 +306,15 @@ fn sources_that_are_turned_and_scaled_are_blended_alike() {
         };
         assert_eq!([3, 10, 17, 6, 7, 13].map(same), [true, true, true, false, false, false]);
     }
+}
+
+#[test]
+fn bands_are_as_wide_as_patches_allow() {
+    let plane = noise(Role::Height, Domain::open([16, 256]), 1, 3);
+    let e = of(&[&plane, &plane]);
+    let levels = |side: u32| {
+        let map = map_of(&e, Domain { shape: [16, 256], periodic: [false, true] }, |[_, x]| (x / side % 2) as usize);
+        Splined::levels_for(&map)
+    };
+    assert_eq!([1, 4, 7, 8, 15, 16, 31, 32, 63, 64, 128].map(levels), [1, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
 }

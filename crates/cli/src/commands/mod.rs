@@ -11,4 +11,5 @@ pub(crate) mod quilt;
 #[cfg(test)]
 pub(crate) mod random_labels;
 pub(crate) mod score;
+pub(crate) mod synthesize;
 pub(crate) mod transfer;

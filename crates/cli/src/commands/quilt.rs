@@ -40,6 +40,8 @@ pub(crate) struct Quilt {
     /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    blending: Blending,
 }
 
 /// A number, or a choice by the program.
@@ -105,7 +107,8 @@ impl Method for Quilt {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options().validate()?)
+        self.options().validate()?;
+        self.blending.validate()
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -113,7 +116,8 @@ impl Method for Quilt {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        estimate(sources, channels, output, &self.options())
+        let method = estimate(sources, channels, output, &self.options());
+        method.saturating_add(self.blending.memory(output, channels + 1, false))
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
@@ -131,7 +135,7 @@ impl Method for Quilt {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
+            blending: self.blending,
             kept: None,
             options: self.used(loom, &plan),
             stats: counts(&woven.stats),
@@ -150,13 +154,15 @@ impl Quilt {
     /// The options as used: what was left to the program, and what --paper stands for.
     fn used(&self, loom: &Loom<'_>, plan: &Plan<'_>) -> Used {
         let (options, lower) = (self.options(), |name: String| name.to_lowercase());
-        loom.used()
+        let used = loom
+            .used()
             .set("block", plan.block())
             .set("overlap", plan.overlap())
             .set("tolerance", options.tolerance)
             .set("stage", lower(format!("{:?}", options.stage)))
             .set("continuation", lower(format!("{:?}", options.continuation)))
-            .set("spread", options.spread)
+            .set("spread", options.spread);
+        self.blending.used_if_any(used)
     }
 
     fn options(&self) -> Options {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Encoder, Exemplars, Plane, Role, SourceMap, Transform};
+use selvedge_core::{Encoder, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
 use selvedge_metrics::{Columns, Judge, preference};
 use serde_json::{Value, json};
 
@@ -86,8 +86,8 @@ impl Score {
             let transforms = transforms(maps.get(i), exemplars.len());
             // Exemplars are prepared again only for a map with other orientations.
             if judge.as_ref().is_none_or(|(of, _)| *of != transforms) {
-                let each: Vec<&[Transform]> = transforms.iter().map(Vec::as_slice).collect();
-                let sources = Exemplars::oriented(&encoder, &slices, &vec![None; slices.len()], &each)?;
+                let shown = slices.iter().zip(&transforms).map(|(planes, of)| Exemplar::new(planes).shown(of));
+                let sources = Exemplars::new(&encoder, &shown.collect::<Vec<_>>())?;
                 judge = Some((transforms, Judge::new(&sources, Default::default())?));
             }
             let Some((_, judge)) = &judge else { continue };

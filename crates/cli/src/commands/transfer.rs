@@ -66,6 +66,8 @@ pub(crate) struct Transfer {
     /// The paper to the letter: --tolerance 0.1 --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    blending: Blending,
 }
 
 /// What of the target is followed, and how much it counts.
@@ -131,7 +133,8 @@ impl Method for Job<'_> {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options.validate()?)
+        self.options.validate()?;
+        self.args.blending.validate()
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -145,7 +148,8 @@ impl Method for Job<'_> {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
         let guides = self.args.followed().len() * 2 + self.pairs.len() * 3;
-        estimate_transfer(sources, channels, guides, output, &self.options)
+        let method = estimate_transfer(sources, channels, guides, output, &self.options);
+        method.saturating_add(self.args.blending.memory(output, channels + 1, false))
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Guide<2>, Failure> {
@@ -165,7 +169,7 @@ impl Method for Job<'_> {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
+            blending: self.args.blending,
             kept: None,
             options: self.args.used(loom, &sides),
             stats: counts(&woven.stats),
@@ -187,6 +191,7 @@ impl Transfer {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
+        self.blending.validate()?;
         self.check_followed()?;
         self.check_weights()?;
         let pairs = self.pairs()?;
@@ -339,13 +344,15 @@ impl Transfer {
             |list: &PathBuf| listed(list, loom.loaded.paths.len()).iter().map(name).collect::<Vec<_>>().join(",");
         let guides: Vec<Vec<String>> = self.guide.chunks(2).map(|g| vec![names(&g[0]), name(&g[1])]).collect();
         let followed: Vec<String> = self.followed().iter().map(ToString::to_string).collect();
-        loom.used()
+        let used = loom
+            .used()
             .set("correspondence", self.target.is_some().then(|| followed.join(",")))
             .set("guide", guides)
             .set("weight", self.weight.clone())
             .set("block", sides.first().copied())
             .set("tolerance", self.options().tolerance)
-            .set("spread", self.options().spread)
+            .set("spread", self.options().spread);
+        self.blending.used_if_any(used)
     }
 }
 

@@ -38,7 +38,7 @@ impl<'a> Field<'a> {
 
     /// All sources of exemplars, in their order.
     pub fn all(exemplars: &'a Exemplars<2>) -> Vec<Self> {
-        exemplars.sources().iter().map(Self::of).collect()
+        exemplars.sources().iter().map(|source| Self::of(source)).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! What must not be used, must stay, or may show in places only: masks, fixed samples, fields of sources.
 
 use crate::common::{PLACEMENTS, blobs, of, weave};
-use selvedge_core::{Domain, Encoder, Exemplars, Grid, Run, SampleId, Seed, SourceMap, Transform};
+use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Run, SampleId, Seed, SourceMap, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, graphcut_from};
 
 #[test]
@@ -11,8 +11,7 @@ fn masks_do_not_make_patches_of_single_samples() {
     let valid = Domain::open([60, 60]).positions().map(|[_, x]| x < 24 || rng.below(50) == 0).collect();
     let valid = Grid::from_vec(Domain::open([60, 60]), 1, valid).unwrap();
     let planes = [std::slice::from_ref(&plane)];
-    let e =
-        Exemplars::masked(&Encoder::fit(&planes).unwrap(), &planes, &[Some(valid)], &[Transform::IDENTITY]).unwrap();
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &[Exemplar::new(planes[0]).masked(Some(&valid))]).unwrap();
     for placement in PLACEMENTS {
         let options = Options { placement, region: Some([12; 2]), ..Options::default() };
         let (map, stats) = weave(&e, Domain::open([80, 80]), &options);
@@ -32,7 +31,7 @@ fn masked_samples_are_never_used() {
     let valid = Grid::from_vec(Domain::open([30, 30]), 1, valid).unwrap();
     let planes = [std::slice::from_ref(&plane)];
     let encoder = Encoder::fit(&planes).unwrap();
-    let e = Exemplars::masked(&encoder, &planes, &[Some(valid.clone())], &[Transform::IDENTITY]).unwrap();
+    let e = Exemplars::new(&encoder, &[Exemplar::new(planes[0]).masked(Some(&valid))]).unwrap();
     for placement in PLACEMENTS {
         let (map, _) = weave(&e, Domain::open([40, 44]), &Options { placement, refine: Some(8), ..Options::default() });
         assert!(map.domain().positions().all(|p| map.locate(p).is_some_and(|(_, at)| valid.get(0, at))));
@@ -67,7 +66,7 @@ fn a_field_of_sources_is_obeyed() {
     let plane = blobs([32, 32], 7);
     let planes = [std::slice::from_ref(&plane)];
     let scales = [1.0, 0.5].map(|scale| Transform::new(0.0, scale, false));
-    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &planes, &scales).unwrap();
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &[Exemplar::new(planes[0]).shown(&scales)]).unwrap();
     let output = Domain::open([40, 40]);
     let field = output
         .positions()

@@ -12,6 +12,7 @@ mod entropy;
 mod frame;
 mod idct;
 mod markers;
+mod picture;
 mod read;
 mod scan;
 mod write;

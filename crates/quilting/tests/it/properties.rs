@@ -1,8 +1,8 @@
 //! What quilting promises, on generated textures and through the public interface alone.
 
 use selvedge_core::{
-    Domain, Encoder, Event, Exemplars, Grid, Guide, Limits, Observer, Plane, Render, Run, Samples, Seed, SimdLevel,
-    Transform,
+    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Guide, Limits, Observer, Plane, Render, Run, Samples, Seed,
+    SimdLevel, Transform,
 };
 use selvedge_quilting::{Continuation, Error, Options, Stage, TransferOptions, quilt, transfer};
 use selvedge_testkit::{exemplars, simple};
@@ -104,7 +104,7 @@ fn masked_samples_are_never_used() {
     }
     let planes = [std::slice::from_ref(&exemplar)];
     let encoder = Encoder::fit(&planes).unwrap();
-    let exemplars = Exemplars::masked(&encoder, &planes, &[Some(mask.clone())], &[Transform::IDENTITY]).unwrap();
+    let exemplars = Exemplars::new(&encoder, &[Exemplar::new(planes[0]).masked(Some(&mask))]).unwrap();
     let options = Options { block: Some(12), ..Options::default() };
     let map = quilt(&exemplars, Domain::periodic([50, 50]), &options, &Run::seeded(2)).unwrap().result;
     assert!(map.domain().positions().all(|at| mask.get(0, map.locate(at).unwrap().1)));
@@ -303,7 +303,8 @@ fn transfers_follow_turned_and_scaled_exemplars() {
     let planes = [std::slice::from_ref(&plane)];
     let diagonal = Transform::new(30.0, 0.8, false);
     let encoder = Encoder::fit(&planes).unwrap();
-    let exemplars = Exemplars::new(&encoder, &planes, &[Transform::IDENTITY, diagonal]).unwrap();
+    let exemplars =
+        Exemplars::new(&encoder, &[Exemplar::new(planes[0]).shown(&[Transform::IDENTITY, diagonal])]).unwrap();
     let guide = Guide::new(&exemplars, &[green(&plane)], green(&target)).unwrap();
     let options = TransferOptions { block: Some(14), passes: 2, ..TransferOptions::default() };
     let map = transfer(&exemplars, &guide, &options, &Run::seeded(2)).unwrap().result;

@@ -10,6 +10,7 @@ use clap::Args;
 use selvedge_core::{Domain, Grid, Observer, Run, Source, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
 use serde_json::json;
+use std::sync::Arc;
 
 use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
@@ -167,7 +168,7 @@ impl Method for Job<'_> {
         let film = if filmed { course::memory(sources, channels, output) } else { 0 };
         let method = estimate(sources, channels, output, &self.options);
         let method = method.saturating_add(field).saturating_add(film);
-        method.saturating_add(self.args.blending.memory(output, channels + 1))
+        method.saturating_add(self.args.blending.memory(output, channels + 1, true))
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
@@ -316,7 +317,7 @@ impl Graphcut {
     fn of_scale(&self, loom: &Loom<'_>, scale: f64) -> u64 {
         let (given, turned) = (loom.loaded.given().len(), self.transforms(&[scale]));
         let sources = loom.loaded.exemplars.sources().iter().enumerate();
-        let here = |(number, s): (usize, &Source<2>)| {
+        let here = |(number, s): (usize, &Arc<Source<2>>)| {
             let laid = usize::from(s.origin.exemplar) < given && turned.contains(&s.origin.transform);
             if laid { 1 << number } else { 0_u64 }
         };
@@ -335,6 +336,7 @@ impl Graphcut {
             .set("variety", stats.map_or(options.variety, |s| Some(s.variety)))
             .set("refine", options.refine)
             .set("tries", options.tries);
+        let used = self.blending.used(used);
         match field {
             Some(field) => field.used(used),
             None => used.without("scale-field").without("scale-range").without("scale-step"),
