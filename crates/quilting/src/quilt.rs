@@ -39,7 +39,7 @@ pub struct Stats {
 /// let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;
 /// let options = Options { block: Some(18), ..Options::default() };
 /// let plan = Plan::new(&exemplars, Domain::open([256, 256]), &options, &Run::seeded(0))?;
-/// assert_eq!((plan.block(), plan.overlap(), plan.blocks()), (18, 3, 17 * 17));
+/// assert_eq!((plan.block(), plan.overlap(), plan.blocks()), (18, 4, 18 * 18));
 /// # Ok(())
 /// # }
 /// ```

@@ -200,7 +200,7 @@ fn holes_of_a_picture_are_filled() {
         }
         c => (y * 5 + x * 3 + c as u32 * 40) as u8,
     });
-    folder.run("graphcut @/cobbles.png -o out.png --map m.exr --over over.png --region 16 --refine 3").done();
+    folder.run("graphcut @/cobbles.png -o out.png --map m.exr --over over.png --region 16 --reach 4 --refine 3").done();
     let (over, out) = (samples(&folder, "over.png"), samples(&folder, "out.png"));
     let opaque = |i: usize| over.value(3, i) == 255.0;
     assert!((0..50 * 40).all(|i| out.value(3, i) == 255.0));

@@ -86,7 +86,7 @@ fn a_limit_of_file_sizes_is_no_space_and_leaves_no_part() {
     assert_eq!(folder.files(), before);
     // Of two files the first fits.
     let line = "quilt g.png -o out.png --size 40 --block 30 --map map.exr --explain large.tiff";
-    limited(&folder, "-f 24", line).refused(5, &["'large.tiff'", "no space for"]);
+    limited(&folder, "-f 20", line).refused(5, &["'large.tiff'", "no space for"]);
     assert_eq!(folder.files(), before);
 }
 

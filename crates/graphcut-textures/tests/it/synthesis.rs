@@ -209,7 +209,8 @@ fn several_exemplars_and_orientations_are_used() {
     let (a, b) = (blobs([26, 20], 8), blobs([20, 30], 8));
     let planes = [std::slice::from_ref(&a), std::slice::from_ref(&b)];
     let turns: Vec<Transform> = (0..4).map(|quarter_turns| Transform::Exact { quarter_turns, mirror: false }).collect();
-    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &[Exemplar::new(planes[0]).shown(&turns)]).unwrap();
+    let turned = planes.map(|planes| Exemplar::new(planes).shown(&turns));
+    let e = Exemplars::new(&Encoder::fit(&planes).unwrap(), &turned).unwrap();
     let options = Options { placement: Placement::Random, refine: Some(0), ..Options::default() };
     let (map, _) = weave(&e, Domain::open([90, 90]), &options);
     let used: std::collections::BTreeSet<usize> =
