@@ -3,6 +3,7 @@
 
 mod bench;
 mod ci;
+mod fit;
 mod fixtures;
 mod gallery;
 mod program;
@@ -19,13 +20,14 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
 /// Nothing to say, or a line that says what went wrong (details have been printed).
 type Outcome = Result<(), String>;
 
-const CHORES: [Chore; 9] = [
+const CHORES: [Chore; 10] = [
     (
         "bench [PATTERN]",
         "time whole runs of the program and check their answers; --against PROGRAM compares",
         bench::run,
     ),
     ("ci", "everything that has to pass: format, lints, documentation, tests, each crate bare, tidiness", ci::run),
+    ("fit", "the coefficients of the preference again, from the table of columns and ranks", fit::run),
     (
         "fixtures [--write]",
         "check fixtures/ against its manifest and the code that made it, or make it again",

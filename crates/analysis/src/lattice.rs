@@ -77,7 +77,7 @@ impl Lattice {
                 let mut vector = [0; 2];
                 vector[axis] = (once * times) as i32;
                 let mut off = [2; 2];
-                off[axis] = times as i32 / 2 + 1;
+                off[axis] = times as i32 / 2;
                 best(vector, off).filter(|&(s, ..)| LIKE <= s).map(|(_, _, v)| (v[axis] as u32, times))
             });
             far.or(Some((once, 1)))

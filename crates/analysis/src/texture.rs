@@ -89,7 +89,12 @@ impl Texture {
         let lines = Lines::of(&fine, weights);
         let strengths = Strengths::within(&even.features()?, Some(&even.known), weights, Lattice::reach(&even))?;
         let lattice = strengths.as_ref().map(|s| Lattice::of(s, &even)).transpose()?.flatten();
-        let lattice = lattice.map(|l| whole.as_ref().map_or(l, |w| l.refined(w, picture.side)));
+        // Shade draws likeness towards the short ways: where cells are samples, what was found without it is as fine.
+        let lattice = lattice.map(|l| match (&strengths, &whole) {
+            (Some(even), _) if picture.side == 1 => l.refined(even, 1),
+            (_, Some(whole)) => l.refined(whole, picture.side),
+            _ => l,
+        });
         let near = |v| strengths.as_ref().and_then(|s| s.at(v)).unwrap_or(1000);
         let body = strengths.as_ref().map_or(0, lost_likeness);
         let mut texture = Self {
@@ -175,14 +180,14 @@ mod tests {
         assert_eq!((lattice.kind, lattice.is_orderly()), (Kind::Lattice, true));
         let planks = of([150, 150], |y, x| (120 + noise(y / 25, 0, 4) / 12 + noise(y, x, 5) / 60) as u8);
         assert_eq!(planks.kind, Kind::Lines);
-        let signs = |y: i64, x: i64| if y % 14 < 8 && 0 < noise(y / 14 * 8 + y % 14 / 2, x / 2, 6) { 30 } else { 230 };
+        let signs = |y: i64, x: i64| if y % 14 < 8 && 0 < noise(y / 14 * 8 + y % 14 / 4, x / 2, 6) { 30 } else { 230 };
         let text = of([160, 160], signs);
         assert_eq!((text.kind, text.is_orderly()), (Kind::Text, true), "{text:?}");
         let grain = of([150, 150], |y, x| (128 + noise(y, x, 7) / 9) as u8);
         assert_eq!((grain.kind, grain.is_orderly()), (Kind::Stochastic, false));
         let stones = of([180, 180], |y, x| bodies(y, x, 22, 9));
         assert_eq!((stones.kind, stones.is_uneven()), (Kind::Objects, false), "{stones:?}");
-        let scene = of([120, 120], |y, x| if disc(y - 60, x - 60, 40) { 200 } else { 250 - y as u8 });
+        let scene = of([120, 120], |y, x| if disc(y - 50, x - 65, 42) { 120 } else { 240 });
         assert_eq!(scene.kind, Kind::Scene, "{scene:?}");
     }
 
@@ -191,7 +196,8 @@ mod tests {
         let lit = |y: i64, x: i64| (if disc(y % 24 - 12, x % 30 - 15, 9) { 90 } else { 40 }) + x as u8;
         let texture = of([120, 150], lit);
         assert!(texture.is_uneven() && texture.kind == Kind::Lattice, "{texture:?}");
-        assert_eq!(texture.lattice.unwrap().along, [Some((48, 2)), Some((60, 2))]);
+        let lattice = texture.lattice.unwrap();
+        assert_eq!([0, 1].map(|axis| lattice.closing(axis, 100)), [96, 90]);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use selvedge_blending::{Feathered, Splined};
+use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{Domain, Grid, Origin, Plane, Render, Role, Samples, Seed, SourceMap, SourceTable, Transform};
 
 /// Side of the output.
@@ -16,6 +16,8 @@ enum How {
     Copied,
     Feathered(f64),
     Splined(u32),
+    /// Wholly, or as near to seams.
+    Fused(Option<u32>),
 }
 
 const CASES: &[(&str, How, &str)] = &[
@@ -24,6 +26,8 @@ const CASES: &[(&str, How, &str)] = &[
     ("feather/8", How::Feathered(8.0), "sigma of 8"),
     ("spline/3", How::Splined(3), "spline it, 3 bands"),
     ("spline/5", How::Splined(5), "5 bands"),
+    ("fuse", How::Fused(None), "fuse it"),
+    ("fuse/8", How::Fused(Some(8)), "no farther than 8 samples from seams"),
 ];
 
 fn main() {
@@ -104,6 +108,10 @@ impl Setup {
         let out = match how {
             How::Copied => self.map.render(&planes),
             How::Feathered(sigma) => Feathered::new(&self.map, Vec::new(), *sigma).expect("in range").render(&planes),
+            How::Fused(reach) => {
+                let fused = Fused::new(&self.map, Vec::new()).expect("a map");
+                reach.map_or(fused.clone(), |reach| fused.within(reach)).render(&planes)
+            }
             How::Splined(bands) => Splined::new(&self.map, Vec::new(), *bands).expect("in range").render(&planes),
         };
         out.expect("a picture")

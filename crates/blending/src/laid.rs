@@ -51,6 +51,13 @@ impl<'m, const D: usize> Laid<'m, D> {
         outer
     }
 
+    /// True if a sample's source says that it may show.
+    pub(crate) fn may_show(&self, id: SampleId) -> bool {
+        let Some(source) = self.map.table.source(id) else { return false };
+        let valid = self.valid.get(source).copied().flatten();
+        valid.is_none_or(|v| v.samples()[(id.get() - self.map.table.first(source)) as usize])
+    }
+
     /// A patch's samples over a window, row-major; unassigned outside of its source and where that is not valid.
     pub(crate) fn samples_of(&self, patch: &Patch<D>, window: &Window<D>, to: &mut Vec<SampleId>) {
         let first = self.map.table.first(patch.source);

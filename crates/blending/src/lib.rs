@@ -2,7 +2,8 @@
 //!
 //! # Usage
 //! Take a map from any method, say by source which samples may show, choose a renderer, and lay it over planes of any
-//! depth. [`Feathered`] mixes what meets near a seam; [`Splined`] does so for each band of detail over a width of its own.
+//! depth. [`Feathered`] mixes what meets near a seam; [`Splined`] does so for each band of detail over a width of its own;
+//! [`Fused`] raises and lowers patches until they meet, which is what heights want.
 //!
 //! ```
 //! use selvedge_blending::Feathered;
@@ -37,13 +38,18 @@
 
 mod bands;
 mod boxes;
+mod conjugate;
 mod error;
 mod feather;
+mod fourier;
+mod fused;
 mod laid;
 mod near;
+mod poisson;
 mod region;
 mod spline;
 
 pub use error::Error;
 pub use feather::Feathered;
+pub use fused::Fused;
 pub use spline::Splined;

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
-use selvedge_core::{Depth, Role};
+use selvedge_core::{Bytes, Depth, Role};
 use selvedge_io::{Format, NonFinite};
 
 use crate::commands;
-use crate::size::Bytes;
+use crate::size;
 
 /// Synthesises textures, materials and moving textures from examples.
 #[derive(Debug, Parser)]
@@ -69,7 +69,7 @@ pub(crate) struct Global {
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub(crate) verbose: bool,
     /// Refuse to need more memory than this, such as 2GiB. Default: half of what is available.
-    #[arg(long, global = true, value_name = "SIZE")]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = size::bytes)]
     pub(crate) max_memory: Option<Bytes>,
     /// Refuse to replace files that exist.
     #[arg(long, global = true)]

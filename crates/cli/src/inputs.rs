@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Limits, Role};
+use selvedge_core::{Bytes, Limits, Role};
 use selvedge_io::{Fingerprint, Info, MapFile, Picture, Problem, ReadOptions};
 use serde_json::{Value, json};
 
@@ -164,7 +164,7 @@ fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     std::io::stdin().lock().take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
     if budget < bytes.len() as u64 {
-        let budget = crate::memory::human(budget);
+        let budget = Bytes(budget);
         let failure = Failure::new(6, format!("is more than the {budget} allowed"));
         return Err(failure.remedy("raise --max-memory").named(STREAM));
     }

@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use selvedge_core::{Depth, Domain};
+use selvedge_core::{Bytes, Depth, Domain, Error, Limits};
 use selvedge_io::Info;
 
 use crate::failure::Failure;
 
 /// The program itself: code, stacks of its threads, small things. About 13 MiB are seen.
-const PROGRAM: u64 = 18 << 20;
+const PROGRAM: Bytes = Bytes(18 << 20);
 
 /// Bytes of a picture's samples.
-pub(crate) fn picture(domain: Domain<2>, channels: usize, depth: Depth) -> u64 {
-    samples(domain).saturating_mul(channels as u64).saturating_mul(bytes_of(depth))
+pub(crate) fn picture(domain: Domain<2>, channels: usize, depth: Depth) -> Bytes {
+    Bytes::of_samples(domain, bytes_of(depth)) * channels as u64
 }
 
 /// Bytes of one sample.
@@ -24,49 +24,36 @@ fn bytes_of(depth: Depth) -> u64 {
     }
 }
 
-fn samples(domain: Domain<2>) -> u64 {
-    domain.shape.iter().fold(1, |n, &side| u64::saturating_mul(n, side.into()))
-}
-
 /// An upper bound of what exemplars take: each file and its samples twice while it is read, then samples in the depth
 /// of the output.
-pub(crate) fn exemplars(infos: &[Info], depth: Depth) -> u64 {
+pub(crate) fn exemplars(infos: &[Info], depth: Depth) -> Bytes {
     let one = |info: &Info| {
         let domain = Domain::open([info.height, info.width]);
-        let as_read = picture(domain, info.channels, info.depth).saturating_mul(3);
-        let as_rendered = picture(domain, info.channels.max(4), depth);
-        as_read.saturating_add(as_rendered)
+        picture(domain, info.channels, info.depth) * 3 + picture(domain, info.channels.max(4), depth)
     };
-    infos.iter().map(one).fold(PROGRAM, u64::saturating_add)
+    PROGRAM + infos.iter().map(one).sum()
 }
 
 /// An upper bound of what sources take: features and validity, twice while they are turned.
-pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> u64 {
-    let one = |domain: &Domain<2>| samples(*domain).saturating_mul(2 * channels as u64 + 2);
-    sources.iter().map(one).fold(0, u64::saturating_add)
+pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> Bytes {
+    sources.iter().map(|domain| Bytes::of_samples(*domain, 2 * channels as u64 + 2)).sum()
 }
 
 /// An upper bound of what resampled sources take while a map is rendered: their samples, in the depth of the output.
-pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> u64 {
-    resampled.iter().map(|domain| picture(*domain, channels, depth)).fold(0, u64::saturating_add)
+pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> Bytes {
+    resampled.iter().map(|domain| picture(*domain, channels, depth)).sum()
 }
 
 /// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,
 /// and twice the size of each as a file that was not compressed.
-pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> u64 {
-    let map = samples(domain).saturating_mul(4 + if map_file { 24 } else { 0 });
-    map.saturating_add(picture(domain, channels, depth).saturating_mul(3))
-}
-
-/// Of two stages of which the one ends before the other begins: the greater, and some of the other, since not all that
-/// is freed is given back.
-pub(crate) fn stages(one: u64, other: u64) -> u64 {
-    one.max(other).saturating_add(one.min(other) / 4)
+pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> Bytes {
+    let map = Bytes::of_samples(domain, 4 + if map_file { 24 } else { 0 });
+    map + picture(domain, channels, depth) * 3
 }
 
 /// An upper bound of what an explanation of that height and width takes: as samples, as a file, and while that is made.
-pub(crate) fn explained(shape: [u64; 2]) -> u64 {
-    shape[0].saturating_mul(shape[1]).saturating_mul(3 * 4)
+pub(crate) fn explained(shape: [u64; 2]) -> Bytes {
+    Bytes(3 * 4) * shape[0] * shape[1]
 }
 
 /// How a user makes an output smaller.
@@ -95,41 +82,52 @@ impl Resized {
     }
 }
 
+/// Refuses outputs over the caps.
+pub(crate) fn check_caps(limits: &Limits, domain: Domain<2>, resized: Resized) -> Result<(), Failure> {
+    let refused = |e| Failure::from(e).remedy(format!("use a smaller {}", resized.flag()));
+    limits.admit(domain, Bytes(0)).map_err(refused)
+}
+
 /// Refuses what exceeds the budget, and says what would fit: the largest output of the same shape, if any; else the
 /// exemplar is to blame.
 pub(crate) fn check(
-    budget: u64,
+    limits: &Limits,
     exemplar: Option<&Path>,
     domain: Domain<2>,
     resized: Resized,
-    need: &dyn Fn(Domain<2>) -> u64,
-) -> Result<u64, Failure> {
+    need: &dyn Fn(Domain<2>) -> Bytes,
+) -> Result<Bytes, Failure> {
     let needed = need(domain);
-    if needed <= budget {
-        return Ok(needed);
+    let Err(refused) = limits.admit(domain, needed) else { return Ok(needed) };
+    if let Some(shape) = fitting(limits, domain, need) {
+        return Err(exceeded(refused, &resized.to(shape)));
     }
-    if let Some(shape) = fitting(budget, domain, need) {
-        return Err(exceeded(budget, needed, &resized.to(shape)));
-    }
-    let failure = exceeded(budget, needed, "a smaller exemplar");
+    let failure = exceeded(refused, "a smaller exemplar");
     Err(exemplar.map_or(failure.clone(), |path| failure.about(path)))
 }
 
 /// Refuses what exceeds the budget where only the input can be made smaller.
-pub(crate) fn check_fixed(budget: u64, needed: u64) -> Result<(), Failure> {
-    if needed <= budget { Ok(()) } else { Err(exceeded(budget, needed, "smaller pictures")) }
+pub(crate) fn check_fixed(limits: &Limits, needed: Bytes) -> Result<(), Failure> {
+    limits.admit(Domain::open([1, 1]), needed).map_err(|refused| exceeded(refused, "smaller pictures"))
 }
 
-fn exceeded(budget: u64, needed: u64, smaller: &str) -> Failure {
-    let what = format!("the run needs about {} of memory, and {} are allowed", human(needed), human(budget));
-    let raised = human(needed.saturating_add(needed / 8)).replace(' ', "");
-    Failure::new(6, what).remedy(format!("use {smaller} or --max-memory {raised}"))
+fn exceeded(refused: Error, smaller: &str) -> Failure {
+    match refused {
+        Error::OverBudget { needed, .. } => {
+            let raised = (needed + Bytes(needed.0 / 8)).to_string().replace(' ', "");
+            Failure::from(refused).remedy(format!("use {smaller} or --max-memory {raised}"))
+        }
+        other => other.into(),
+    }
 }
 
 /// The largest shape of the same proportions, in 1024ths, that fits.
-fn fitting(budget: u64, domain: Domain<2>, need: &dyn Fn(Domain<2>) -> u64) -> Option<[u32; 2]> {
+fn fitting(limits: &Limits, domain: Domain<2>, need: &dyn Fn(Domain<2>) -> Bytes) -> Option<[u32; 2]> {
     let scaled = |part: u64| domain.shape.map(|side| ((u64::from(side) * part / 1024) as u32).max(1));
-    let fits = |part: u64| need(Domain { shape: scaled(part), ..domain }) <= budget;
+    let fits = |part: u64| {
+        let smaller = Domain { shape: scaled(part), ..domain };
+        limits.admit(smaller, need(smaller)).is_ok()
+    };
     let (mut yes, mut no) = (0, 1024);
     if !fits(yes) {
         return None;
@@ -141,48 +139,29 @@ fn fitting(budget: u64, domain: Domain<2>, need: &dyn Fn(Domain<2>) -> u64) -> O
     Some(scaled(yes))
 }
 
-/// An amount of memory as people write it.
-pub(crate) fn human(bytes: u64) -> String {
-    let units = ["B", "KiB", "MiB", "GiB", "TiB"];
-    let mut value = bytes as f64;
-    let mut unit = 0;
-    while 1024.0 <= value && unit + 1 < units.len() {
-        value /= 1024.0;
-        unit += 1;
-    }
-    // Upwards, so that what is written suffices when it is typed.
-    if unit == 0 || 10.0 <= value {
-        format!("{} {}", value.ceil(), units[unit])
-    } else {
-        format!("{:.1} {}", (value * 10.0).ceil() / 10.0, units[unit])
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn amounts_are_read_as_people_write_them() {
-        assert_eq!([human(0), human(1023), human(1536)], ["0 B", "1023 B", "1.5 KiB"]);
-        assert_eq!([human(100 << 20), human(5 << 30)], ["100 MiB", "5.0 GiB"]);
-    }
-
-    #[test]
     fn what_would_fit_fits() {
-        let need = |d: Domain<2>| 1000 + samples(d) * 10;
+        let need = |d: Domain<2>| Bytes(1000) + Bytes::of_samples(d, 10);
+        let limits = |memory| Limits { memory, ..Limits::default() };
         let domain = Domain::open([300, 600]);
-        assert_eq!(check(1_801_000, None, domain, Resized::Size, &need), Ok(1_801_000));
-        let refused = check(1_000_000, None, domain, Resized::Size, &need).unwrap_err();
+        assert_eq!(check(&limits(1_801_000), None, domain, Resized::Size, &need), Ok(Bytes(1_801_000)));
+        let refused = check(&limits(1_000_000), None, domain, Resized::Size, &need).unwrap_err();
         assert_eq!(refused.exit, 6);
         let size = refused.remedy.unwrap();
         let shape = size.strip_prefix("use --size ").unwrap().split_once(' ').unwrap().0.to_owned();
         let (w, h) = shape.split_once('x').unwrap();
         let (w, h): (u32, u32) = (w.parse().unwrap(), h.parse().unwrap());
-        assert!(need(Domain::open([h, w])) <= 1_000_000 && 1_000_000 < need(Domain::open([h + 1, w + 2])), "{shape}");
-        let refused = check(900, Some(Path::new("a.png")), domain, Resized::Size, &need).unwrap_err();
+        assert!(
+            need(Domain::open([h, w])).0 <= 1_000_000 && 1_000_000 < need(Domain::open([h + 1, w + 2])).0,
+            "{shape}"
+        );
+        let refused = check(&limits(900), Some(Path::new("a.png")), domain, Resized::Size, &need).unwrap_err();
         assert_eq!(refused.path.as_deref(), Some("a.png"));
-        let of_target = check(1_000_000, None, domain, Resized::Target, &need).unwrap_err().remedy.unwrap();
+        let of_target = check(&limits(1_000_000), None, domain, Resized::Target, &need).unwrap_err().remedy.unwrap();
         assert!(of_target.starts_with("use a target of ") && !of_target.contains("--size"), "{of_target}");
         assert!(refused.remedy.unwrap().starts_with("use a smaller exemplar"));
     }

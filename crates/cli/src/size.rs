@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::ValueEnum;
-use selvedge_core::Domain;
+use selvedge_core::{Bytes, Domain};
 
 use crate::wrong::Wrong;
 
@@ -82,31 +82,24 @@ impl Tile {
     }
 }
 
-/// An amount of memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Bytes(pub(crate) u64);
-
-impl FromStr for Bytes {
-    type Err = Wrong;
-
-    fn from_str(text: &str) -> Result<Self, Wrong> {
-        let wrong = || Wrong::new(format!("'{text}' is no amount of memory"), "write 500MiB or 2GiB");
-        let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-        let scale: u32 = match text[digits.len()..].to_ascii_lowercase().as_str() {
-            "" | "b" => 1,
-            "k" | "kib" => 1 << 10,
-            "m" | "mib" => 1 << 20,
-            "g" | "gib" => 1 << 30,
-            "kb" => 1000,
-            "mb" => 1_000_000,
-            "gb" => 1_000_000_000,
-            _ => return Err(wrong()),
-        };
-        let number: f64 = digits.trim().parse().map_err(|_| wrong())?;
-        let bytes = number * f64::from(scale);
-        // Beyond 2^63 it is no amount of memory.
-        if (0.0..9.2e18).contains(&bytes) { Ok(Self(bytes as u64)) } else { Err(wrong()) }
-    }
+/// An amount of memory, as people write it.
+pub(crate) fn bytes(text: &str) -> Result<Bytes, Wrong> {
+    let wrong = || Wrong::new(format!("'{text}' is no amount of memory"), "write 500MiB or 2GiB");
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let scale: u32 = match text[digits.len()..].to_ascii_lowercase().as_str() {
+        "" | "b" => 1,
+        "k" | "kib" => 1 << 10,
+        "m" | "mib" => 1 << 20,
+        "g" | "gib" => 1 << 30,
+        "kb" => 1000,
+        "mb" => 1_000_000,
+        "gb" => 1_000_000_000,
+        _ => return Err(wrong()),
+    };
+    let number: f64 = digits.trim().parse().map_err(|_| wrong())?;
+    let bytes = number * f64::from(scale);
+    // Beyond 2^63 it is no amount of memory.
+    if (0.0..9.2e18).contains(&bytes) { Ok(Bytes(bytes as u64)) } else { Err(wrong()) }
 }
 
 #[cfg(test)]
@@ -127,12 +120,12 @@ mod tests {
 
     #[test]
     fn memory_is_read_as_written() {
-        assert_eq!("2GiB".parse(), Ok(Bytes(2 << 30)));
-        assert_eq!("500 MB".parse(), Ok(Bytes(500_000_000)));
-        assert_eq!("1024".parse(), Ok(Bytes(1024)));
-        assert_eq!("1.5KiB".parse(), Ok(Bytes(1536)));
-        assert!("2 giraffes".parse::<Bytes>().is_err());
-        assert!("-1".parse::<Bytes>().is_err());
-        assert!("99999999999GiB".parse::<Bytes>().is_err());
+        assert_eq!(bytes("2GiB"), Ok(Bytes(2 << 30)));
+        assert_eq!(bytes("500 MB"), Ok(Bytes(500_000_000)));
+        assert_eq!(bytes("1024"), Ok(Bytes(1024)));
+        assert_eq!(bytes("1.5KiB"), Ok(Bytes(1536)));
+        assert!(bytes("2 giraffes").is_err());
+        assert!(bytes("-1").is_err());
+        assert!(bytes("99999999999GiB").is_err());
     }
 }

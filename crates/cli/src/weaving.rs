@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Grid, Plane, Render, Role, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
 
 use crate::args::FormatArg;
@@ -151,7 +151,7 @@ impl Weaving {
         let headers = self.input.look(session, plan.backdrop)?;
         let domains = headers.domains();
         let domain = (plan.domain)(&domains)?;
-        check_size(session, domain, resized).map_err(|refused| {
+        memory::check_caps(&session.limits, domain, resized).map_err(|refused| {
             // Where another exemplar would have another output, the exemplar is to blame for its size.
             let small: Vec<Domain<2>> = domains.iter().map(|_| Domain::open([1, 1])).collect();
             let follows = (plan.domain)(&small).is_ok_and(|other| other != domain);
@@ -164,11 +164,10 @@ impl Weaving {
         }
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
         let need = |domain| self.need(&headers, plan, domain);
-        let needed = memory::check(session.limits.memory, only, domain, resized, &need)?;
-        let human = memory::human;
-        session.detail(&format!("memory: about {} of {}", human(needed), human(session.limits.memory)));
+        let needed = memory::check(&session.limits, only, domain, resized, &need)?;
+        session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         let loaded = headers.load(session, plan.transforms, &mut report)?;
-        report.estimate = Some(needed);
+        report.estimate = Some(needed.0);
         report.stage("read");
         Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new() })
     }
@@ -192,36 +191,23 @@ impl Weaving {
         made.chain(&self.explain).cloned().chain(partial).chain(page).collect()
     }
 
-    fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> u64 {
-        let sources = headers.sources(plan.transforms);
-        let exemplars = memory::exemplars(&headers.infos, headers.depth)
-            .saturating_add(memory::sources(&sources, headers.layout.colors));
-        let channels = headers.layout.channels();
-        let exemplars =
-            exemplars.saturating_add(memory::shown(&headers.resampled(plan.transforms), channels, headers.depth));
-        let output = memory::outputs(domain, channels, headers.depth, self.map.is_some());
+    fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> Bytes {
+        let (sources, resampled) = (headers.sources(plan.transforms), headers.resampled(plan.transforms));
+        let (channels, depth) = (headers.layout.channels(), headers.depth);
+        let exemplars = memory::exemplars(&headers.infos, depth)
+            + memory::sources(&sources, headers.layout.colors)
+            + memory::shown(&resampled, channels, depth);
         let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
-        let explained =
-            explained.saturating_mul(memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))));
-        let method = (plan.estimate)(&sources, headers.layout.colors, domain);
-        exemplars.saturating_add(memory::stages(method, output.saturating_add(explained)))
+        let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
+        let method = Bytes((plan.estimate)(&sources, headers.layout.colors, domain));
+        exemplars + method.then(memory::outputs(domain, channels, depth, self.map.is_some()) + explained)
     }
-}
-
-/// Refuses outputs over the caps.
-fn check_size(session: &Session<'_>, domain: Domain<2>, resized: Resized) -> Result<(), Failure> {
-    let [h, w] = domain.shape;
-    let (side, samples) = (session.limits.side, session.limits.samples);
-    if side < h.max(w) || samples < u64::from(h) * u64::from(w) {
-        let caps = format!("the output of {w}x{h} px is over the caps of {side} px a side and {samples} px in all");
-        return Err(Failure::new(3, caps).remedy(format!("use a smaller {}", resized.flag())));
-    }
-    Ok(())
 }
 
 /// Some methods answer with averages, which no map describes.
 fn averaged() -> Failure {
-    Failure::new(2, "samples were averaged, so that there is no source map to write or to explain")
+    let what = "samples were averaged, so that there is no source map to write or to explain";
+    Failure::new(2, what).remedy("leave --map, --explain and --report out")
 }
 
 impl Loom<'_> {
@@ -261,9 +247,9 @@ impl Loom<'_> {
     /// Ends a dry run: what would be done, in a line that begins with the output's name.
     pub(crate) fn would(mut self, options: Used, how: &str) -> Done {
         let [h, w] = self.domain.shape;
-        let needed = self.report.estimate.unwrap_or_default();
+        let needed = Bytes(self.report.estimate.unwrap_or_default());
         let name = shown(&self.args.output);
-        let line = format!("{name}: would be {w}x{h} px {how}, with about {} of memory", memory::human(needed));
+        let line = format!("{name}: would be {w}x{h} px {how}, with about {needed} of memory");
         self.report.options = options;
         Done::made(self.report, line)
     }

@@ -56,6 +56,24 @@ pub enum Error {
         /// What the vote weighs.
         weight: f32,
     },
+    /// An output is over the caps of a run.
+    #[error("the output of {} px is over the caps of {side} px a side and {samples} px in all", across(shape))]
+    OverCaps {
+        /// Its shape, slowest axis first.
+        shape: Vec<u32>,
+        /// The cap on a side.
+        side: u32,
+        /// The cap on all samples.
+        samples: u64,
+    },
+    /// A run would need more memory than it may have.
+    #[error("the run needs about {needed} of memory, and {budget} are allowed")]
+    OverBudget {
+        /// The estimate.
+        needed: crate::Bytes,
+        /// What is allowed.
+        budget: crate::Bytes,
+    },
     /// No exemplar, or one without planes.
     #[error("exemplar {exemplar} has no planes")]
     NoPlanes {
@@ -180,11 +198,16 @@ pub enum Error {
     },
 }
 
+/// A shape as people write it, the fastest axis first.
+fn across(shape: &[u32]) -> String {
+    shape.iter().rev().map(u32::to_string).collect::<Vec<_>>().join("x")
+}
+
 impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Allocation { .. } => ErrorKind::Memory,
+            Self::Allocation { .. } | Self::OverBudget { .. } => ErrorKind::Memory,
             Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
                 ErrorKind::Option
             }
@@ -201,6 +224,8 @@ impl Error {
             Self::Pyramid => "use the exemplars that were made coarser for it",
             Self::TooManySamples { .. } => "use smaller or fewer pictures",
             Self::Allocation { .. } => "use a smaller size",
+            Self::OverCaps { .. } => "make it smaller",
+            Self::OverBudget { .. } => "use a smaller output or exemplar, or allow more",
             Self::NoPlanes { .. } => "give at least one picture",
             Self::Shape { .. } => "give planes of one size",
             Self::Layout { .. } => "convert one of them",

@@ -27,6 +27,7 @@
 #![forbid(unsafe_code)]
 
 mod averaging;
+mod bytes;
 mod domain;
 mod encoder;
 mod error;
@@ -53,6 +54,7 @@ mod votes;
 mod window;
 
 pub use averaging::Averaging;
+pub use bytes::Bytes;
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};

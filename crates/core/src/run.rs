@@ -1,6 +1,6 @@
 //! The surroundings of a run: seed, limits, and who watches it.
 
-use crate::{Render, Seed};
+use crate::{Bytes, Domain, Error, Render, Seed};
 
 /// How much a run may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,22 @@ impl Default for Limits {
     /// 65,535 a side, 2^28 samples, and as much memory as there is.
     fn default() -> Self {
         Self { memory: u64::MAX, side: 65_535, samples: 1 << 28 }
+    }
+}
+
+impl Limits {
+    /// The one rule for outputs and budgets: no side and no number of samples over the caps, and no more than so much
+    /// `needed` memory.
+    ///
+    /// # Errors
+    /// [`Error::OverCaps`] before [`Error::OverBudget`]: no budget helps an output that is too large by itself.
+    pub fn admit<const D: usize>(&self, output: Domain<D>, needed: Bytes) -> Result<(), Error> {
+        let over = output.shape.iter().any(|&side| self.side < side);
+        if over || self.samples < Bytes::of_samples(output, 1).0 {
+            return Err(Error::OverCaps { shape: output.shape.to_vec(), side: self.side, samples: self.samples });
+        }
+        let budget = Bytes(self.memory);
+        if needed <= budget { Ok(()) } else { Err(Error::OverBudget { needed, budget }) }
     }
 }
 
@@ -102,4 +118,24 @@ pub struct Woven<R, S> {
     pub stats: S,
     /// False if the run was cancelled and this is the best so far.
     pub complete: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn caps_come_before_budgets_and_hold_in_every_dimension() {
+        let limits = Limits { memory: 10, side: 7, samples: 50 };
+        let admit = |shape, needed| limits.admit(Domain::open(shape), Bytes(needed));
+        assert_eq!(admit([7, 7, 1], 10), Ok(()));
+        assert_eq!(admit([7, 7, 1], 11), Err(Error::OverBudget { needed: Bytes(11), budget: Bytes(10) }));
+        for shape in [[8, 1, 1], [1, 1, 8], [4, 4, 4]] {
+            let refused = admit(shape, 11).unwrap_err();
+            assert_eq!(refused, Error::OverCaps { shape: shape.to_vec(), side: 7, samples: 50 });
+        }
+        let words = admit([1, 4, 8], 0).unwrap_err().to_string();
+        assert_eq!(words, "the output of 8x4x1 px is over the caps of 7 px a side and 50 px in all");
+        assert!(Limits::default().admit(Domain::open([u32::MAX; 3]), Bytes(0)).is_err(), "nothing overflows");
+    }
 }

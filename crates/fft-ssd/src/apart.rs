@@ -1,7 +1,8 @@
 //! The best positions that are apart from each other.
 
-use crate::candidates::{Pick, candidate};
+use crate::candidates::candidate;
 use crate::memory::push;
+use crate::pick::Pick;
 use crate::{Candidate, Costs, Error, Positioned};
 use selvedge_core::try_vec;
 use std::cmp::Reverse;
@@ -53,7 +54,7 @@ impl<const D: usize> Costs<D> {
 #[derive(Clone, Copy)]
 struct Entry {
     best: Pick,
-    run: crate::candidates::Run,
+    run: crate::pick::Run,
 }
 
 impl Ord for Entry {

@@ -89,8 +89,8 @@ pub struct Costs<const D: usize> {
     /// What looks through them.
     pub(crate) kernel: Kernel,
     /// Candidates of the last question, kept for its memory.
-    pub(crate) picks: Vec<crate::candidates::Pick>,
-    pub(crate) runs: Vec<crate::candidates::Run>,
+    pub(crate) picks: Vec<crate::pick::Pick>,
+    pub(crate) runs: Vec<crate::pick::Run>,
 }
 
 impl<const D: usize> Costs<D> {

@@ -1,13 +1,14 @@
 //! Memory of a search, from sizes alone.
 
 use crate::axes::{Shape, lift};
+use crate::cache::Cache;
 use crate::extension::Extension;
 use crate::fft;
 use crate::job::Job;
 use crate::kernel::Kernel;
 use crate::pack::Packed;
 use crate::placement::Range;
-use crate::prepared::{Cache, Prepared};
+use crate::prepared::Prepared;
 use crate::source::SourceView;
 use crate::sums::Table;
 use crate::template::Checked;

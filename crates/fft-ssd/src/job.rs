@@ -1,9 +1,10 @@
 //! One template over one source.
 
 use crate::Cover;
+use crate::cache::Cache;
 use crate::kernel::Kernel;
 use crate::placement::Range;
-use crate::prepared::{Cache, Prepared};
+use crate::prepared::Prepared;
 use crate::source::SourceView;
 use crate::template::Checked;
 use selvedge_core::par;

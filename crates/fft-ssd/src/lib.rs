@@ -102,6 +102,7 @@
 
 mod apart;
 mod axes;
+mod cache;
 mod candidates;
 mod costs;
 mod cover;
@@ -115,6 +116,7 @@ mod kernel;
 mod memory;
 mod nearest;
 mod pack;
+mod pick;
 mod placement;
 mod prepared;
 mod scratch;
@@ -126,11 +128,12 @@ mod taps;
 mod template;
 mod word;
 
-pub use candidates::{Candidate, Candidates, Tolerance};
+pub use candidates::{Candidates, Tolerance};
 pub use costs::{Costs, Errors, Positioned};
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
 pub use nearest::{Field, Neighbor, Windows, alike, nearest};
+pub use pick::Candidate;
 pub use placement::{Cover, Placement, Positions};
 pub use scratch::Scratch;
 pub use searcher::{Engine, Options, SsdSearcher};

@@ -1,11 +1,12 @@
 //! The search: every position of every source.
 
 use crate::axes::{Shape, lift};
+use crate::cache::Cache;
 use crate::job::Job;
 use crate::kernel::Kernel;
 use crate::memory::{collected, refill};
 use crate::placement::{Positions, Range};
-use crate::prepared::{Cache, Prepared, Squares};
+use crate::prepared::{Prepared, Squares};
 use crate::source::SourceView;
 use crate::template::Checked;
 use crate::word::Word;

@@ -30,7 +30,7 @@ struct Here<'a, const D: usize> {
 
 /// Patches for a region, the first drawn first.
 #[derive(Debug)]
-pub(crate) struct Drawn<const D: usize> {
+pub(crate) struct Draw<const D: usize> {
     pub(crate) patches: Vec<Patch<D>>,
     /// True if they were all used before, and so was every other.
     forgets: bool,
@@ -48,7 +48,7 @@ impl<const D: usize> Weaver<'_, D> {
         count: usize,
         step: u64,
         matches: &mut Matches<D>,
-    ) -> Result<Drawn<D>, Error> {
+    ) -> Result<Draw<D>, Error> {
         let usable = Usable::of(&self.canvas, region, at);
         let near = if self.placement == Placement::Entire { self.near(region) } else { *region };
         if self.placement != Placement::Random {
@@ -71,11 +71,11 @@ impl<const D: usize> Weaver<'_, D> {
         }
         let seed = self.run.seed.derive("graphcut/draw", step);
         let patches = draw(&list, self.scale, count, &mut seed.rng());
-        Ok(Drawn { forgets: here.forgets && !patches.is_empty(), patches })
+        Ok(Draw { forgets: here.forgets && !patches.is_empty(), patches })
     }
 
     /// Notes what was drawn as used.
-    pub(crate) fn note_drawn(&mut self, drawn: &Drawn<D>) {
+    pub(crate) fn note_drawn(&mut self, drawn: &Draw<D>) {
         if drawn.forgets {
             self.history.forget_used();
         }

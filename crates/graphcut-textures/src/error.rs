@@ -76,14 +76,6 @@ pub enum Error {
         /// Samples in all of them.
         samples: u32,
     },
-    /// The memory budget does not suffice.
-    #[error("about {needed} bytes are needed, but {limit} are allowed")]
-    Memory {
-        /// Bytes needed, about.
-        needed: u64,
-        /// Bytes allowed.
-        limit: u64,
-    },
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -108,7 +100,6 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
-            Self::Memory { .. } => ErrorKind::Memory,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
             Self::Core(error) => error.kind(),
@@ -127,7 +118,6 @@ impl Error {
             Self::TooManySources { .. } => "use fewer exemplars, orientations or scales",
             Self::Channels { .. } => "give it one",
             Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
-            Self::Memory { .. } => "use a smaller size or raise the limit",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),
@@ -138,5 +128,18 @@ impl Error {
     /// True if the caller asked to stop.
     pub(crate) fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cut(error) if error.is_cancelled())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_but_a_wish_to_stop_leaves_a_run_incomplete() {
+        let core = selvedge_core::Error::Allocation { bytes: 7 };
+        for error in [Error::Cut(core.clone().into()), Error::Core(core), Error::NoSource { at: vec![1, 2] }] {
+            assert!(!error.is_cancelled(), "{error}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::sizes::largest_region;
+use crate::plan::largest_region;
 use crate::weaver::{BATCH, at_once};
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
@@ -92,4 +92,27 @@ fn search<const D: usize>(sources: &[Domain<D>], weights: &[u8], template: [u32;
 
 fn len<const D: usize>(shape: [u32; D]) -> u64 {
     shape.into_iter().fold(1, |n, side| n.saturating_mul(side.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_run_takes_a_mebibyte() {
+        let one = Domain::open([1, 1]);
+        let least = estimate(&[one], 1, one, &Options { region: Some([1; 2]), ..Options::default() });
+        assert!((1 << 20..3 << 19).contains(&least), "{least}");
+    }
+
+    #[test]
+    fn no_more_patches_lie_apart_than_there_is_room_for() {
+        // Regions of 10 whose patches reach 5 further on both sides: the next begins 21 samples on.
+        let along = |side| apart(Domain::open([side]), [10], [20]);
+        for side in 10..200 {
+            let laid = (0..side).filter(|start| start % 21 == 0 && start + 10 <= side).count() as u64;
+            assert_eq!(along(side), laid, "{side}");
+        }
+        assert_eq!(apart(Domain::open([100, 31]), [10, 10], [20, 20]), 5 * 2);
+    }
 }

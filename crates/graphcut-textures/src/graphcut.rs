@@ -1,61 +1,15 @@
 //! The method: lay patches until everything is covered, then lay more over the worst seams. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Limits, Run, SourceMap, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::matching::singles;
-use crate::options::{Options, Placement};
-use crate::sizes::Sizes;
+use crate::options::Options;
+use crate::plan::{Plan, measured};
 use crate::start::Start;
+use crate::stats::Stats;
 use crate::weaver::Weaver;
-
-/// Counts of one run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stats<const D: usize> {
-    /// The placement that was used: never [`Placement::Auto`].
-    pub placement: Placement,
-    /// What [`Placement::Auto`] chose by: the strength of the exemplars' clearest
-    /// [lattice](selvedge_analysis::Lattice::strength) (1 = 1000).
-    pub regularity: Option<f64>,
-    /// Sides of the error region that was used.
-    pub region: [u32; D],
-    /// How far patches could reach beyond it along each axis.
-    pub reach: [u32; D],
-    /// The variety that was used.
-    pub variety: f64,
-    /// Patches laid until everything was covered.
-    pub patches: u64,
-    /// Patches tried over bad seams.
-    pub refinements: u64,
-    /// Those of them that made seams cheaper.
-    pub improvements: u64,
-    /// Cuts that were solved.
-    pub cuts: u64,
-    /// Positions that cuts decided, over all cuts.
-    pub cut_nodes: u64,
-    /// Price of all seams when everything was covered, and after each refinement.
-    pub energy: Vec<i64>,
-}
-
-impl<const D: usize> Stats<D> {
-    /// Before the first patch.
-    pub(crate) fn new(placement: Placement, region: [u32; D], reach: [u32; D], variety: f64) -> Self {
-        Self {
-            placement,
-            regularity: None,
-            region,
-            reach,
-            variety,
-            patches: 0,
-            refinements: 0,
-            improvements: 0,
-            cuts: 0,
-            cut_nodes: 0,
-            energy: Vec::new(),
-        }
-    }
-}
 
 /// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
 ///
@@ -78,9 +32,31 @@ pub fn graphcut<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    check(exemplars, output, options, run)?;
+    check(exemplars, output, options, &run.limits)?;
     let map = SourceMap::unassigned(exemplars, output)?;
     weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
+}
+
+/// What [`graphcut_from`] would do with these exemplars, an output and a field of sources ([`Start::sources`], `None` for all
+/// everywhere), without doing any of it: all that a run chooses by itself.
+///
+/// # Errors
+/// Those of [`graphcut_from`] that are known before the first patch is laid, but for what is wrong with the start itself.
+///
+/// # Complexity
+/// Time `O(samples log(samples))` of the exemplars, however large the output is.
+pub fn plan<const D: usize>(
+    exemplars: &Exemplars<D>,
+    output: Domain<D>,
+    field: Option<&Grid<u64, D>>,
+    options: &Options<D>,
+    limits: &Limits,
+) -> Result<Plan<D>, Error> {
+    check(exemplars, output, options, limits)?;
+    if output.is_empty() {
+        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+    }
+    measured(exemplars, field, options)
 }
 
 /// Like [`graphcut`], going on from what is there.
@@ -94,7 +70,7 @@ pub fn graphcut_from<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    check(exemplars, start.map.domain(), options, run)?;
+    check(exemplars, start.map.domain(), options, &run.limits)?;
     weave(exemplars, start, options, run)
 }
 
@@ -106,10 +82,9 @@ fn weave<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     start.check(exemplars)?;
+    let plan = measured(exemplars, start.sources.as_ref(), options)?;
     let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
-    let laid = start.sources.as_ref().map(|field| laid(exemplars, field.plane(0))).transpose()?;
-    let sizes = Sizes::new(laid.as_ref().unwrap_or(exemplars), options)?;
-    let mut weaver = Weaver::new(exemplars, &singles, sizes, start, options, run)?;
+    let mut weaver = Weaver::new(exemplars, &singles, &plan, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
         Ok(complete) => complete,
@@ -119,25 +94,18 @@ fn weave<const D: usize>(
     Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
 }
 
-/// The sources that a field of sources lets show anywhere: what regions and draws are measured by. A picture that stands in the
-/// output, to be gone on from, is none of them.
-fn laid<const D: usize>(exemplars: &Exemplars<D>, field: &[u64]) -> Result<Exemplars<D>, Error> {
-    let bits = field.iter().fold(0, |all, bits| all | bits);
-    Ok(exemplars.only((0..exemplars.sources().len()).filter(|number| bits >> number & 1 == 1))?)
-}
-
 /// What can be checked before anything is made.
 ///
 /// # Errors
-/// Those of [`Options::validate`], and [`Error::Memory`] if the run would need more than it may have.
+/// Those of [`Options::validate`] and of [`Limits::admit`](selvedge_core::Limits::admit).
 fn check<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
     options: &Options<D>,
-    run: &Run<'_, D>,
+    limits: &Limits,
 ) -> Result<(), Error> {
     options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     let needed = estimate(&domains, exemplars.channels(), output, options);
-    if needed <= run.limits.memory { Ok(()) } else { Err(Error::Memory { needed, limit: run.limits.memory }) }
+    Ok(limits.admit(output, Bytes(needed))?)
 }

@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use selvedge_core::{Domain, Patch};
 
-/// Vectors that differ by less than this along each axis count as the same.
+/// Vectors that differ by less than this along each axis count as the same. The eye finds rows whose members stand a few
+/// samples off; a coarser grain takes patches for repeated that are not, and there are fewer vectors to tell apart.
 const GRAIN: i32 = 4;
 
-/// Repeated vectors are counted out of so many patches.
+/// Repeated vectors are counted out of so many patches: about as many as an output of twice the exemplar's size takes, where
+/// `variety` was tuned. Below that many a repetition counts whole, or the first patches would avoid each other too much.
 const OF: u32 = 64;
 
 /// Offsets used before, and how patches stand to each other.
@@ -86,6 +88,15 @@ mod tests {
     }
 
     #[test]
+    fn vectors_are_told_apart_in_steps_of_four_samples() {
+        let same = |a: [i32; 2], b: [i32; 2]| {
+            vector(&patch(a[0], a[1]), &patch(0, 0)) == vector(&patch(b[0], b[1]), &patch(0, 0))
+        };
+        assert!(same([10, 40], [13, 41]) && same([12, 0], [13, 1]) && same([-10, 7], [10, -7]));
+        assert!(!same([10, 40], [14, 40]) && !same([9, 40], [10, 40]) && !same([10, 40], [10, -40]));
+    }
+
+    #[test]
     fn vectors_are_counted_in_both_directions_and_by_the_number_of_patches() {
         let mut history = History::default();
         history.note_vectors(&patch(0, 0), &[patch(10, 40)]);
@@ -93,7 +104,7 @@ mod tests {
         assert_eq!(history.repeats(&patch(50, 90), &[patch(60, 130), patch(40, 50)]), 2.0);
         assert_eq!(history.repeats(&patch(50, 90), &[patch(60, 90)]), 0.0);
         assert_eq!(history.repeats(&patch(0, 0), &[Patch { source: 1, offset: [10, 40] }]), 0.0);
-        (1..4 * OF).for_each(|_| history.note_vectors(&patch(0, 0), &[]));
+        (1..256).for_each(|_| history.note_vectors(&patch(0, 0), &[]));
         assert_eq!(history.repeats(&patch(50, 90), &[patch(40, 50)]), 0.25);
     }
 }

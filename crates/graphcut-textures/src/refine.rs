@@ -5,7 +5,7 @@
 use selvedge_core::{Patch, Window, par};
 
 use crate::canvas::Offer;
-use crate::choice::Drawn;
+use crate::choice::Draw;
 use crate::error::Error;
 use crate::options::Options;
 use crate::weaver::{BATCH, Weaver, Worker};
@@ -14,8 +14,8 @@ use crate::weaver::{BATCH, Weaver, Worker};
 const REGIONS_A_FAILURE: u64 = 32;
 
 /// What was tried over a region.
-struct Tried<const D: usize> {
-    drawn: Drawn<D>,
+struct Attempt<const D: usize> {
+    drawn: Draw<D>,
     /// Cuts made, and their nodes.
     nodes: Vec<usize>,
     /// The patch that makes seams cheapest.
@@ -52,7 +52,7 @@ impl<const D: usize> Weaver<'_, D> {
     }
 
     /// Takes what was tried over a region, or leaves the region out for now; says whether seams became cheaper.
-    fn settle(&mut self, cell: usize, tried: Tried<D>) -> bool {
+    fn settle(&mut self, cell: usize, tried: Attempt<D>) -> bool {
         let region = self.canvas.cells.region(cell, self.region);
         match self.take(&region, tried) {
             Some(window) => {
@@ -88,7 +88,7 @@ impl<const D: usize> Weaver<'_, D> {
     }
 
     /// Tries patches over some regions that know nothing of each other; `None` where that was cancelled.
-    fn try_all(&mut self, cells: &[usize]) -> Vec<Result<Option<Tried<D>>, Error>> {
+    fn try_all(&mut self, cells: &[usize]) -> Vec<Result<Option<Attempt<D>>, Error>> {
         let mut workers = std::mem::take(&mut self.workers);
         let this = &*self;
         let tried = par::map_with(&mut workers, cells.len(), |worker, i| {
@@ -104,7 +104,7 @@ impl<const D: usize> Weaver<'_, D> {
     }
 
     /// Draws patches over a region, cuts each, and keeps the best.
-    fn attempt(&self, region: &Window<D>, step: u64, worker: &mut Worker<D>) -> Result<Tried<D>, Error> {
+    fn attempt(&self, region: &Window<D>, step: u64, worker: &mut Worker<D>) -> Result<Attempt<D>, Error> {
         let middle = std::array::from_fn(|a| region.start[a] + region.shape[a] as i32 / 2);
         let mut region = *region;
         let drawn = loop {
@@ -126,11 +126,11 @@ impl<const D: usize> Weaver<'_, D> {
                 best = Some((*patch, offer));
             }
         }
-        Ok(Tried { drawn, nodes, best })
+        Ok(Attempt { drawn, nodes, best })
     }
 
     /// Takes what was tried over a region if seams become cheaper; answers with the window that changed.
-    fn take(&mut self, region: &Window<D>, tried: Tried<D>) -> Option<Window<D>> {
+    fn take(&mut self, region: &Window<D>, tried: Attempt<D>) -> Option<Window<D>> {
         self.note_drawn(&tried.drawn);
         tried.nodes.iter().for_each(|&nodes| self.count(nodes));
         let (patch, offer) = tried.best?;

@@ -6,12 +6,12 @@ use selvedge_expansion::Scratch;
 use crate::canvas::Canvas;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
-use crate::graphcut::Stats;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
-use crate::sizes::Sizes;
+use crate::plan::Plan;
 use crate::start::Start;
+use crate::stats::Stats;
 
 /// A run: the output in the making, and what is needed to go on.
 pub(crate) struct Weaver<'a, const D: usize> {
@@ -44,13 +44,9 @@ pub(crate) struct Worker<const D: usize> {
 /// Regions that are refined at once at most, on any number of threads.
 pub(crate) const BATCH: usize = 8;
 
-/// Samples of the exemplars that are looked at at once, unless there are more: each region that is refined takes memory for
-/// all places.
-const AT_ONCE: u64 = 1 << 18;
-
 /// Regions that take memory at once, on as many threads as there may be, with exemplars of so many samples.
 pub(crate) fn at_once(samples: u64) -> u64 {
-    (AT_ONCE / samples.max(1)).clamp(1, BATCH as u64)
+    par::at_once(samples).min(BATCH as u64)
 }
 
 impl<'a, const D: usize> Weaver<'a, D> {
@@ -59,13 +55,13 @@ impl<'a, const D: usize> Weaver<'a, D> {
     pub(crate) fn new(
         exemplars: &'a Exemplars<D>,
         singles: &'a [Single<D>],
-        sizes: Sizes<D>,
+        plan: &Plan<D>,
         start: Start<D>,
         options: &'a Options<D>,
         run: &'a Run<'a, D>,
     ) -> Result<Self, Error> {
         let output = start.map.domain();
-        let region = region_of(sizes.sides, output);
+        let region = region_of(plan.region, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
@@ -75,21 +71,21 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 start.map,
                 start.fixed,
                 start.sources,
-                sizes.sides.map(|n| n / CELLS_A_REGION),
+                plan.region.map(|n| n / CELLS_A_REGION),
             )?,
             matcher: Matcher::new(exemplars, singles, run.simd)?,
             options,
             run,
-            placement: sizes.placement,
+            placement: plan.placement,
             region,
-            reach: sizes.reach,
-            scale: sizes.scale,
-            variety: sizes.variety,
+            reach: plan.reach,
+            scale: plan.scale,
+            variety: plan.variety,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
             first_hole: 0,
-            stats: sizes.stats(),
+            stats: Stats::of(plan),
         })
     }
 

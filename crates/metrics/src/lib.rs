@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod columns;
+mod fit;
 mod lattice;
 mod marginals;
 mod preference;
@@ -17,7 +18,8 @@ mod seams;
 mod windows;
 
 pub use columns::{Columns, Seams};
-pub use preference::{Model, TERMS, preference, terms};
+pub use fit::{Fitted, fit};
+pub use preference::{MAPPED, Model, PICTURE, TERMS, preference, terms};
 
 use lattice::Kept;
 use seams::Prices;

@@ -1,11 +1,11 @@
 //! How much memory a run will need.
 
 use selvedge_core::Domain;
+use selvedge_core::par::at_once;
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
 use crate::auto_block::largest_block;
 use crate::options::{Options, Stage};
-use crate::pass::at_once;
 use crate::transfer_options::{TransferOptions, suggested};
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.

@@ -33,12 +33,3 @@ pub(crate) struct Progress {
     /// Blocks of all passes.
     pub(crate) of: u64,
 }
-
-/// Places in the exemplars whose errors are known at once, unless there are more for one block: each block takes memory for all
-/// places, and one of many places keeps all threads busy by itself.
-const AT_ONCE: u64 = 1 << 18;
-
-/// Blocks that are looked for at once at most, in exemplars of so many samples.
-pub(crate) fn at_once(places: u64) -> u64 {
-    (AT_ONCE / places.max(1)).max(1)
-}

@@ -10,7 +10,7 @@ use crate::cloth::Cloth;
 use crate::finding::{Find, Finder, Worker, masked, rng};
 use crate::free::FreePlaces;
 use crate::options::Error;
-use crate::pass::{Pass, Progress, at_once};
+use crate::pass::{Pass, Progress};
 use crate::search::{Candidate, Continued, Search};
 
 /// Counts of one pass.
@@ -46,7 +46,7 @@ impl<'a, S: Search> Quilter<'a, S> {
         map: &'a mut SourceMap<2>,
     ) -> Result<Self, Error> {
         let (free, cloth) = (FreePlaces::new(pass.exemplars), Cloth::new(&pass, map)?);
-        let at_once = at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
+        let at_once = par::at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
         let workers = (0..at_once).map(|_| Worker::default()).collect();
         Ok(Self { search, pass, run, cloth, free, workers, counts: Counts::default() })
     }

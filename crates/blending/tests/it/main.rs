@@ -1,5 +1,6 @@
 //! Tests of the crate, in one binary.
 
 mod clips;
+mod fused;
 mod memory;
 mod rendering;

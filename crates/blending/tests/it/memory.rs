@@ -1,26 +1,19 @@
 //! Renderers stay within what they say that they take, and do not say absurdly more. Each case in a process of its own:
 //! what a case held would count in the next.
 
-use selvedge_blending::{Feathered, Splined};
+use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{
     Domain, Grid, Origin, Plane, Render, Role, SampleId, Samples, Seed, SourceMap, SourceTable, Transform,
 };
-
-/// The variable that tells a process its case.
-const CASE: &str = "SELVEDGE_BLENDING_CASE";
-
-/// A line of the process's status in bytes, where the system tells it.
-fn status(field: &str) -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|l| l.starts_with(field))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
-}
+use selvedge_testkit::memory;
 
 /// What is rendered.
 #[derive(Clone, Copy)]
 enum How {
     Feathered(f64),
     Splined(u32),
+    /// Wholly, or as near to seams.
+    Fused(Option<u32>),
 }
 
 /// Patches of a clip (or, of one frame, a picture) of bytes.
@@ -34,25 +27,31 @@ fn render<const D: usize>(output: Domain<D>, channels: usize, how: How) -> u64 {
     });
     let ids: Vec<SampleId> = ids.collect();
     let map = SourceMap::new(Grid::from_vec(output, 1, ids).unwrap(), table).unwrap();
-    let samples = Grid::from_vec(source, channels, vec![7; source.len() * channels]).unwrap();
+    let samples =
+        Grid::from_vec(source, channels, (0..source.len() * channels).map(|i| (i * i % 251) as u8).collect()).unwrap();
     let plane = Plane::new(Role::Color, Samples::U8(samples));
-    let before = status("VmRSS");
+    let before = memory::held();
     let out = match how {
         How::Feathered(sigma) => Feathered::new(&map, Vec::new(), sigma).unwrap().render(&[&plane]).unwrap(),
         How::Splined(levels) => Splined::new(&map, Vec::new(), levels).unwrap().render(&[&plane]).unwrap(),
+        How::Fused(reach) => {
+            let fused = Fused::new(&map, Vec::new()).unwrap();
+            reach.map_or(fused.clone(), |reach| fused.within(reach)).render(&[&plane]).unwrap()
+        }
     };
-    if let (Some(before), Some(peak)) = (before, status("VmHWM")) {
+    if let (Some(before), Some(peak)) = (before, memory::peak()) {
         // The output is the caller's.
         println!("held {}", peak.saturating_sub(before + (out.domain().len() * channels) as u64));
     }
     match how {
         How::Feathered(sigma) => Feathered::bytes(output, channels, sigma),
         How::Splined(levels) => Splined::bytes(output, channels, levels),
+        How::Fused(reach) => Fused::bytes(output, channels, reach.is_some()),
     }
 }
 
 fn case(number: usize) -> Option<u64> {
-    let (picture, clip) = (Domain::open([900, 1200]), Domain::open([40, 90, 120]));
+    let (picture, clip) = (Domain::open([500, 700]), Domain::open([30, 60, 80]));
     Some(match number {
         0 => render(picture, 3, How::Feathered(8.0)),
         1 => render(picture, 1, How::Splined(5)),
@@ -60,22 +59,22 @@ fn case(number: usize) -> Option<u64> {
         3 => render(clip, 3, How::Feathered(2.0)),
         4 => render(clip, 3, How::Splined(3)),
         5 => render(Domain { periodic: [true; 3], ..clip }, 1, How::Splined(2)),
+        6 => render(picture, 3, How::Fused(None)),
+        7 => render(picture, 1, How::Fused(Some(6))),
+        8 => render(clip, 1, How::Fused(None)),
         _ => return None,
     })
 }
 
 #[test]
 fn renderers_stay_within_what_they_say() {
-    if let Some(number) = std::env::var(CASE).ok().and_then(|n| n.parse::<usize>().ok()) {
-        println!("estimated {}", case(number).unwrap());
+    let test = "memory::renderers_stay_within_what_they_say";
+    if let Some(number) = memory::case(test) {
+        println!("estimated {}", case(number.parse().unwrap()).unwrap());
         return;
     }
-    for number in 0..6 {
-        let itself = std::env::current_exe().unwrap();
-        let arguments = ["--exact", "memory::renderers_stay_within_what_they_say", "--nocapture"];
-        let said = std::process::Command::new(itself).args(arguments).env(CASE, number.to_string()).output().unwrap();
-        let said = String::from_utf8_lossy(&said.stdout).into_owned();
-        assert!(said.contains("test result: ok"), "case {number}: {said}");
+    for number in 0..9 {
+        let said = memory::alone(test, &number.to_string());
         let after = |word: &str| said.split_once(word).map(|(_, rest)| rest.lines().next().unwrap().parse::<u64>());
         let Some(Ok(held)) = after("held ") else {
             eprintln!("skipped: this system does not tell how much memory a process had at its peak");

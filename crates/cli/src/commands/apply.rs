@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Grid, Plane, Render, Role, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance, ReadOptions};
 
 use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
@@ -240,11 +240,11 @@ impl Run<'_> {
         let made = |l: &Looked<'_>| memory::outputs(domain, l.layout.channels(), l.depth, false);
         let laid = |l: &Looked<'_>| {
             memory::exemplars(&l.infos, l.depth)
-                .saturating_add(memory::shown(&resampled, l.layout.channels(), l.depth))
-                .saturating_add(self.args.blending.memory(domain, l.layout.channels()))
+                + memory::shown(&resampled, l.layout.channels(), l.depth)
+                + Bytes(self.args.blending.memory(domain, l.layout.channels()))
         };
-        let read = looked.iter().map(laid).max().unwrap_or(0);
-        memory::check_fixed(self.session.limits.memory, looked.iter().map(made).fold(read, u64::saturating_add))
+        let read = looked.iter().map(laid).max().unwrap_or_default();
+        memory::check_fixed(&self.session.limits, read + looked.iter().map(made).sum())
     }
 
     /// Says where a plane has the name of the map's exemplar but is another file: then the weave may not fit it.

@@ -10,6 +10,7 @@ mod graphcut;
 mod program;
 mod safety;
 mod samples;
+mod score;
 #[cfg(unix)]
 mod signals;
 mod streams;

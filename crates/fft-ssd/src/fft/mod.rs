@@ -26,8 +26,7 @@ use bound::Norms;
 use size::Window;
 use spectra::{Signal, Signals};
 use tile::{Block, Finish, Tiled};
-use transform::C64;
-use workers::Worker;
+use workers::{C64, Worker};
 
 /// What a template's own value adds beside its square: see [`Job::own`].
 pub(crate) const BIAS: i64 = 0;
@@ -194,7 +193,9 @@ fn correlate_blocks<W: Word>(
     let mut first = true;
     for block in blocks(job, shape)? {
         let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
-        let spectra = &*job.cache.spectra(&tiling, planes(terms, job), job)?;
+        let expected =
+            |spectra: &Spectra| Some(spectra.expected(planes(terms, job))).filter(|&n| job.keeps(n)).unwrap_or(0);
+        let spectra = &*job.cache.spectra(job.prepared.name, &tiling, job.kernel.is_scalar(), job.budget, expected)?;
         let kept = job.keeps(spectra.expected(planes(terms, job)));
         let mut parts = vec![block];
         while let Some(block) = parts.pop() {

@@ -1,8 +1,8 @@
 //! Spectra of the source's tiles, kept between searches.
 
 use super::size::Tiling;
-use super::transform::{C64, Transforms};
-use super::workers::{self, Worker};
+use super::transform::Transforms;
+use super::workers::{C64, Worker};
 use crate::Error;
 use crate::extension::Extension;
 use crate::source::SourceView;
@@ -83,7 +83,7 @@ impl Spectra {
         let mut spectra = try_vec(len * self.tiling.n_tiles(), C64::default())?;
         let mut norm: f64 = 0.0;
         let mut rows = Vec::new();
-        workers::prepare(workers, &self.transforms)?;
+        self.transforms.prepare(workers)?;
         for (tile, spectrum) in spectra.chunks_mut(len).enumerate() {
             norm = norm.max(self.tile(tile, signal, of, &mut rows, spectrum, workers)?);
         }

@@ -2,8 +2,7 @@
 
 use super::size::{Tiling, Window};
 use super::spectra::Spectra;
-use super::transform::C64;
-use super::workers::{self, Worker, deal};
+use super::workers::{C64, Worker, deal};
 use super::{FftScratch, Term, signals};
 use crate::Error;
 use crate::axes::Shape;
@@ -135,7 +134,7 @@ pub(super) fn correlate<W: Word>(
         }
     }
     let FftScratch { workers, rows, templates, columns, transient, bound, .. } = scratch;
-    workers::prepare(workers, transforms)?;
+    transforms.prepare(workers)?;
     workers.iter_mut().for_each(|w| w.residual = 0.0);
     let len = transforms.len();
     templates.resize_with(terms.len().max(templates.len()), Vec::new);

@@ -4,15 +4,13 @@
 //! order `[ky][kt]`, so that the last transform forward and the first one back are contiguous. Several planes lie column
 //! by column beside each other: `[kx][plane][ky][kt]`.
 
-use super::workers::{Worker, deal};
+use super::workers::{C64, Worker, deal};
 use crate::Error;
 use crate::axes::Shape;
 use crate::memory::fit;
-use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner, FftPlannerScalar};
+use selvedge_core::par;
 use std::sync::Arc;
-
-pub(crate) type C64 = Complex<f64>;
 
 const ZERO: C64 = C64 { re: 0.0, im: 0.0 };
 
@@ -64,8 +62,24 @@ impl Transforms {
         self.half() * self.column()
     }
 
+    /// As many workers as there are threads, with memory for these transforms.
+    pub(crate) fn prepare(&self, workers: &mut Vec<Worker>) -> Result<(), Error> {
+        let (line, scratch) = self.working();
+        workers.resize_with(par::threads(), Worker::default);
+        for worker in workers {
+            for (buffer, len) in [(&mut worker.line, line), (&mut worker.second, line), (&mut worker.scratch, scratch)]
+            {
+                let len = buffer.len().max(len);
+                fit(buffer, len)?;
+            }
+            let len = worker.real.len().max(2 * line);
+            fit(&mut worker.real, len)?;
+        }
+        Ok(())
+    }
+
     /// Scratch that any of the transforms needs, and the longest line.
-    pub(crate) fn working(&self) -> (usize, usize) {
+    fn working(&self) -> (usize, usize) {
         let scratch = self.forward.iter().chain(&self.inverse).map(|f| f.get_inplace_scratch_len()).max().unwrap_or(0);
         (self.size[2].max(self.column()), scratch)
     }

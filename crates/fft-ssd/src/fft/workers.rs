@@ -1,9 +1,9 @@
 //! One share of the work, with working memory of its own.
 
-use super::transform::{C64, Transforms};
-use crate::Error;
-use crate::memory::fit;
+use rustfft::num_complex::Complex;
 use selvedge_core::par;
+
+pub(crate) type C64 = Complex<f64>;
 
 /// Working memory of one task.
 #[derive(Debug, Default)]
@@ -14,21 +14,6 @@ pub(crate) struct Worker {
     pub(crate) scratch: Vec<C64>,
     /// Largest distance from an integer seen.
     pub(crate) residual: f64,
-}
-
-/// As many workers as there are threads, with memory for transforms of some size.
-pub(crate) fn prepare(workers: &mut Vec<Worker>, transforms: &Transforms) -> Result<(), Error> {
-    let (line, scratch) = transforms.working();
-    workers.resize_with(par::threads(), Worker::default);
-    for worker in workers {
-        for (buffer, len) in [(&mut worker.line, line), (&mut worker.second, line), (&mut worker.scratch, scratch)] {
-            let len = buffer.len().max(len);
-            fit(buffer, len)?;
-        }
-        let len = worker.real.len().max(2 * line);
-        fit(&mut worker.real, len)?;
-    }
-    Ok(())
 }
 
 /// Calls `f(number, unit, worker)` for each unit of `len` items; each worker has a share of neighbouring units.

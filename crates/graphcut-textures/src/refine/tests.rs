@@ -3,7 +3,7 @@
 use super::*;
 use crate::candidates::variance;
 use crate::options::Placement;
-use crate::sizes::Sizes;
+use crate::plan::Plan;
 use crate::start::Start;
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Transform};
 
@@ -23,9 +23,9 @@ fn weaver<'a>(
     options: &'a Options<2>,
     run: &'a Run<'a, 2>,
 ) -> Weaver<'a, 2> {
-    let sizes = Sizes::new(exemplars, options).unwrap();
-    assert_eq!(sizes.scale, options.randomness * variance(exemplars));
-    Weaver::new(exemplars, &[], sizes, Start { map, fixed: None, sources: None }, options, run).unwrap()
+    let plan = Plan::new(exemplars, options).unwrap();
+    assert_eq!(plan.scale, options.randomness * variance(exemplars));
+    Weaver::new(exemplars, &[], &plan, Start { map, fixed: None, sources: None }, options, run).unwrap()
 }
 
 /// Small regions, and no refinement.
@@ -172,5 +172,30 @@ fn copies_that_meet_their_own_reflection_are_not_drawn() {
         let drawn = weaver.choose(&region, [15, 18], 3, step, &mut Worker::default().matches).unwrap();
         let reflects = |p: &Patch<2>| neighbours.iter().any(|n| crate::reflection::reflects(p, n, &exemplars, &region));
         assert!(!drawn.patches.iter().any(reflects));
+    }
+}
+
+#[test]
+fn what_was_drawn_is_not_drawn_again_until_nothing_else_is_left() {
+    // Nine places where an exemplar of 10 x 10 covers a region of 8 x 8.
+    let (exemplars, run) = (noise(10), Run::seeded(4));
+    let options = Options { randomness: 1000.0, region: Some([8; 2]), ..small() };
+    let map = SourceMap::unassigned(&exemplars, Domain::open([30, 30])).unwrap();
+    for placement in [Placement::Sub, Placement::Random] {
+        let options = Options { placement, ..options };
+        let mut weaver = weaver(&exemplars, map.clone(), &options, &run);
+        let (region, mut step) = (Window { start: [4, 4], shape: [8, 8] }, 0);
+        for round in 0..3 {
+            let mut seen = Vec::new();
+            for _ in 0..9 {
+                let drawn = weaver.choose(&region, [6, 6], 1, step, &mut Worker::default().matches).unwrap();
+                weaver.note_drawn(&drawn);
+                seen.extend(drawn.patches);
+                step += 1;
+            }
+            seen.sort_unstable();
+            seen.dedup();
+            assert_eq!(seen.len(), 9, "all places, each once, in round {round} of {placement:?}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use selvedge_core::{
     Domain, Encoder, ErrorKind, Exemplar, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts,
     SeamMeasure, Seed, SimdLevel, SourceMap, Transform,
 };
-use selvedge_graphcut_textures::{Error, Options, Placement, Start, graphcut, graphcut_from};
+use selvedge_graphcut_textures::{Error, Options, Placement, Start, graphcut, graphcut_from, plan};
 
 #[test]
 fn everything_is_covered_and_seams_never_become_dearer() {
@@ -300,4 +300,31 @@ fn a_cancelled_run_answers_with_its_best_so_far() {
     let run = Run { observer: &stop, ..Run::seeded(0) };
     let woven = graphcut(&e, Domain::open([60, 60]), &Options::default(), &run).unwrap();
     assert!(!woven.complete && 0 < woven.result.holes());
+}
+
+#[test]
+fn a_plan_tells_what_a_run_chooses_and_refuses_what_a_run_refuses() {
+    let e = of(&blobs([40, 44], 3));
+    let output = Domain::open([60, 70]);
+    for placement in PLACEMENTS {
+        let options = Options { placement, refine: Some(0), ..Options::default() };
+        let planned = plan(&e, output, None, &options, &Run::<2>::seeded(0).limits).unwrap();
+        let (_, stats) = weave(&e, output, &options);
+        let chosen = (stats.placement, stats.regularity, stats.region, stats.reach, stats.variety);
+        assert_eq!((planned.placement, planned.regularity, planned.region, planned.reach, planned.variety), chosen);
+    }
+    // Of two sources, the one that the field lets show is measured.
+    let planes = [blobs([40, 44], 3), blobs([24, 24], 4)];
+    let planes = [std::slice::from_ref(&planes[0]), std::slice::from_ref(&planes[1])];
+    let both = Exemplars::of(&planes).unwrap();
+    let field = Grid::try_filled(output, 1, 0b10).unwrap();
+    let limits = Run::<2>::seeded(0).limits;
+    let options = Options { region: Some([30; 2]), ..Options::default() };
+    assert!(plan(&both, output, None, &options, &limits).is_ok());
+    let refused = plan(&both, output, Some(&field), &options, &limits);
+    assert!(matches!(refused, Err(Error::RegionExceedsExemplar { .. })), "{refused:?}");
+    assert!(plan(&e, output, None, &Options { tries: 0, ..options }, &limits).is_err());
+    assert!(plan(&e, Domain::open([0, 9]), None, &options, &limits).is_err());
+    let short = selvedge_core::Limits { memory: 1000, ..limits };
+    assert_eq!(plan(&e, output, None, &options, &short).unwrap_err().kind(), ErrorKind::Memory);
 }

@@ -1,11 +1,10 @@
 //! What a run takes from its exemplars before it begins: the way of matching, regions, reach, and the scale of its draws.
 
 use selvedge_analysis::{Texture, feature_size};
-use selvedge_core::Exemplars;
+use selvedge_core::{Exemplars, Grid};
 
 use crate::candidates::variance;
 use crate::error::Error;
-use crate::graphcut::Stats;
 use crate::options::{Options, Placement};
 
 /// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With 1 they
@@ -18,21 +17,42 @@ const ORDERLY_VARIETY: f64 = 0.5;
 /// more.
 const STRUCTURES: u32 = 4;
 
-/// What was chosen.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sizes<const D: usize> {
-    pub(crate) placement: Placement,
-    /// Thousandths; measured where the placement hangs on it.
-    regularity: Option<u32>,
-    /// Sides of regions, whatever the output.
-    pub(crate) sides: [u32; D],
-    pub(crate) reach: [u32; D],
+/// What a run has chosen before it lays the first patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Plan<const D: usize> {
+    /// Never [`Placement::Auto`].
+    pub placement: Placement,
+    /// What [`Placement::Auto`] chose by: the strength of the exemplars' clearest
+    /// [lattice](selvedge_analysis::Lattice::strength) (1 = 1000).
+    pub regularity: Option<f64>,
+    /// Sides of error regions. No region is longer than the output.
+    pub region: [u32; D],
+    /// How far patches may reach beyond their region along each axis.
+    pub reach: [u32; D],
+    /// How much patches avoid to stand to each other as others do.
+    pub variety: f64,
     /// `k sigma^2`. `[Kwatra03 eq. 3]`
     pub(crate) scale: f64,
-    pub(crate) variety: f64,
 }
 
-impl<const D: usize> Sizes<D> {
+/// The plan for the sources that a field of sources lets show anywhere: regions and draws are measured by them. A picture
+/// that stands in the output, to be gone on from, is none of them.
+///
+/// # Errors
+/// Those of [`Plan::new`].
+pub(crate) fn measured<const D: usize>(
+    exemplars: &Exemplars<D>,
+    field: Option<&Grid<u64, D>>,
+    options: &Options<D>,
+) -> Result<Plan<D>, Error> {
+    let Some(field) = field else { return Plan::new(exemplars, options) };
+    let bits = field.plane(0).iter().fold(0, |all, bits| all | bits);
+    let shown = (0..exemplars.sources().len()).filter(|source| bits >> source & 1 == 1);
+    Plan::new(&exemplars.only(shown)?, options)
+}
+
+impl<const D: usize> Plan<D> {
     /// Measures the sources that may be laid.
     ///
     /// # Errors
@@ -58,14 +78,9 @@ impl<const D: usize> Sizes<D> {
         let reach = reach.map(|n| n.min(1 << 24));
         let scale = options.randomness * variance(exemplars);
         let chosen = if placement == Placement::Entire { ORDERLY_VARIETY } else { VARIETY };
-        Ok(Self { placement, regularity, sides, reach, scale, variety: options.variety.unwrap_or(chosen) })
-    }
-
-    /// The beginning of a run's counts.
-    pub(crate) fn stats(&self) -> Stats<D> {
-        let mut stats = Stats::new(self.placement, self.sides, self.reach, self.variety);
-        stats.regularity = self.regularity.map(|r| f64::from(r) / 1000.0);
-        stats
+        let variety = options.variety.unwrap_or(chosen);
+        let regularity = regularity.map(|r| f64::from(r) / 1000.0);
+        Ok(Self { placement, regularity, region: sides, reach, variety, scale })
     }
 }
 

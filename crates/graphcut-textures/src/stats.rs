@@ -1,0 +1,51 @@
+//! Counts of one run.
+
+use crate::options::Placement;
+use crate::plan::Plan;
+
+/// Counts of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stats<const D: usize> {
+    /// The placement that was used: never [`Placement::Auto`].
+    pub placement: Placement,
+    /// What [`Placement::Auto`] chose by: the strength of the exemplars' clearest
+    /// [lattice](selvedge_analysis::Lattice::strength) (1 = 1000).
+    pub regularity: Option<f64>,
+    /// Sides of the error region that was used.
+    pub region: [u32; D],
+    /// How far patches could reach beyond it along each axis.
+    pub reach: [u32; D],
+    /// The variety that was used.
+    pub variety: f64,
+    /// Patches laid until everything was covered.
+    pub patches: u64,
+    /// Patches tried over bad seams.
+    pub refinements: u64,
+    /// Those of them that made seams cheaper.
+    pub improvements: u64,
+    /// Cuts that were solved.
+    pub cuts: u64,
+    /// Positions that cuts decided, over all cuts.
+    pub cut_nodes: u64,
+    /// Price of all seams when everything was covered, and after each refinement.
+    pub energy: Vec<i64>,
+}
+
+impl<const D: usize> Stats<D> {
+    /// Before the first patch.
+    pub(crate) fn of(plan: &Plan<D>) -> Self {
+        Self {
+            placement: plan.placement,
+            regularity: plan.regularity,
+            region: plan.region,
+            reach: plan.reach,
+            variety: plan.variety,
+            patches: 0,
+            refinements: 0,
+            improvements: 0,
+            cuts: 0,
+            cut_nodes: 0,
+            energy: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! What the columns say of outputs whose fault is known, and of plain loops.
+
+use selvedge_core::{Domain, Exemplars, Grid, SampleId, Seed, SimdLevel, SourceMap};
+use selvedge_metrics::{Columns, Error, Judge, preference};
+use selvedge_testkit::exemplars;
+
+/// A part of the weave: a lattice with details.
+fn weave() -> Exemplars<2> {
+    Exemplars::of(&[&[exemplars::weave()]]).unwrap()
+}
+
+fn judge(of: &Exemplars<2>) -> Judge {
+    Judge::new(of, SimdLevel::Auto).unwrap()
+}
+
+/// The map that shows, at each position, the exemplar's sample that `at` names.
+fn map(of: &Exemplars<2>, domain: Domain<2>, at: impl Fn([u32; 2]) -> [u32; 2]) -> SourceMap<2> {
+    let ids = domain.positions().map(|p| of.table().id(0, at(p))).collect();
+    SourceMap::new(Grid::from_vec(domain, 1, ids).unwrap(), of.table().clone()).unwrap()
+}
+
+fn picture(of: &Exemplars<2>, map: &SourceMap<2>) -> Grid<u8, 2> {
+    let from = &of.sources()[0].features;
+    let mut out = Grid::try_filled(map.domain(), from.channels(), 0_u8).unwrap();
+    for c in 0..from.channels() {
+        let plane: Vec<u8> = map.ids.plane(0).iter().map(|id: &SampleId| from.plane(c)[id.get() as usize]).collect();
+        out.plane_mut(c).copy_from_slice(&plane);
+    }
+    out
+}
+
+/// Columns of the output that a map shows.
+fn columns(of: &Exemplars<2>, map: &SourceMap<2>) -> Columns {
+    judge(of).columns(&picture(of, map), Some(map)).unwrap()
+}
+
+#[test]
+fn a_copy_is_perfect() {
+    let of = weave();
+    let found = columns(&of, &map(&of, of.sources()[0].domain(), |p| p));
+    let none = [found.coherence, found.coherence_2, found.coherence_4, found.arrangement, found.worst];
+    assert_eq!(none, [0.0; 5], "{found:?}");
+    assert_eq!([found.completeness_2, found.completeness_4, found.colour, found.shade, found.scale], [0.0; 5]);
+    let seams = found.seams.unwrap();
+    assert_eq!((seams.energy, seams.density, seams.torn, seams.used), (0.0, 0.0, 0.0, 1.0));
+    assert!(found.lattice.abs() < 0.1 && found.sharpness == 0.0 && found.bland.abs() < 1e-9, "{found:?}");
+}
+
+/// Blocks of the exemplar at random: each fault shows in its column, and the copy is preferred.
+#[test]
+fn random_blocks_break_seams_structure_and_lattice() {
+    let of = weave();
+    let [h, w] = of.sources()[0].domain().shape;
+    let blocks = map(&of, Domain::open([h, w]), |[y, x]| {
+        let mut rng = Seed(3).derive("test/block", u64::from(y / 20 * 1000 + x / 20)).rng();
+        [rng.below(h - 20) + y % 20, rng.below(w - 20) + x % 20]
+    });
+    let (good, bad) = (columns(&of, &map(&of, Domain::open([h, w]), |p| p)), columns(&of, &blocks));
+    let seams = bad.seams.unwrap();
+    assert!(0.6 < seams.colour && seams.colour < 1.4, "chance meetings cost about 1: {seams:?}");
+    assert!(0.05 < seams.density && seams.density < 0.15 && 0.0 < seams.torn && seams.used < 1.0, "{seams:?}");
+    assert!(0.1 < bad.coherence && 0.1 < bad.worst && 0.1 < bad.arrangement && 0.1 < bad.lattice, "{bad:?}");
+    assert!(preference(&bad) + 1.0 < preference(&good));
+}
+
+#[test]
+fn a_lattice_of_copies_repeats_itself_and_a_part_alone_is_incomplete() {
+    let of = weave();
+    let [h, w] = of.sources()[0].domain().shape;
+    let tiled = columns(&of, &map(&of, Domain::open([2 * h, 2 * w]), |[y, x]| [y % h, x % w]));
+    assert!(0.5 < tiled.repeats && (tiled.scale - 1.0).abs() < 1e-9, "{tiled:?}");
+    let part = columns(&of, &map(&of, Domain::open([h, w]), |[y, x]| [y % 40, x % 40]));
+    assert!(tiled.completeness_2 < part.completeness_2 && tiled.unevenness + 0.5 < part.unevenness, "{part:?}");
+}
+
+#[test]
+fn blur_tint_and_wrap_have_their_columns() {
+    let of = weave();
+    let [h, w] = of.sources()[0].domain().shape;
+    let copy = picture(&of, &map(&of, Domain::open([h, w]), |p| p));
+    let mut soft = copy.clone();
+    for c in 0..soft.channels() {
+        let from = copy.plane(c);
+        for (i, v) in soft.plane_mut(c).iter_mut().enumerate().take((h * w - w - 1) as usize) {
+            let four = [i, i + 1, i + w as usize, i + w as usize + 1].map(|j| u32::from(from[j]));
+            *v = (four.iter().sum::<u32>() / 4) as u8;
+        }
+    }
+    let judge = judge(&of);
+    let ask = |grid: &Grid<u8, 2>| judge.columns(grid, None).unwrap();
+    assert!(ask(&soft).sharpness < -0.5, "{:?}", ask(&soft));
+    let tinted = copy.map(|v| v.saturating_add(40)).unwrap();
+    assert!(0.2 < ask(&tinted).colour && ask(&copy).colour == 0.0);
+    let flat = copy.map(|v| v / 64 + 90).unwrap();
+    assert!(0.5 < ask(&flat).bland, "{:?}", ask(&flat));
+    // Half a period of the weave does not close.
+    let open = Grid::from_vec(Domain::periodic([h, w]), copy.channels(), copy.clone().into_vec()).unwrap();
+    let cut = map(&of, Domain::periodic([h - 5, w - 5]), |p| p);
+    assert!(ask(&picture(&of, &cut)).wrap > 0.2 && ask(&copy).wrap == 0.0, "{}", ask(&open).wrap);
+}
+
+#[test]
+fn instructions_and_threads_change_nothing() {
+    let of = weave();
+    let [h, w] = of.sources()[0].domain().shape;
+    let map = map(&of, Domain::open([h + 30, w]), |[y, x]| [(y + x / 30) % h, x]);
+    let out = picture(&of, &map);
+    let ask = |simd| Judge::new(&of, simd).unwrap().columns(&out, Some(&map)).unwrap();
+    let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+    let expected = pool(1).install(|| ask(SimdLevel::Scalar));
+    assert_eq!(pool(3).install(|| ask(SimdLevel::Auto)), expected);
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let of = weave();
+    let judge = judge(&of);
+    let domain = of.sources()[0].domain();
+    let grey = Grid::try_filled(domain, 1, 0_u8).unwrap();
+    assert!(matches!(judge.columns(&grey, None), Err(Error::Channels { .. })));
+    let small = Grid::try_filled(Domain::open([31, 200]), of.channels(), 0_u8).unwrap();
+    assert!(matches!(judge.columns(&small, None), Err(Error::TooSmall { .. })));
+    let out = Grid::try_filled(domain, of.channels(), 0_u8).unwrap();
+    let other = map(&of, Domain::open([40, 40]), |p| p);
+    assert!(matches!(judge.columns(&out, Some(&other)), Err(Error::Map { .. })));
+}
