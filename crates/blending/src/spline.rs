@@ -40,6 +40,19 @@ impl<'m, const D: usize> Splined<'m, D> {
         Ok(Self { laid: Laid::new(map, valid)?, levels })
     }
 
+    /// Bands that carry a difference of shade across a map's patches: the coarsest is blended over no more than half of what
+    /// lies between seams, or a patch would keep nothing of its own. From 1 to [`MOST`](Self::MOST).
+    ///
+    /// Time `O(positions)`.
+    pub fn levels_for(map: &SourceMap<D>) -> u32 {
+        let (domain, last) = (map.domain(), D - 1);
+        let seams = domain.positions().filter(|&at| map.is_seam(at, last)).count();
+        let lines = domain.len() / (domain.shape[last] as usize).max(1);
+        // Samples from seam to seam along the last axis, as many lines of it have none at their ends.
+        let between = domain.len() / (seams + if domain.periodic[last] { 0 } else { lines }).max(1);
+        (1..Self::MOST).take_while(|&levels| 2 << (levels + 1) <= between).count() as u32 + 1
+    }
+
     /// Checks a number of bands.
     ///
     /// # Errors

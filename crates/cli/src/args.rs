@@ -24,6 +24,9 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// A larger texture without knobs: several methods make it, and the best is kept.
+    #[command(visible_alias = "synth")]
+    Synthesize(commands::synthesize::Synthesize),
     /// Image quilting: a larger texture from overlapping blocks of exemplars.
     Quilt(commands::quilt::Quilt),
     /// Texture transfer: a picture drawn in the texture of exemplars.
@@ -34,7 +37,7 @@ pub(crate) enum Command {
     Apply(commands::apply::Apply),
     /// Tell what is in a picture or a source map, and how it was made.
     Info(commands::info::Info),
-    /// Look at an exemplar: its size, its period, and a command line to begin with.
+    /// Look at an exemplar: its size, the kind of texture, its lattice, and a command line to begin with.
     Inspect(commands::inspect::Inspect),
     /// Compare two pictures; exit code 1 if they differ by more than is allowed.
     Compare(commands::compare::Compare),
@@ -162,7 +165,8 @@ pub(crate) enum RoleArg {
     Color,
     /// A tangent-space normal: x right, y up.
     Normal,
-    /// A height.
+    /// A height, or a displacement.
+    #[value(alias = "displacement")]
     Height,
     /// Roughness, metalness, occlusion, labels: anything else.
     Scalar,

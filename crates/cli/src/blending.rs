@@ -1,33 +1,86 @@
-//! `--feather` and `--spline`: seams hidden where a map is rendered. `[Kwatra03 5]`
+//! `--feather`, `--spline` and `--fuse`: seams hidden where a map is rendered. `[Kwatra03 5]`
+
+use std::fmt;
+use std::str::FromStr;
 
 use clap::Args;
-use selvedge_blending::{Feathered, Splined};
+use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{Domain, Grid, Plane, Render, SourceMap};
 
 use crate::failure::Failure;
 use crate::used::Used;
+use crate::wrong::Wrong;
 
-/// How seams are hidden.
+/// How seams are hidden. Samples that no seam is near are exact.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Blending {
     /// Feather seams with a Gaussian kernel of this many pixels (its sigma), up to 16.
-    #[arg(long, value_name = "SIGMA", conflicts_with = "spline")]
+    #[arg(long, value_name = "SIGMA", conflicts_with_all = ["spline", "fuse"])]
     feather: Option<f64>,
-    /// Spline seams over this many bands of detail, up to 5: coarse detail is blended widely, fine detail closely.
-    #[arg(long, value_name = "BANDS")]
-    spline: Option<u32>,
+    /// Spline seams over this many bands of detail, up to 5, or 'auto': coarse detail is blended widely, fine detail
+    /// closely.
+    #[arg(long, value_name = "BANDS", conflicts_with = "fuse")]
+    spline: Option<Bands>,
+    /// Fuse patches: they are raised and lowered until they meet, and keep their detail.
+    #[arg(long)]
+    fuse: bool,
+}
+
+/// A number of bands.
+#[derive(Clone, Copy, Debug)]
+enum Bands {
+    /// As wide as the map's patches allow.
+    Auto,
+    Of(u32),
+}
+
+impl FromStr for Bands {
+    type Err = Wrong;
+
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let wrong = |_| Wrong::new(format!("'{text}' is no number of bands"), "write a number from 0 to 5, or auto");
+        text.parse().map(Self::Of).map_err(wrong)
+    }
+}
+
+impl fmt::Display for Bands {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Of(bands) => write!(f, "{bands}"),
+        }
+    }
+}
+
+impl Bands {
+    fn levels(self, map: &SourceMap<2>) -> u32 {
+        match self {
+            Self::Auto => Splined::levels_for(map),
+            Self::Of(bands) => bands,
+        }
+    }
+
+    fn most(self) -> u32 {
+        if let Self::Of(bands) = self { bands } else { Splined::<2>::MOST }
+    }
 }
 
 impl Blending {
+    /// Patches fused.
+    pub(crate) const FUSED: Self = Self { feather: None, spline: None, fuse: true };
+
     /// Checks what can be checked without a file.
     pub(crate) fn validate(self) -> Result<(), Failure> {
         self.feather.map_or(Ok(()), Feathered::<2>::validate)?;
-        Ok(self.spline.map_or(Ok(()), Splined::<2>::validate)?)
+        Ok(self.spline.map_or(Ok(()), |bands| Splined::<2>::validate(bands.most()))?)
     }
 
     /// True if samples are copied.
     pub(crate) fn is_none(self) -> bool {
-        self.feather.is_none() && self.spline.is_none()
+        self.feather.is_none() && self.spline.is_none() && !self.fuse
     }
 
     /// The map laid over planes; `valid` says by source what may show, and what is `kept` stays as it is.
@@ -38,27 +91,43 @@ impl Blending {
         kept: Option<&Grid<bool, 2>>,
         planes: &[&Plane<2>],
     ) -> Result<Plane<2>, Failure> {
-        if let Some(sigma) = self.feather {
-            let feathered = Feathered::new(map, valid, sigma)?;
-            let feathered = if let Some(kept) = kept { feathered.keeping(kept)? } else { feathered };
-            return Ok(feathered.render(planes)?);
+        macro_rules! rendered {
+            ($renderer:expr) => {{
+                let renderer = $renderer;
+                let renderer = if let Some(kept) = kept { renderer.keeping(kept)? } else { renderer };
+                Ok(renderer.render(planes)?)
+            }};
         }
-        if let Some(bands) = self.spline {
-            let splined = Splined::new(map, valid, bands)?;
-            let splined = if let Some(kept) = kept { splined.keeping(kept)? } else { splined };
-            return Ok(splined.render(planes)?);
+        match self {
+            Self { feather: Some(sigma), .. } => rendered!(Feathered::new(map, valid, sigma)?),
+            Self { spline: Some(bands), .. } => rendered!(Splined::new(map, valid, bands.levels(map))?),
+            Self { fuse: true, .. } => rendered!(Fused::new(map, valid)?),
+            _ => Ok(map.render(planes)?),
         }
-        Ok(map.render(planes)?)
     }
 
-    /// An upper bound of what blending takes besides the picture.
-    pub(crate) fn memory(self, output: Domain<2>, channels: usize) -> u64 {
-        let feathered = self.feather.map_or(0, |sigma| Feathered::bytes(output, channels, sigma));
-        self.spline.map_or(feathered, |bands| Splined::bytes(output, channels, bands))
+    /// An upper bound of what blending takes besides the picture, of which some may be kept as it is.
+    pub(crate) fn memory(self, output: Domain<2>, channels: usize, kept: bool) -> u64 {
+        match self {
+            Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
+            Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
+            Self { fuse: true, .. } => Fused::bytes(output, channels, kept),
+            _ => 0,
+        }
     }
 
     /// The options that change samples.
     pub(crate) fn used(self, used: Used) -> Used {
-        used.with("feather", self.feather).with("spline", self.spline)
+        let spline = self.spline.map(|bands| match bands {
+            Bands::Auto => serde_json::Value::from("auto"),
+            Bands::Of(bands) => bands.into(),
+        });
+        let used = used.with("feather", self.feather).with("spline", spline);
+        if self.fuse { used.with("fuse", true) } else { used }
+    }
+
+    /// The same for commands that do not tell what they did not do.
+    pub(crate) fn used_if_any(self, used: Used) -> Used {
+        if self.is_none() { used } else { self.used(used) }
     }
 }

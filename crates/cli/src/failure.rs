@@ -139,6 +139,7 @@ from_errors!(
     selvedge_analysis::Error,
     selvedge_guides::Error,
     selvedge_metrics::Error,
+    selvedge_synthesis::Error,
     selvedge_quilting::Error,
     selvedge_graphcut_textures::Error
 );

@@ -130,16 +130,13 @@ mod tests {
     }
 
     #[test]
-    fn a_float_one_is_one() {
-        assert_eq!(half_one(), 15 << 10);
-    }
-
-    fn half_one() -> u16 {
+    fn opaque_is_one_in_any_depth() {
         let one = Grid::from_vec(Domain::open([1, 1]), 1, vec![1.0_f32]).unwrap();
-        let plane = Plane::new(Role::Scalar, Samples::F32(one));
-        match selvedge_io::convert(&plane, Depth::F16, &Default::default()).unwrap().plane.samples {
-            Samples::F16(g) => g.samples()[0],
-            _ => unreachable!(),
+        let one = Plane::new(Role::Scalar, Samples::F32(one));
+        for depth in [Depth::U8, Depth::U16, Depth::F16, Depth::F32] {
+            let grey = selvedge_io::convert(&one, depth, &Default::default()).unwrap().plane;
+            let wide = widened(grey.clone(), Layout { colors: 1, alpha: true }).unwrap();
+            assert_eq!(wide.samples.value(1, 0), grey.samples.value(0, 0), "{}", depth.name());
         }
     }
 }

@@ -98,6 +98,8 @@ pub(crate) struct Loom<'a> {
     pub(crate) domain: Domain<2>,
     /// What was read besides the exemplars and their masks.
     others: Vec<Fingerprint>,
+    /// The command and the seed that make the picture, where they are not this run's own.
+    pub(crate) made_by: Option<(&'static str, u64)>,
 }
 
 /// What a method made, and how it is laid over the payload.
@@ -169,7 +171,7 @@ impl Weaving {
         let loaded = headers.load(session, plan.transforms, &mut report)?;
         report.estimate = Some(needed.0);
         report.stage("read");
-        Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new() })
+        Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new(), made_by: None })
     }
 
     /// An output of a shape, with the topology asked for.
@@ -348,12 +350,13 @@ impl Loom<'_> {
 
     /// How the picture was made: nothing that differs between equal runs.
     fn provenance(&self) -> Provenance {
-        let (seed, options) = (self.session.global.seed, &self.report.options);
+        let own = (self.report.command(), self.session.global.seed);
+        let ((command, seed), options) = (self.made_by.unwrap_or(own), &self.report.options);
         Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             seed,
             inputs: self.loaded.all_fingerprints().into_iter().chain(self.others.iter().cloned()).collect(),
-            command: options.clone().with("seed", seed).command(self.report.command(), self.loaded.given()),
+            command: options.clone().with("seed", seed).command(command, self.loaded.given()),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Who has a choice.
 
-use selvedge_core::try_vec;
+use selvedge_core::{SampleId, try_vec};
 
 use crate::error::Error;
 use crate::frame::Frame;
@@ -66,6 +66,11 @@ impl<const D: usize> Frame<D> {
         Ok(choices)
     }
 
+    /// The sample that a place of the frame has whatever the cut says, if it has no choice.
+    pub(crate) fn decided(&self, choices: &[Choice], place: usize) -> SampleId {
+        if choices[place] == Choice::New { self.new[place] } else { self.old[place] }
+    }
+
     fn force_neighbours(&self, choices: &mut [Choice]) -> Result<(), Error> {
         let (mut near_old, mut near_new) = (try_vec(choices.len(), false)?, try_vec(choices.len(), false)?);
         for axis in 0..D {
@@ -90,7 +95,7 @@ impl<const D: usize> Frame<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Exemplars, Grid, Origin, Patch, SampleId, Source, SourceMap, Transform, Window};
+    use selvedge_core::{Domain, Exemplars, Grid, Origin, Patch, Source, SourceMap, Transform, Window};
 
     /// A row: `old` has samples where it is not a dot, a patch is offered at columns 2 to 7 of 10.
     fn row(old: &str) -> Frame<1> {

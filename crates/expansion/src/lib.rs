@@ -66,8 +66,9 @@
 //! # Pruning
 //! Where samples have prices of their own, most of them keep what they have, and can be seen to: taking the offer costs more
 //! than all neighbours together could save by it. Such a sample is decided before the cut, then its neighbours can save less,
-//! and so on outward. That is exact: the same samples take the offer. Alpha-expansions of labels that fit nowhere cost
-//! next to nothing by it.
+//! and so on outward. That is exact where no term is lowered: the same samples take the offer. Where terms are, a sample that
+//! is decided has none, so that fewer are lowered; prices never rise either way. Alpha-expansions of labels that fit nowhere
+//! cost next to nothing by it.
 //!
 //! # Determinism
 //! Prices are integers. Of several cuts of least price that in which most samples take the offer is made, on any machine.

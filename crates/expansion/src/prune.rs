@@ -9,7 +9,6 @@ use selvedge_core::try_vec;
 
 use crate::choice::Choice;
 use crate::error::Error;
-use crate::expand::decided;
 use crate::frame::Frame;
 use crate::prices::Prices;
 
@@ -88,11 +87,11 @@ impl<P: Prices<D>, const D: usize> Pruning<'_, P, D> {
                 [(neither - of_s).max(of_t - both), (neither - of_t).max(of_s - both)]
             }
             (Choice::Free, Choice::Old | Choice::New) => {
-                let there = decided(self.frame, &self.choices, t);
+                let there = self.frame.decided(&self.choices, t);
                 [price(old[s], there) - price(new[s], there), 0]
             }
             (Choice::Old | Choice::New, Choice::Free) => {
-                let here = decided(self.frame, &self.choices, s);
+                let here = self.frame.decided(&self.choices, s);
                 [0, price(here, old[t]) - price(here, new[t])]
             }
             _ => [0, 0],

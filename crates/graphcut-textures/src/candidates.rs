@@ -2,7 +2,8 @@
 
 use selvedge_core::{Exemplars, Patch, Rng};
 
-/// An excess in units of the scale beyond which nothing is left of a probability in units of 2^-32.
+/// An excess in units of the scale beyond which nothing is left of a probability in units of 2^-32: ln 2^32 = 22.2, and
+/// some room for rounding.
 pub(crate) const NOTHING: f64 = 22.5;
 
 /// A patch and how well it agrees with the output.

@@ -5,8 +5,11 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::plan::largest_region;
+use crate::plan::{largest_region, reach};
 use crate::weaver::{BATCH, at_once};
+
+// What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never below, and
+// not absurdly above.
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
@@ -33,7 +36,7 @@ pub fn estimate<const D: usize>(
     let shortest = sources.iter().map(|s| s.shape.into_iter().min().unwrap_or(0)).max().unwrap_or(0);
     // No less than what the run may choose.
     let sides = options.region.unwrap_or_else(|| [largest_region(shortest); D]);
-    let reach = options.reach.unwrap_or(sides.map(|n| n.saturating_mul(3).div_ceil(2)));
+    let reach = reach(options, options.placement, sides);
     let region: [u32; D] = std::array::from_fn(|a| output.shape[a].min(sides[a]).max(1));
     let window: [u32; D] =
         std::array::from_fn(|a| region[a].saturating_add(reach[a].min(output.shape[a]).saturating_mul(2)));

@@ -4,12 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use selvedge_core::{Domain, Patch};
 
-/// Vectors that differ by less than this along each axis count as the same. The eye finds rows whose members stand a few
-/// samples off; a coarser grain takes patches for repeated that are not, and there are fewer vectors to tell apart.
+/// Vectors in one cell of so many samples a side count as the same: cuts and refinement lay copies a few samples off, and the
+/// eye finds such rows as well. With 1 only exact repetitions would count; a grain as large as structures are would forbid
+/// neighbours that show something else. What lies between is a guess.
 const GRAIN: i32 = 4;
 
-/// Repeated vectors are counted out of so many patches: about as many as an output of twice the exemplar's size takes, where
-/// `variety` was tuned. Below that many a repetition counts whole, or the first patches would avoid each other too much.
+/// Repeated vectors are counted out of so many patches. A count alone grows with the output, and on large ones nothing but
+/// variety would be left; a share alone makes the first repetition of a run's second patch weigh as much as that of all.
+/// So below that many patches a repetition counts whole.
 const OF: u32 = 64;
 
 /// Offsets used before, and how patches stand to each other.

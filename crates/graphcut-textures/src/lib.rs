@@ -34,31 +34,7 @@
 //! Everything is written over the number of axes: clips are woven by the same code as pictures. Outputs may be periodic
 //! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
 //!
-//! # Speed and growth
-//! Processor time of `selvedge graphcut --refine 10 -j 1` on an exemplar of 192^2 (radishes, sub-patch placement, regions
-//! of 35 samples), with reading and writing of the files, and the largest memory of the process:
-//!
-//! | output | seconds | MiB |
-//! |---|---|---|
-//! | 512^2 | 0.41 | 18 |
-//! | 1024^2 | 1.6 | 21 |
-//! | 2048^2 | 6.2 | 51 |
-//! | 4096^2 | 25 | 153 |
-//!
-//! Time grows with the output's area: a cut sees a window of the output, never all of it, and the worst region is kept
-//! up to date in a tree. By default refinement goes on until seams settle, which takes four to five times as long. Cuts take
-//! about half of the time, searches a fifth.
-//!
-//! Every source is searched for every patch, so that time grows with the samples of all of them: turned by 15 angles as
-//! well, 512^2 took 2.9 s instead of 0.41 with sub-patch placement, and 6.5 s instead of 0.50 with entire-patch placement.
-//! Where [`Start`] says which sources may show, only those that may show in a region are searched for it: a field of scales
-//! from 0.4 to 1.6 took 0.84 s for 512^2, against 2.0 with all of them searched. Blending takes the same for any number of
-//! sources.
-//!
-//! Sizes of regions and reach were chosen by measure on ten textures at 1024^2: with them no texture repeats itself more
-//! than image quilting does, and seams cost less than quilting's on nine (eq. 1, relative to random joins). Structured
-//! textures such as text and keyboards come out cleaner with a reach of the whole exemplar (`Options::paper`), at the
-//! price of whole words and keys that come again in sight of each other.
+//! `DESIGN.md` in this crate tells how it works and why, and how time and memory grow.
 //!
 //! # Features
 //! `rayon` (default): candidates are searched and cut on the caller's pool; the output is the same either way.
@@ -81,6 +57,7 @@ mod options;
 mod plan;
 mod refine;
 mod reflection;
+mod scales;
 mod start;
 mod stats;
 mod usable;
@@ -91,5 +68,6 @@ pub use estimate::estimate;
 pub use graphcut::{graphcut, graphcut_from, plan};
 pub use options::{Options, Placement};
 pub use plan::Plan;
+pub use scales::Scales;
 pub use start::Start;
 pub use stats::Stats;

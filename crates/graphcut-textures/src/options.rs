@@ -4,7 +4,8 @@ use selvedge_core::SeamMeasure;
 
 use crate::error::Error;
 
-/// Each of them has a graph of its own.
+/// Each of them has a graph of its own: a bound for memory, far above what pays (the best of two costs two cuts, that of four
+/// four).
 const MOST_TRIES: u32 = 64;
 
 /// How the next patch is found. `[Kwatra03 4]`
@@ -37,8 +38,8 @@ pub struct Options<const D: usize> {
     pub region: Option<[u32; D]>,
     /// How far a patch may reach beyond the error region on both sides of each axis, in samples; 0 lays the region alone.
     /// Large patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's sides on,
-    /// patches are whole exemplars, as in the paper. Default: the region's sides, and half as much again for
-    /// [`Placement::Entire`].
+    /// patches are whole exemplars, as in the paper. Default: half of a region that is given, else the region's
+    /// sides, and half as much again for [`Placement::Entire`].
     pub reach: Option<[u32; D]>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.

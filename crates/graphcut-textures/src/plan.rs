@@ -48,8 +48,7 @@ pub(crate) fn measured<const D: usize>(
 ) -> Result<Plan<D>, Error> {
     let Some(field) = field else { return Plan::new(exemplars, options) };
     let bits = field.plane(0).iter().fold(0, |all, bits| all | bits);
-    let shown = (0..exemplars.sources().len()).filter(|source| bits >> source & 1 == 1);
-    Plan::new(&exemplars.only(shown)?, options)
+    Plan::new(&exemplars.only((0..exemplars.sources().len()).filter(|number| bits >> number & 1 == 1))?, options)
 }
 
 impl<const D: usize> Plan<D> {
@@ -69,11 +68,7 @@ impl<const D: usize> Plan<D> {
         };
         let regularity = measured.iter().map(|t| t.lattice.map_or(0, |l| l.strength)).max();
         let sides = region_sides(exemplars, &measured, options)?;
-        // What a lattice is matched by should hold more of it than the region.
-        let reach = options.reach.unwrap_or(match placement {
-            Placement::Entire => sides.map(|n| n.saturating_mul(3).div_ceil(2)),
-            _ => sides,
-        });
+        let reach = reach(options, placement, sides);
         // At most far beyond any output, and still far from the end of positions.
         let reach = reach.map(|n| n.min(1 << 24));
         let scale = options.randomness * variance(exemplars);
@@ -110,7 +105,17 @@ fn region_sides<const D: usize>(
     Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
 }
 
-/// Smaller regions hold nothing that could be matched.
+/// How far patches reach: as asked; half of a region that was asked for; else a region, and for entire placement half as much
+/// again, for what a lattice is matched by should hold more of it than the region.
+pub(crate) fn reach<const D: usize>(options: &Options<D>, placement: Placement, sides: [u32; D]) -> [u32; D] {
+    options.reach.unwrap_or(match (options.region, placement) {
+        (Some(_), _) => sides.map(|n| n.div_ceil(2)),
+        (None, Placement::Entire | Placement::Auto) => sides.map(|n| n.saturating_mul(3).div_ceil(2)),
+        (None, _) => sides,
+    })
+}
+
+/// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places agree.
 const LEAST: u32 = 8;
 
 /// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.

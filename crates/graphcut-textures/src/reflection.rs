@@ -2,8 +2,9 @@
 
 use selvedge_core::{Exemplars, Patch, Window};
 
-/// Middles nearer than so many sides of the region belong to one sight: two regions that touch are one side apart, and half
-/// a side more is what their patches' reach shows of each other.
+/// How many sides of the region may lie between the exemplar's places that two patches show in it, for them to meet: what one
+/// shows around the region's middle lies within half a side of it, the same holds for the other, and the symmetry is
+/// still found at once with as much again between them.
 const NEAR: f64 = 1.5;
 
 /// True if two patches show about the same place of an exemplar in a region, in different orientations. The exemplar meets

@@ -41,7 +41,8 @@ pub(crate) struct Worker<const D: usize> {
     pub(crate) cut: Scratch<D>,
 }
 
-/// Regions that are refined at once at most, on any number of threads.
+/// Regions that are refined at once at most, on any number of threads: the map must not depend on these. More would keep more
+/// threads busy, but all are chosen before the first is laid: the last of many is no longer among the worst.
 pub(crate) const BATCH: usize = 8;
 
 /// Regions that take memory at once, on as many threads as there may be, with exemplars of so many samples.

@@ -4,6 +4,7 @@
 //! locked while its writer lives; parts without a living writer are swept when the same name is written again. Files that
 //! belong together take their names while their folders are locked, so that those of two runs do not mix.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
@@ -12,6 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Problem};
+use crate::identity::{Identity, identity};
 
 /// Writes a file whole or not at all: on failure the old file, or none, is left.
 ///
@@ -34,15 +36,7 @@ pub fn finish_all(staged: Vec<Staged<'_>>) -> Result<(), Error> {
 
 fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
     let problem = |one: &Staged<'_>, e| file_problem(one.path, e, one.bytes.len() as u64);
-    let mut folders: Vec<&Path> = staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.path))).collect();
-    folders.sort_unstable();
-    folders.dedup();
-    // In one order for all, so that nobody waits for a second folder in a ring. A system without such locks only loses
-    // what they are for.
-    let folders: Vec<File> = folders.into_iter().filter_map(|folder| File::open(folder).ok()).collect();
-    for folder in &folders {
-        let _ = folder.lock();
-    }
+    let folders = locked_folders(staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.path))));
     {
         // While this is held, nobody removes the parts.
         let held = parts();
@@ -63,6 +57,18 @@ fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
         let _ = folder.sync_all();
     }
     Ok(())
+}
+
+/// Opens and locks each of these folders once, however often and in however many spellings it is named: a second lock of
+/// ours would wait for the first one. In one order for all, so that no two runs wait for each other. A system without such
+/// locks only loses what they are for.
+fn locked_folders<'p>(folders: impl Iterator<Item = &'p Path>) -> Vec<File> {
+    let folders: BTreeMap<Identity, File> =
+        folders.filter_map(|folder| Some((identity(folder)?, File::open(folder).ok()?))).collect();
+    for folder in folders.values() {
+        let _ = folder.lock();
+    }
+    folders.into_values().collect()
 }
 
 /// A file whose bytes are safely on the disk, but which has not its name yet. Several files that belong together are

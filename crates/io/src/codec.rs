@@ -36,6 +36,14 @@ impl<'a> Context<'a> {
         header.check(&self.options.limits, self.file_bytes)
     }
 
+    /// Asks for what a decoder of others may take for itself and gives it back: it would abort where this fails.
+    pub(crate) fn ask(&self, header: &Header) -> Result<(), Problem> {
+        // The canvas, a frame, and what both are made of, over some room of its own.
+        let bytes = header.bytes().saturating_mul(4).saturating_add(self.file_bytes).saturating_add(8 << 20);
+        let asked = Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX));
+        asked.map_err(|_| selvedge_core::Error::Allocation { bytes }.into())
+    }
+
     pub(crate) fn warn(&mut self, warning: Warning) {
         self.warnings.push(warning);
     }

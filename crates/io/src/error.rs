@@ -31,7 +31,13 @@ impl Error {
 
     /// What is wrong, without file and remedy, in one line.
     pub fn message(&self) -> String {
-        escaped(self.problem.to_string().as_bytes())
+        // A file may have names without end.
+        const SIGNS: usize = 300;
+        let line = escaped(self.problem.to_string().as_bytes());
+        match line.char_indices().nth(SIGNS) {
+            Some((end, _)) => format!("{} ...", &line[..end]),
+            None => line,
+        }
     }
 
     /// What to do about it.
@@ -295,7 +301,7 @@ impl Problem {
             Self::ChannelsNotHeld { format, channels: 1 | 3, alpha: true } => {
                 return format!("write {}", format.instead(|other| other.holds_alpha()));
             }
-            Self::ChannelsNotHeld { .. } => "write one or three channels",
+            Self::ChannelsNotHeld { .. } => "write one or three channels, or exr",
             Self::SideNotHeld { format, width, height, .. } => {
                 let (side, depth) = ((*width).max(*height), format.depths()[0]);
                 return format!("write {}", format.instead(|other| other.check([1, side], 3, false, depth).is_ok()));

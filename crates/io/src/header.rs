@@ -20,6 +20,16 @@ impl Header {
     /// Refuses empty and oversized pictures, and those whose decoding would not fit the budget: the file, the
     /// decoder's samples and the planar ones are held at once.
     pub(crate) fn check(&self, limits: &Limits, file_bytes: u64) -> Result<(), Problem> {
+        self.check_size(limits)?;
+        let needed = self.bytes().saturating_mul(2).saturating_add(file_bytes);
+        if limits.memory < needed {
+            return Err(Problem::Memory { needed, budget: limits.memory });
+        }
+        Ok(())
+    }
+
+    /// Refuses empty and oversized pictures.
+    pub(crate) fn check_size(&self, limits: &Limits) -> Result<(), Problem> {
         let Self { width, height, .. } = *self;
         if width == 0 || height == 0 || self.channels == 0 {
             return Err(Problem::NoSamples { width, height });
@@ -31,10 +41,6 @@ impl Header {
         let samples = width.saturating_mul(height);
         if limits.samples < samples {
             return Err(Problem::Samples { width, height, samples, limit: limits.samples });
-        }
-        let needed = self.bytes().saturating_mul(2).saturating_add(file_bytes);
-        if limits.memory < needed {
-            return Err(Problem::Memory { needed, budget: limits.memory });
         }
         Ok(())
     }

@@ -20,8 +20,9 @@ impl Format {
         if !self.depths().contains(&depth) {
             return Err(Problem::DepthNotHeld { format, depth });
         }
-        let colors = if self == Self::Exr { &[1, 2, 3][..] } else { &[1, 3] };
-        if !colors.contains(&channels) || (alpha && !self.holds_alpha()) {
+        // EXR has names for any number of channels.
+        let held = if self == Self::Exr { 0 < channels } else { matches!(channels, 1 | 3) };
+        if !held || (alpha && !self.holds_alpha()) {
             return Err(Problem::ChannelsNotHeld { format, channels, alpha });
         }
         Ok(())
@@ -82,7 +83,7 @@ mod tests {
         assert_eq!(remedy(Format::Hdr.check([2, 3], 3, true, Depth::F32)), "write tiff or exr");
         assert_eq!(remedy(Format::Webp.check([2, 16_384], 3, false, Depth::U8)), "write png, jpeg or tiff");
         assert!(Format::Webp.check([2, 16_383], 3, false, Depth::U8).is_ok());
-        assert_eq!(remedy(Format::Png.check([2, 3], 2, false, Depth::U8)), "write one or three channels");
+        assert_eq!(remedy(Format::Png.check([2, 3], 2, false, Depth::U8)), "write one or three channels, or exr");
         assert!(Format::Gif.check([2, 3], 3, false, Depth::U8).is_err(), "it is only read");
     }
 }

@@ -49,6 +49,7 @@ mod finite;
 mod format;
 mod header;
 mod held;
+mod identity;
 mod image;
 mod jpeg;
 mod linear;

@@ -3,8 +3,8 @@
 use moxcms::{ColorProfile, DataColorSpace, ToneReprCurve};
 use selvedge_core::srgb_decode;
 
-use crate::Warning;
 use crate::metadata::Metadata;
+use crate::{Depth, Warning};
 
 /// How integers of one file become light.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,6 +142,34 @@ impl Linear {
             Some(matrix) => (0..3).map(|c| matrix[channel][c] * one(c)).sum(),
             None => one(channel),
         }
+    }
+}
+
+/// The primaries of a code point [ITU-T H.273, table 2] that are in use and not sRGB's.
+fn primaries_of(code: u8) -> Option<[f64; 8]> {
+    Some(match code {
+        9 => [0.3127, 0.329, 0.708, 0.292, 0.17, 0.797, 0.131, 0.046],
+        11 => [0.314, 0.351, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06],
+        12 => [0.3127, 0.329, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06],
+        _ => return None,
+    })
+}
+
+impl Metadata {
+    /// What still holds when samples change their depth: integers are encoded and floats are linear light, so a
+    /// profile, sRGB or a gamma for the one says nothing of the other.
+    #[must_use]
+    pub fn converted(&self, from: Depth, to: Depth) -> Self {
+        let float = |depth| matches!(depth, Depth::F16 | Depth::F32);
+        let mut metadata = self.clone();
+        if float(from) != float(to) {
+            // The primaries of a profile became those of sRGB with its curves; others are told as chromaticities.
+            let moved = float(to) && self.icc.is_some() && Linear::of(self, 3).0.moves_primaries();
+            let named = self.cicp.and_then(|[primaries, ..]| primaries_of(primaries));
+            metadata.chromaticities = if moved { None } else { named.or(self.chromaticities) };
+            (metadata.icc, metadata.srgb, metadata.gamma, metadata.cicp) = (None, None, None, None);
+        }
+        metadata
     }
 }
 

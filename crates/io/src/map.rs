@@ -13,11 +13,12 @@ use selvedge_core::{Domain, Limits, Origin, SourceMap, SourceTable, Transform};
 use crate::atomic::write_bytes;
 use crate::codec::{Context, guarded};
 use crate::error::{Error, Problem};
+use crate::header::Header;
 use crate::metadata::Metadata;
 use crate::name::escaped;
 use crate::provenance::Fingerprint;
 use crate::read::{ReadOptions, read_bytes};
-use crate::{Format, exr};
+use crate::{Depth, Format, exr};
 
 /// A source map and what its file says besides.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +77,11 @@ fn decode(bytes: &[u8], context: &Context<'_>) -> Result<MapFile, Problem> {
             let (places, domain, text, metadata) = exr::decode_map(bytes, context)?;
             let (table, exemplars) =
                 parse(&text).ok_or_else(|| Problem::damaged(Format::Exr, "its list of sources"))?;
+            for (_, domain) in table.sources() {
+                let [height, width] = domain.shape.map(u64::from);
+                Header { width, height, channels: 1, alpha: false, depth: Depth::U8 }
+                    .check_size(&context.options.limits)?;
+            }
             let map = exr::assemble(&places, domain, table)?;
             Ok(MapFile { map, exemplars, metadata })
         }

@@ -1,8 +1,7 @@
 //! What a picture file says about its samples.
 
-use crate::linear::Linear;
+use crate::Format;
 use crate::provenance::Provenance;
-use crate::{Depth, Format};
 
 /// What a file says besides its samples. Carried from input to output where the formats have a place for it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +18,8 @@ pub struct Metadata {
     pub chromaticities: Option<[f64; 8]>,
     /// How densely samples lie.
     pub density: Option<Density>,
+    /// Names of all channels of a picture that is more than colour, in its order; empty for others.
+    pub channel_names: Vec<String>,
     /// How the picture was made.
     pub provenance: Option<Provenance>,
 }
@@ -63,33 +64,7 @@ impl Density {
 /// White, red, green and blue of sRGB and BT.709.
 const SRGB: [f64; 8] = [0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06];
 
-/// The primaries of a code point [ITU-T H.273, table 2] that are in use and not sRGB's.
-fn primaries_of(code: u8) -> Option<[f64; 8]> {
-    Some(match code {
-        9 => [0.3127, 0.329, 0.708, 0.292, 0.17, 0.797, 0.131, 0.046],
-        11 => [0.314, 0.351, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06],
-        12 => [0.3127, 0.329, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06],
-        _ => return None,
-    })
-}
-
 impl Metadata {
-    /// What still holds when samples change their depth: integers are encoded and floats are linear light, so a
-    /// profile, sRGB or a gamma for the one says nothing of the other.
-    #[must_use]
-    pub fn converted(&self, from: Depth, to: Depth) -> Self {
-        let float = |depth| matches!(depth, Depth::F16 | Depth::F32);
-        let mut metadata = self.clone();
-        if float(from) != float(to) {
-            // The primaries of a profile became those of sRGB with its curves; others are told as chromaticities.
-            let moved = float(to) && self.icc.is_some() && Linear::of(self, 3).0.moves_primaries();
-            let named = self.cicp.and_then(|[primaries, ..]| primaries_of(primaries));
-            metadata.chromaticities = if moved { None } else { named.or(self.chromaticities) };
-            (metadata.icc, metadata.srgb, metadata.gamma, metadata.cicp) = (None, None, None, None);
-        }
-        metadata
-    }
-
     /// The colour tags that `format` has no place for with so many colours, and that say more than sRGB does.
     pub(crate) fn left_out(&self, format: Format, color_channels: usize) -> Vec<&'static str> {
         let profile = matches!(format, Format::Png | Format::Jpeg | Format::Tiff | Format::Webp);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::atomic;
 use crate::error::{Error, Problem};
+use crate::identity::identity;
 use crate::read::{ReadOptions, split_selector};
 
 /// Whether two names lead to one file, through links of any kind, or would once it is made.
@@ -21,17 +22,6 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 fn place(path: &Path) -> Option<PathBuf> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(fs::canonicalize(folder).ok()?.join(path.file_name()?))
-}
-
-#[cfg(unix)]
-fn identity(path: &Path) -> Option<(u64, u64)> {
-    use std::os::unix::fs::MetadataExt as _;
-    fs::metadata(path).ok().map(|m| (m.dev(), m.ino()))
-}
-
-#[cfg(not(unix))]
-fn identity(path: &Path) -> Option<PathBuf> {
-    fs::canonicalize(path).ok()
 }
 
 /// Refuses an output that could not be written at the end: it is one of the inputs, it exists and must not be
@@ -103,13 +93,18 @@ mod tests {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = Folder::new("readonly");
         fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o555)).unwrap();
-        let refused = check_output(folder.path("a.png"), &[], false);
-        let written = atomic::write_bytes(&folder.path("a.png"), b"new", false);
+        // A superuser may write there: then into a folder of the system, which nobody may.
+        let own = fs::write(folder.path("probe"), b"").is_err().then(|| folder.path(""));
+        let _ = fs::remove_file(folder.path("probe"));
+        let closed = own.or_else(|| atomic::tests::closed_to_all().map(Path::to_owned));
+        let asked = closed.as_ref().map(|closed| closed.join("a.png"));
+        let refused = asked.as_ref().map(|path| check_output(path, &[], false));
+        let written = asked.as_ref().map(|path| atomic::write_bytes(path, b"new", false));
         fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o755)).unwrap();
-        if refused.is_ok() {
-            eprintln!("SKIPPED: this user may write into read-only folders");
+        let (Some(refused), Some(written)) = (refused, written) else {
+            eprintln!("SKIPPED: this user may write everywhere");
             return;
-        }
+        };
         assert!(matches!(refused, Err(Error { problem: Problem::Denied, .. })));
         assert!(matches!(written, Err(Error { problem: Problem::Denied, .. })));
         assert_eq!(folder.files(), []);

@@ -6,6 +6,23 @@ use crate::Depth;
 use crate::error::Problem;
 use crate::header::Header;
 
+/// Zeros for a decoder to fill. The system gives memory for them only where something is written, so that a file that
+/// ends after its header takes none.
+pub(crate) fn zeros<T: Copy + Default>(len: usize) -> Result<Vec<T>, Problem> {
+    // Zeros at once cannot be refused, so the same room is asked for first.
+    let mut asked = Vec::<T>::new();
+    let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
+    asked.try_reserve_exact(len).map_err(|_| selvedge_core::Error::Allocation { bytes })?;
+    drop(asked);
+    Ok(vec![T::default(); len])
+}
+
+/// A grid of [`zeros`].
+pub(crate) fn zero_grid<T: Copy + Default>(header: &Header) -> Result<Grid<T, 2>, Problem> {
+    let domain = header.domain();
+    Ok(Grid::from_vec(domain, header.channels, zeros(domain.len() * header.channels)?)?)
+}
+
 /// Planar samples from interleaved ones of `N` bytes each.
 pub(crate) fn deinterleave<T: Copy + Default, const N: usize>(
     header: &Header,

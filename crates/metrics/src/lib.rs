@@ -87,8 +87,8 @@ impl Error {
 /// Sides of windows at half and at a quarter of the size, and of large ones there.
 const WINDOW: u32 = 8;
 const LARGE: u32 = 16;
-/// Least side of exemplars and outputs.
-const LEAST: u32 = 4 * WINDOW;
+/// Least side of exemplars and outputs that can be compared, in samples.
+pub const LEAST: u32 = 4 * WINDOW;
 
 /// Exemplars, prepared to be compared with outputs.
 pub struct Judge {

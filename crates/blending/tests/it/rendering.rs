@@ -307,3 +307,14 @@ fn sources_that_are_turned_and_scaled_are_blended_alike() {
         assert_eq!([3, 10, 17, 6, 7, 13].map(same), [true, true, true, false, false, false]);
     }
 }
+
+#[test]
+fn bands_are_as_wide_as_patches_allow() {
+    let plane = noise(Role::Height, Domain::open([16, 256]), 1, 3);
+    let e = of(&[&plane, &plane]);
+    let levels = |side: u32| {
+        let map = map_of(&e, Domain { shape: [16, 256], periodic: [false, true] }, |[_, x]| (x / side % 2) as usize);
+        Splined::levels_for(&map)
+    };
+    assert_eq!([1, 4, 7, 8, 15, 16, 31, 32, 63, 64, 128].map(levels), [1, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+}

@@ -38,6 +38,9 @@ pub(crate) struct Apply {
     role: Vec<RoleArg>,
     #[command(flatten)]
     blending: Blending,
+    /// Copy heights sample by sample as well: by default they are fused, or every seam would be a step.
+    #[arg(long, conflicts_with_all = ["feather", "spline", "fuse"])]
+    copy: bool,
     /// The masks that the exemplars were woven with: what is black does not show where seams are blended. Give one for each
     /// exemplar of the map, in order, or 'none'.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
@@ -100,6 +103,12 @@ impl Apply {
         Ok(run.done(&written))
     }
 
+    /// How the planes of an output are laid: heights copied side by side are steps, which no light hides.
+    fn blending(&self, layer: &Layer<'_>) -> Blending {
+        let by_default = self.blending.is_none() && !self.copy && layer.roles.iter().all(|role| *role == Role::Height);
+        if by_default { Blending::FUSED } else { self.blending }
+    }
+
     /// Which planes go together, and what becomes of them.
     fn layers(&self, file: &MapFile) -> Result<Vec<Layer<'_>>, Failure> {
         let (n, given) = (file.exemplars.len(), self.planes.len());
@@ -160,8 +169,9 @@ impl Apply {
     fn used(&self) -> Used {
         let roles: Vec<String> = self.role.iter().map(|role| typed_name(*role)).collect();
         let masks: Vec<String> = self.mask.iter().map(|mask| selvedge_io::display_name(mask)).collect();
-        self.blending
-            .used(Used::default())
+        let blending = self.blending.used(Used::default());
+        let blending = if self.copy { blending.with("copy", true) } else { blending };
+        blending
             .with("mask", masks)
             .with("fixed", self.fixed.as_deref().map(selvedge_io::display_name))
             .with("role", if roles == ["color"] { Vec::new() } else { roles })
@@ -238,10 +248,11 @@ impl Run<'_> {
         let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
         let resampled: Vec<Domain<2>> = resampled.collect();
         let made = |l: &Looked<'_>| memory::outputs(domain, l.layout.channels(), l.depth, false);
+        let copied = self.masks.fixed.is_some() || 0 < self.file.map.holes();
         let laid = |l: &Looked<'_>| {
             memory::exemplars(&l.infos, l.depth)
                 + memory::shown(&resampled, l.layout.channels(), l.depth)
-                + Bytes(self.args.blending.memory(domain, l.layout.channels()))
+                + Bytes(self.args.blending(l.layer).memory(domain, l.layout.channels(), copied))
         };
         let read = looked.iter().map(laid).max().unwrap_or_default();
         memory::check_fixed(&self.session.limits, read + looked.iter().map(made).sum())
@@ -293,14 +304,15 @@ impl Run<'_> {
     /// The map laid over the planes.
     fn rendered(&self, layer: &Layer<'_>, planes: &[&Plane<2>]) -> Result<Plane<2>, Failure> {
         let map = &self.file.map;
-        if self.args.blending.is_none() {
+        let blending = self.args.blending(layer);
+        if blending.is_none() {
             return Ok(map.render(planes)?);
         }
         let valid = map.table.validity(planes, &self.masks.of_exemplars);
         let valid =
             valid.map_err(|e| Failure::from(e).about(&layer.planes[0]).remedy("give masks of the planes' size"))?;
         let valid = valid.iter().map(Option::as_ref).collect();
-        self.args.blending.render(map, valid, self.masks.fixed.as_ref(), planes)
+        blending.render(map, valid, self.masks.fixed.as_ref(), planes)
     }
 
     /// Refuses planes that are not the size of their exemplars, and outputs that cannot hold them.

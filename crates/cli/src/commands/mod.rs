@@ -9,6 +9,7 @@ pub(crate) mod inspect;
 pub(crate) mod man;
 pub(crate) mod quilt;
 pub(crate) mod score;
+pub(crate) mod synthesize;
 pub(crate) mod transfer;
 
 use crate::args::Command;
@@ -49,6 +50,7 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
 
 fn execute(command: &Command, session: &Session<'_>) -> Result<Done, Failure> {
     match command {
+        Command::Synthesize(synthesize) => synthesize.run(session),
         Command::Quilt(quilt) => quilt.run(session),
         Command::Transfer(transfer) => transfer.run(session),
         Command::Graphcut(graphcut) => graphcut.run(session),

@@ -41,6 +41,8 @@ pub(crate) struct Quilt {
     /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    blending: Blending,
 }
 
 /// A number, or a choice by the program.
@@ -99,6 +101,7 @@ impl Quilt {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
+        self.blending.validate()?;
         let loom = self.weaving.begin(
             session,
             &Plan {
@@ -107,14 +110,17 @@ impl Quilt {
                 domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
                 transforms: &[Transform::IDENTITY],
                 backdrop: None,
-                estimate: &|exemplars, channels, output| estimate(exemplars, channels, output, &options),
+                estimate: &|exemplars, channels, output| {
+                    let method = estimate(exemplars, channels, output, &options);
+                    method.saturating_add(self.blending.memory(output, channels + 1, false))
+                },
             },
         )?;
         let exemplars = &loom.loaded.exemplars;
         let plan = selvedge_quilting::Plan::new(exemplars, loom.domain, &options, &session.run());
         let plan = plan.map_err(|e| failure(&loom, e))?;
         if loom.is_dry() {
-            let used = used(&loom, &options, &plan);
+            let used = self.blending.used_if_any(used(&loom, &options, &plan));
             let how = format!("from blocks of {} px", plan.block());
             return Ok(loom.would(used, &how));
         }
@@ -123,9 +129,9 @@ impl Quilt {
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
+            blending: self.blending,
             kept: None,
-            options: used(&loom, &options, &plan),
+            options: self.blending.used_if_any(used(&loom, &options, &plan)),
             stats: counts(&stats),
             how: how(&stats),
             course: None,

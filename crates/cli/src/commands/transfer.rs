@@ -65,6 +65,8 @@ pub(crate) struct Transfer {
     /// The paper to the letter: --tolerance 0.1 --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    blending: Blending,
 }
 
 /// What of the target is followed, and how much it counts.
@@ -115,6 +117,7 @@ impl Transfer {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let options = self.options();
         options.validate()?;
+        self.blending.validate()?;
         self.check_followed()?;
         self.check_weights()?;
         let pairs = self.pairs()?;
@@ -134,7 +137,8 @@ impl Transfer {
                 backdrop: None,
                 estimate: &|exemplars, channels, output| {
                     let guides = self.followed().len() * 2 + pairs.len() * 3;
-                    estimate_transfer(exemplars, channels, guides, output, &options)
+                    let method = estimate_transfer(exemplars, channels, guides, output, &options);
+                    method.saturating_add(self.blending.memory(output, channels + 1, false))
                 },
             },
         )?;
@@ -143,7 +147,7 @@ impl Transfer {
         let plan = TransferPlan::new(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
         let sides: Vec<u32> = plan.blocks().collect();
         if loom.is_dry() {
-            let used = self.used(&loom, &sides);
+            let used = self.blending.used_if_any(self.used(&loom, &sides));
             return Ok(loom.would(used, &how("blocks", &sides)));
         }
         let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
@@ -151,9 +155,9 @@ impl Transfer {
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
+            blending: self.blending,
             kept: None,
-            options: self.used(&loom, &sides),
+            options: self.blending.used_if_any(self.used(&loom, &sides)),
             stats: counts(&woven.stats),
             how: how(&format!("{blocks} blocks"), &sides),
             course: None,

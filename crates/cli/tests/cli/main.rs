@@ -1,6 +1,7 @@
 //! The program from outside: exit codes, streams, files, options in files, signals, and samples bit for bit.
 #![forbid(unsafe_code)]
 
+mod blending;
 mod config;
 mod course;
 mod degenerate;
@@ -14,3 +15,4 @@ mod score;
 #[cfg(unix)]
 mod signals;
 mod streams;
+mod synthesize;

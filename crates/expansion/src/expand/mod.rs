@@ -118,16 +118,11 @@ fn kept<const D: usize>(frame: &Frame<D>, before: &[Choice], after: &[Choice], p
     for axis in 0..D {
         for (s, t) in frame.pairs(axis).filter(|&(s, t)| (was_free(s) || was_free(t)) && !is_free(s) && !is_free(t)) {
             if after[s] != Choice::Empty && after[t] != Choice::Empty {
-                sum += i64::from(prices.pair(axis, decided(frame, after, s), decided(frame, after, t)));
+                sum += i64::from(prices.pair(axis, frame.decided(after, s), frame.decided(after, t)));
             }
         }
     }
     sum
-}
-
-/// The sample that a place of the frame has whatever the cut says.
-pub(crate) fn decided<const D: usize>(frame: &Frame<D>, choices: &[Choice], place: usize) -> SampleId {
-    if choices[place] == Choice::New { frame.new[place] } else { frame.old[place] }
 }
 
 /// Cuts, and notes what is taken and what it costs.
@@ -226,11 +221,11 @@ impl<P: Prices<D>, const D: usize> Problem<'_, P, D> {
                         self.energy.pairwise(self.scratch.nodes[s] as usize, axis, term)?;
                     }
                     (Choice::Free, Choice::Old | Choice::New) => {
-                        let there = decided(self.frame, self.choices, t);
+                        let there = self.frame.decided(self.choices, t);
                         self.pay(s, |here| self.prices.pair(axis, here, there))?;
                     }
                     (Choice::Old | Choice::New, Choice::Free) => {
-                        let here = decided(self.frame, self.choices, s);
+                        let here = self.frame.decided(self.choices, s);
                         self.pay(t, |there| self.prices.pair(axis, here, there))?;
                     }
                     _ => {}

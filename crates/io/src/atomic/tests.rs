@@ -29,6 +29,15 @@ impl Steps for Fails {
     }
 }
 
+/// A folder into which not even a superuser writes: the system's own, where it lets nobody make files.
+#[cfg(unix)]
+pub(crate) fn closed_to_all() -> Option<&'static Path> {
+    let closed = Path::new("/sys");
+    let probe = File::create_new(closed.join("selvedge-probe"));
+    let denied = [io::ErrorKind::PermissionDenied, io::ErrorKind::ReadOnlyFilesystem];
+    probe.is_err_and(|e| denied.contains(&e.kind())).then_some(closed)
+}
+
 /// A folder of its own, removed at the end.
 pub(crate) struct Folder(PathBuf);
 impl Folder {
@@ -237,6 +246,21 @@ fn no_clobber_keeps_what_is_there() {
     assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())]);
 }
 
+/// A folder stands for a file on a file system without hard links: it has none anywhere, and can be renamed.
+#[test]
+fn without_hard_links_a_name_is_taken_if_it_is_free() {
+    let folder = Folder::new("no-links");
+    let (part, path) = (folder.path("part"), folder.path("a.png"));
+    fs::create_dir(&part).unwrap();
+    fs::write(&path, b"old").unwrap();
+    let taken = link_then_remove(&Disk, &part, &path).unwrap_err();
+    assert_eq!((taken.kind(), part.exists()), (io::ErrorKind::AlreadyExists, true));
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    fs::remove_file(&path).unwrap();
+    link_then_remove(&Disk, &part, &path).unwrap();
+    assert_eq!((part.exists(), path.is_dir()), (false, true));
+}
+
 #[test]
 fn links_are_followed_and_long_names_fit() {
     let folder = Folder::new("links");
@@ -267,4 +291,21 @@ fn missing_folders_folders_and_full_devices_are_told_apart() {
         assert!(matches!(problem(Path::new("/dev/full")), Problem::NoSpace { bytes: 3 }));
     }
     assert_eq!(folder.files(), []);
+}
+
+/// A second lock of one folder would wait for the first one for ever.
+#[test]
+fn a_folder_of_several_spellings_is_locked_once() {
+    let folder = Folder::new("spellings");
+    let other = folder.path("..").join(folder.0.file_name().unwrap());
+    assert_eq!(locked_folders([folder.0.as_path(), &other, &folder.path(".")].into_iter()).len(), 1);
+    let names = [folder.path("a"), other.join("b")];
+    let staged = names.iter().map(|path| Staged {
+        path,
+        bytes: b"x",
+        no_clobber: false,
+        part: stage(&Disk, path, b"x", false).unwrap(),
+    });
+    finish_all(staged.collect()).unwrap();
+    assert_eq!(folder.files().len(), 2);
 }

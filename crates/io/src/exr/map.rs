@@ -12,6 +12,7 @@ use crate::codec::{Context, METADATA_BYTES};
 use crate::error::Problem;
 use crate::header::Header;
 use crate::metadata::Metadata;
+use crate::samples::zero_grid;
 use crate::{Depth, Format};
 
 const CHANNELS: [&str; 3] = ["source", "x", "y"];
@@ -63,7 +64,8 @@ pub(crate) fn decode_map(
     let (x, y) = wrap.split_once(',').unwrap_or((&wrap, &wrap));
     domain.periodic = [y, x].map(|mode| mode == "periodic");
     let metadata = read::metadata(part);
-    let mut places = Grid::try_filled(domain, CHANNELS.len(), UNASSIGNED)?;
+    // Every sample is read, or the file is refused.
+    let mut places = zero_grid::<u32>(&header)?;
     read_rows(reader, 0, &channels, |c, at, bytes| {
         for (to, from) in places.plane_mut(c)[at..].iter_mut().zip(bytes.as_chunks().0) {
             *to = u32::from_ne_bytes(*from);

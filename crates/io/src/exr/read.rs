@@ -3,7 +3,7 @@
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header as Part;
 use half::f16;
-use selvedge_core::{Grid, Samples};
+use selvedge_core::Samples;
 
 use super::blocks::{self, ExrReader};
 use super::map::is_map;
@@ -13,6 +13,7 @@ use crate::error::Problem;
 use crate::header::Header;
 use crate::metadata::{Density, DensityUnit, Metadata};
 use crate::provenance::Provenance;
+use crate::samples::zero_grid;
 use crate::{Depth, Warning};
 
 /// Everything up to the samples.
@@ -44,9 +45,19 @@ fn open<'a>(
     if depth == Depth::F32 && kinds.contains(&SampleType::F16) {
         context.warn(Warning::Widened);
     }
+    if context.options.channels.is_none()
+        && let Some(what) = select::left_out(parts, &selection)
+    {
+        context.warn(Warning::ChannelsLeftOut { what });
+    }
     let header = Header { width, height, channels: selection.channels.len(), alpha: selection.alpha, depth };
     context.check(&header)?;
-    let description = Description { channel_names: select::names(parts), ..Description::new(header, metadata(part)) };
+    let mut metadata = metadata(part);
+    if 3 < selection.channels.len() - usize::from(selection.alpha) {
+        let name = |c: &usize| part.channels.list[*c].name.to_string();
+        metadata.channel_names = selection.channels.iter().map(name).collect();
+    }
+    let description = Description { channel_names: select::names(parts), ..Description::new(header, metadata) };
     Ok((reader, selection, description))
 }
 
@@ -55,7 +66,7 @@ fn samples(reader: ExrReader<'_>, selection: &Selection, header: &Header) -> Res
     let list = &reader.headers()[part].channels.list;
     let half: Vec<bool> = channels.iter().map(|c| list[*c].sample_type == SampleType::F16).collect();
     if header.depth == Depth::F16 {
-        let mut grid = Grid::try_filled(header.domain(), header.channels, 0_u16)?;
+        let mut grid = zero_grid::<u16>(header)?;
         blocks::read_rows(reader, part, channels, |c, at, bytes| {
             for (to, from) in grid.plane_mut(c)[at..].iter_mut().zip(bytes.as_chunks().0) {
                 *to = u16::from_ne_bytes(*from);
@@ -63,7 +74,7 @@ fn samples(reader: ExrReader<'_>, selection: &Selection, header: &Header) -> Res
         })?;
         return Ok(Samples::F16(grid));
     }
-    let mut grid = Grid::try_filled(header.domain(), header.channels, 0_f32)?;
+    let mut grid = zero_grid::<f32>(header)?;
     blocks::read_rows(reader, part, channels, |c, at, bytes| {
         let row = grid.plane_mut(c)[at..].iter_mut();
         if half[c] {

@@ -5,6 +5,7 @@ use exr::meta::header::Header;
 
 use crate::Format;
 use crate::error::Problem;
+use crate::name::escaped;
 
 /// Channels of one part, in the order of the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +43,31 @@ impl Channel {
 /// All channels, as they may be asked for.
 pub(super) fn names(parts: &[Header]) -> Vec<String> {
     channels(parts).iter().map(Channel::full).collect()
+}
+
+/// Names of what is not in a picture that nobody chose, and how it is read; `None` if nothing is.
+pub(super) fn left_out(parts: &[Header], chosen: &Selection) -> Option<String> {
+    let is_chosen = |c: &&Channel| c.part == chosen.part && chosen.channels.contains(&c.place);
+    let all = channels(parts);
+    let mut others = all.iter().filter(|c| !is_chosen(c)).map(|c| shortened(&escaped(c.full().as_bytes())));
+    let first: Vec<String> = others.by_ref().take(NAMES).collect();
+    let more = others.count();
+    let reads =
+        format!("'file.exr[{}]' reads {}", first.first()?, if more + first.len() == 1 { "it" } else { "the first" });
+    let more = if more == 0 { String::new() } else { format!(" and {more} more") };
+    Some(format!("not in the picture: {}{more}; {reads}", first.join(", ")))
+}
+
+/// Names of channels in one message, and signs of one name: a file may have thousands of any length.
+const NAMES: usize = 4;
+const SIGNS: usize = 60;
+
+fn shortened(name: &str) -> String {
+    if name.chars().count() <= SIGNS {
+        name.to_owned()
+    } else {
+        name.chars().take(SIGNS).chain("...".chars()).collect()
+    }
 }
 
 fn channels(parts: &[Header]) -> Vec<Channel> {

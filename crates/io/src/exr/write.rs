@@ -10,17 +10,11 @@ use crate::Format;
 use crate::error::Problem;
 use crate::metadata::{DensityUnit, Metadata};
 
-/// The whole file. One colour channel is named `Y`, two `X` and `Y`, three `R`, `G` and `B`; alpha `A`.
+/// The whole file. One colour channel is named `Y`, two `X` and `Y`, three `R`, `G` and `B`, more as they were; alpha `A`.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
     let format = Format::Exr;
-    let mut names = match plane.color_channels() {
-        1 => vec!["Y"],
-        2 => vec!["X", "Y"],
-        3 => vec!["R", "G", "B"],
-        channels => return Err(Problem::ChannelsNotHeld { format, channels, alpha: plane.alpha }),
-    };
-    names.extend(plane.alpha.then_some("A"));
-    let with = |kind| names.iter().map(move |name| (*name, kind)).collect::<Vec<_>>();
+    let names = names(plane, metadata);
+    let with = |kind| names.iter().map(move |name| (&name[..], kind)).collect::<Vec<_>>();
     let describe = |header: &mut Header| describe(header, metadata);
     let shape = plane.domain().shape;
     match &plane.samples {
@@ -36,6 +30,25 @@ pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, P
         }),
         integers => Err(Problem::DepthNotHeld { format, depth: integers.depth() }),
     }
+}
+
+/// Names of the channels: those of the file that they are from, where it is none of the usual pictures.
+fn names(plane: &Plane<2>, metadata: &Metadata) -> Vec<String> {
+    let (colors, all) = (plane.color_channels(), plane.samples.channels());
+    let mut sorted = metadata.channel_names.clone();
+    sorted.sort_unstable();
+    sorted.dedup();
+    if 3 < colors && sorted.len() == all && metadata.channel_names.len() == all {
+        return metadata.channel_names.clone();
+    }
+    let mut names: Vec<String> = match colors {
+        1 => vec!["Y".into()],
+        2 => ["X", "Y"].map(String::from).into(),
+        3 => ["R", "G", "B"].map(String::from).into(),
+        _ => (1..=colors).map(|c| format!("channel{c}")).collect(),
+    };
+    names.extend(plane.alpha.then(|| "A".into()));
+    names
 }
 
 /// Standard attributes only: custom ones are written in no fixed order.

@@ -16,9 +16,16 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let mut file = Vec::new();
+    input.read_to_end(&mut file).and_then(|_| input.rewind()).map_err(|e| Problem::file_system(e, 0))?;
+    if first_frame(&file).is_some_and(|samples| MOST.saturating_mul(file.len() as u64) < samples) {
+        return Err(Problem::ends_early(Format::Gif));
+    }
+    drop(file);
     let mut decoder = open(input, context)?;
     let mut description = super::describe(&mut decoder, Format::Gif, context)?;
     context.check(&description.header)?;
+    context.ask(&description.header)?;
     decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
     let mut frames = decoder.into_frames();
     let first = frames.next().ok_or_else(|| Problem::damaged(Format::Gif, "it has no frame"))?;
@@ -28,6 +35,33 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
     }
     let samples = opaque(from_native(&description.header, first.as_raw())?, &mut description.header)?;
     Ok((description, samples))
+}
+
+/// Samples that a byte can stand for: a code of 12 bits stands for a row of the table, the longest of which has as many
+/// samples as the table has rows. The decoder makes the whole frame before it reads the first one.
+const MOST: u64 = 4096 * 8 / 12;
+
+/// Samples of the first frame.
+fn first_frame(file: &[u8]) -> Option<u64> {
+    let table = |packed: u8| if packed & 0x80 == 0 { 0 } else { 3 << ((packed & 7) + 1) };
+    let mut at = 13 + table(*file.get(10)?);
+    loop {
+        match *file.get(at)? {
+            // An extension: two bytes, then blocks that say how long they are, up to an empty one.
+            0x21 => {
+                at += 2;
+                while let Some(len) = file.get(at).filter(|len| **len != 0) {
+                    at += 1 + usize::from(*len);
+                }
+                at += 1;
+            }
+            0x2c => {
+                let side = |at: usize| Some(u64::from(u16::from_le_bytes(*file.get(at..)?.first_chunk()?)));
+                return Some(side(at + 5)? * side(at + 7)?);
+            }
+            _ => return None,
+        }
+    }
 }
 
 /// The decoder always gives alpha; without a transparent sample it means nothing.

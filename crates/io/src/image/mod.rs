@@ -8,14 +8,14 @@ pub(crate) mod webp;
 
 use image::error::LimitErrorKind;
 use image::{ColorType, ImageDecoder, ImageError, Limits};
-use selvedge_core::{Plane, Samples, try_vec};
+use selvedge_core::{Plane, Samples};
 
 use crate::codec::{Context, Decoded, Description, METADATA_BYTES};
 use crate::error::Problem;
 use crate::exif::Exif;
 use crate::header::Header;
 use crate::metadata::Metadata;
-use crate::samples::from_native;
+use crate::samples::{from_native, zeros};
 use crate::{Depth, Format, Warning};
 
 /// What a decoder says before it decodes.
@@ -46,7 +46,8 @@ fn decode(mut decoder: impl ImageDecoder, format: Format, context: &mut Context<
     let header = description.header;
     context.check(&header)?;
     decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, format, context))?;
-    let mut bytes = try_vec(header.bytes() as usize, 0_u8)?;
+    context.ask(&header)?;
+    let mut bytes = zeros(header.bytes() as usize)?;
     decoder.read_image(&mut bytes).map_err(|e| complaint(e, format, context))?;
     let samples = from_native(&header, &bytes)?;
     Ok((description, samples))

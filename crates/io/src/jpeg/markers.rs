@@ -2,8 +2,8 @@
 
 use std::io::Read;
 
-use super::components::Colors;
 use super::frame::Frame;
+use super::picture::Colors;
 use super::{damaged, unsupported};
 use crate::Warning;
 use crate::codec::{Context, Input, METADATA_BYTES};

@@ -2,9 +2,9 @@
 
 use selvedge_core::Samples;
 
-use super::components::{Colors, picture};
 use super::frame::{Frame, Tables};
 use super::markers::{END, FRAME_TABLES, Notes, SCAN, Segments, head};
+use super::picture::{Colors, picture};
 use super::{damaged, scan, unsupported};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;

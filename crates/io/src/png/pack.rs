@@ -32,8 +32,9 @@ pub(super) struct Rows<F> {
 impl<F: Fn(usize, &mut [u8]) + Sync> Rows<F> {
     /// About how many bytes packing takes at once, beside what it hands over.
     pub(super) fn room(&self) -> usize {
-        let band = (BAND + self.bytes).min(self.count * (self.bytes + 1));
-        at_once() * (2 * band + PACKER)
+        let band = BAND.div_ceil(self.bytes.max(1)).min(self.count) * (self.bytes + 1);
+        // Filtered, and packed, where no bytes take an eighth more; and two rows as they were read.
+        at_once() * (2 * band + band / 8 + 2 * self.bytes + PACKER)
     }
 
     /// Hands over the parts of the stream, in order.
@@ -142,6 +143,18 @@ mod tests {
             }
         }
         all
+    }
+
+    /// What a write asks for is what its bands take, or little more.
+    #[test]
+    fn the_room_asked_for_holds_the_bands_of_all_threads() {
+        for (count, bytes) in [(2, 10), (3000, 90), (500, 3 << 10), (4, 1 << 20)] {
+            let rows = Rows { count, bytes, pixel: 3, read: |_, row: &mut [u8]| row.fill(7) };
+            let (filtered, packed) = rows.band(0, BAND.div_ceil(bytes)).unwrap();
+            let held = filtered.capacity() + packed.capacity() + 2 * bytes;
+            let asked = rows.room() / at_once();
+            assert!(held <= asked && asked <= 2 * held + PACKER, "{count} rows of {bytes}: {held} held, {asked} asked");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::io::{self, SeekFrom};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations, Unit};
-use selvedge_core::{Samples, try_vec};
+use selvedge_core::Samples;
 
 use super::{KEYWORD, palette};
 use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
@@ -12,7 +12,7 @@ use crate::exif::Exif;
 use crate::header::Header;
 use crate::metadata::{Density, DensityUnit, Metadata};
 use crate::provenance::Provenance;
-use crate::samples::deinterleave;
+use crate::samples::{deinterleave, zeros};
 use crate::{Depth, Format, Warning};
 
 type PngReader<'a> = Reader<&'a mut dyn Input>;
@@ -32,7 +32,7 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
     let header = description.header;
     context.check(&header)?;
     let len = reader.output_buffer_size().ok_or_else(|| Problem::damaged(Format::Png, "impossible size"))?;
-    let mut bytes = try_vec(len, 0_u8)?;
+    let mut bytes = zeros(len)?;
     reader.next_frame(&mut bytes).map_err(complaint)?;
     reader.finish().map_err(complaint)?;
     let samples = match (reader.info().color_type, header.depth) {
@@ -128,6 +128,7 @@ fn metadata(info: &Info<'_>) -> Metadata {
         chromaticities: chromaticities.map(|c| c.concat().try_into().expect("four times two")),
         density,
         provenance: ours.and_then(|chunk| Provenance::parse(&chunk.get_text().ok()?)),
+        ..Metadata::default()
     }
 }
 

@@ -1,7 +1,10 @@
 //! TIFF: 8 and 16 bits, half and float, in strips, tiles or planes; fewer bits and palettes are expanded.
 
 mod colors;
+mod compression;
+mod directory;
 mod palette;
+mod planes;
 mod read;
 mod write;
 

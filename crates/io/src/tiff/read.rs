@@ -2,19 +2,19 @@
 
 use std::io::Cursor;
 
-use selvedge_core::{Association, Grid, Samples, try_vec};
+use selvedge_core::{Association, Grid, Samples};
 use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits};
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
 
-use super::{colors, palette};
+use super::{colors, compression, palette, planes};
 use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
 use crate::error::Problem;
 use crate::exif;
 use crate::header::Header;
 use crate::metadata::{Density, Metadata};
 use crate::provenance::Provenance;
-use crate::samples::{deinterleave, from_native, unpack};
+use crate::samples::{deinterleave, from_native, unpack, zero_grid, zeros};
 use crate::{Depth, Format, Warning};
 
 /// Everything up to the samples.
@@ -24,7 +24,44 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
 
 /// The first page.
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    with_decoder(input, context, |page| Ok((page.description(), page.samples()?)))
+    let mut file = Vec::new();
+    input.read_to_end(&mut file).and_then(|_| input.rewind()).map_err(|e| Problem::file_system(e, 0))?;
+    // Before anything else, what it will take is known from the header alone.
+    let warnings = std::mem::take(&mut context.warnings);
+    let (stored, all, bits) = with_decoder(input, context, |page| Ok((page.stored, page.all, page.bits)))?;
+    context.warnings = warnings;
+    let file = compression::unpacked(&file, &stored, all, bits.into(), context)?.unwrap_or(file);
+    if !planes::are_tiled(&file) {
+        let read = |page: &mut Page<'_, '_, '_>| Ok((page.description(), page.samples()?));
+        return with_decoder(&mut Cursor::new(file), context, read);
+    }
+    let plane = |p| {
+        let mut context = Context::new(context.options, context.file_bytes);
+        with_decoder(&mut Cursor::new(planes::alone(&file, p, all)?), &mut context, |page| page.samples())
+    };
+    let samples = (0..stored.channels).map(plane).collect::<Result<Vec<_>, _>>()?;
+    let samples = joined(&samples, &stored)?;
+    with_decoder(&mut Cursor::new(&file), context, |page| Ok((page.description(), page.converted(samples)?)))
+}
+
+/// One picture of its planes.
+fn joined(planes: &[Samples<2>], header: &Header) -> Result<Samples<2>, Problem> {
+    macro_rules! joined {
+        ($depth:ident) => {{
+            let mut grid = zero_grid(header)?;
+            for (c, plane) in planes.iter().enumerate() {
+                let Samples::$depth(plane) = plane else { unreachable!("all planes have the depth of the first") };
+                grid.plane_mut(c).copy_from_slice(plane.plane(0));
+            }
+            Samples::$depth(grid)
+        }};
+    }
+    Ok(match planes.first() {
+        Some(Samples::U8(_)) => joined!(U8),
+        Some(Samples::U16(_)) => joined!(U16),
+        Some(Samples::F16(_)) => joined!(F16),
+        _ => joined!(F32),
+    })
 }
 
 /// Opens the file; one with a palette a second time, as grey.
@@ -74,6 +111,8 @@ struct Page<'a, 'c, 'o> {
     decoder: PageDecoder<'a>,
     layout: BufferLayoutPreference,
     bits: u8,
+    /// Channels of the file, those that are left out among them.
+    all: usize,
     /// As stored; the picture's own header may have other channels.
     stored: Header,
     colors: Colors,
@@ -116,7 +155,7 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
             Some(1) => Some(Association::Premultiplied),
             _ => Some(Association::Straight),
         };
-        Ok(Self { decoder, layout, bits, stored, colors, map, association, context })
+        Ok(Self { decoder, layout, bits, all, stored, colors, map, association, context })
     }
 
     /// The header of the picture.
@@ -170,7 +209,8 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
     }
 
     fn samples(&mut self) -> Result<Samples<2>, Problem> {
-        let mut bytes = try_vec(self.layout.complete_len, 0_u8)?;
+        self.context.ask(&self.stored)?;
+        let mut bytes = zeros(self.layout.complete_len)?;
         self.decoder.read_image_bytes(&mut bytes).map_err(complaint)?;
         let stored = self.stored_samples(bytes)?;
         self.converted(stored)

@@ -93,6 +93,45 @@ fn claims() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
+/// Sizes that are allowed, over data that end at once.
+fn small_claims() -> Vec<(&'static str, Vec<u8>)> {
+    const SIDE: u32 = 16_000;
+    let idat = || chunk(b"IDAT", &[0x78, 0x9c, 0x63]);
+    let palette = chunk(b"PLTE", &[1, 2, 3]);
+    let bmp = |bits: u8, packed: u8| {
+        let mut bmp = b"BM\x76\0\0\0\0\0\0\0\x76\0\0\0\x28\0\0\0".to_vec();
+        bmp.extend([SIDE.to_le_bytes(), SIDE.to_le_bytes()].concat());
+        bmp.extend([1, 0, bits, 0, packed]);
+        bmp.resize(46, 0);
+        bmp.extend([16, 0, 0, 0]);
+        bmp.resize(120, 0);
+        bmp
+    };
+    let mut gif = b"GIF89a".to_vec();
+    gif.extend([SIDE as u16; 2].map(u16::to_le_bytes).concat());
+    gif.extend(b"\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0");
+    gif.extend([SIDE as u16; 2].map(u16::to_le_bytes).concat());
+    gif.extend(b"\0\x02\x01\x44");
+    let hdr = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {SIDE} +X {SIDE}\n\x02\x02");
+    let mut progressive = jpeg(SIDE as u16, SIDE as u16);
+    progressive[3] = 0xc2;
+    vec![
+        ("png", png(SIDE, SIDE, 8, 2, &[idat()])),
+        ("deep png", png(SIDE, SIDE, 16, 6, &[idat()])),
+        ("palette png", png(SIDE, SIDE, 8, 3, &[palette, idat()])),
+        ("hdr", hdr.into_bytes()),
+        ("bmp", bmp(24, 0)),
+        ("bmp with alpha", bmp(32, 0)),
+        ("palette bmp", bmp(8, 0)),
+        ("packed bmp", bmp(8, 1)),
+        ("tiff", tiff(SIDE, SIDE, None)),
+        ("tiled tiff", tiff(SIDE, SIDE, Some(SIDE))),
+        ("jpeg", jpeg(SIDE as u16, SIDE as u16)),
+        ("progressive jpeg", progressive),
+        ("gif", gif),
+    ]
+}
+
 #[test]
 fn bombs_do_not_go_off() {
     const TEST: &str = "bombs::bombs_do_not_go_off";
@@ -127,6 +166,15 @@ fn set_off() {
         let _ = probe_bytes(&bytes, "x", &options);
         bounded(name, before);
         eprintln!("{name}: {refused}");
+    }
+
+    // Within all caps: as much memory as rows that are there, which are none.
+    let wide = ReadOptions::default();
+    for (name, bytes) in small_claims() {
+        peak(true);
+        let before = memory::held();
+        assert!(decode(&bytes, "x", &wide).is_err(), "{name}");
+        bounded(name, before);
     }
 
     // 64 MiB of profile in 64 KiB: the picture is fine without it.

@@ -174,6 +174,16 @@ fn exr_layers_and_channels_are_chosen_by_name() {
     let mixed = choose(Some("R,Z")).unwrap();
     assert_eq!(mixed.warnings, [Warning::Widened]);
     assert_eq!(bits(&mixed.plane)[6..], [70.5_f32, 71.5, 72.5, 73.5, 74.5, 75.5].map(f32::to_bits));
+    let left = "not in the picture: main.Z, main.diffuse.B, main.diffuse.G, main.diffuse.R and 1 more; \
+                'file.exr[main.Z]' reads the first";
+    assert_eq!(choose(None).unwrap().warnings, [Warning::ChannelsLeftOut { what: left.into() }]);
+    assert_eq!(choose(Some("diffuse")).unwrap().warnings, [], "what is chosen is all that is wanted");
+    // Colour and height together are kept together.
+    let joint = choose(Some("R,G,B,diffuse.R")).unwrap();
+    assert_eq!((joint.plane.samples.channels(), joint.plane.alpha), (4, false));
+    let written = encode(&joint.plane, &joint.metadata, "joint.exr", &WriteOptions::default()).unwrap();
+    let options = ReadOptions { channels: Some("R,G,B,diffuse.R".into()), ..ReadOptions::default() };
+    assert_eq!(bits(&decode(&written, "joint.exr", &options).unwrap().plane), bits(&joint.plane));
     let missing = choose(Some("specular")).unwrap_err().to_string();
     assert!(missing.contains("no layer or channels 'specular' in it; it holds main.B, "), "{missing}");
 

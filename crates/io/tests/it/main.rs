@@ -10,3 +10,4 @@ mod foreign;
 mod jpeg;
 mod maps;
 mod round_trips;
+mod tiff;

@@ -92,3 +92,14 @@ fn cut_and_mutated_maps_are_errors_or_maps() {
         }
     }
 }
+
+#[test]
+fn a_source_that_no_picture_may_have_is_refused_with_its_size() {
+    let domain = Domain::open([65_535, 65_535]);
+    let table = SourceTable::new(vec![(Origin { exemplar: 0, transform: Transform::IDENTITY }, domain)]).unwrap();
+    let ids = Grid::try_filled(Domain::open([2, 2]), 1, SampleId::UNASSIGNED).unwrap();
+    let exemplars = vec![Fingerprint { name: "a".repeat(9_000), blake3: "00".into() }];
+    let file = MapFile::new(SourceMap::new(ids, table).unwrap(), exemplars, made());
+    let refused = decode_map(&encode_map(&file, "m.exr").unwrap(), "m.exr", &Limits::default()).unwrap_err();
+    assert!(refused.to_string().contains("65535x65535 px"), "{refused}");
+}

@@ -6,6 +6,7 @@
 mod between;
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
+mod steps;
 pub(crate) mod strip;
 mod strong;
 pub(crate) mod tree;

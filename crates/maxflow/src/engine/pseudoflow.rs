@@ -18,6 +18,7 @@
 //! neighbours, and that array is small enough to stay in cache.
 
 use super::Outcome;
+use super::steps::Steps;
 use super::strong::{Bucket, Strong};
 use crate::error::refill;
 use crate::network::{ArcNotes, Capacity, Network, Role};
@@ -75,6 +76,7 @@ struct Forest<'a, N: Network> {
     parent: &'a mut [N::Arc],
     notes: &'a mut [N::Notes],
     strong: Strong<'a>,
+    steps: Steps,
 }
 
 impl<'a, N: Network> Forest<'a, N> {
@@ -92,7 +94,8 @@ impl<'a, N: Network> Forest<'a, N> {
             && refill(&mut scratch.notes, N::Notes::default(), slots);
         let strong = Strong::new(&mut scratch.next, &mut scratch.buckets);
         let (label, parent, notes) = (&mut scratch.label[..], &mut scratch.parent[..], &mut scratch.notes[..]);
-        let mut forest = Self { net, label, parent, notes, strong };
+        let steps = Steps::of(net.nodes().len());
+        let mut forest = Self { net, label, parent, notes, strong, steps };
         if !fits || !forest.strong.reach(0) || !forest.strong.reach(1) {
             return None;
         }
@@ -116,6 +119,7 @@ impl<'a, N: Network> Forest<'a, N> {
     /// The next strong root that may still reach negative excess, of the highest label.
     fn pop_highest(&mut self) -> Option<usize> {
         loop {
+            self.steps.take();
             while let Some(root) = self.strong.pop_highest() {
                 if self.strong.nodes(self.label[root] - 1) > 0 {
                     return Some(root);
@@ -126,6 +130,7 @@ impl<'a, N: Network> Forest<'a, N> {
             // What was the goal has been filled up: it is at least one away from the rest.
             let mut filled = self.strong.pop_lowest()?;
             loop {
+                self.steps.take();
                 self.raise(filled);
                 self.add_strong(filled);
                 match self.strong.pop_lowest() {
@@ -153,12 +158,14 @@ impl<'a, N: Network> Forest<'a, N> {
         let mut v = root;
         self.notes[v].rewind_children();
         loop {
+            self.steps.take();
             if let Some(a) = self.arc_down(v, label) {
                 self.hang(v, a);
                 self.send_excess(root);
                 return;
             }
             loop {
+                self.steps.take();
                 if let Some(child) = self.next_child(v, |l| l == label) {
                     v = child;
                     self.notes[v].rewind_children();
@@ -194,6 +201,7 @@ impl<'a, N: Network> Forest<'a, N> {
     fn hang(&mut self, v: usize, a: N::Arc) {
         let (mut v, mut a, mut w) = (v, a, self.net.head(v, a));
         loop {
+            self.steps.take();
             self.notes[w].gain_child(self.net.twin(a));
             let old = std::mem::replace(&mut self.parent[v], a);
             if old == N::ROOT {
@@ -209,6 +217,7 @@ impl<'a, N: Network> Forest<'a, N> {
     fn send_excess(&mut self, v: usize) {
         let (mut v, mut before) = (v, N::Cap::ZERO);
         loop {
+            self.steps.take();
             let a = self.parent[v];
             let excess = self.net.excess(v);
             if a == N::ROOT || excess == N::Cap::ZERO {
@@ -237,6 +246,7 @@ impl<'a, N: Network> Forest<'a, N> {
         let mut v = root;
         self.mark_dead(v);
         loop {
+            self.steps.take();
             if let Some(child) = self.next_child(v, |l| l != DEAD) {
                 v = child;
                 self.mark_dead(v);

@@ -12,6 +12,7 @@
 use std::collections::VecDeque;
 
 use super::Outcome;
+use super::steps::Steps;
 use crate::error::refill;
 use crate::network::{Capacity, Network, Role};
 
@@ -65,7 +66,8 @@ pub(crate) fn solve<N: Network>(
     budget: u64,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut trees = Trees { net, scratch, time: 1, budget, unasked: 0, stop: None, cancelled };
+    let steps = Steps::of(net.nodes().len());
+    let mut trees = Trees { net, scratch, steps, time: 1, budget, unasked: 0, stop: None, cancelled };
     if !trees.plant(relevant) {
         return Outcome::OutOfMemory;
     }
@@ -76,6 +78,7 @@ pub(crate) fn solve<N: Network>(
 struct Trees<'a, N: Network> {
     net: &'a mut N,
     scratch: &'a mut TreeScratch<N::Arc>,
+    steps: Steps,
     /// Number of the current augmentation.
     time: u32,
     /// Arcs and ancestors that mending may still look at.
@@ -124,6 +127,7 @@ impl<N: Network> Trees<'_, N> {
         while self.stop.is_none()
             && let Some(v) = self.scratch.active.pop_front()
         {
+            self.steps.take();
             self.scratch.nodes[v as usize].queued = false;
             self.grow_any(v as usize);
         }
@@ -153,6 +157,7 @@ impl<N: Network> Trees<'_, N> {
         for a in self.net.arcs(v) {
             let w = self.net.head(v, a);
             while self.open::<SINK>(v, a, w) {
+                self.steps.take();
                 let near = self.scratch.nodes[v];
                 let far = &mut self.scratch.nodes[w];
                 if far.tag == Tag::Free {
@@ -201,6 +206,7 @@ impl<N: Network> Trees<'_, N> {
     fn room<const SINK: bool>(&self, mut v: usize) -> N::Cap {
         let mut room = N::Cap::MAX;
         loop {
+            self.steps.take();
             let a = self.scratch.nodes[v].parent;
             if a == N::ROOT {
                 let excess = self.net.excess(v);
@@ -216,6 +222,7 @@ impl<N: Network> Trees<'_, N> {
     /// Pushes `x` between `v` and its root; nodes whose way fills up become orphans.
     fn push_path<const SINK: bool>(&mut self, mut v: usize, x: N::Cap) {
         loop {
+            self.steps.take();
             let a = self.scratch.nodes[v].parent;
             if a == N::ROOT {
                 self.net.add_excess(v, if SINK { x } else { -x });
@@ -278,6 +285,7 @@ impl<N: Network> Trees<'_, N> {
         while self.stop.is_none()
             && let Some(v) = self.scratch.orphans.pop_front()
         {
+            self.steps.take();
             match self.scratch.nodes[v as usize].tag {
                 Tag::Source => self.adopt::<false>(v as usize),
                 _ => self.adopt::<true>(v as usize),
@@ -330,6 +338,7 @@ impl<N: Network> Trees<'_, N> {
         let nodes = &mut self.scratch.nodes;
         let (mut u, mut steps) = (v, 0);
         let depth = loop {
+            self.steps.take();
             *work += 1;
             let node = nodes[u];
             if node.stamp == self.time {
@@ -347,6 +356,7 @@ impl<N: Network> Trees<'_, N> {
         };
         let (mut u, mut left) = (v, depth);
         while nodes[u].stamp != self.time {
+            self.steps.take();
             (nodes[u].stamp, nodes[u].depth) = (self.time, left);
             left -= 1;
             u = self.net.head(u, nodes[u].parent);

@@ -196,7 +196,7 @@ impl Graphcut {
                     let film =
                         if self.weaving.report.is_some() { course::memory(sources, channels, output) } else { 0 };
                     let method = method.saturating_add(field).saturating_add(film);
-                    method.saturating_add(self.blending.memory(output, channels + 1))
+                    method.saturating_add(self.blending.memory(output, channels + 1, true))
                 },
             },
         )?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use selvedge_core::{Depth, Domain, Grid, Plane};
+use selvedge_graphcut_textures as graphcut;
 
 use crate::failure::Failure;
 use crate::used::Used;
@@ -13,9 +14,6 @@ use crate::wrong::Wrong;
 const LIMITS: Range = Range { low: 1.0 / 16.0, high: 16.0 };
 /// Sides of an output, in the order of [`Field::Sides`].
 const SIDES: [&str; 4] = ["top", "bottom", "left", "right"];
-/// A place takes sources whose scale is up to this many steps from its own: neighbours overlap by half a step, so that
-/// there is room for a seam.
-const OVERLAP: f64 = 0.75;
 
 /// The scale of the texture at each place of the output.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,6 +119,7 @@ pub(super) struct Scales {
     range: Range,
     typed: Option<Range>,
     step: f64,
+    series: graphcut::Scales,
 }
 
 impl Scales {
@@ -136,7 +135,8 @@ impl Scales {
             }
             _ => field.range(typed).expect("pictures come with a range"),
         };
-        Ok(Self { field, range, typed, step })
+        let series = graphcut::Scales::new([range.low, range.high], step)?;
+        Ok(Self { field, range, typed, step, series })
     }
 
     /// The file that is read, if any.
@@ -149,14 +149,7 @@ impl Scales {
 
     /// The magnifications of sources: a geometric series through 1, that nearest to 1 first.
     pub(super) fn levels(&self) -> Vec<f64> {
-        let mut exponents: Vec<i32> = (self.exponent(self.range.low)..=self.exponent(self.range.high)).collect();
-        exponents.sort_by_key(|e| (e.abs(), *e));
-        let level = |e: &i32| libm::pow(self.step, f64::from(*e)).clamp(LIMITS.low, LIMITS.high);
-        exponents.iter().map(level).collect()
-    }
-
-    fn exponent(&self, scale: f64) -> i32 {
-        (libm::log(scale) / libm::log(self.step)).round() as i32
+        self.series.levels().to_vec()
     }
 
     /// Refuses a field that jumps where the output tiles.
@@ -175,17 +168,8 @@ impl Scales {
 
     /// By position, bit `i` says whether the place may copy from a source of level `i` of [`levels`](Self::levels).
     pub(super) fn allowed(&self, output: Domain<2>, picture: Option<&Plane<2>>) -> Result<Grid<u64, 2>, Failure> {
-        let levels = self.levels();
-        let places: Vec<f64> = levels.iter().map(|level| libm::log(*level) / libm::log(self.step)).collect();
-        let mut allowed = Grid::try_filled(output, 1, 0_u64)?;
-        for (i, bits) in allowed.plane_mut(0).iter_mut().enumerate() {
-            let scale = self.at(output, output.position(i), picture);
-            let place = libm::log(scale) / libm::log(self.step);
-            let nearest = places.iter().map(|p| (p - place).abs()).fold(f64::INFINITY, f64::min);
-            let near = |p: &f64| (p - place).abs() <= OVERLAP.max(nearest);
-            *bits = (0..).zip(&places).filter(|(_, p)| near(p)).fold(0, |bits, (level, _)| bits | 1 << level);
-        }
-        Ok(allowed)
+        let bits: Vec<u64> = (0..self.series.levels().len()).map(|level| 1 << level).collect();
+        Ok(self.series.field(output, |at| self.at(output, at, picture), &bits)?)
     }
 
     /// The scale at a position of the output.
@@ -275,21 +259,6 @@ mod tests {
             assert!(refused(wrong).contains("is no scale") || refused(wrong).contains("twice"), "{wrong}");
         }
         assert!(refused("top=10,left=10").contains("from 1 to 100"), "{}", refused("top=10,left=10"));
-    }
-
-    #[test]
-    fn levels_go_through_one_and_cover_the_range() {
-        let scales = |low, high, step| Scales::new(Field::Sides([low, high, 1.0, 1.0]), None, step).unwrap();
-        assert_eq!(scales(1.0, 1.0, 1.2).levels(), [1.0]);
-        assert_eq!(scales(0.5, 2.0, 2.0).levels(), [1.0, 0.5, 2.0]);
-        for (low, high) in [(0.0625, 16.0), (0.3, 0.4), (1.1, 3.7)] {
-            let scales = scales(low, high, 1.2);
-            let levels = scales.levels();
-            for scale in [low, (low * high).sqrt(), high] {
-                let off = levels.iter().map(|level| (level / scale).max(scale / level)).fold(f64::INFINITY, f64::min);
-                assert!(off <= 1.2_f64.sqrt() + 1e-9, "{scale} of {levels:?}");
-            }
-        }
     }
 
     #[test]

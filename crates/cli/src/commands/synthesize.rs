@@ -1,0 +1,123 @@
+//! `selvedge synthesize`: the best of several candidates, without knobs.
+
+use clap::Args;
+use selvedge_core::Transform;
+use selvedge_metrics::Columns;
+use selvedge_synthesis::{Options, Stats, Tried, estimate, synthesize};
+use serde_json::{Value, json};
+
+use crate::blending::Blending;
+use crate::failure::{Failure, n};
+use crate::report::Done;
+use crate::session::Session;
+use crate::used::Used;
+use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+
+/// Options of `synthesize`.
+#[derive(Args, Debug)]
+pub(crate) struct Synthesize {
+    #[command(flatten)]
+    weaving: Weaving,
+    #[command(flatten)]
+    sizing: Sizing,
+    /// How much may be tried: 1 is one run, 5 takes about a second for 512x512, each step beyond twice as long.
+    #[arg(long, value_name = "1..9", default_value_t = Options::default().effort,
+        value_parser = clap::value_parser!(u8).range(1..=9))]
+    effort: u8,
+}
+
+impl Synthesize {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let mut loom = self.weaving.begin(
+            session,
+            &Plan {
+                command: "synthesize",
+                others: Vec::new(),
+                domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
+                transforms: &[Transform::IDENTITY],
+                backdrop: None,
+                estimate: &|exemplars, channels, output| {
+                    estimate(exemplars, channels, output, rayon::current_num_threads())
+                },
+            },
+        )?;
+        if loom.is_dry() {
+            let used = loom.used(loom.sized()).with("effort", self.effort);
+            return Ok(loom.would(used, &format!("as the best of what effort {} tries", self.effort)));
+        }
+        let options = Options { effort: self.effort };
+        let woven = synthesize(&loom.loaded.exemplars, loom.domain, &options, &session.run());
+        let woven = woven.map_err(|e| loom.loaded.about(e.into()))?;
+        let stats = woven.stats;
+        let kept = &stats.tried[stats.kept];
+        loom.made_by = Some((kept.method, kept.seed.0));
+        let outcome = Outcome {
+            woven: Box::new(woven.result),
+            complete: woven.complete,
+            blending: Blending::default(),
+            kept: None,
+            options: used(&loom, kept),
+            stats: json!({
+                "effort": self.effort,
+                "kept": stats.kept,
+                "candidates": stats.tried.iter().map(candidate).collect::<Vec<_>>(),
+            }),
+            how: how(&stats),
+            course: None,
+        };
+        loom.finish(outcome)
+    }
+}
+
+/// The options of the method that made what is kept: with its command and seed they make it again.
+fn used(loom: &Loom<'_>, kept: &Tried) -> Used {
+    kept.used.iter().fold(loom.used(loom.sized()), |used, (name, text)| used.with(name, value(text)))
+}
+
+/// A number where it is one.
+fn value(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| text.into())
+}
+
+fn candidate(tried: &Tried) -> Value {
+    let options: serde_json::Map<String, Value> =
+        tried.used.iter().map(|(name, text)| ((*name).to_owned(), value(text))).collect();
+    let columns = tried.scored.map(|(columns, _)| {
+        columns
+            .named()
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), json!(value)))
+            .collect::<serde_json::Map<_, _>>()
+    });
+    json!({
+        "method": tried.method,
+        "options": options,
+        "seed": tried.seed.0,
+        "preference": tried.scored.map(|(_, preference)| preference),
+        "columns": columns,
+    })
+}
+
+/// What was taken and why, in a line.
+fn how(stats: &Stats) -> String {
+    let kept = &stats.tried[stats.kept];
+    let size = kept.used.iter().find(|(name, _)| matches!(*name, "block" | "region"));
+    let size = size.map_or(String::new(), |(name, text)| format!(" ({name} {text} px)"));
+    let by = format!("by {}{size}", kept.method);
+    let Some((columns, _)) = kept.scored else { return by };
+    let energy = |c: &Columns| c.seams.map_or(0.0, |s| s.energy);
+    let median = |of: &dyn Fn(&Columns) -> f64| {
+        let mut all: Vec<f64> = stats.tried.iter().filter_map(|t| Some(of(&t.scored?.0))).collect();
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    };
+    format!(
+        "{by}, the best of {}: seams cost {:.2} (median {:.2}), worst places {:.2} (median {:.2})",
+        n("candidate", stats.tried.len()),
+        energy(&columns),
+        median(&energy),
+        columns.worst,
+        median(&|c| c.worst),
+    )
+}

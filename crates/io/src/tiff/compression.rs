@@ -1,0 +1,113 @@
+//! Compression: ZSTD is unpacked before the decoder sees the file, since it could do so only with a library in C. What
+//! nobody here can unpack is named.
+
+use std::io::Read;
+
+use super::directory::Directory;
+use crate::Format;
+use crate::codec::Context;
+use crate::error::Problem;
+use crate::header::Header;
+
+const COMPRESSION: u16 = 259;
+const NONE: u16 = 1;
+const ZSTD: u64 = 50_000;
+
+const ROWS_PER_STRIP: u16 = 278;
+const TILE_SIZE: [u16; 2] = [323, 322];
+/// Where the pieces are and how long, of strips and of tiles.
+const STRIPS: [u16; 2] = [273, 279];
+const TILES: [u16; 2] = [324, 325];
+
+/// Refuses what cannot be unpacked; the file with its pieces unpacked if they are ZSTD's.
+///
+/// `stored` is what the file holds, its `bits` those of a sample.
+pub(super) fn unpacked(
+    file: &[u8],
+    stored: &Header,
+    samples: usize,
+    bits: usize,
+    context: &Context<'_>,
+) -> Result<Option<Vec<u8>>, Problem> {
+    let directory = Directory::of(file)?;
+    let method = directory.numbers(file, COMPRESSION).and_then(|v| v.first().copied()).unwrap_or(1);
+    let named = match method {
+        ZSTD => return unpack(file, directory, stored, samples * bits, context).map(Some),
+        1 | 3 | 4 | 5 | 8 | 32_773 | 32_946 => return Ok(None),
+        2 => "compression by huffman codes".to_owned(),
+        6 | 7 => "compression by jpeg".to_owned(),
+        34_712 => "compression by jpeg 2000".to_owned(),
+        34_887 => "compression by lerc".to_owned(),
+        34_925 => "compression by lzma".to_owned(),
+        50_001 => "compression by webp".to_owned(),
+        50_002 => "compression by jpeg xl".to_owned(),
+        other => format!("compression by method {other}"),
+    };
+    Err(Problem::unsupported(Format::Tiff, named))
+}
+
+fn unpack(
+    file: &[u8],
+    directory: Directory,
+    stored: &Header,
+    bits: usize,
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Problem> {
+    let damaged = |cause: &str| Problem::damaged(Format::Tiff, cause);
+    let number = |tag| directory.numbers(file, tag).and_then(|v| v.first().copied());
+    let tiled = number(TILES[0]).is_some();
+    let tags = if tiled { TILES } else { STRIPS };
+    let [at, len] = tags.map(|tag| directory.numbers(file, tag));
+    let (Some(at), Some(len)) = (at, len) else { return Err(damaged("it has no strips or tiles")) };
+    let sides = if tiled {
+        TILE_SIZE.map(number)
+    } else {
+        [Some(number(ROWS_PER_STRIP).unwrap_or(stored.height).min(stored.height)), Some(stored.width)]
+    };
+    let [Some(height), Some(width)] = sides else { return Err(damaged("it has no size of tiles")) };
+    // Pieces of one plane are smaller.
+    let most = width.saturating_mul(bits as u64).div_ceil(8).saturating_mul(height);
+    let most = most.min(context.options.limits.memory);
+    let mut out = Vec::new();
+    append(&mut out, file)?;
+    let (mut places, mut lengths) = (Vec::new(), Vec::new());
+    for (at, len) in at.into_iter().zip(len) {
+        let piece = usize::try_from(at).ok().zip(usize::try_from(at.saturating_add(len)).ok());
+        let piece = piece.and_then(|(from, to)| file.get(from..to)).ok_or_else(|| Problem::ends_early(Format::Tiff))?;
+        places.push(out.len() as u64);
+        let start = out.len();
+        decompress(piece, most, &mut out, context)?;
+        lengths.push((out.len() - start) as u64);
+    }
+    let all = directory.set(&mut out, COMPRESSION, NONE);
+    let all = all.and_then(|()| directory.set_all(&mut out, tags[0], &places));
+    let all = all.and_then(|()| directory.set_all(&mut out, tags[1], &lengths));
+    all.ok_or_else(|| damaged("its directory"))?;
+    Ok(out)
+}
+
+/// Appends at most so many bytes of what is packed.
+fn decompress(piece: &[u8], most: u64, out: &mut Vec<u8>, context: &Context<'_>) -> Result<(), Problem> {
+    let wrong = |e: &dyn std::fmt::Display| Problem::damaged(Format::Tiff, e);
+    let decoder = ruzstd::decoding::StreamingDecoder::new(piece).map_err(|e| wrong(&e))?;
+    let mut decoder = decoder.take(most);
+    let mut part = [0; 1 << 16];
+    loop {
+        let n = decoder.read(&mut part).map_err(|e| wrong(&e))?;
+        if n == 0 {
+            return Ok(());
+        }
+        let needed = (out.len() + n) as u64;
+        if context.options.limits.memory < needed {
+            return Err(Problem::Memory { needed, budget: context.options.limits.memory });
+        }
+        append(out, &part[..n])?;
+    }
+}
+
+fn append(out: &mut Vec<u8>, bytes: &[u8]) -> Result<(), Problem> {
+    let refused = |_| selvedge_core::Error::Allocation { bytes: bytes.len() as u64 };
+    out.try_reserve(bytes.len()).map_err(refused)?;
+    out.extend_from_slice(bytes);
+    Ok(())
+}

@@ -1,0 +1,51 @@
+//! What can be wrong with a synthesis of candidates.
+
+use selvedge_core::ErrorKind;
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The effort is out of range.
+    #[error("an effort of {effort} is out of range")]
+    Effort {
+        /// The effort.
+        effort: u8,
+    },
+    /// What quilting says.
+    #[error(transparent)]
+    Quilt(#[from] selvedge_quilting::Error),
+    /// What graph cuts say.
+    #[error(transparent)]
+    Graphcut(#[from] selvedge_graphcut_textures::Error),
+    /// What the measures say.
+    #[error(transparent)]
+    Metrics(#[from] selvedge_metrics::Error),
+    /// What the core says, such as that memory is short.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Effort { .. } => ErrorKind::Option,
+            Self::Quilt(e) => e.kind(),
+            Self::Graphcut(e) => e.kind(),
+            Self::Metrics(e) => e.kind(),
+            Self::Core(e) => e.kind(),
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Effort { .. } => "use 1 to 9".to_owned(),
+            Self::Quilt(e) => e.remedy(),
+            Self::Graphcut(e) => e.remedy(),
+            Self::Metrics(e) => e.remedy(),
+            Self::Core(e) => e.remedy(),
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Candidates from outside: which is kept, and that nothing but exemplars, options and seed matters. One binary: each is a link.
+#![forbid(unsafe_code)]
+
+use selvedge_core::{Domain, Exemplars, Run};
+use selvedge_synthesis::{Error, Options, Stats, synthesize};
+use selvedge_testkit::exemplars;
+
+fn weave() -> Exemplars<2> {
+    Exemplars::of(&[&[exemplars::weave()]]).unwrap()
+}
+
+fn preferences(stats: &Stats) -> Vec<f64> {
+    stats.tried.iter().map(|t| t.scored.unwrap().1).collect()
+}
+
+#[test]
+fn the_preferred_candidate_is_kept() {
+    let of = weave();
+    let woven = synthesize(&of, Domain::periodic([64, 80]), &Options { effort: 4 }, &Run::seeded(3)).unwrap();
+    let found = preferences(&woven.stats);
+    assert!(2 < found.len(), "{:?}", woven.stats);
+    assert_eq!(found[woven.stats.kept], found.iter().copied().fold(f64::MIN, f64::max));
+    assert_eq!((woven.result.domain(), woven.result.holes()), (Domain::periodic([64, 80]), 0));
+}
+
+#[test]
+fn threads_change_nothing_and_effort_adds_candidates() {
+    let of = weave();
+    let ask = |effort, threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let run = Run::seeded(7);
+        pool.install(|| synthesize(&of, Domain::open([60, 60]), &Options { effort }, &run)).unwrap()
+    };
+    let (one, three) = (ask(5, 1), ask(5, 3));
+    assert_eq!((&one.result, &one.stats), (&three.result, &three.stats));
+    let more = ask(6, 3);
+    assert!(one.stats.tried.len() < more.stats.tried.len());
+    let single = ask(1, 1).stats;
+    assert!(single.tried.len() == 1 && single.tried[0].scored.is_none());
+}
+
+#[test]
+fn small_exemplars_have_one_candidate_and_a_wrong_effort_is_refused() {
+    let small = Exemplars::of(&[&[selvedge_testkit::simple::noise_rgb(12, 9, 1)]]).unwrap();
+    let woven = synthesize(&small, Domain::open([30, 30]), &Options::default(), &Run::seeded(1)).unwrap();
+    assert_eq!((woven.stats.tried.len(), woven.result.holes()), (1, 0));
+    let wrong = synthesize(&small, Domain::open([30, 30]), &Options { effort: 10 }, &Run::seeded(1));
+    assert_eq!(wrong.unwrap_err(), Error::Effort { effort: 10 });
+}
