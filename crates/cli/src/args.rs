@@ -1,53 +1,12 @@
-//! What the user can type.
+//! What the user can type for every command, and values that several take.
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use clap::{Args, ValueEnum, ValueHint};
 use selvedge_core::{Bytes, Depth, Role};
 use selvedge_io::{Format, NonFinite};
 
-use crate::commands;
 use crate::size;
-
-/// Synthesises textures, materials and moving textures from examples.
-#[derive(Debug, Parser)]
-#[command(name = "selvedge", version, max_term_width = 100, subcommand_required = true, arg_required_else_help = true)]
-pub(crate) struct Cli {
-    /// What to do.
-    #[command(subcommand)]
-    pub(crate) command: Command,
-    /// Options of every command.
-    #[command(flatten)]
-    pub(crate) global: Global,
-}
-
-/// The commands.
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
-    /// A larger texture without knobs: several methods make it, and the best is kept.
-    #[command(visible_alias = "synth")]
-    Synthesize(commands::synthesize::Synthesize),
-    /// Image quilting: a larger texture from overlapping blocks of exemplars.
-    Quilt(commands::quilt::Quilt),
-    /// Texture transfer: a picture drawn in the texture of exemplars.
-    Transfer(commands::transfer::Transfer),
-    /// Graphcut textures: a larger texture from patches cut along the best seams.
-    Graphcut(commands::graphcut::Graphcut),
-    /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
-    Apply(commands::apply::Apply),
-    /// Tell what is in a picture or a source map, and how it was made.
-    Info(commands::info::Info),
-    /// Look at an exemplar: its size, the kind of texture, its lattice, and a command line to begin with.
-    Inspect(commands::inspect::Inspect),
-    /// Compare two pictures; exit code 1 if they differ by more than is allowed.
-    Compare(commands::compare::Compare),
-    /// Say what outputs are worth beside their exemplars, and rank them.
-    Score(commands::score::Score),
-    /// Write a script that completes command lines in a shell.
-    Completions(commands::completions::Completions),
-    /// Write manual pages.
-    Man(commands::man::Man),
-}
 
 /// Options of every command.
 #[derive(Args, Clone, Debug)]

@@ -116,18 +116,19 @@ impl Blending {
         }
     }
 
-    /// The options that change samples.
+    /// The options as used; fusing is told where it is done.
     pub(crate) fn used(self, used: Used) -> Used {
         let spline = self.spline.map(|bands| match bands {
             Bands::Auto => serde_json::Value::from("auto"),
             Bands::Of(bands) => bands.into(),
         });
-        let used = used.with("feather", self.feather).with("spline", spline);
-        if self.fuse { used.with("fuse", true) } else { used }
+        let used = used.set("spline", spline);
+        if self.fuse { used } else { used.without("fuse") }
     }
 
     /// The same for commands that do not tell what they did not do.
     pub(crate) fn used_if_any(self, used: Used) -> Used {
-        if self.is_none() { used } else { self.used(used) }
+        let none = |used: Used| used.without("feather").without("spline").without("fuse");
+        if self.is_none() { none(used) } else { self.used(used) }
     }
 }

@@ -10,19 +10,17 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::parser::ValueSource;
-use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory};
+use clap::{Arg, ArgAction, ArgMatches, Command};
 use toml::de::{DeArray, DeTable, DeValue};
 
-use crate::args::Cli;
 use crate::failure::Failure;
-use crate::typed::Typed;
 use crate::wrong::Wrong;
 
 /// No file of options comes near this many bytes.
 const LARGEST: u64 = 1 << 20;
 
 /// Options that say where a run writes and how it is watched, not what it makes.
-const NOT_SAVED: [&str; 10] =
+pub(crate) const NOT_SAVED: [&str; 10] =
     ["output", "map", "explain", "report", "diff", "config", "save-config", "format", "help", "version"];
 
 /// Options of a file, as words of the command line.
@@ -32,7 +30,7 @@ pub(crate) struct FromFile {
 }
 
 /// The options of the file that `--config` names, without those that were typed.
-pub(crate) fn words(typed: &ArgMatches) -> Result<Option<FromFile>, Failure> {
+pub(crate) fn words(all: &Command, typed: &ArgMatches) -> Result<Option<FromFile>, Failure> {
     let Some((name, matches)) = typed.subcommand() else { return Ok(None) };
     let Some(path) = matches.get_one::<PathBuf>("config") else { return Ok(None) };
     let text = read(path)?;
@@ -43,7 +41,7 @@ pub(crate) fn words(typed: &ArgMatches) -> Result<Option<FromFile>, Failure> {
     let no_toml = |e: toml::de::Error| wrong(e.span().unwrap_or(0..0), Wrong::new(e.message(), "mend it"));
     let table = DeTable::parse(&text).map_err(no_toml)?;
     let mut words = Vec::new();
-    let command = command(name);
+    let command = command(all, name);
     for (key, value) in table.get_ref() {
         let Some(arg) = option(&command, key.get_ref()) else {
             let what = format!("'{}' is no option of 'selvedge {name}'", key.get_ref());
@@ -77,8 +75,8 @@ fn place(text: &str, at: usize) -> (usize, usize) {
 }
 
 /// A command with the options that all commands have.
-fn command(name: &str) -> Command {
-    let mut all = Cli::command();
+pub(crate) fn command(all: &Command, name: &str) -> Command {
+    let mut all = all.clone();
     all.build();
     all.find_subcommand(name).cloned().unwrap_or_default()
 }
@@ -133,10 +131,10 @@ fn words_of_several(long: &str, several: usize, values: &DeArray<'_>) -> Result<
 
 /// The options of a command as used, defaults among them, in the form that `--config` reads. What a run reads and
 /// writes and how it is watched stays out, and so do defaults that something typed overrules.
-pub(crate) fn saved(typed: &Typed) -> Result<String, Failure> {
-    let Some((name, matches)) = typed.matches.subcommand() else { return Ok(String::new()) };
+pub(crate) fn saved(all: &Command, typed: &ArgMatches) -> Result<String, Failure> {
+    let Some((name, matches)) = typed.subcommand() else { return Ok(String::new()) };
     let mut table = toml::Table::new();
-    let command = command(name);
+    let command = command(all, name);
     for arg in command.get_arguments() {
         let Some(long) = arg.get_long() else { continue };
         let stays_out = NOT_SAVED.contains(&long) || (arg.is_global_set() && long != "seed");

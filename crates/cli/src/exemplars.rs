@@ -6,14 +6,13 @@ use clap::Args;
 use selvedge_core::{Association, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
-use crate::args::{DepthArg, NonFiniteArg, typed_name};
+use crate::args::{DepthArg, NonFiniteArg};
 use crate::failure::{Failure, n};
 use crate::harmonise::{Layout, common_depth, common_layout, widened};
 use crate::inputs::{self, Input};
 use crate::outputs;
 use crate::report::Report;
 use crate::session::Session;
-use crate::used::Used;
 
 /// The mask of an exemplar that has none.
 pub(crate) const NO_MASK: &str = "none";
@@ -113,14 +112,6 @@ impl ExemplarArgs {
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
         let converts = self.depth.is_some();
         Ok(Headers { given, options, converts, depth, layout, infos, masks, inputs })
-    }
-
-    /// The options that change samples.
-    pub(crate) fn used(&self, used: Used) -> Used {
-        let masks: Vec<String> = self.mask.iter().map(|mask| selvedge_io::display_name(mask)).collect();
-        used.with("mask", masks)
-            .with("depth", self.depth.map(typed_name))
-            .with("nonfinite", (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite)))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Errors as the user sees them: one line, a code, and with `--json` an object.
 
+use std::io;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -97,11 +98,44 @@ impl Failure {
         Self { exit: 70, path: None, message, remedy: None }.remedy("please report it with the command and its input")
     }
 
+    /// Standard output took nothing more.
+    pub(crate) fn of_stream(error: &io::Error) -> Self {
+        use io::ErrorKind as Io;
+        let no_space = matches!(error.kind(), Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge);
+        let what = if error.kind() == Io::BrokenPipe { "its reader has left".into() } else { stdio::plain(error) };
+        Self::new(if no_space { 5 } else { 4 }, what).remedy("redirect it elsewhere").named("standard output")
+    }
+
     /// Tells the user and gives the exit code.
     pub(crate) fn tell(&self, json: bool) -> u8 {
+        self.shortened().tell_all(json)
+    }
+
+    /// The same in a line that people can read: of what is too long both ends are kept.
+    fn shortened(&self) -> Self {
+        if one_line(&self.line()).len() <= stdio::LONGEST {
+            return self.clone();
+        }
+        // Together with what stands between them they are less than the longest line.
+        let cut = |text: &String, most| stdio::shortened(&one_line(text), most);
+        let [path, message, remedy] = [120, 250, 110];
+        Self {
+            exit: self.exit,
+            path: self.path.as_ref().map(|text| cut(text, path)),
+            message: cut(&self.message, message),
+            remedy: self.remedy.as_ref().map(|text| cut(text, remedy)),
+        }
+    }
+
+    /// The line for people.
+    fn line(&self) -> String {
         let path = self.path.as_ref().map_or(String::new(), |p| format!("'{p}': "));
         let remedy = self.remedy.as_ref().map_or(String::new(), |r| format!("; {r}"));
-        stdio::tell(&format!("error: {}", one_line(&format!("{path}{}{remedy}", self.message))));
+        format!("error: {path}{}{remedy}", self.message)
+    }
+
+    fn tell_all(&self, json: bool) -> u8 {
+        stdio::tell(&self.line());
         if json {
             let error = json!({"exit": self.exit, "path": self.path, "message": self.message, "remedy": self.remedy});
             // Standard error has it already.

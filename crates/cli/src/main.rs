@@ -4,6 +4,7 @@
 mod args;
 mod available;
 mod blending;
+mod cli;
 mod commands;
 mod config;
 mod course;
@@ -13,9 +14,11 @@ mod failure;
 mod harmonise;
 mod inputs;
 mod memory;
+mod method;
 mod outputs;
 mod page;
 mod report;
+mod run;
 mod session;
 mod size;
 mod stdio;
@@ -45,7 +48,7 @@ fn run(words: &[OsString]) -> u8 {
         Err(stop) => return stop.tell(words.iter().any(|word| word == "--json")),
     };
     // Nothing of what was typed is looked at again but whether errors are wanted as JSON.
-    let outcome = catch_unwind(AssertUnwindSafe(|| commands::run(&typed)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| run::run(&typed)));
     let outcome = outcome.unwrap_or_else(|panic| Err(Failure::internal(&*panic)));
     outcome.unwrap_or_else(|failure| failure.tell(typed.cli.global.json))
 }

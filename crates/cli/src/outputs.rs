@@ -46,6 +46,10 @@ pub(crate) fn format(path: &Path, chosen: Option<Format>, depth: Option<Depth>) 
     if path.is_dir() {
         return Err(Failure::from_problem(path, Problem::Folder));
     }
+    if chosen.is_none() && path.as_os_str() != STREAM && path.extension().is_none() {
+        let failure = Failure::new(2, "has no extension that tells its format").about(path);
+        return Err(failure.remedy("name it with one, such as .png, or give --format"));
+    }
     let stream = (path.as_os_str() == STREAM).then_some(Format::Png);
     let options = WriteOptions { format: chosen.or(stream), depth, ..WriteOptions::default() };
     options.format_of(path).map_err(|e| Failure { exit: 2, ..Failure::from(e) })
@@ -143,7 +147,8 @@ impl Outputs {
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
         let staged = files.iter().map(|made| Staged::new(&made.path, &made.bytes, session.global.no_clobber));
         let staged = staged.collect::<Result<Vec<_>, _>>()?;
-        streams.iter().try_for_each(|made| stdio::picture(&made.bytes))?;
+        let streamed = streams.iter().try_for_each(|made| stdio::picture(&made.bytes));
+        streamed.map_err(|e| Failure::of_stream(&e))?;
         selvedge_io::finish_all(staged)?;
         report.outputs.extend(self.noted());
         Ok(())

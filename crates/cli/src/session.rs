@@ -9,6 +9,7 @@ use crate::available;
 use crate::failure::{Failure, shown};
 use crate::report::Done;
 use crate::stdio;
+use crate::used::Used;
 use crate::watch::Watch;
 
 /// The surroundings of one command: options of all commands, who watches, how much it may use.
@@ -16,12 +17,14 @@ pub(crate) struct Session<'a> {
     pub(crate) global: &'a Global,
     pub(crate) watch: Watch,
     pub(crate) limits: Limits,
+    /// The options that change samples, as typed.
+    pub(crate) options: Used,
 }
 
 impl<'a> Session<'a> {
-    pub(crate) fn new(global: &'a Global) -> Self {
+    pub(crate) fn new(global: &'a Global, options: Used) -> Self {
         let memory = global.max_memory.map_or_else(half_of_available, |bytes| bytes.0);
-        Self { global, watch: Watch::new(global), limits: Limits { memory, ..Limits::default() } }
+        Self { global, watch: Watch::new(global), limits: Limits { memory, ..Limits::default() }, options }
     }
 
     /// What methods are handed.
@@ -46,10 +49,11 @@ impl<'a> Session<'a> {
         }
         if self.global.json {
             let object = report.json(self.global.seed, rayon::current_num_threads(), self.global.dry_run);
-            stdio::answer(format!("{object}\n").as_bytes())?;
+            stdio::answer(format!("{object}\n").as_bytes())
         } else {
-            stdio::answer(done.answer.as_bytes())?;
+            stdio::answer(done.answer.as_bytes())
         }
+        .map_err(|e| Failure::of_stream(&e))?;
         Ok(done.exit)
     }
 

@@ -1,41 +1,64 @@
 //! Standard output and standard error, where whoever listens may leave at any time.
 
-use std::io::{ErrorKind, Write as _};
+use std::io::{self, ErrorKind, Write as _};
 
-use crate::failure::Failure;
+use selvedge_io::one_line;
 
 /// Writes an answer to standard output. A reader that has left has what it wanted: that is no failure.
-pub(crate) fn answer(bytes: &[u8]) -> Result<(), Failure> {
-    match write(bytes) {
+pub(crate) fn answer(bytes: &[u8]) -> io::Result<()> {
+    match picture(bytes) {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|e| failed(&e)),
+        written => written,
     }
 }
 
 /// Writes the bytes of a picture, of which a part is of no use: a reader that has left did not get it.
-pub(crate) fn picture(bytes: &[u8]) -> Result<(), Failure> {
-    write(bytes).map_err(|e| failed(&e))
-}
-
-fn write(bytes: &[u8]) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
+pub(crate) fn picture(bytes: &[u8]) -> io::Result<()> {
+    let mut out = io::stdout().lock();
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-fn failed(error: &std::io::Error) -> Failure {
-    let no_space = matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge);
-    let what = if error.kind() == ErrorKind::BrokenPipe { "its reader has left".into() } else { plain(error) };
-    Failure::new(if no_space { 5 } else { 4 }, what).remedy("redirect it elsewhere").named("standard output")
-}
-
 /// A refusal of the system without its number.
-pub(crate) fn plain(error: &std::io::Error) -> String {
+pub(crate) fn plain(error: &io::Error) -> String {
     let text = error.to_string();
     let words = text.split_once(" (os error").map_or(&text[..], |(words, _)| words);
     words[..1].to_lowercase() + &words[1..]
 }
 
-/// A line for people, on standard error. If nobody can be told, nobody is told.
+/// No line for people is longer: what is typed, or stands in a file, may be of any length.
+pub(crate) const LONGEST: usize = 500;
+
+/// A line for people, on standard error: the one gate, so that nothing from a file or a name reaches a terminal raw or
+/// fills it. If nobody can be told, nobody is told.
 pub(crate) fn tell(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", shortened(&one_line(line), LONGEST));
+}
+
+/// A line for programs, which know how to escape and how much they read.
+pub(crate) fn tell_program(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// A text of at most so many bytes: of a longer one both ends are kept.
+pub(crate) fn shortened(text: &str, most: usize) -> String {
+    const GAP: &str = " ... ";
+    if text.len() <= most {
+        return text.to_owned();
+    }
+    let room = most.saturating_sub(GAP.len());
+    let (head, tail) = (text.floor_char_boundary(room / 2), text.ceil_char_boundary(text.len() - room / 2));
+    format!("{}{GAP}{}", &text[..head], &text[tail..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_texts_keep_both_ends() {
+        assert_eq!(shortened("abc", 3), "abc");
+        assert_eq!(shortened("abcdefghijkl", 9), "ab ... kl");
+        let odd = shortened(&"é".repeat(400), 101);
+        assert!(odd.len() <= 101 && odd.starts_with("é") && odd.ends_with("é"), "{odd}");
+    }
 }

@@ -6,9 +6,11 @@ use std::ffi::OsString;
 use clap::error::ErrorKind;
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
 
-use crate::args::Cli;
+use crate::cli::Cli;
 use crate::config;
 use crate::failure::Failure;
+use crate::stdio;
+use crate::used::Used;
 use crate::wrong::Wrong;
 
 /// A command line, understood.
@@ -16,7 +18,22 @@ pub(crate) struct Typed {
     /// What it says.
     pub(crate) cli: Cli,
     /// Where each value came from.
-    pub(crate) matches: ArgMatches,
+    matches: ArgMatches,
+    /// The command line that they match.
+    command: clap::Command,
+}
+
+impl Typed {
+    /// The options that change samples, as typed.
+    pub(crate) fn used(&self) -> Used {
+        let Some((name, matches)) = self.matches.subcommand() else { return Used::default() };
+        Used::of(&config::command(&self.command, name), matches)
+    }
+
+    /// The options as a file for `--config`.
+    pub(crate) fn saved(&self) -> Result<String, Failure> {
+        config::saved(&self.command, &self.matches)
+    }
 }
 
 /// Why there is nothing to run.
@@ -34,7 +51,7 @@ impl Stop {
             Self::Wrong(failure) => failure.tell(json),
             Self::Answer(help) => {
                 // Nobody listens: that is the listener's business.
-                let _ = help.print();
+                let _ = stdio::answer(format!("{}", help.render()).as_bytes());
                 0
             }
         }
@@ -49,7 +66,9 @@ impl From<Failure> for Stop {
 
 impl From<clap::Error> for Stop {
     fn from(error: clap::Error) -> Self {
-        if error.use_stderr() { Self::Wrong(usage(&error)) } else { Self::Answer(error) }
+        // Whoever types nothing else wants to know what there is.
+        let asked = !error.use_stderr() || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+        if asked { Self::Answer(error) } else { Self::Wrong(usage(&error)) }
     }
 }
 
@@ -58,11 +77,11 @@ pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
     let command = numbers(Cli::command());
     // What the file may still supply is not missing yet.
     let typed = optional(command.clone()).try_get_matches_from(words)?;
-    let from_file = config::words(&typed)?;
+    let from_file = config::words(&command, &typed)?;
     let words = spliced(words, from_file.as_ref().map_or(&[], |file| &file.words));
-    let all = command.try_get_matches_from(words).and_then(|matches| {
+    let all = command.clone().try_get_matches_from(words).and_then(|matches| {
         let cli = Cli::from_arg_matches(&matches)?;
-        Ok(Typed { cli, matches })
+        Ok(Typed { cli, matches, command })
     });
     all.map_err(|error| match (Stop::from(error), from_file) {
         // The words alone were fine.
@@ -96,6 +115,29 @@ fn spliced(words: &[OsString], more: &[OsString]) -> Vec<OsString> {
     [&words[..end], more, &words[end..]].concat()
 }
 
+/// What other programs call something that this one has under another name: nearest spellings would mislead.
+const HINTS: [(&str, &str); 8] = [
+    ("--seamless", "use --tile xy"),
+    ("--overwrite", "files are replaced unless --no-clobber is given; leave it out"),
+    ("--force", "files are replaced unless --no-clobber is given; leave it out"),
+    ("--inpaint", "use 'selvedge graphcut --over PICTURE --fixed MASK'"),
+    ("--preview", "use --explain FILE.png or --report DIR"),
+    ("--block", "use --region, the size that patches are found for"),
+    ("--region", "use --block, the side of the blocks"),
+    ("--width", "use --size WxH"),
+];
+
+/// The option that is meant by one that does not exist.
+fn hint(error: &clap::Error) -> Option<&'static str> {
+    use clap::error::{ContextKind, ContextValue};
+    let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidArg) else { return None };
+    if error.kind() != ErrorKind::UnknownArgument {
+        return None;
+    }
+    let name = typed.split('=').next().unwrap_or_default();
+    HINTS.iter().find(|(other, _)| *other == name).map(|(_, hint)| *hint)
+}
+
 /// A usage error in one line.
 fn usage(error: &clap::Error) -> Failure {
     if matches!(error.kind(), ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand | ErrorKind::MissingSubcommand) {
@@ -106,6 +148,9 @@ fn usage(error: &clap::Error) -> Failure {
     let (tips, what): (Vec<&str>, Vec<&str>) = lines.filter(|l| !l.is_empty()).partition(|l| l.starts_with("tip: "));
     let what = what.join(" ");
     let failure = Failure::new(2, what.strip_prefix("error: ").unwrap_or(&what));
+    if let Some(hint) = hint(error) {
+        return failure.remedy(hint);
+    }
     match (error.source().and_then(|e| e.downcast_ref::<Wrong>()), tips.first()) {
         (Some(wrong), _) => failure.remedy(&wrong.remedy),
         (None, Some(tip)) => failure.remedy(tip.trim_start_matches("tip: ")),
@@ -133,7 +178,10 @@ mod tests {
 
     #[test]
     fn usage_errors_are_one_line_with_a_remedy() {
-        assert_eq!(failure("selvedge"), "no command; see --help");
+        assert_eq!(failure("selvedge"), "an answer");
+        assert_eq!(failure("selvedge --json"), "no command; see --help");
+        let hinted = failure("selvedge quilt a.png -o b.png --seamless");
+        assert!(hinted.ends_with("; use --tile xy"), "{hinted}");
         assert_eq!(failure("selvedge quilt a.png --help"), "an answer");
         assert_eq!(
             failure("selvedge quilt a.png -o b.png --size 12px"),
@@ -152,5 +200,58 @@ mod tests {
         let words = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
         assert_eq!(spliced(&words("a b -- c"), &words("d e")), words("a b d e -- c"));
         assert_eq!(spliced(&words("a b"), &words("d")), words("a b d"));
+    }
+
+    /// A value for an option that differs from its default.
+    fn other(arg: &clap::Arg) -> String {
+        let long = arg.get_long().unwrap_or_default();
+        let default: Vec<&std::ffi::OsStr> = arg.get_default_values().iter().map(|d| d.as_os_str()).collect();
+        let possible = arg.get_possible_values();
+        match (long, possible.iter().find(|v| !default.contains(&std::ffi::OsStr::new(v.get_name())))) {
+            ("size", _) => "7x9".into(),
+            ("scale-range", _) => "0.5..3".into(),
+            ("correspondence", _) => "orientation=3".into(),
+            (_, Some(value)) => value.get_name().into(),
+            _ => "3".into(),
+        }
+    }
+
+    #[test]
+    fn no_option_of_any_command_is_forgotten_by_what_pictures_carry() {
+        let mut program = Cli::command();
+        program.build();
+        let used = |line: &str| {
+            let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+            match parse(&words) {
+                Ok(typed) => typed.used(),
+                Err(Stop::Wrong(failure)) => panic!("{line}: {failure:?}"),
+                Err(Stop::Answer(_)) => panic!("{line}"),
+            }
+        };
+        let mut seen = 0;
+        for (name, rest) in [
+            ("synthesize", "a -o b"),
+            ("quilt", "a -o b"),
+            ("transfer", "a -o b"),
+            ("graphcut", "a -o b"),
+            ("apply", "m a -o b"),
+            ("compare", "a b"),
+        ] {
+            let command = program.find_subcommand(name).unwrap();
+            let plain = used(&format!("selvedge {name} {rest}"));
+            for arg in command.get_arguments().filter(|a| !a.is_positional() && !a.is_global_set()) {
+                let long = arg.get_long().unwrap();
+                if crate::used::NOT_USED.contains(&long) {
+                    continue;
+                }
+                let value = if arg.get_action().takes_values() { format!(" {}", other(arg)) } else { String::new() };
+                let more = if long == "scale-range" { " --scale-field f" } else { "" };
+                let value = if long == "guide" { " x y".to_owned() } else { value };
+                let changed = used(&format!("selvedge {name} {rest} --{long}{value}{more}"));
+                assert_ne!(changed, plain, "{name} --{long}{value}");
+                seen += 1;
+            }
+        }
+        assert!(50 < seen, "{seen}");
     }
 }

@@ -2,25 +2,69 @@
 
 use std::path::PathBuf;
 
+use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::{Map, Value};
 
 /// The options that change samples, by their long names, with every choice of the program made.
 ///
 /// Equal runs have equal lists, however their options were typed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Used(Vec<(&'static str, Value)>);
+pub(crate) struct Used(Vec<(String, Value)>);
+
+/// Options that say where a run writes, or that stand for others, which are shown instead.
+pub(crate) const NOT_USED: [&str; 10] =
+    ["output", "map", "explain", "report", "diff", "format", "help", "version", "paper", "save-config"];
 
 impl Used {
+    /// All options of a command that change samples, as typed or by default, in the order of its help but for size and
+    /// topology, which come first. No command lists its options: so none is forgotten.
+    pub(crate) fn of(command: &Command, matches: &ArgMatches) -> Self {
+        let own = |arg: &&Arg| {
+            arg.get_long().is_some_and(|long| !NOT_USED.contains(&long)) && !arg.is_positional() && !arg.is_global_set()
+        };
+        let name = |arg: &Arg| arg.get_long().unwrap_or_default().to_owned();
+        let mut all: Vec<(String, Value)> =
+            command.get_arguments().filter(own).map(|arg| (name(arg), value(arg, matches))).collect();
+        all.sort_by_key(|(name, _)| match name.as_str() {
+            "size" => 0,
+            "tile" => 1,
+            _ => 2,
+        });
+        Self(all)
+    }
+
+    /// True if the command has an option.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|(other, _)| other == name)
+    }
+
+    /// The value of an option that the program chose, or wrote in its one way.
+    #[must_use]
+    pub(crate) fn set(mut self, name: &str, chosen: impl Into<Value>) -> Self {
+        debug_assert!(self.has(name), "no option --{name}");
+        let chosen = chosen.into();
+        self.0.iter_mut().filter(|(other, _)| other == name).for_each(|(_, value)| *value = chosen.clone());
+        self
+    }
+
+    /// Without an option that does not act in this run.
+    #[must_use]
+    pub(crate) fn without(mut self, name: &str) -> Self {
+        debug_assert!(self.has(name), "no option --{name}");
+        self.0.retain(|(other, _)| other != name);
+        self
+    }
+
     /// Adds an option; one without a value, or a switch that is off, is shown but not typed.
     #[must_use]
-    pub(crate) fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
-        self.0.push((name, value.into()));
+    pub(crate) fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
+        self.0.push((name.to_owned(), value.into()));
         self
     }
 
     /// As a JSON object.
     pub(crate) fn json(&self) -> Value {
-        self.0.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect::<Map<_, _>>().into()
+        self.0.iter().map(|(name, value)| (name.clone(), value.clone())).collect::<Map<_, _>>().into()
     }
 
     /// The canonical command: files without their folders, options in the order of the command's help, never an
@@ -33,6 +77,43 @@ impl Used {
         }
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// What an option was given: numbers as numbers, files by their names, all else as it was typed.
+fn value(arg: &Arg, matches: &ArgMatches) -> Value {
+    let id = arg.get_id().as_str();
+    if !arg.get_action().takes_values() {
+        return matches.get_flag(id).into();
+    }
+    let values = values(id, matches);
+    if !matches!(arg.get_action(), ArgAction::Append) {
+        values.into_iter().next().unwrap_or_default()
+    } else if arg.get_value_delimiter().is_some() {
+        // One list, as short as it can be written.
+        let word = |v: &Value| match v {
+            Value::String(text) => text.clone(),
+            number => number.as_f64().map_or_else(|| number.to_string(), |n| n.to_string()),
+        };
+        (!values.is_empty()).then(|| values.iter().map(word).collect::<Vec<_>>().join(",")).into()
+    } else {
+        values.into()
+    }
+}
+
+fn values(id: &str, matches: &ArgMatches) -> Vec<Value> {
+    macro_rules! numbers {
+        ($($number:ty),+) => {
+            $(if let Ok(Some(values)) = matches.try_get_many::<$number>(id) {
+                return values.map(|v| Value::from(*v)).collect();
+            })+
+        };
+    }
+    numbers!(f64, u64, u32, u8, usize);
+    if let Ok(Some(files)) = matches.try_get_many::<PathBuf>(id) {
+        return files.map(|file| selvedge_io::display_name(file).into()).collect();
+    }
+    let typed = matches.get_raw(id).into_iter().flatten();
+    typed.map(|raw| raw.to_string_lossy().into_owned().into()).collect()
 }
 
 fn typed(name: &str, value: &Value) -> Vec<String> {

@@ -120,7 +120,7 @@ impl<const D: usize> Observer<D> for Watch {
         if self.json {
             let step =
                 serde_json::json!({"stage": event.stage, "done": event.done, "of": event.of, "energy": event.energy});
-            stdio::tell(&step.to_string());
+            stdio::tell_program(&step.to_string());
         }
     }
 

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
+use serde_json::Value;
 
-use crate::args::FormatArg;
+use crate::args::{FormatArg, NonFiniteArg};
 use crate::blending::Blending;
 use crate::course::Course;
 use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
@@ -89,7 +90,7 @@ pub(crate) struct Plan<'p> {
 
 /// A run that was checked and whose exemplars were read.
 pub(crate) struct Loom<'a> {
-    session: &'a Session<'a>,
+    pub(crate) session: &'a Session<'a>,
     args: &'a Weaving,
     format: Format,
     report: Report,
@@ -231,19 +232,14 @@ impl Loom<'_> {
         self.others.push(map.fingerprint.clone());
     }
 
-    /// The size of the output, for commands that take one.
-    pub(crate) fn sized(&self) -> Used {
+    /// The options as used, but for what a method chooses.
+    pub(crate) fn used(&self) -> Used {
         let [h, w] = self.domain.shape;
-        Used::default().with("size", format!("{w}x{h}"))
-    }
-
-    /// Adds the options that all weaving commands have, as used, before a method's own.
-    pub(crate) fn used(&self, before: Used) -> Used {
-        let used = self.args.input.used(before.with("tile", Tile::of(self.domain).map(crate::args::typed_name)));
-        match self.args.quality {
-            Some(quality) => used.with("quality", quality),
-            None => used,
-        }
+        let used = self.session.options.clone().set("tile", Tile::of(self.domain).map(crate::args::typed_name));
+        let used = if used.has("size") { used.set("size", format!("{w}x{h}")) } else { used };
+        let used = if self.args.quality.is_none() { used.without("quality") } else { used };
+        // It acts on odd pictures alone.
+        if self.args.input.nonfinite == NonFiniteArg::Error { used.set("nonfinite", Value::Null) } else { used }
     }
 
     /// Ends a dry run: what would be done, in a line that begins with the output's name.

@@ -164,7 +164,7 @@ pub enum Error {
         weight: f64,
     },
     /// A guide's weight is so small beside another's that it would count nothing.
-    #[error("a guide's weight of {weight} counts nothing beside one of {most}")]
+    #[error("a guide's weight of {weight:?} counts nothing beside one of {most:?}")]
     GuideProportion {
         /// The weight.
         weight: f64,

@@ -208,26 +208,6 @@ pub enum Error {
         /// Its height.
         height: u32,
     },
-    /// The output is over the run's caps.
-    #[error("an output of {width}x{height} px is over the caps of {side} px a side and {samples} px in all")]
-    OutputExceedsLimits {
-        /// Its width.
-        width: u32,
-        /// Its height.
-        height: u32,
-        /// The cap on a side.
-        side: u32,
-        /// The cap on all samples.
-        samples: u64,
-    },
-    /// The run would need more memory than it may use.
-    #[error("needs about {needed} bytes of memory, and {budget} are allowed")]
-    Memory {
-        /// The estimate.
-        needed: u64,
-        /// The budget of the run's limits.
-        budget: u64,
-    },
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -249,10 +229,7 @@ impl Error {
             | Self::Passes { .. }
             | Self::Alpha { .. }
             | Self::EmptyOutput { .. } => ErrorKind::Option,
-            Self::BlockExceedsExemplar { .. } | Self::Masked { .. } | Self::OutputExceedsLimits { .. } => {
-                ErrorKind::Input
-            }
-            Self::Memory { .. } => ErrorKind::Memory,
+            Self::BlockExceedsExemplar { .. } | Self::Masked { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
             Self::Search(error) => error.kind(),
         }
@@ -272,8 +249,6 @@ impl Error {
             Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
             Self::Masked { .. } => "use a smaller block or mask less".into(),
             Self::EmptyOutput { .. } => "use at least 1x1".into(),
-            Self::OutputExceedsLimits { .. } => "make it smaller".into(),
-            Self::Memory { .. } => "make the output or the exemplars smaller".into(),
             Self::Core(error) => error.remedy(),
             Self::Search(error) => error.remedy(),
         }

@@ -1,11 +1,11 @@
 //! Image quilting: one pass of blocks that agree with their neighbours. `[Efros01 2.2]`
 
-use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
 use crate::estimate::estimate;
-use crate::limits::{Needs, check_fit, check_places, domains};
+use crate::fit::{check_fit, check_places, domains};
 use crate::options::{Error, Options, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
@@ -66,7 +66,7 @@ impl<'e> Plan<'e> {
     ) -> Result<Self, Error> {
         options.validate()?;
         check_fit(exemplars, output, options.block)?;
-        Needs { output, bytes: needs(exemplars, output, options) }.check(&run.limits)?;
+        run.limits.admit(output, Bytes(needs(exemplars, output, options)))?;
         let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
         check_fit(exemplars, output, Some(block))?;
         let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
@@ -100,7 +100,7 @@ impl<'e> Plan<'e> {
     /// # Errors
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        Needs { output: self.output, bytes: self.bytes() }.check(&run.limits)?;
+        run.limits.admit(self.output, Bytes(self.bytes()))?;
         self.weave_by(BlockSearch::new(self.exemplars, None, run.simd)?, run)
     }
 

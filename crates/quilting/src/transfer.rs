@@ -1,10 +1,10 @@
 //! Texture transfer: a target drawn in the texture of the exemplars. `[Efros01 3]`
 
-use selvedge_core::{Domain, Exemplars, Guide, Run, SourceMap, Woven, par};
+use selvedge_core::{Bytes, Domain, Exemplars, Guide, Run, SourceMap, Woven, par};
 
 use crate::block_grid::BlockGrid;
 use crate::estimate::estimate_transfer;
-use crate::limits::{Needs, check_fit, check_places, domains};
+use crate::fit::{check_fit, check_places, domains};
 use crate::options::{Continuation, Error, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
@@ -67,7 +67,7 @@ impl<'e> TransferPlan<'e> {
         check_fit(exemplars, output, Some(block))?;
         let options = TransferOptions { block: Some(block), ..*options };
         let plan = Self { exemplars, guide, options, passes: options.plan(block) };
-        Needs { output, bytes: plan.bytes() }.check(&run.limits)?;
+        run.limits.admit(output, Bytes(plan.bytes()))?;
         check_places(exemplars, &plan.grid(&plan.passes[0]).block(0))?;
         Ok(plan)
     }
@@ -88,7 +88,7 @@ impl<'e> TransferPlan<'e> {
     /// # Errors
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
-        Needs { output: self.output(), bytes: self.bytes() }.check(&run.limits)?;
+        run.limits.admit(self.output(), Bytes(self.bytes()))?;
         self.weave_by(BlockSearch::new(self.exemplars, Some(self.guide), run.simd)?, run)
     }
 

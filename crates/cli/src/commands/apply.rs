@@ -34,7 +34,7 @@ pub(crate) struct Apply {
     output: PathBuf,
     /// What the channels mean: one for all planes, or one for each. Normals are turned with their samples, and only
     /// colour is encoded when depths change.
-    #[arg(long, value_enum, value_name = "ROLE", default_value = "color")]
+    #[arg(long, value_enum, value_name = "ROLE", value_delimiter = ',', default_value = "color")]
     role: Vec<RoleArg>,
     #[command(flatten)]
     blending: Blending,
@@ -89,7 +89,7 @@ impl Apply {
         let layers = self.layers(&file)?;
         let written: Vec<&Path> = layers.iter().map(|layer| layer.output.as_path()).collect();
         outputs::check(session, &written, &files)?;
-        report.options = self.used();
+        report.options = self.used(session);
         report.stage("read");
         let mut run = Run { args: self, session, file, map: fingerprint, masks, report };
         // Whatever can be refused is, before the first picture is made, and nothing is written before the last one is.
@@ -165,18 +165,14 @@ impl Apply {
         Ok(Masks { of_exemplars, fixed, fingerprints })
     }
 
-    /// The options that change samples.
-    fn used(&self) -> Used {
+    /// The options as used.
+    fn used(&self, session: &Session<'_>) -> Used {
         let roles: Vec<String> = self.role.iter().map(|role| typed_name(*role)).collect();
-        let masks: Vec<String> = self.mask.iter().map(|mask| selvedge_io::display_name(mask)).collect();
-        let blending = self.blending.used(Used::default());
-        let blending = if self.copy { blending.with("copy", true) } else { blending };
-        blending
-            .with("mask", masks)
-            .with("fixed", self.fixed.as_deref().map(selvedge_io::display_name))
-            .with("role", if roles == ["color"] { Vec::new() } else { roles })
-            .with("depth", self.depth.map(typed_name))
-            .with("nonfinite", (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite)))
+        let used = self.blending.used(session.options.clone().without("role"));
+        let used = if self.copy { used } else { used.without("copy") };
+        let used = if self.quality.is_none() { used.without("quality") } else { used };
+        let odd = (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite));
+        used.set("nonfinite", odd).with("role", if roles == ["color"] { Vec::new() } else { roles })
     }
 }
 

@@ -15,7 +15,6 @@ use crate::inputs::{self, Input};
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
-use crate::used::Used;
 use crate::wrong::Wrong;
 
 /// Options of `compare`.
@@ -72,7 +71,7 @@ impl Compare {
             write_picture(session, path, format, &a, &b, &difference, &mut report)?;
         }
         let over = self.over(&difference);
-        report.options = self.used();
+        report.options = session.options.clone();
         report.stats = difference.json(over);
         let verdict = if over { "differ" } else { "agree" };
         let text = format!("{} {}: {verdict}\n{}", shown(&self.a), shown(&self.b), difference.text(&a));
@@ -109,14 +108,6 @@ impl Compare {
         self.fail_percent < failing
             || self.hard_fail.is_some_and(|most| most < difference.greatest)
             || self.psnr.is_some_and(|least| difference.psnr().is_some_and(|psnr| psnr < least))
-    }
-
-    fn used(&self) -> Used {
-        Used::default()
-            .with("fail", self.fail)
-            .with("fail-percent", self.fail_percent)
-            .with("hard-fail", self.hard_fail)
-            .with("psnr", self.psnr)
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 use serde_json::json;
 
-use crate::args::{Cli, typed_name};
+use crate::args::typed_name;
 use crate::failure::Failure;
 use crate::outputs;
 use crate::report::{Done, Report};
@@ -22,11 +22,11 @@ pub(crate) struct Completions {
 
 impl Completions {
     /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+    pub(crate) fn run(&self, session: &Session<'_>, mut program: Command) -> Result<Done, Failure> {
         outputs::check::<&Path>(session, &[], &[])?;
         let mut report = Report::new("completions");
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "selvedge", &mut script);
+        clap_complete::generate(self.shell, &mut program, "selvedge", &mut script);
         let script = String::from_utf8_lossy(&script).into_owned();
         report.stats = json!({"shell": typed_name(self.shell), "script": script});
         Ok(Done::answered(report, script))

@@ -57,7 +57,7 @@ fn line(name: &str, fact: &Value) -> String {
 
 /// A value without the quotes of JSON.
 fn plain(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+    selvedge_io::one_line(&value.as_str().map_or_else(|| value.to_string(), str::to_owned))
 }
 
 fn picture(header: &Header) -> Facts {

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory, ValueHint};
+use clap::{Args, Command, ValueHint};
 use clap_mangen::Man as Page;
 
-use crate::args::Cli;
 use crate::failure::{Failure, shown};
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
@@ -21,9 +20,9 @@ pub(crate) struct Man {
 
 impl Man {
     /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+    pub(crate) fn run(&self, session: &Session<'_>, program: Command) -> Result<Done, Failure> {
         let mut report = Report::new("man");
-        let pages = pages().map_err(|e| Failure::new(70, e.to_string()).remedy("please report it"))?;
+        let pages = pages(program).map_err(|e| Failure::new(70, e.to_string()).remedy("please report it"))?;
         let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| self.folder.join(name)).collect();
         outputs::check(session, &paths, &[])?;
         let (would, n) = (if session.global.dry_run { "would be " } else { "" }, pages.len());
@@ -38,10 +37,9 @@ impl Man {
 }
 
 /// The pages by their names: one for the program, one a command.
-fn pages() -> std::io::Result<Vec<(String, Vec<u8>)>> {
-    let mut command = Cli::command();
+fn pages(mut command: Command) -> std::io::Result<Vec<(String, Vec<u8>)>> {
     command.build();
-    let page = |command: &clap::Command| {
+    let page = |command: &Command| {
         let page = Page::new(command.clone());
         let mut bytes = Vec::new();
         page.render(&mut bytes)?;

@@ -1,16 +1,15 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
 use clap::{Args, ValueEnum};
-use selvedge_core::Transform;
-use selvedge_quilting::{Continuation, Error, Options, Stage, Stats, estimate};
+use selvedge_core::Domain;
+use selvedge_quilting::{Continuation, Error, Options, Plan, Stage, Stats, estimate};
 use serde_json::json;
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
-use crate::report::Done;
-use crate::session::Session;
+use crate::method::{Method, OutputSize};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::weaving::{Loom, Outcome, Sizing, Weaving};
 use crate::wrong::Wrong;
 
 /// Options of `quilt`.
@@ -96,47 +95,74 @@ impl From<ContinuationArg> for Continuation {
     }
 }
 
-impl Quilt {
-    /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let options = self.options();
-        options.validate()?;
-        self.blending.validate()?;
-        let loom = self.weaving.begin(
-            session,
-            &Plan {
-                command: "quilt",
-                others: Vec::new(),
-                domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
-                transforms: &[Transform::IDENTITY],
-                backdrop: None,
-                estimate: &|exemplars, channels, output| {
-                    let method = estimate(exemplars, channels, output, &options);
-                    method.saturating_add(self.blending.memory(output, channels + 1, false))
-                },
-            },
-        )?;
-        let exemplars = &loom.loaded.exemplars;
-        let plan = selvedge_quilting::Plan::new(exemplars, loom.domain, &options, &session.run());
-        let plan = plan.map_err(|e| failure(&loom, e))?;
-        if loom.is_dry() {
-            let used = self.blending.used_if_any(used(&loom, &options, &plan));
-            let how = format!("from blocks of {} px", plan.block());
-            return Ok(loom.would(used, &how));
-        }
-        let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
-        let stats = woven.stats;
-        let outcome = Outcome {
+impl Method for Quilt {
+    type Read = ();
+
+    fn name(&self) -> &'static str {
+        "quilt"
+    }
+
+    fn weaving(&self) -> &Weaving {
+        &self.weaving
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        self.options().validate()?;
+        self.blending.validate()
+    }
+
+    fn size(&self) -> OutputSize<'_> {
+        OutputSize::OfExemplar(self.sizing)
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+        let method = estimate(sources, channels, output, &self.options());
+        method.saturating_add(self.blending.memory(output, channels + 1, false))
+    }
+
+    fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn plan(&self, loom: &Loom<'_>, (): ()) -> Result<(Used, String), Failure> {
+        let plan = self.planned(loom)?;
+        Ok((self.used(loom, &plan), format!("from blocks of {} px", plan.block())))
+    }
+
+    fn weave(&self, loom: &Loom<'_>, (): ()) -> Result<Outcome, Failure> {
+        let plan = self.planned(loom)?;
+        let woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+        Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             blending: self.blending,
             kept: None,
-            options: self.blending.used_if_any(used(&loom, &options, &plan)),
-            stats: counts(&stats),
-            how: how(&stats),
+            options: self.used(loom, &plan),
+            stats: counts(&woven.stats),
+            how: how(&woven.stats),
             course: None,
-        };
-        loom.finish(outcome)
+        })
+    }
+}
+
+impl Quilt {
+    fn planned<'l>(&self, loom: &'l Loom<'_>) -> Result<Plan<'l>, Failure> {
+        let plan = Plan::new(&loom.loaded.exemplars, loom.domain, &self.options(), &loom.session.run());
+        plan.map_err(|e| failure(loom, e))
+    }
+
+    /// The options as used: what was left to the program, and what --paper stands for.
+    fn used(&self, loom: &Loom<'_>, plan: &Plan<'_>) -> Used {
+        let (options, lower) = (self.options(), |name: String| name.to_lowercase());
+        let used = loom
+            .used()
+            .set("block", plan.block())
+            .set("overlap", plan.overlap())
+            .set("tolerance", options.tolerance)
+            .set("stage", lower(format!("{:?}", options.stage)))
+            .set("continuation", lower(format!("{:?}", options.continuation)))
+            .set("spread", options.spread);
+        self.blending.used_if_any(used)
     }
 
     fn options(&self) -> Options {
@@ -153,18 +179,6 @@ impl Quilt {
             ..options
         }
     }
-}
-
-/// The options as used.
-fn used(loom: &Loom<'_>, options: &Options, plan: &selvedge_quilting::Plan<'_>) -> Used {
-    let lower = |name: String| name.to_lowercase();
-    loom.used(loom.sized())
-        .with("block", plan.block())
-        .with("overlap", plan.overlap())
-        .with("tolerance", options.tolerance)
-        .with("stage", lower(format!("{:?}", options.stage)))
-        .with("continuation", lower(format!("{:?}", options.continuation)))
-        .with("spread", options.spread)
 }
 
 fn counts(stats: &Stats) -> serde_json::Value {

@@ -43,7 +43,7 @@ impl Synthesize {
             },
         )?;
         if loom.is_dry() {
-            let used = loom.used(loom.sized()).with("effort", self.effort);
+            let used = loom.used();
             return Ok(loom.would(used, &format!("as the best of what effort {} tries", self.effort)));
         }
         let options = Options { effort: self.effort };
@@ -72,7 +72,7 @@ impl Synthesize {
 
 /// The options of the method that made what is kept: with its command and seed they make it again.
 fn used(loom: &Loom<'_>, kept: &Tried) -> Used {
-    kept.used.iter().fold(loom.used(loom.sized()), |used, (name, text)| used.with(name, value(text)))
+    kept.used.iter().fold(loom.used().without("effort"), |used, (name, text)| used.with(name, value(text)))
 }
 
 /// A number where it is one.

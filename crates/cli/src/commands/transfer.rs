@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Guide, Plane, Transform};
+use selvedge_core::{Domain, Guide, Plane};
 use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
 use selvedge_quilting::{TransferOptions, TransferPlan, TransferStats, estimate_transfer};
 use serde_json::json;
@@ -13,10 +13,11 @@ use crate::blending::Blending;
 use crate::commands::quilt::{Auto, auto_or_number, failure};
 use crate::failure::{Failure, n, shown};
 use crate::inputs::Input;
+use crate::method::{Method, OutputSize};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Weaving};
+use crate::weaving::{Loom, Outcome, Weaving};
 use crate::wrong::Wrong;
 
 /// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
@@ -44,7 +45,7 @@ pub(crate) struct Transfer {
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
     /// Weight of each --guide, in order. Default: 1.
-    #[arg(long, value_name = "W")]
+    #[arg(long, value_name = "W", value_delimiter = ',')]
     weight: Vec<f64>,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of the
     /// target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
@@ -112,6 +113,79 @@ struct Pair {
     weight: f64,
 }
 
+/// A transfer whose options were understood, and the picture that the output has the size of.
+struct Job<'a> {
+    args: &'a Transfer,
+    options: TransferOptions,
+    pairs: Vec<Pair>,
+    first: Input,
+}
+
+impl Method for Job<'_> {
+    type Read = Guide<2>;
+
+    fn name(&self) -> &'static str {
+        "transfer"
+    }
+
+    fn weaving(&self) -> &Weaving {
+        &self.args.weaving
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        self.options.validate()?;
+        self.args.blending.validate()
+    }
+
+    fn size(&self) -> OutputSize<'_> {
+        OutputSize::OfPicture(&self.first)
+    }
+
+    fn others(&self) -> Vec<PathBuf> {
+        let of_pairs = self.pairs.iter().flat_map(|p| p.sources.iter().chain(std::iter::once(&p.target)));
+        self.args.target.iter().chain(of_pairs).cloned().collect()
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+        let guides = self.args.followed().len() * 2 + self.pairs.len() * 3;
+        let method = estimate_transfer(sources, channels, guides, output, &self.options);
+        method.saturating_add(self.args.blending.memory(output, channels + 1, false))
+    }
+
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Guide<2>, Failure> {
+        self.args.guides(loom, &self.first, &self.pairs)
+    }
+
+    fn plan(&self, loom: &Loom<'_>, guide: Guide<2>) -> Result<(Used, String), Failure> {
+        let sides: Vec<u32> = self.planned(loom, &guide)?.blocks().collect();
+        Ok((self.args.used(loom, &sides), how("blocks", &sides)))
+    }
+
+    fn weave(&self, loom: &Loom<'_>, guide: Guide<2>) -> Result<Outcome, Failure> {
+        let plan = self.planned(loom, &guide)?;
+        let sides: Vec<u32> = plan.blocks().collect();
+        let woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+        let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
+        Ok(Outcome {
+            woven: Box::new(woven.result),
+            complete: woven.complete,
+            blending: self.args.blending,
+            kept: None,
+            options: self.args.used(loom, &sides),
+            stats: counts(&woven.stats),
+            how: how(&format!("{blocks} blocks"), &sides),
+            course: None,
+        })
+    }
+}
+
+impl Job<'_> {
+    fn planned<'l>(&self, loom: &'l Loom<'_>, guide: &'l Guide<2>) -> Result<TransferPlan<'l>, Failure> {
+        let plan = TransferPlan::new(&loom.loaded.exemplars, guide, &self.options, &loom.session.run());
+        plan.map_err(|e| failure(loom, e))
+    }
+}
+
 impl Transfer {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
@@ -124,45 +198,7 @@ impl Transfer {
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
         let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
         let first = Input::new(session, first.ok_or_else(nothing)?)?;
-        let mut loom = self.weaving.begin_of_fixed_size(
-            session,
-            &Plan {
-                command: "transfer",
-                others: self.others(&pairs),
-                domain: &|_| {
-                    let info = first.probe(&self.weaving.read_options(session))?;
-                    Ok(self.weaving.tiled([info.height, info.width]))
-                },
-                transforms: &[Transform::IDENTITY],
-                backdrop: None,
-                estimate: &|exemplars, channels, output| {
-                    let guides = self.followed().len() * 2 + pairs.len() * 3;
-                    let method = estimate_transfer(exemplars, channels, guides, output, &options);
-                    method.saturating_add(self.blending.memory(output, channels + 1, false))
-                },
-            },
-        )?;
-        let guide = self.guides(&mut loom, session, first, &pairs)?;
-        let exemplars = &loom.loaded.exemplars;
-        let plan = TransferPlan::new(exemplars, &guide, &options, &session.run()).map_err(|e| failure(&loom, e))?;
-        let sides: Vec<u32> = plan.blocks().collect();
-        if loom.is_dry() {
-            let used = self.blending.used_if_any(self.used(&loom, &sides));
-            return Ok(loom.would(used, &how("blocks", &sides)));
-        }
-        let woven = plan.weave(&session.run()).map_err(|e| failure(&loom, e))?;
-        let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
-        let outcome = Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            blending: self.blending,
-            kept: None,
-            options: self.blending.used_if_any(self.used(&loom, &sides)),
-            stats: counts(&woven.stats),
-            how: how(&format!("{blocks} blocks"), &sides),
-            course: None,
-        };
-        loom.finish(outcome)
+        Job { args: self, options, pairs, first }.run(session)
     }
 
     /// What of the target is followed.
@@ -233,30 +269,24 @@ impl Transfer {
         self.guide.chunks(2).enumerate().map(pair).collect()
     }
 
-    /// Files that are read besides the exemplars and their masks.
-    fn others(&self, pairs: &[Pair]) -> Vec<PathBuf> {
-        let of_pairs = pairs.iter().flat_map(|p| p.sources.iter().chain(std::iter::once(&p.target)));
-        self.target.iter().chain(of_pairs).cloned().collect()
-    }
-
     /// Everything that is followed, as one guide. `first` is the target, or that of the first pair.
-    fn guides(
-        &self,
-        loom: &mut Loom<'_>,
-        session: &Session<'_>,
-        first: Input,
-        pairs: &[Pair],
-    ) -> Result<Guide<2>, Failure> {
+    fn guides(&self, loom: &mut Loom<'_>, first: &Input, pairs: &[Pair]) -> Result<Guide<2>, Failure> {
+        let session = loom.session;
         let mut guides = Vec::new();
         let mut first = Some(first);
-        if let Some(path) = &self.target {
-            let target = loom.read(&first.take().expect("still there"))?;
+        if let Some(path) = &self.target
+            && let Some(input) = first.take()
+        {
+            let target = loom.read(input)?;
             guides = self.of_target(loom, path, target)?;
         }
         for pair in pairs {
             let open = |path: &PathBuf| Input::new(session, path);
             let sources = pair.sources.iter().map(|p| loom.read(&open(p)?)).collect::<Result<Vec<_>, Failure>>()?;
-            let target = loom.read(&first.take().map_or_else(|| open(&pair.target), Ok)?)?;
+            let target = match first.take() {
+                Some(input) => loom.read(input),
+                None => loom.read(&open(&pair.target)?),
+            }?;
             let guide = self.of_pair(loom, pair, &sources, target)?;
             guides.push((guide, pair.weight));
         }
@@ -314,18 +344,15 @@ impl Transfer {
             |list: &PathBuf| listed(list, loom.loaded.paths.len()).iter().map(name).collect::<Vec<_>>().join(",");
         let guides: Vec<Vec<String>> = self.guide.chunks(2).map(|g| vec![names(&g[0]), name(&g[1])]).collect();
         let followed: Vec<String> = self.followed().iter().map(ToString::to_string).collect();
-        loom.used(Used::default())
-            .with("target", self.target.as_ref().map(name))
-            .with("correspondence", self.target.is_some().then(|| followed.join(",")))
-            .with("blur", self.blur)
-            .with("match-histogram", self.match_histogram)
-            .with("guide", guides)
-            .with("weight", self.weight.clone())
-            .with("block", sides.first().copied())
-            .with("passes", self.passes)
-            .with("alpha", self.alpha)
-            .with("tolerance", self.options().tolerance)
-            .with("spread", self.options().spread)
+        let used = loom
+            .used()
+            .set("correspondence", self.target.is_some().then(|| followed.join(",")))
+            .set("guide", guides)
+            .set("weight", self.weight.clone())
+            .set("block", sides.first().copied())
+            .set("tolerance", self.options().tolerance)
+            .set("spread", self.options().spread);
+        self.blending.used_if_any(used)
     }
 }
 

@@ -3,8 +3,7 @@
 use crate::program::{Folder, fixtures};
 
 /// Command lines that fail, their codes, and what their lines name.
-const REFUSED: [(&str, i32, &[&str]); 33] = [
-    ("", 2, &["no command", "see --help"]),
+const REFUSED: [(&str, i32, &[&str]); 34] = [
     ("weave a.png", 2, &["unrecognized subcommand 'weave'"]),
     ("quilt @/weave.png", 2, &["--output <OUT>"]),
     ("quilt @/weave.png -o a.png --sise 3", 2, &["'--sise'", "a similar argument exists: '--size'"]),
@@ -15,6 +14,8 @@ const REFUSED: [(&str, i32, &[&str]); 33] = [
     ("quilt @/weave.png -o a.png --tolerance nan", 2, &["NaN"]),
     ("quilt @/weave.png -o a.png --paper --stage random", 2, &["--paper", "--stage"]),
     ("quilt @/weave.png -o a.png -q -v", 2, &["--quiet", "--verbose"]),
+    ("quilt @/weave.png -o a.png --seamless", 2, &["use --tile xy"]),
+    ("quilt @/weave.png -o a", 2, &["'a'", "has no extension", "--format"]),
     ("quilt @/weave.png -o a.xyz", 2, &["'a.xyz'", "png, jpeg, tiff, exr, hdr, webp"]),
     ("quilt @/weave.png -o a.jpg --depth u16", 2, &["'a.jpg'", "u16", "--depth u8"]),
     ("quilt @/weave.png -o a.png --mask none --mask none", 2, &["2 masks for 1 exemplar"]),
@@ -96,7 +97,7 @@ fn compare_exits_with_1_over_its_thresholds() {
 #[test]
 fn help_and_versions_are_answers() {
     let folder = Folder::new("help");
-    for line in ["--help", "--version", "help quilt", "quilt --help", "man --help"] {
+    for line in ["", "--help", "--version", "help quilt", "quilt --help", "man --help"] {
         let said = folder.run(line).done();
         assert!(!said.stdout.is_empty() && said.stderr.is_empty(), "{line}");
         assert!(!said.stdout.contains(&0x1b), "{line}: escapes where nobody asked for colours");
@@ -134,4 +135,20 @@ fn a_name_may_hold_any_sign_that_would_part_a_message() {
         2,
         ["", "'x; y.png' names 1 file for 2 exemplars", "give --guide one SRC for each, separated by commas"],
     );
+}
+
+#[test]
+fn no_message_is_longer_than_people_read() {
+    let folder = Folder::new("long");
+    let (long, escape) = ("9".repeat(120_000), "a\u{1b}[31m".repeat(400));
+    for words in [
+        ["quilt", &long[..300], "-o", "o.png", "--size", "2x"],
+        ["quilt", "a.png", "-o", "o.png", "--size", &long],
+        ["quilt", &escape[..60], "-o", &escape, "--size", "2x"],
+        ["quilt", "a.png", "-o", "o.png", "--seed", &escape],
+    ] {
+        let said = folder.run_words(words);
+        assert!(said.stderr.len() <= 501 && !said.stderr.contains('\u{1b}'), "{} bytes: {said:?}", said.stderr.len());
+        assert!(said.exit.is_some_and(|exit| 1 < exit && exit < 6), "{said:?}");
+    }
 }

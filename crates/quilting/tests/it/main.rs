@@ -1,4 +1,5 @@
 //! Quilting from outside. One binary: each is a link.
 #![forbid(unsafe_code)]
 
+mod memory;
 mod properties;

@@ -1,10 +1,12 @@
 //! What quilting promises, on generated textures and through the public interface alone.
 
 use selvedge_core::{
-    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Guide, Limits, Observer, Plane, Render, Run, Samples, Seed,
-    SimdLevel, Transform,
+    Bytes, Domain, Encoder, Error as CoreError, Event, Exemplar, Exemplars, Grid, Guide, Limits, Observer, Plane,
+    Render, Run, Samples, Seed, SimdLevel, Transform,
 };
-use selvedge_quilting::{Continuation, Error, Options, Stage, TransferOptions, quilt, transfer};
+use selvedge_quilting::{
+    Continuation, Error, Options, Stage, TransferOptions, estimate, estimate_transfer, quilt, transfer,
+};
 use selvedge_testkit::{exemplars, simple};
 
 fn bytes(plane: &Plane<2>) -> &Grid<u8, 2> {
@@ -118,9 +120,9 @@ fn every_exemplar_is_used_and_small_ones_are_passed_over() {
     let (a, b, small) = (simple::spots(50, 40, 8, 1), simple::spots(40, 60, 8, 2), simple::spots(9, 70, 8, 3));
     let planes = [&a, &b, &small].map(std::slice::from_ref);
     let exemplars = Exemplars::of(&planes).unwrap();
-    let options = Options { block: Some(16), ..Options::default() };
-    // Whole blocks step by 12: cropped ones would fit the small exemplar, too.
-    let map = quilt(&exemplars, Domain::open([112, 112]), &options, &Run::seeded(3)).unwrap().result;
+    let options = Options { block: Some(16), overlap: Some(2), ..Options::default() };
+    // Whole blocks step by 14: cropped ones would fit the small exemplar, too.
+    let map = quilt(&exemplars, Domain::open([114, 114]), &options, &Run::seeded(3)).unwrap().result;
     let mut used = [0; 3];
     map.domain().positions().for_each(|at| used[map.locate(at).unwrap().0] += 1);
     assert!(0 < used[0] && 0 < used[1]);
@@ -172,6 +174,19 @@ fn wrong_options_are_errors_with_numbers() {
     let large = fail(output, Options { block: Some(11), ..d });
     assert_eq!(large.to_string(), "20x10 px is smaller than the 11 px block");
     assert_eq!(large.remedy(), "use a block of at most 10 or a larger exemplar");
+    // Options come before budgets, and nothing overflows on the way.
+    for block in [40_000, 1 << 31, u32::MAX] {
+        let run = Run { limits: Limits { memory: 0, ..Limits::default() }, ..Run::seeded(0) };
+        let options = Options { block: Some(block), ..d };
+        let refused = quilt(&exemplars, output, &options, &run).unwrap_err();
+        assert_eq!(refused, Error::BlockExceedsExemplar { block, width: 20, height: 10, limit: 10 });
+        assert!(estimate(&[Domain::open([10, 20])], 3, output, &options) >= u64::from(block));
+        let transferred = TransferOptions { block: Some(block), ..TransferOptions::default() };
+        let (exemplars, guide) = guided(&exemplar, &simple::noise(8, 8, 2), [false; 2]);
+        let refused = transfer(&exemplars, &guide, &transferred, &run).unwrap_err();
+        assert_eq!(refused, Error::BlockExceedsExemplar { block, width: 20, height: 10, limit: 10 });
+        assert!(estimate_transfer(&[Domain::open([10, 20])], 3, 1, output, &transferred) >= u64::from(block));
+    }
     assert_eq!(fail(output, Options { block: Some(0), ..d }), Error::Block);
     let overlap = Error::Overlap { overlap: 6, block: 10, limit: 5 };
     assert_eq!(fail(output, Options { block: Some(10), overlap: Some(6), ..d }), overlap);
@@ -191,18 +206,18 @@ fn the_limits_of_a_run_are_kept() {
     };
     let d = Limits::default();
     let refused = fail(Limits { memory: 100_000, ..d });
-    assert!(matches!(refused, Error::Memory { needed: 100_001.., budget: 100_000 }), "{refused}");
+    assert!(matches!(refused, Error::Core(CoreError::OverBudget { needed: Bytes(100_001..), budget: Bytes(100_000) })));
     assert_eq!(refused.kind(), selvedge_core::ErrorKind::Memory);
-    assert!(matches!(fail(Limits { side: 199, ..d }), Error::OutputExceedsLimits { width: 200, side: 199, .. }));
-    assert!(matches!(fail(Limits { samples: 5_999, ..d }), Error::OutputExceedsLimits { samples: 5_999, .. }));
+    assert!(matches!(fail(Limits { side: 199, ..d }), Error::Core(CoreError::OverCaps { side: 199, .. })));
+    assert!(matches!(fail(Limits { samples: 5_999, ..d }), Error::Core(CoreError::OverCaps { samples: 5_999, .. })));
 
     let (exemplars, guide) = guided(&exemplar, &simple::noise(30, 200, 2), [false; 2]);
     let fail = |limits: Limits| {
         let run = Run { limits, ..Run::seeded(0) };
         transfer(&exemplars, &guide, &TransferOptions::default(), &run).unwrap_err()
     };
-    assert!(matches!(fail(Limits { memory: 100_000, ..d }), Error::Memory { needed: 100_001.., budget: 100_000 }));
-    assert!(matches!(fail(Limits { side: 199, ..d }), Error::OutputExceedsLimits { height: 30 | 200, side: 199, .. }));
+    assert!(matches!(fail(Limits { memory: 100_000, ..d }), Error::Core(CoreError::OverBudget { .. })));
+    assert!(matches!(fail(Limits { side: 199, ..d }), Error::Core(CoreError::OverCaps { side: 199, .. })));
 }
 
 /// Cancels after some events.
@@ -224,7 +239,7 @@ fn a_cancelled_run_gives_what_it_has() {
     let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)]).unwrap();
     let observer = Impatient(3.into());
     let run = Run { seed: Seed(1), limits: Limits::default(), observer: &observer, simd: SimdLevel::Auto };
-    let options = Options { block: Some(10), ..Options::default() };
+    let options = Options { block: Some(10), overlap: Some(1), ..Options::default() };
     let woven = quilt(&exemplars, Domain::open([100, 100]), &options, &run).unwrap();
     assert!(!woven.complete);
     assert_eq!(woven.stats.blocks, 3);

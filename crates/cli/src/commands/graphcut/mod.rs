@@ -4,6 +4,8 @@ mod choices;
 mod scales;
 mod start;
 
+use std::path::PathBuf;
+
 use clap::Args;
 use selvedge_core::{Domain, Grid, Observer, Run, Source, Transform};
 use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
@@ -12,15 +14,17 @@ use std::sync::Arc;
 
 use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
-use self::start::StartArgs;
+use self::start::{Begun, StartArgs};
 use crate::blending::Blending;
 use crate::course::{self, Film};
+use crate::exemplars::Backdrop;
 use crate::failure::Failure;
 use crate::inputs::Input;
+use crate::method::{Method, OutputSize};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::weaving::{Loom, Outcome, Sizing, Weaving};
 use crate::wrong::Wrong;
 
 /// Options of `graphcut`.
@@ -114,6 +118,98 @@ fn angle(text: &str) -> Result<f64, Wrong> {
 /// One way to turn exemplars: clockwise degrees, and whether they are mirrored before.
 type Orientation = (f64, bool);
 
+/// A run whose options were understood, and whose map was read.
+struct Job<'a> {
+    args: &'a Graphcut,
+    options: Options<2>,
+    field: Option<&'a Scales>,
+    /// The scales of the exemplars.
+    levels: &'a [f64],
+    begun: &'a Begun<'a>,
+    domain: &'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
+}
+
+impl Method for Job<'_> {
+    type Read = Start<2>;
+
+    fn name(&self) -> &'static str {
+        "graphcut"
+    }
+
+    fn weaving(&self) -> &Weaving {
+        &self.args.weaving
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        Ok(self.options.validate()?)
+    }
+
+    fn size(&self) -> OutputSize<'_> {
+        OutputSize::OfStart(self.domain)
+    }
+
+    fn others(&self) -> Vec<PathBuf> {
+        self.args.start.files().into_iter().chain(self.field.and_then(Scales::file).cloned()).collect()
+    }
+
+    fn transforms(&self) -> Vec<Transform> {
+        self.args.transforms(self.levels)
+    }
+
+    fn backdrop(&self) -> Option<Backdrop<'_>> {
+        self.args.start.backdrop()
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+        // A bit for each source at each place.
+        let steered = self.field.is_some() || self.backdrop().is_some();
+        let field = if steered { bits_of_sources(output) } else { 0 };
+        let filmed = self.args.weaving.report.is_some();
+        let film = if filmed { course::memory(sources, channels, output) } else { 0 };
+        let method = estimate(sources, channels, output, &self.options);
+        let method = method.saturating_add(field).saturating_add(film);
+        method.saturating_add(self.args.blending.memory(output, channels + 1, true))
+    }
+
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
+        let (map, fixed) = self.begun.stand(loom)?;
+        Ok(Start { map, fixed, sources: self.args.sources(loom, self.field)? })
+    }
+
+    fn plan(&self, loom: &Loom<'_>, _: Start<2>) -> Result<(Used, String), Failure> {
+        // The least output tells whether options and exemplars go together.
+        let one = graphcut(&loom.loaded.exemplars, Domain::open([1, 1]), &self.options, &Run::seeded(0));
+        one.map_err(|e| failure(loom, e))?;
+        Ok((self.args.used(loom, self.field, &self.options, None), "from patches".into()))
+    }
+
+    fn weave(&self, loom: &Loom<'_>, start: Start<2>) -> Result<Outcome, Failure> {
+        let (args, exemplars, session) = (self.args, &loom.loaded.exemplars, loom.session);
+        let kept = start.fixed.clone();
+        let filmed = args.weaving.report.is_some();
+        let film = filmed.then(|| Film::new(&session.watch, exemplars, self.options.seam)).transpose()?;
+        let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
+        let run = Run { observer, ..session.run() };
+        let woven = graphcut_from(exemplars, start, &self.options, &run).map_err(|e| failure(loom, e))?;
+        args.warn_of_small(loom, woven.stats.region);
+        let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
+        Ok(Outcome {
+            woven: Box::new(woven.result),
+            complete: woven.complete,
+            blending: args.blending,
+            kept,
+            options: args.used(loom, self.field, &self.options, Some(&woven.stats)),
+            stats: counts(&woven.stats),
+            how: if self.backdrop().is_some() && woven.stats.patches == 0 {
+                "as it was: the picture has no holes, and no --fixed makes some".to_owned()
+            } else {
+                how(&woven.stats)
+            },
+            course,
+        })
+    }
+}
+
 impl Graphcut {
     fn options(&self) -> Options<2> {
         let options = Options {
@@ -161,8 +257,7 @@ impl Graphcut {
 
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let options = self.options();
-        options.validate()?;
+        self.options().validate()?;
         self.blending.validate()?;
         let field = self.scale_field.clone().map(|f| Scales::new(f, self.scale_range, self.scale_step)).transpose()?;
         let levels = match &field {
@@ -174,74 +269,18 @@ impl Graphcut {
             scales::check_number(exemplars, self.orientations().len(), levels.len(), backdrop.is_some())?;
         }
         let begun = self.start.begin(session)?;
-        let steered = field.is_some() || backdrop.is_some();
-        let mut loom = self.weaving.begin(
-            session,
-            &Plan {
-                command: "graphcut",
-                others: self.start.files().into_iter().chain(field.iter().filter_map(Scales::file).cloned()).collect(),
-                domain: &|exemplars| {
-                    let (first, sizing) = (exemplars[0].shape, self.sizing);
-                    let output =
-                        begun.domain(exemplars, sizing.typed(first), self.weaving.tiled(sizing.shape(first)))?;
-                    field.as_ref().map_or(Ok(()), |field| field.check(output))?;
-                    Ok(output)
-                },
-                transforms: &self.transforms(&levels),
-                backdrop,
-                estimate: &|sources, channels, output| {
-                    // A bit for each source at each place.
-                    let field = if steered { bits_of_sources(output) } else { 0 };
-                    let method = estimate(sources, channels, output, &options);
-                    let film =
-                        if self.weaving.report.is_some() { course::memory(sources, channels, output) } else { 0 };
-                    let method = method.saturating_add(field).saturating_add(film);
-                    method.saturating_add(self.blending.memory(output, channels + 1, true))
-                },
-            },
-        )?;
-        let (map, fixed) = begun.stand(&mut loom, session)?;
-        let sources = self.sources(&mut loom, session, field.as_ref())?;
-        let exemplars = &loom.loaded.exemplars;
-        if loom.is_dry() {
-            // The least output tells whether options and exemplars go together.
-            let one = graphcut(exemplars, Domain::open([1, 1]), &options, &Run::seeded(0));
-            one.map_err(|e| failure(&loom, e))?;
-            let used = self.used(&loom, field.as_ref(), &options, None);
-            return Ok(loom.would(used, "from patches"));
-        }
-        let start = Start { map, fixed: fixed.clone(), sources };
-        let filmed = self.weaving.report.is_some();
-        let film = filmed.then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
-        let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
-        let run = Run { observer, ..session.run() };
-        let woven = graphcut_from(exemplars, start, &options, &run).map_err(|e| failure(&loom, e))?;
-        self.warn_of_small(session, &loom, woven.stats.region);
-        let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
-        let outcome = Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            blending: self.blending,
-            kept: fixed,
-            options: self.used(&loom, field.as_ref(), &options, Some(&woven.stats)),
-            stats: counts(&woven.stats),
-            how: if self.start.backdrop().is_some() && woven.stats.patches == 0 {
-                "as it was: the picture has no holes, and no --fixed makes some".to_owned()
-            } else {
-                how(&woven.stats)
-            },
-            course,
+        let domain = |exemplars: &[Domain<2>]| {
+            let (first, sizing) = (exemplars[0].shape, self.sizing);
+            let output = begun.domain(exemplars, sizing.typed(first), self.weaving.tiled(sizing.shape(first)))?;
+            field.as_ref().map_or(Ok(()), |field| field.check(output))?;
+            Ok(output)
         };
-        loom.finish(outcome)
+        let options = self.options();
+        Job { args: self, options, field: field.as_ref(), levels: &levels, begun: &begun, domain: &domain }.run(session)
     }
 
     /// By position, which sources may be copied from; `None` for all everywhere.
-    fn sources(
-        &self,
-        loom: &mut Loom<'_>,
-        session: &Session<'_>,
-        field: Option<&Scales>,
-    ) -> Result<Option<Grid<u64, 2>>, Failure> {
+    fn sources(&self, loom: &mut Loom<'_>, field: Option<&Scales>) -> Result<Option<Grid<u64, 2>>, Failure> {
         let Some(field) = field else {
             if self.start.backdrop().is_none() {
                 return Ok(None);
@@ -250,7 +289,7 @@ impl Graphcut {
             let others = loom.loaded.exemplars.sources().len() - 1;
             return Ok(Some(Grid::try_filled(loom.domain, 1, (1 << others) - 1)?));
         };
-        let picture = field.file().map(|path| loom.read(&Input::new(session, path)?)).transpose()?;
+        let picture = field.file().map(|path| loom.read(&Input::new(loom.session, path)?)).transpose()?;
         let mut allowed = field.allowed(loom.domain, picture.as_ref())?;
         let of_levels: Vec<u64> = field.levels().into_iter().map(|scale| self.of_scale(loom, scale)).collect();
         for bits in allowed.plane_mut(0) {
@@ -261,7 +300,7 @@ impl Graphcut {
     }
 
     /// Exemplars that no region fits into are laid where nothing larger may be.
-    fn warn_of_small(&self, session: &Session<'_>, loom: &Loom<'_>, [height, width]: [u32; 2]) {
+    fn warn_of_small(&self, loom: &Loom<'_>, [height, width]: [u32; 2]) {
         let sources = loom.loaded.exemplars.sources();
         for (number, path) in loom.loaded.given().iter().enumerate() {
             let mut own = sources.iter().filter(|s| usize::from(s.origin.exemplar) == number).map(|s| s.domain().shape);
@@ -269,7 +308,7 @@ impl Graphcut {
                 let what = format!(
                     "smaller than the regions of {width}x{height} px; use a smaller --region to see more of it"
                 );
-                session.warn(path, &what);
+                loom.session.warn(path, &what);
             }
         }
     }
@@ -288,25 +327,20 @@ impl Graphcut {
     /// The options as used; what the program chose is known after the run.
     fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, options: &Options<2>, stats: Option<&Stats<2>>) -> Used {
         let lower = |name: String| name.to_lowercase();
-        let list = |numbers: &[f64]| {
-            let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-            (!words.is_empty()).then(|| words.join(","))
-        };
         let placement = stats.map_or(options.placement, |s| s.placement);
         let used = loom
-            .used(loom.sized())
-            .with("placement", lower(format!("{placement:?}")))
-            .with("seam", lower(format!("{:?}", options.seam)))
-            .with("region", stats.map_or(options.region, |s| Some(s.region)).map(typed))
-            .with("reach", stats.map_or(options.reach, |s| Some(s.reach)).map(typed))
-            .with("randomness", options.randomness)
-            .with("variety", stats.map_or(options.variety, |s| Some(s.variety)))
-            .with("refine", options.refine)
-            .with("patience", options.patience)
-            .with("tries", options.tries);
-        let used = self.blending.used(self.start.used(used)).with("turn", self.turn).with("mirror", self.mirror);
-        let used = used.with("rotate", list(&self.rotate)).with("scale", list(&self.scale));
-        field.map_or(used.clone(), |field| field.used(used))
+            .used()
+            .set("placement", lower(format!("{placement:?}")))
+            .set("region", stats.map_or(options.region, |s| Some(s.region)).map(typed))
+            .set("reach", stats.map_or(options.reach, |s| Some(s.reach)).map(typed))
+            .set("variety", stats.map_or(options.variety, |s| Some(s.variety)))
+            .set("refine", options.refine)
+            .set("tries", options.tries);
+        let used = self.blending.used(used);
+        match field {
+            Some(field) => field.used(used),
+            None => used.without("scale-field").without("scale-range").without("scale-step"),
+        }
     }
 }
 

@@ -118,7 +118,6 @@ pub(super) struct Scales {
     field: Field,
     range: Range,
     typed: Option<Range>,
-    step: f64,
     series: graphcut::Scales,
 }
 
@@ -136,7 +135,7 @@ impl Scales {
             _ => field.range(typed).expect("pictures come with a range"),
         };
         let series = graphcut::Scales::new([range.low, range.high], step)?;
-        Ok(Self { field, range, typed, step, series })
+        Ok(Self { field, range, typed, series })
     }
 
     /// The file that is read, if any.
@@ -187,9 +186,7 @@ impl Scales {
 
     /// The options as used.
     pub(super) fn used(&self, used: Used) -> Used {
-        used.with("scale-field", self.field.to_string())
-            .with("scale-range", self.typed.map(|range| range.to_string()))
-            .with("scale-step", self.step)
+        used.set("scale-field", self.field.to_string()).set("scale-range", self.typed.map(|range| range.to_string()))
     }
 }
 

@@ -10,7 +10,6 @@ use crate::exemplars::{Backdrop, Loaded};
 use crate::failure::{Failure, shown};
 use crate::inputs::{Input, ReadMap};
 use crate::session::Session;
-use crate::used::Used;
 use crate::weaving::Loom;
 
 /// Options about what is there before the first patch.
@@ -54,12 +53,6 @@ impl StartArgs {
     pub(super) fn files(&self) -> Vec<PathBuf> {
         [&self.start, &self.over, &self.fixed].into_iter().flatten().cloned().collect()
     }
-
-    /// The options as used.
-    pub(super) fn used(&self, used: Used) -> Used {
-        let name = |path: &Option<PathBuf>| path.as_deref().map(selvedge_io::display_name);
-        used.with("start", name(&self.start)).with("over", name(&self.over)).with("fixed", name(&self.fixed))
-    }
 }
 
 impl Begun<'_> {
@@ -88,14 +81,10 @@ impl Begun<'_> {
     }
 
     /// What stands, and what of it stays.
-    pub(super) fn stand(
-        self,
-        loom: &mut Loom<'_>,
-        session: &Session<'_>,
-    ) -> Result<(SourceMap<2>, Option<Grid<bool, 2>>), Failure> {
-        let mut map = match self.args.start.as_ref().zip(self.map) {
+    pub(super) fn stand(&self, loom: &mut Loom<'_>) -> Result<(SourceMap<2>, Option<Grid<bool, 2>>), Failure> {
+        let mut map = match self.args.start.as_ref().zip(self.map.as_ref()) {
             Some((path, read)) => {
-                loom.note(&read);
+                loom.note(read);
                 rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?
             }
             None => SourceMap::unassigned(&loom.loaded.exemplars, loom.domain)?,
@@ -107,7 +96,7 @@ impl Begun<'_> {
         let Some(path) = &self.args.fixed else { return Ok((map, None)) };
         let fixed = match loom.loaded.masks.last_mut().filter(|_| self.args.over.is_some()) {
             Some(mask) => mask.take(),
-            None => Some(mask(loom, session, path)?),
+            None => Some(mask(loom, path)?),
         };
         Ok((map, fixed))
     }
@@ -123,8 +112,8 @@ fn check_size(path: &Path, [h, w]: [u32; 2], other: Option<[u32; 2]>, of: &str, 
     }
 }
 
-fn mask(loom: &mut Loom<'_>, session: &Session<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
-    let plane = loom.read(&Input::new(session, path)?)?;
+fn mask(loom: &mut Loom<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
+    let plane = loom.read(&Input::new(loom.session, path)?)?;
     check_size(path, plane.domain().shape, Some(loom.domain.shape), "the output has", "give a mask of that size")?;
     selvedge_io::mask(&plane, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))
 }

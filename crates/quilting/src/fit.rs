@@ -1,28 +1,11 @@
-//! What is checked before any work: sizes, memory, and whether there is a block at all.
+//! What is checked before any work: whether there is a block at all.
 
-use selvedge_core::{Domain, Exemplars, Limits, Seed};
+use selvedge_core::{Domain, Exemplars, Seed};
 
 use crate::block_grid::Block;
 use crate::finding::masked;
 use crate::free::FreePlaces;
 use crate::options::Error;
-
-/// What a run asks for.
-pub(crate) struct Needs {
-    pub(crate) output: Domain<2>,
-    pub(crate) bytes: u64,
-}
-
-impl Needs {
-    /// It is within the run's limits.
-    pub(crate) fn check(&self, limits: &Limits) -> Result<(), Error> {
-        let ([height, width], &Limits { memory: budget, side, samples }) = (self.output.shape, limits);
-        if side < height.max(width) || samples < u64::from(height) * u64::from(width) {
-            return Err(Error::OutputExceedsLimits { width, height, side, samples });
-        }
-        if budget < self.bytes { Err(Error::Memory { needed: self.bytes, budget }) } else { Ok(()) }
-    }
-}
 
 /// The domains of all sources.
 pub(crate) fn domains(exemplars: &Exemplars<2>) -> Vec<Domain<2>> {

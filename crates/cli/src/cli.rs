@@ -1,0 +1,129 @@
+//! The program's command line as a whole: the one place that knows every command.
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::args::Global;
+use crate::commands;
+use crate::failure::Failure;
+use crate::method::Method as _;
+use crate::report::Done;
+use crate::session::Session;
+
+/// Synthesises textures, materials and moving textures from examples.
+#[derive(Debug, Parser)]
+#[command(name = "selvedge", version, max_term_width = 100, subcommand_required = true, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// Options of every command.
+    #[command(flatten)]
+    pub(crate) global: Global,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// A larger texture without knobs: several methods make it, and the best is kept.
+    #[command(visible_alias = "synth", after_help = SYNTHESIZE)]
+    Synthesize(commands::synthesize::Synthesize),
+    /// Image quilting: a larger texture from overlapping blocks of exemplars.
+    #[command(after_help = QUILT)]
+    Quilt(commands::quilt::Quilt),
+    /// Texture transfer: a picture drawn in the texture of exemplars.
+    #[command(after_help = TRANSFER)]
+    Transfer(commands::transfer::Transfer),
+    /// Graphcut textures: a larger texture from patches cut along the best seams.
+    #[command(after_help = GRAPHCUT)]
+    Graphcut(commands::graphcut::Graphcut),
+    /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
+    #[command(after_help = APPLY)]
+    Apply(commands::apply::Apply),
+    /// Tell what is in a picture or a source map, and how it was made.
+    #[command(after_help = INFO)]
+    Info(commands::info::Info),
+    /// Look at an exemplar: its size, the kind of texture, its lattice, and a command line to begin with.
+    #[command(after_help = INSPECT)]
+    Inspect(commands::inspect::Inspect),
+    /// Compare two pictures; exit code 1 if they differ by more than is allowed.
+    #[command(after_help = COMPARE)]
+    Compare(commands::compare::Compare),
+    /// Say what outputs are worth beside their exemplars, and rank them.
+    #[command(after_help = SCORE)]
+    Score(commands::score::Score),
+    /// Random labels: what a new method's command is like, for the tests.
+    #[cfg(test)]
+    #[command(hide = true)]
+    RandomLabels(commands::random_labels::RandomLabels),
+    /// Write a script that completes command lines in a shell.
+    #[command(after_help = COMPLETIONS)]
+    Completions(commands::completions::Completions),
+    /// Write manual pages.
+    #[command(after_help = MAN)]
+    Man(commands::man::Man),
+}
+
+impl Command {
+    /// Runs the command.
+    pub(crate) fn execute(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        match self {
+            Self::Synthesize(synthesize) => synthesize.run(session),
+            Self::Quilt(quilt) => quilt.run(session),
+            Self::Transfer(transfer) => transfer.run(session),
+            Self::Graphcut(graphcut) => graphcut.run(session),
+            Self::Apply(apply) => apply.run(session),
+            Self::Info(info) => info.run(session),
+            Self::Inspect(inspect) => inspect.run(session),
+            Self::Compare(compare) => compare.run(session),
+            Self::Score(score) => score.run(session),
+            #[cfg(test)]
+            Self::RandomLabels(labels) => labels.run(session),
+            Self::Completions(completions) => completions.run(session, Cli::command()),
+            Self::Man(man) => man.run(session, Cli::command()),
+        }
+    }
+}
+
+const QUILT: &str = "\
+Examples:
+  selvedge quilt bricks.png -o wall.png --size 1024
+  selvedge quilt moss.png -o tile.png --tile xy --map tile-map.exr
+  selvedge quilt a.png b.png --mask none --mask b-mask.png -o both.png";
+const TRANSFER: &str = "\
+Examples:
+  selvedge transfer rice.png --target face.png -o face-of-rice.png
+  selvedge transfer oil.png --target photo.jpg --match-histogram -o painted.png
+  selvedge transfer map.png --guide labels.png plan.png -o drawn.png";
+const GRAPHCUT: &str = "\
+Examples:
+  selvedge graphcut bricks.png -o wall.png --size 1024
+  selvedge graphcut grass.png -o meadow.png --scale-field top=0.5,bottom=1.5
+  selvedge graphcut photo.png --over photo.png --fixed keep.png -o mended.png";
+const APPLY: &str = "\
+Examples:
+  selvedge apply wall-map.exr bricks-height.png -o wall-height.png --role height
+  selvedge apply wall-map.exr normal.png roughness.png --role normal,scalar -o wall-{name}";
+const INFO: &str = "\
+Examples:
+  selvedge info wall.png
+  selvedge info wall-map.exr --json";
+const INSPECT: &str = "\
+Examples:
+  selvedge inspect bricks.png";
+const COMPARE: &str = "\
+Examples:
+  selvedge compare before.png after.png --fail 0.01 --diff changes.png";
+const SCORE: &str = "\
+Examples:
+  selvedge score wall-1.png wall-2.png --exemplar bricks.png";
+const COMPLETIONS: &str = "\
+Examples:
+  selvedge completions bash > ~/.local/share/bash-completion/completions/selvedge";
+const MAN: &str = "\
+Examples:
+  selvedge man ~/.local/share/man/man1";
+
+const SYNTHESIZE: &str = "\
+Examples:
+  selvedge synthesize bricks.png -o wall.png --size 1024
+  selvedge synthesize moss.png -o tile.png --tile xy --effort 7";
