@@ -4,7 +4,8 @@ use selvedge_core::{Domain, Exemplars};
 
 use crate::options::{Error, check_spread, check_tolerance};
 
-/// Most passes: blocks are at their smallest long before.
+/// Most passes. Blocks of 65,535 samples, the longest side of a picture, are at their smallest in the 25th; more passes
+/// only repeat the last.
 const MOST_PASSES: u32 = 32;
 
 /// Blocks under this have no room for an overlap of two samples, and no seam to choose.
