@@ -16,11 +16,11 @@ use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
 /// What the size of an output follows from.
 pub(crate) enum OutputSize<'a> {
     /// What is typed, or a multiple of the first exemplar.
-    OfExemplar(Sizing),
+    Exemplar(Sizing),
     /// A picture, of which the header is read.
-    OfPicture(&'a Input),
+    Picture(&'a Input),
     /// What was there before, with which the size typed must agree: domains of the exemplars, the backdrop last.
-    OfStart(&'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>),
+    Start(&'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>),
 }
 
 /// A method of the program.
@@ -75,9 +75,9 @@ pub(crate) trait Method {
             command: self.name(),
             others: self.others(),
             domain: &|exemplars| match &size {
-                OutputSize::OfExemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
-                OutputSize::OfStart(domain) => domain(exemplars),
-                OutputSize::OfPicture(picture) => {
+                OutputSize::Exemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
+                OutputSize::Start(domain) => domain(exemplars),
+                OutputSize::Picture(picture) => {
                     let info = picture.probe(&weaving.read_options(session))?;
                     Ok(weaving.tiled([info.height, info.width]))
                 }
@@ -87,7 +87,7 @@ pub(crate) trait Method {
             estimate: &|sources, channels, output| self.bytes(sources, channels, output),
         };
         let mut loom = match size {
-            OutputSize::OfPicture(_) => weaving.begin_of_fixed_size(session, &plan),
+            OutputSize::Picture(_) => weaving.begin_of_fixed_size(session, &plan),
             _ => weaving.begin(session, &plan),
         }?;
         let read = self.read(&mut loom)?;

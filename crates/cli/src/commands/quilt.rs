@@ -112,7 +112,7 @@ impl Method for Quilt {
     }
 
     fn size(&self) -> OutputSize<'_> {
-        OutputSize::OfExemplar(self.sizing)
+        OutputSize::Exemplar(self.sizing)
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {

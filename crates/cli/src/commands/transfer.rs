@@ -138,7 +138,7 @@ impl Method for Job<'_> {
     }
 
     fn size(&self) -> OutputSize<'_> {
-        OutputSize::OfPicture(&self.first)
+        OutputSize::Picture(&self.first)
     }
 
     fn others(&self) -> Vec<PathBuf> {

@@ -145,7 +145,7 @@ impl Method for Job<'_> {
     }
 
     fn size(&self) -> OutputSize<'_> {
-        OutputSize::OfStart(self.domain)
+        OutputSize::Start(self.domain)
     }
 
     fn others(&self) -> Vec<PathBuf> {
