@@ -25,7 +25,7 @@ impl<'a, const D: usize> Payload<'a, D> {
     /// Takes a plane of each exemplar, in the exemplars' order, and resamples it for the sources that are.
     ///
     /// # Errors
-    /// Those of [`Render::render`].
+    /// Those of [`Render::render`](crate::Render::render).
     pub fn new(table: &'a SourceTable<D>, planes: &[&'a Plane<D>]) -> Result<Self, Error> {
         check(table, planes)?;
         let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
