@@ -25,7 +25,7 @@ impl Averaging {
     /// Time `O(samples)`.
     pub fn of<const D: usize>(planes: &[&Plane<D>]) -> Self {
         let Some(first) = planes.first() else { return Self { alpha: None, normals: None, ranges: Vec::new() } };
-        let is_normal = first.role == Role::Normal;
+        let is_normal = first.role.is_normal();
         let range = |c: usize| if is_normal { [f64::NEG_INFINITY, f64::INFINITY] } else { range(planes, c) };
         Self {
             alpha: (first.alpha && !first.is_premultiplied()).then(|| first.color_channels()),

@@ -131,8 +131,8 @@ fn fit_curve<const D: usize>(planes: &[&Plane<D>]) -> Curve {
             let knee = (mean * 0.1).max(1e-6);
             Curve::Log { knee, lo: symmetric_log(lo, knee), hi: symmetric_log(hi, knee) }
         }
-        Role::Normal if lo < 0.0 => Curve::Line { lo: -1.0, hi: 1.0 },
-        Role::Normal => Curve::Line { lo: 0.0, hi: 1.0 },
+        Role::Normal | Role::NormalDown if lo < 0.0 => Curve::Line { lo: -1.0, hi: 1.0 },
+        Role::Normal | Role::NormalDown => Curve::Line { lo: 0.0, hi: 1.0 },
         Role::Height | Role::Scalar => Curve::Line { lo, hi },
     }
 }
