@@ -8,10 +8,12 @@ use serde_json::{Value, json};
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
+use crate::plan::Plan;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `synthesize`.
 #[derive(Args, Debug)]
@@ -37,6 +39,8 @@ impl Synthesize {
                 domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
                 transforms: &[Transform::IDENTITY],
                 backdrop: None,
+                blending: (Blending::default(), false),
+                guides: 0,
                 estimate: &|exemplars, channels, output| {
                     estimate(exemplars, channels, output, rayon::current_num_threads())
                 },
@@ -55,7 +59,6 @@ impl Synthesize {
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
             kept: None,
             options: used(&loom, kept),
             stats: json!({

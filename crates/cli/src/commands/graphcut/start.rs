@@ -9,8 +9,8 @@ use selvedge_io::{Fingerprint, MapFile, MaskChannel};
 use crate::exemplars::{Backdrop, Loaded};
 use crate::failure::{Failure, shown};
 use crate::inputs::{Input, ReadMap};
+use crate::loom::Loom;
 use crate::session::Session;
-use crate::weaving::Loom;
 
 /// Options about what is there before the first patch.
 #[derive(Args, Clone, Debug)]

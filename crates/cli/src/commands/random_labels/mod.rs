@@ -6,11 +6,11 @@ use selvedge_core::{Domain, Exemplars, Patch, Run, SampleId, SeamCosts, SeamMeas
 use selvedge_expansion::{Error, Frame, Holes, Scratch, expand};
 use serde_json::json;
 
-use crate::blending::Blending;
 use crate::failure::Failure;
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `random-labels`.
 #[derive(Args, Debug)]
@@ -63,7 +63,6 @@ impl Method for RandomLabels {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
             kept: None,
             options: loom.used(),
             stats: json!({ "taken": woven.stats }),
