@@ -21,6 +21,7 @@ mod report;
 mod run;
 mod session;
 mod size;
+mod starting;
 mod stdio;
 mod typed;
 mod used;

@@ -7,6 +7,7 @@ pub(crate) mod graphcut;
 pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
+pub(crate) mod optimize;
 pub(crate) mod quilt;
 #[cfg(test)]
 pub(crate) mod random_labels;

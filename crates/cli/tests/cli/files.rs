@@ -208,7 +208,7 @@ fn manual_pages_and_completions_know_every_command() {
     let folder = Folder::new("man");
     folder.run("man .").done();
     let names = folder.names();
-    for command in ["quilt", "graphcut", "apply", "info", "inspect", "compare", "completions", "man"] {
+    for command in ["quilt", "graphcut", "optimize", "apply", "info", "inspect", "compare", "completions", "man"] {
         assert!(names.contains(&format!("selvedge-{command}.1")), "{command}: {names:?}");
         for shell in ["bash", "zsh", "fish"] {
             let script = folder.run(&format!("completions {shell}")).done().stdout;

@@ -8,6 +8,7 @@ mod degenerate;
 mod exit_codes;
 mod files;
 mod graphcut;
+mod optimize;
 mod program;
 mod safety;
 mod samples;
