@@ -28,6 +28,7 @@
 
 mod averaging;
 mod bytes;
+mod coherence;
 mod domain;
 mod encoder;
 mod error;
@@ -56,6 +57,7 @@ mod window;
 
 pub use averaging::Averaging;
 pub use bytes::Bytes;
+pub use coherence::Coherence;
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};
