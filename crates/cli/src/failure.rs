@@ -175,7 +175,8 @@ from_errors!(
     selvedge_metrics::Error,
     selvedge_synthesis::Error,
     selvedge_quilting::Error,
-    selvedge_graphcut_textures::Error
+    selvedge_graphcut_textures::Error,
+    selvedge_hybrid::Error
 );
 
 impl From<selvedge_io::Error> for Failure {
