@@ -36,6 +36,9 @@ pub(crate) enum Command {
     /// Graphcut textures: a larger texture from patches cut along the best seams.
     #[command(after_help = GRAPHCUT)]
     Graphcut(commands::graphcut::Graphcut),
+    /// Hybrid synthesis: blocks that split where they do not fit, down to pixels.
+    #[command(after_help = HYBRID)]
+    Hybrid(commands::hybrid::Hybrid),
     /// Texture optimization: a whole texture at once, until each part of it is like a part of the exemplars.
     #[command(after_help = OPTIMIZE)]
     Optimize(commands::optimize::Optimize),
@@ -74,6 +77,7 @@ impl Command {
             Self::Quilt(quilt) => quilt.run(session),
             Self::Transfer(transfer) => transfer.run(session),
             Self::Graphcut(graphcut) => graphcut.run(session),
+            Self::Hybrid(hybrid) => hybrid.run(session),
             Self::Optimize(optimize) => optimize.run(session),
             Self::Apply(apply) => apply.run(session),
             Self::Info(info) => info.run(session),
@@ -103,6 +107,10 @@ Examples:
   selvedge graphcut bricks.png -o wall.png --size 1024
   selvedge graphcut grass.png -o meadow.png --scale-field top=0.5,bottom=1.5
   selvedge graphcut photo.png --over photo.png --fixed keep.png -o mended.png";
+const HYBRID: &str = "\
+Examples:
+  selvedge hybrid scales.png -o skin.png --size 512
+  selvedge hybrid stones.png -o wall.png --block 64 -k 0 --max-error 0.03";
 const OPTIMIZE: &str = "\
 Examples:
   selvedge optimize gravel.png -o path.png --size 512

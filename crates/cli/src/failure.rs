@@ -176,6 +176,7 @@ from_errors!(
     selvedge_synthesis::Error,
     selvedge_quilting::Error,
     selvedge_graphcut_textures::Error,
+    selvedge_hybrid::Error,
     selvedge_texture_optimization::Error
 );
 

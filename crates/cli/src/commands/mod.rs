@@ -4,6 +4,7 @@ pub(crate) mod apply;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod graphcut;
+pub(crate) mod hybrid;
 pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
