@@ -136,7 +136,7 @@ pub(crate) fn try_part(path: &Path) -> Result<(), Error> {
         if existing.is_some_and(|m| !m.is_file()) {
             return Ok(());
         }
-        sweep(&path);
+        sweep(&Disk, &path);
         create_part(&Disk, &path).and_then(|(part, _)| {
             forget(&part);
             fs::remove_file(part)
@@ -155,6 +155,9 @@ trait Steps {
     }
     fn sync(&self, file: &File) -> io::Result<()> {
         file.sync_all()
+    }
+    fn remove(&self, part: &Path) -> io::Result<()> {
+        fs::remove_file(part)
     }
     fn link(&self, part: &Path, path: &Path) -> io::Result<()> {
         fs::hard_link(part, path)
@@ -193,7 +196,7 @@ fn stage(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io:
     if existing.as_ref().is_some_and(|m| !m.is_file()) {
         return Ok(None);
     }
-    sweep(&path);
+    sweep(steps, &path);
     let (part, file) = create_part(steps, &path)?;
     let mut part = Part { part, path, file };
     write_part(steps, &mut part.file, bytes, existing.as_ref())?;
@@ -330,7 +333,7 @@ fn link_then_remove(steps: &(impl Steps + ?Sized), part: &Path, path: &Path) -> 
 }
 
 /// Removes parts of this name whose writer is gone: nobody holds their lock.
-fn sweep(path: &Path) {
+fn sweep(steps: &impl Steps, path: &Path) {
     let Ok(prefix) = part_prefix(path) else { return };
     let Ok(entries) = fs::read_dir(folder(path)) else { return };
     for entry in entries.flatten() {
@@ -339,11 +342,18 @@ fn sweep(path: &Path) {
         let Some(middle) = bytes.strip_prefix(prefix.as_encoded_bytes()).and_then(|r| r.strip_suffix(b".part")) else {
             continue;
         };
-        if middle.iter().all(|b| b.is_ascii_digit() || *b == b'-')
-            && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
-        {
-            let _ = fs::remove_file(entry.path());
+        if middle.iter().all(|b| b.is_ascii_digit() || *b == b'-') {
+            remove_unlocked(steps, &entry.path());
         }
+    }
+}
+
+/// Removes a part that nobody has locked. Its lock is held until it is gone: given back before, the part's own writer could
+/// lock it between both, and would lose what it holds to be its own.
+fn remove_unlocked(steps: &impl Steps, part: &Path) {
+    let Ok(file) = File::open(part) else { return };
+    if file.try_lock().is_ok() && leads_to(part, &file) {
+        let _ = steps.remove(part);
     }
 }
 
