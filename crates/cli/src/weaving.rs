@@ -15,13 +15,14 @@ use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
 use crate::explain::{self, explain};
 use crate::failure::{Failure, shown};
 use crate::harmonise::Layout;
-use crate::inputs::{self, Input, ReadMap, STREAM};
+use crate::inputs::{self, Input, ReadMap};
 use crate::memory::{self, Resized};
 use crate::outputs::{self, Outputs};
 use crate::page;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::size::{Size, Tile};
+use crate::stdio::STREAM;
 use crate::used::Used;
 
 /// Options of the commands that weave a picture of a chosen size.
@@ -249,10 +250,10 @@ impl Loom<'_> {
         let name = shown(&self.args.output);
         let line = format!("{name}: would be {w}x{h} px {how}, with about {needed} of memory");
         self.report.options = options;
-        Done::made(self.report, line)
+        Done::would(self.report, line)
     }
 
-    /// Renders and writes what was woven; a run that was interrupted ends here.
+    /// Renders what was woven, to be written; a run that was interrupted ends here.
     pub(crate) fn finish(mut self, outcome: Outcome) -> Result<Done, Failure> {
         self.session.watch.finish();
         self.report.stage("synthesis");
@@ -264,18 +265,18 @@ impl Loom<'_> {
         }
         self.session.check_signal()?;
         let ([h, w], name, how) = (self.domain.shape, shown(&output), outcome.how.clone());
-        self.write(outcome, &output, map_file.as_deref(), Some(self.provenance()))?;
+        let outputs = self.make(outcome, &output, map_file.as_deref(), Some(self.provenance()))?;
         let line = format!("{name}: {w}x{h} px {how}, in {:.2} s", self.report.elapsed());
-        Ok(Done::made(self.report, line))
+        Ok(Done::made(self.report, line, outputs))
     }
 
-    fn write(
+    fn make(
         &mut self,
         outcome: Outcome,
         output: &Path,
         map_file: Option<&Path>,
         provenance: Option<Provenance>,
-    ) -> Result<(), Failure> {
+    ) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
         let Outcome { woven, blending, kept, complete, course, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them.
@@ -305,18 +306,11 @@ impl Loom<'_> {
             outputs.map(path, &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
         }
         self.report.stage("encode");
-        let new_folder = self.args.report.clone().filter(|folder| !folder.is_dir());
         if let (Some(folder), Some((command, explained))) = (&self.args.report, &shown) {
             let page = self.page(command, &outputs, &[&plane, explained], course.as_ref())?;
-            outputs.bytes(&page::file(folder)?, page.into_bytes());
+            outputs.bytes(&page::file(folder), page.into_bytes());
         }
-        drop((plane, shown));
-        outputs.write(self.session, &mut self.report).inspect_err(|_| {
-            // Of a folder that was made for the page nothing is left either.
-            let _ = new_folder.map(std::fs::remove_dir);
-        })?;
-        self.report.stage("write");
-        Ok(())
+        Ok(outputs)
     }
 
     /// The page of `--report`.
@@ -364,7 +358,8 @@ impl Loom<'_> {
             return failure;
         }
         let (output, map_file) = (outputs::partial(output), map_file.map(outputs::partial));
-        match self.write(outcome, &output, map_file.as_deref(), None) {
+        let made = self.make(outcome, &output, map_file.as_deref(), None);
+        match made.and_then(|outputs| outputs.write(self.session)) {
             Ok(()) => Failure::kept(signal, &output),
             Err(e) => e,
         }
