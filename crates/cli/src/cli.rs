@@ -36,6 +36,12 @@ pub(crate) enum Command {
     /// Graphcut textures: a larger texture from patches cut along the best seams.
     #[command(after_help = GRAPHCUT)]
     Graphcut(commands::graphcut::Graphcut),
+    /// Hybrid synthesis: blocks that split where they do not fit, down to pixels.
+    #[command(after_help = HYBRID)]
+    Hybrid(commands::hybrid::Hybrid),
+    /// Texture optimization: a whole texture at once, until each part of it is like a part of the exemplars.
+    #[command(after_help = OPTIMIZE)]
+    Optimize(commands::optimize::Optimize),
     /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
     #[command(after_help = APPLY)]
     Apply(commands::apply::Apply),
@@ -71,6 +77,8 @@ impl Command {
             Self::Quilt(quilt) => quilt.run(session),
             Self::Transfer(transfer) => transfer.run(session),
             Self::Graphcut(graphcut) => graphcut.run(session),
+            Self::Hybrid(hybrid) => hybrid.run(session),
+            Self::Optimize(optimize) => optimize.run(session),
             Self::Apply(apply) => apply.run(session),
             Self::Info(info) => info.run(session),
             Self::Inspect(inspect) => inspect.run(session),
@@ -99,6 +107,15 @@ Examples:
   selvedge graphcut bricks.png -o wall.png --size 1024
   selvedge graphcut grass.png -o meadow.png --scale-field top=0.5,bottom=1.5
   selvedge graphcut photo.png --over photo.png --fixed keep.png -o mended.png";
+const HYBRID: &str = "\
+Examples:
+  selvedge hybrid scales.png -o skin.png --size 512
+  selvedge hybrid stones.png -o wall.png --block 64 -k 0 --max-error 0.03";
+const OPTIMIZE: &str = "\
+Examples:
+  selvedge optimize gravel.png -o path.png --size 512
+  selvedge optimize bricks.png -o wall.png --start wall-map.exr
+  selvedge optimize moss.png -o tile.png --tile xy --init random";
 const APPLY: &str = "\
 Examples:
   selvedge apply wall-map.exr bricks-height.png -o wall-height.png --role height

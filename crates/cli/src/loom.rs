@@ -12,13 +12,14 @@ use crate::course::Course;
 use crate::exemplars::Loaded;
 use crate::explain::explain;
 use crate::failure::{Failure, shown};
-use crate::inputs::{self, Input, ReadMap, STREAM};
+use crate::inputs::{self, Input, ReadMap};
 use crate::outputs::{self, Outputs};
 use crate::page;
 use crate::planes::{Ready, roles_typed};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::size::Tile;
+use crate::stdio::STREAM;
 use crate::used::Used;
 use crate::weaving::{Weaving, Written};
 use crate::with::without_planes;
@@ -105,10 +106,10 @@ impl Loom<'_> {
         let name = self.names();
         let line = format!("{name}: would be {w}x{h} px {how}, with about {needed} of memory");
         self.report.options = options;
-        Done::made(self.report, line)
+        Done::would(self.report, line)
     }
 
-    /// Renders and writes what was woven; a run that was interrupted ends here.
+    /// Renders what was woven, to be written; a run that was interrupted ends here.
     pub(crate) fn finish(mut self, outcome: Outcome) -> Result<Done, Failure> {
         self.session.watch.finish();
         self.report.stage("synthesis");
@@ -119,9 +120,9 @@ impl Loom<'_> {
         }
         self.session.check_signal()?;
         let ([h, w], name, how) = (self.domain.shape, self.names(), outcome.how.clone());
-        self.write(outcome)?;
+        let outputs = self.make(outcome)?;
         let line = format!("{name}: {w}x{h} px {how}, in {:.2} s", self.report.elapsed());
-        Ok(Done::made(self.report, line))
+        Ok(Done::made(self.report, line, outputs))
     }
 
     /// Names of the pictures, for people.
@@ -131,7 +132,7 @@ impl Loom<'_> {
         all.join(", ")
     }
 
-    fn write(&mut self, outcome: Outcome) -> Result<(), Failure> {
+    fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
         let Outcome { woven, kept, complete, course, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
@@ -172,18 +173,11 @@ impl Loom<'_> {
             outputs.map(&name(path), &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
         }
         self.report.stage("encode");
-        let new_folder = self.written.report.clone().filter(|folder| !folder.is_dir());
         if let (Some(folder), Some((command, explained))) = (&self.written.report, &shown) {
             let page = self.page(command, &outputs, &[&plane, explained], course.as_ref())?;
-            outputs.bytes(&page::file(folder)?, page.into_bytes());
+            outputs.bytes(&page::file(folder), page.into_bytes());
         }
-        drop((plane, shown));
-        outputs.write(self.session, &mut self.report).inspect_err(|_| {
-            // Of a folder that was made for the page nothing is left either.
-            let _ = new_folder.map(std::fs::remove_dir);
-        })?;
-        self.report.stage("write");
-        Ok(())
+        Ok(outputs)
     }
 
     /// The page of `--report`.
@@ -243,7 +237,7 @@ impl Loom<'_> {
             return failure;
         }
         let partial = outputs::partial(&self.written.output);
-        match self.write(outcome) {
+        match self.make(outcome).and_then(|outputs| outputs.write(self.session)) {
             Ok(()) => Failure::kept(signal, &partial),
             Err(e) => e,
         }

@@ -26,6 +26,7 @@ mod roles;
 mod run;
 mod session;
 mod size;
+mod starting;
 mod stdio;
 mod typed;
 mod used;

@@ -8,9 +8,10 @@ use selvedge_io::ReadOptions;
 
 use crate::args::FormatArg;
 use crate::exemplars::ExemplarArgs;
-use crate::inputs::{self, STREAM};
+use crate::inputs;
 use crate::session::Session;
 use crate::size::{Size, Tile};
+use crate::stdio::STREAM;
 use crate::with::With;
 use crate::{names, outputs, page};
 

@@ -1,6 +1,6 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Window, par};
+use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Start, Window, par};
 use selvedge_expansion::Scratch;
 
 use crate::canvas::Canvas;
@@ -10,7 +10,6 @@ use crate::history::History;
 use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
 use crate::plan::Plan;
-use crate::start::Start;
 use crate::stats::Stats;
 
 /// A run: the output in the making, and what is needed to go on.
@@ -130,7 +129,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 return Ok(());
             }
             if shape == [1; D] {
-                return Err(Error::NoSource { at: at.to_vec() });
+                return Err(selvedge_core::Error::NoSource { at: at.to_vec() }.into());
             }
             // No source holds so large a region without masked samples.
             shape = shape.map(|n| n.div_ceil(2));

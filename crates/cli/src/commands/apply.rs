@@ -85,9 +85,7 @@ impl Apply {
         let mut outputs = Outputs::with_quality(self.quality);
         looked.into_iter().try_for_each(|one| run.lay(one, &mut outputs))?;
         session.check_signal()?;
-        outputs.write(session, &mut run.report)?;
-        run.report.stage("write");
-        Ok(run.done(&written))
+        Ok(run.done(&written, outputs))
     }
 
     fn laying(&self) -> Laying<'_> {
@@ -264,12 +262,12 @@ impl Run<'_> {
         Provenance { version: env!("CARGO_PKG_VERSION").into(), seed, inputs: inputs.collect(), command }
     }
 
-    fn done(self, written: &[PathBuf]) -> Done {
+    fn done(self, written: &[PathBuf], outputs: Outputs) -> Done {
         let [h, w] = self.file.map.domain().shape;
         let names: Vec<String> = written.iter().map(|path| shown(path)).collect();
         let (would, names) = (if self.session.global.dry_run { "would be " } else { "" }, names.join(", "));
         let (map, seconds) = (shown(&self.args.map), self.report.elapsed());
         let line = format!("{names}: {would}{w}x{h} px through {map}, in {seconds:.2} s");
-        Done::made(self.report, line)
+        Done::made(self.report, line, outputs)
     }
 }

@@ -70,7 +70,7 @@ enum StageArg {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum ContinuationArg {
+pub(super) enum ContinuationArg {
     /// Not if there is any other.
     Avoid,
     /// As the paper has it.

@@ -4,8 +4,7 @@ use super::*;
 use crate::candidates::variance;
 use crate::options::Placement;
 use crate::plan::Plan;
-use crate::start::Start;
-use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Transform};
+use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Start, Transform};
 
 fn noise(side: u32) -> Exemplars<2> {
     let domain = Domain::open([side; 2]);

@@ -384,7 +384,7 @@ fn failure(loom: &Loom<'_>, error: Error) -> Failure {
             let remedy = format!("use --region {most} or a larger exemplar");
             loom.loaded.about(Failure::from(error).remedy(remedy))
         }
-        Error::NoSource { .. } => Failure::from(error).remedy("mask less of the exemplars"),
+        Error::Core(selvedge_core::Error::NoSource { .. }) => Failure::from(error).remedy("mask less of the exemplars"),
         _ => Failure::from(error),
     }
 }
