@@ -7,6 +7,7 @@ use selvedge_core::{Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Ro
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
 use crate::args::{DepthArg, NonFiniteArg};
+use crate::backdrop::{Backdrop, spare_holes};
 use crate::failure::{Failure, n};
 use crate::harmonise::{
     Layout, alike, associated, common_association, common_depth, common_layout, converted, widened,
@@ -37,13 +38,6 @@ pub(crate) struct ExemplarArgs {
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     pub(crate) nonfinite: NonFiniteArg,
-}
-
-/// A picture that is one more exemplar, after all others and only as it is, used where its mask is white.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Backdrop<'a> {
-    pub(crate) picture: &'a Path,
-    pub(crate) mask: Option<&'a Path>,
 }
 
 /// Exemplars of which the headers were read.
@@ -229,8 +223,11 @@ impl Headers {
         if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
             session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
         }
-        let (masks, mut other_fingerprints) = self.read_masks(session, &planes, report)?;
+        let (mut masks, mut other_fingerprints) = self.read_masks(session, &planes, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
+        if self.given < planes.len() {
+            spare_holes(session, &paths, &planes, &mut masks)?;
+        }
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
         let matched = self.read_matched(session, report, &mut other_fingerprints)?;
         let weights: Vec<f64> = std::iter::once(1.0).chain(self.matched.iter().map(|matched| matched.weight)).collect();

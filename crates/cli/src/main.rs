@@ -3,6 +3,7 @@
 
 mod args;
 mod available;
+mod backdrop;
 mod blending;
 mod cli;
 mod commands;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use selvedge_core::{Domain, Transform};
 
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
-use crate::exemplars::Backdrop;
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::loom::{Loom, Outcome};

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use selvedge_core::{Bytes, Depth, Domain, Transform};
 use selvedge_io::Format;
 
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
-use crate::exemplars::{Backdrop, Headers};
+use crate::exemplars::Headers;
 use crate::failure::Failure;
 use crate::harmonise::Layout;
 use crate::loom::Loom;

@@ -15,9 +15,9 @@ use std::sync::Arc;
 use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
 use self::start::{Begun, StartArgs};
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::course::{self, Film};
-use crate::exemplars::Backdrop;
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::loom::{Loom, Outcome};
@@ -343,6 +343,7 @@ impl Graphcut {
             .set("variety", stats.map_or(options.variety, |s| Some(s.variety)))
             .set("refine", options.refine)
             .set("tries", options.tries);
+        let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
         let used = self.blending.used(used);
         match field {
             Some(field) => field.used(used),
