@@ -1,6 +1,7 @@
 //! The program from outside: exit codes, streams, files, options in files, signals, and samples bit for bit.
 #![forbid(unsafe_code)]
 
+mod again;
 mod blending;
 mod config;
 mod course;
