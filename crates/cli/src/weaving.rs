@@ -23,26 +23,26 @@ pub(crate) struct Weaving {
     #[command(flatten)]
     pub(crate) with: With,
     /// The picture to write, '-' for standard output; the format follows the extension.
-    #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(crate) output: PathBuf,
     /// Format of the output, whatever its extension.
-    #[arg(long, value_enum, value_name = "FORMAT")]
+    #[arg(help_heading = "Files that are written", long, value_enum, value_name = "FORMAT")]
     pub(crate) format: Option<FormatArg>,
     /// Quality of a JPEG file, 1 to 100.
-    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(help_heading = "Files that are written", long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) quality: Option<u8>,
     /// Make the output tile without a seam along x, y or both.
     #[arg(long, value_enum, value_name = "AXES")]
     pub(crate) tile: Option<Tile>,
     /// Write the source map: which exemplar sample stands at each place. See 'selvedge apply'.
-    #[arg(long, value_name = "FILE.exr", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.exr", value_hint = ValueHint::FilePath)]
     pub(crate) map: Option<PathBuf>,
     /// Write a picture of the seams and of where each part came from, for eyes.
-    #[arg(long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) explain: Option<PathBuf>,
     /// Write a page about the run with its pictures inside: DIR/index.html. That of graphcut also shows what seams cost
     /// after refinements that changed something, evenly thinned to at most 25 pictures.
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    #[arg(help_heading = "Files that are written", long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) report: Option<PathBuf>,
 }
 

@@ -15,6 +15,7 @@ use crate::starting::{check_size, rebased};
 
 /// Options about what is there before the first patch.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "What is there before")]
 pub(super) struct StartArgs {
     /// Go on from a source map of the same exemplars: its holes are filled, its seams made better.
     #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath)]
