@@ -2,7 +2,7 @@
 
 use half::f16;
 
-use crate::{NormalCoding, Plane, Role, Samples};
+use crate::{NormalCoding, Plane, Samples};
 
 /// The least part of the greatest alpha at which a colour is told from its product with it. Below, an average comes of
 /// samples that hardly show, and dividing by it would turn what is left of rounding into colour.
@@ -84,7 +84,7 @@ fn store<const D: usize>(samples: &mut Samples<D>, channel: usize, index: usize,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Domain, Grid};
+    use crate::{Domain, Grid, Role};
 
     fn line(channels: usize, values: &[f32]) -> Samples<1> {
         let domain = Domain::open([(values.len() / channels) as u32]);

@@ -52,6 +52,22 @@ impl Encoder {
         Ok(self)
     }
 
+    /// The same encoder with a weight for each plane, which its channels share: a height of weight 1 decides as much as a
+    /// colour of weight 1.
+    ///
+    /// # Errors
+    /// [`Error::Weights`] if there are too many or too few; [`Error::GuideWeight`], [`Error::GuideProportion`] for numbers
+    /// that cannot be used.
+    pub fn with_plane_weights(self, weights: &[f64]) -> Result<Self, Error> {
+        if weights.len() != self.channels.len() {
+            return Err(Error::Weights { expected: self.channels.len(), found: weights.len() });
+        }
+        let ones: Vec<Vec<u8>> = self.channels.iter().map(|&n| vec![1; n]).collect();
+        let parts: Vec<(f64, &[u8])> = weights.iter().zip(&ones).map(|(&weight, ones)| (weight, &ones[..])).collect();
+        let weights = crate::weights::of_parts(&parts)?;
+        self.with_weights(weights)
+    }
+
     /// Weight of each feature channel.
     pub fn weights(&self) -> &[u8] {
         &self.weights

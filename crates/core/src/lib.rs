@@ -51,6 +51,7 @@ mod source_map;
 mod transform;
 mod usage;
 mod votes;
+mod weights;
 mod window;
 
 pub use averaging::Averaging;

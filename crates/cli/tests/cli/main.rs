@@ -8,6 +8,7 @@ mod degenerate;
 mod exit_codes;
 mod files;
 mod graphcut;
+mod planes;
 mod program;
 mod safety;
 mod samples;
