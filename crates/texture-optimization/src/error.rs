@@ -28,6 +28,12 @@ pub enum Error {
         /// The exponent asked for.
         robust: f64,
     },
+    /// The part of the mean that is added to a score is out of range.
+    #[error("a completeness of {alpha} is out of range")]
+    Complete {
+        /// The part asked for.
+        alpha: f64,
+    },
     /// No iteration at all.
     #[error("0 iterations make nothing")]
     Iterations,
@@ -90,6 +96,7 @@ impl Error {
             | Self::Scale { .. }
             | Self::Schedule
             | Self::Robust { .. }
+            | Self::Complete { .. }
             | Self::Iterations
             | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::NothingFits { .. }
@@ -109,6 +116,7 @@ impl Error {
             Self::Scale { .. } => "use 1, 2, 4, 8, 16, 32 or 64".into(),
             Self::Schedule => "let no level be coarser than the one before, and the last have a scale of 1".into(),
             Self::Robust { .. } => "use more than 0 and at most 2 (all weigh the same)".into(),
+            Self::Complete { .. } => "use 0 (as complete as can be) to 100 (hardly)".into(),
             Self::Iterations => "use at least 1".into(),
             Self::NothingFits { output: true, least, .. } => format!("make an output of at least {least}x{least}"),
             Self::NothingFits { .. } => "use a larger exemplar, mask less, or add a smaller size".into(),

@@ -34,6 +34,7 @@ mod average;
 mod error;
 mod estimate;
 mod falloff;
+mod finish;
 mod level;
 mod neighborhoods;
 mod optimize;
@@ -52,6 +53,6 @@ pub use estimate::estimate;
 pub use level::Level;
 pub use optimize::{Plan, optimize, optimize_from};
 pub use optimized::Optimized;
-pub use options::{Options, Search};
+pub use options::{Finish, Options, Search};
 
 pub use stats::{LevelStats, Stats};

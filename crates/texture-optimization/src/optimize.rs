@@ -6,6 +6,7 @@ use crate::assignment::{self, Place};
 use crate::average::average;
 use crate::estimate::estimate;
 use crate::falloff::Falloff;
+use crate::finish;
 use crate::neighborhoods::Neighborhoods;
 use crate::optimized::{Optimized, Pulls};
 use crate::picture;
@@ -13,7 +14,7 @@ use crate::robust;
 use crate::schedule::{self, Schedule};
 use crate::search::{Exact, Found, reference};
 use crate::stats::{LevelStats, Stats};
-use crate::{Error, Level, Options, Search};
+use crate::{Error, Finish, Level, Options, Search};
 
 /// What [`optimize`] will do: options checked against exemplars, output and limits, and the levels that fit.
 #[derive(Clone, Debug)]
@@ -109,6 +110,10 @@ impl<'e> Plan<'e> {
     fn answer(&self, weaver: &Weaver<'_>, ended: &Ended, stats: Stats) -> Result<Woven<Optimized, Stats>, Error> {
         let pulls = weaver.pulls(&ended.places, &ended.weights);
         let mut halvings = weaver.level.halvings();
+        if halvings == 0 && ended.complete && self.options.finish == Finish::Coherent {
+            let map = finish::sharp(&pulls, &ended.x)?;
+            return Ok(Woven { result: Optimized::Map(map), stats, complete: true });
+        }
         if halvings == 0 {
             return Ok(Woven { result: Optimized::Votes(pulls.votes()?), stats, complete: ended.complete });
         }
@@ -165,7 +170,7 @@ impl<'a> Weaver<'a> {
 
     /// Algorithm 1: from a texture with the search, else from random neighborhoods with the average.
     fn run(&self, begun: Option<Grid<f64, 2>>, stats: &mut Stats) -> Result<Ended, Error> {
-        let mut search = Exact::new(self.exemplars, &self.all, self.run.simd);
+        let mut search = Exact::new(self.exemplars, &self.all, self.options.complete, self.run.simd);
         let mut counts = self.counts();
         let mut weights = vec![1.0; self.all.len()];
         let (mut x, mut places) = match begun {

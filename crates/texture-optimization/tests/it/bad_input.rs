@@ -26,6 +26,8 @@ fn options_out_of_range_are_named_with_their_numbers() {
         assert!(matches!(error, Error::Robust { .. }));
         assert_eq!(error.kind(), ErrorKind::Option);
     }
+    let complete = refused(Options { complete: Some(-0.5), ..Options::default() });
+    assert_eq!(complete.to_string(), "a completeness of -0.5 is out of range");
     assert_eq!(refused(Options { iterations: 0, ..Options::default() }), Error::Iterations);
 }
 

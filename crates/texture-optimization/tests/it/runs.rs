@@ -1,8 +1,9 @@
 //! Whole runs.
 
 use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap};
+use selvedge_fft_ssd::{Field, Windows, nearest};
 use selvedge_testkit::from_png;
-use selvedge_texture_optimization::{Level, Optimized, Options, Plan, Search, optimize, optimize_from};
+use selvedge_texture_optimization::{Finish, Level, Optimized, Options, Plan, Search, optimize, optimize_from};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const SCALES: &[u8] = include_bytes!("../../../../fixtures/scales.png");
@@ -54,9 +55,10 @@ fn threads_and_instructions_change_nothing() {
     let exemplars = exemplars(&plane);
     let output = Domain { shape: [50, 61], periodic: [false, true] };
     let of = |threads: usize, simd| {
+        let options = Options { iterations: 4, ..Options::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let run = Run { simd, ..Run::seeded(5) };
-        let woven = pool.install(|| optimize(&exemplars, output, &Options::default(), &run)).unwrap();
+        let woven = pool.install(|| optimize(&exemplars, output, &options, &run)).unwrap();
         (bytes(&woven.result, &plane), woven.result, woven.stats)
     };
     let one = of(1, selvedge_core::SimdLevel::Auto);
@@ -74,7 +76,7 @@ fn a_copy_of_the_exemplar_stays_what_it_is() {
     for at in map.domain().positions() {
         map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
     }
-    let options = Options { schedule: levels(&[(1, 16), (1, 8)]), ..Options::default() };
+    let options = Options { schedule: levels(&[(1, 16), (1, 8)]), ..Options::paper() };
     let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
     assert_eq!(bytes(&woven.result, &plane), bytes(&Optimized::Map(map), &plane));
     assert_eq!(woven.stats.energy(), Some(0.0));
@@ -99,7 +101,7 @@ fn odd_samples_at_the_edges_are_mended() {
     for at in [[0, 0], [0, 30], [28, 0], [28, 30]] {
         map.ids.set(0, at, SampleId::new(lightest));
     }
-    let options = Options { schedule: levels(&[(1, 8)]), ..Options::default() };
+    let options = Options { schedule: levels(&[(1, 8)]), ..Options::paper() };
     let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
     assert_ne!(bytes(&Optimized::Map(map), &plane), clean);
     assert_eq!(bytes(&woven.result, &plane), clean);
@@ -125,7 +127,7 @@ fn a_run_that_is_cancelled_answers_with_what_there_is() {
     for events in [1, 6, 1000] {
         let observer = After(AtomicU32::new(0), events);
         let run = Run { observer: &observer, ..Run::seeded(5) };
-        let woven = optimize(&exemplars, output, &Options::default(), &run).unwrap();
+        let woven = optimize(&exemplars, output, &Options { iterations: 10, ..Options::paper() }, &run).unwrap();
         assert_eq!(woven.complete, events == 1000);
         assert_eq!(woven.result.domain(), output);
         assert_eq!(matches!(woven.result, Optimized::Map(_)), !woven.complete);
@@ -140,4 +142,56 @@ fn a_plan_names_the_levels_that_fit() {
     let plan = Plan::new(&exemplars, Domain::open([64, 64]), &Options::paper(), &Run::seeded(0)).unwrap();
     assert_eq!(plan.levels(), levels(&[(2, 8), (1, 16), (1, 8)]));
     assert_eq!(plan.left_out(), levels(&[(4, 8), (2, 16), (1, 32)]));
+}
+
+/// The part of the exemplar's neighborhoods, a step apart, of which an output has nothing near: by mean squared distance.
+fn lacking(plane: &Plane<2>, result: &Optimized) -> f64 {
+    let (Samples::U8(there), Samples::U8(here)) = (result.render(&[plane]).unwrap().samples, &plane.samples) else {
+        panic!("8 bits")
+    };
+    let windows = Windows { side: 8, step: 4 };
+    let simd = selvedge_core::SimdLevel::Auto;
+    let found = nearest(Field::new(here), &[Field::new(&there)], &[1; 3], windows, simd).unwrap();
+    let errors: Vec<f64> = found.samples().iter().flatten().map(|n| n.error as f64 / 192.0).collect();
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+#[test]
+fn completeness_brings_in_what_an_output_lacks_and_the_finish_is_made_of_samples() {
+    let plane = scales(48);
+    let exemplars = exemplars(&plane);
+    let output = Domain { shape: [75, 66], periodic: [false, true] };
+    let of = |complete, finish| {
+        let options = Options { complete, finish, iterations: 4, ..Options::default() };
+        optimize(&exemplars, output, &options, &Run::seeded(2)).unwrap()
+    };
+    let [plain, complete] = [None, Some(0.1)].map(|complete| of(complete, Finish::Average));
+    let [without, with] = [&plain, &complete].map(|woven| lacking(&plane, &woven.result));
+    assert!(with < 0.9 * without, "{with} of {without}");
+    let sharp = of(Some(0.1), Finish::Coherent);
+    let map = sharp.result.as_map().expect("samples that continue each other are a map");
+    assert_eq!(map.holes(), 0);
+    // Averages have less contrast than what they are averages of.
+    let contrast = |result: &Optimized| {
+        let bytes = bytes(result, &plane);
+        bytes.windows(2).map(|p| f64::from(p[0].abs_diff(p[1]))).sum::<f64>() / bytes.len() as f64
+    };
+    let (before, after) = (contrast(&complete.result), contrast(&sharp.result));
+    assert!(before < after, "{after} of {before}");
+    // Most samples go on with their neighbour's patch.
+    let seams = map.domain().positions().filter(|&at| map.is_seam(at, 1)).count();
+    assert!(seams * 5 < map.domain().len(), "{seams} seams");
+}
+
+#[test]
+fn a_copy_of_the_exemplar_is_finished_as_itself() {
+    let plane = scales(40);
+    let exemplars = exemplars(&plane);
+    let mut map = SourceMap::unassigned(&exemplars, Domain::open([24, 30])).unwrap();
+    for at in map.domain().positions() {
+        map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
+    }
+    let options = Options { schedule: levels(&[(1, 8)]), complete: None, ..Options::default() };
+    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    assert_eq!(woven.result, Optimized::Map(map));
 }

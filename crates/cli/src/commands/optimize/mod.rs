@@ -3,11 +3,12 @@
 mod init;
 mod levels;
 
+use std::fmt;
 use std::path::PathBuf;
 
-use clap::{Args, ValueHint};
+use clap::{Args, ValueEnum, ValueHint};
 use selvedge_core::{Bytes, Domain, SourceMap};
-use selvedge_texture_optimization::{Level, LevelStats, Options, Plan, Stats, estimate};
+use selvedge_texture_optimization::{Finish, Level, LevelStats, Options, Plan, Stats, estimate};
 use serde_json::{Value, json};
 
 use self::init::{Init, init};
@@ -21,6 +22,7 @@ use crate::session::Session;
 use crate::starting::{check_size, rebased};
 use crate::used::Used;
 use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::wrong::Wrong;
 
 /// Options of `optimize`.
 #[derive(Args, Debug)]
@@ -43,12 +45,60 @@ pub(crate) struct Optimize {
     /// Iterations at a level, if it does not settle before.
     #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
     iterations: u32,
+    /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly, none
+    /// takes whatever is nearest.
+    #[arg(long, value_name = "A|none", default_value_t = Complete(Options::default().complete),
+        value_parser = complete, allow_negative_numbers = true)]
+    complete: Complete,
+    /// What the output is made of: samples of the exemplars, which makes it sharp and gives it a source map, or averages.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = FinishArg::Coherent)]
+    finish: FinishArg,
     /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.
     #[arg(long, value_name = "R", default_value_t = Options::default().robust)]
     robust: f64,
-    /// The paper to the letter: --init random --iterations 100 --robust 0.8.
-    #[arg(long, conflicts_with_all = ["init", "start", "iterations", "robust"])]
+    /// The paper to the letter: --init random --iterations 100 --complete none --finish average --robust 0.8.
+    #[arg(long, conflicts_with_all = ["init", "start", "iterations", "complete", "finish", "robust"])]
     paper: bool,
+}
+
+/// How complete the output becomes; `None` for as it comes.
+#[derive(Clone, Copy, Debug)]
+struct Complete(Option<f64>);
+
+fn complete(text: &str) -> Result<Complete, Wrong> {
+    match text {
+        "none" => Ok(Complete(None)),
+        _ => text
+            .parse()
+            .map(|v| Complete(Some(v)))
+            .map_err(|_| Wrong::new(format!("'{text}' is no completeness"), "write a number from 0 on, or none")),
+    }
+}
+
+impl fmt::Display for Complete {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(alpha) => write!(f, "{alpha}"),
+            None => f.write_str("none"),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FinishArg {
+    /// Samples that continue each other.
+    Coherent,
+    /// Averages, as the paper has it.
+    Average,
+}
+
+impl From<FinishArg> for Finish {
+    fn from(finish: FinishArg) -> Self {
+        match finish {
+            FinishArg::Coherent => Self::Coherent,
+            FinishArg::Average => Self::Average,
+        }
+    }
 }
 
 /// A run whose options were understood, and whose map was read.
@@ -94,14 +144,21 @@ impl Optimize {
         let chosen = if self.paper {
             Options { schedule, ..Options::paper() }
         } else {
-            Options { schedule, iterations: self.iterations, robust: self.robust, ..Options::default() }
+            Options {
+                schedule,
+                iterations: self.iterations,
+                complete: self.complete.0,
+                finish: self.finish.into(),
+                robust: self.robust,
+                ..Options::default()
+            }
         };
         chosen.validate()?;
         Ok(chosen)
     }
 }
 
-fn wrong(wrong: crate::wrong::Wrong) -> Failure {
+fn wrong(wrong: Wrong) -> Failure {
     Failure::new(2, wrong.what).remedy(wrong.remedy)
 }
 
@@ -191,6 +248,8 @@ impl Job<'_> {
             .used()
             .set("schedule", typed(&self.options.schedule))
             .set("iterations", self.options.iterations)
+            .set("complete", self.options.complete.map_or_else(|| Value::from("none"), Value::from))
+            .set("finish", if self.options.finish == Finish::Coherent { "coherent" } else { "average" })
             .set("robust", self.options.robust);
         match &self.args.start {
             Some(_) => used.without("init"),
