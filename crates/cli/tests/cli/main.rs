@@ -9,6 +9,7 @@ mod exit_codes;
 mod files;
 mod graphcut;
 mod optimize;
+mod planes;
 mod program;
 mod safety;
 mod samples;

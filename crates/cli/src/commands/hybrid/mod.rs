@@ -83,8 +83,11 @@ impl Method for Hybrid {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        self.options().validate()?;
-        self.blending.validate()
+        Ok(self.options().validate()?)
+    }
+
+    fn blending(&self) -> Blending {
+        self.blending
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -100,8 +103,7 @@ impl Method for Hybrid {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        let method = estimate(sources, channels, output, &self.options());
-        method.saturating_add(self.blending.memory(output, channels + 1, false))
+        estimate(sources, channels, output, &self.options())
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
@@ -119,7 +121,6 @@ impl Method for Hybrid {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: self.blending,
             kept: None,
             options: self.used(loom, &plan),
             stats: counts(&woven.stats),

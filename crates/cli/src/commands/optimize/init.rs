@@ -26,7 +26,7 @@ pub(super) fn init(text: &str) -> Result<Init, Wrong> {
         "quilt" => Init::Quilt,
         "graphcut" => Init::Graphcut,
         "random" => Init::Random,
-        _ if text.ends_with(".exr") || text == crate::inputs::STREAM => Init::Map(text.into()),
+        _ if text.ends_with(".exr") || text == crate::stdio::STREAM => Init::Map(text.into()),
         _ => {
             let what = format!("'{text}' is nothing to start from");
             return Err(Wrong::new(what, "write auto, quilt, graphcut, random, or a source map's name (.exr)"));

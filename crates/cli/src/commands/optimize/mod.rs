@@ -13,7 +13,6 @@ use serde_json::{Value, json};
 
 use self::init::{Init, init};
 use self::levels::{Levels, levels, typed};
-use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::inputs::{Input, ReadMap};
 use crate::method::{Method, OutputSize};
@@ -217,7 +216,6 @@ impl Method for Job<'_> {
         let outcome = |woven, complete, stats: &Stats| Outcome {
             woven,
             complete,
-            blending: Blending::default(),
             kept: None,
             options: self.used(loom, &init),
             stats: counts(stats),
