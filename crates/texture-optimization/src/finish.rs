@@ -4,7 +4,7 @@
 use selvedge_core::{Coherence, Domain, Exemplars, Grid, SampleId, SourceMap, par};
 
 use crate::error::Error;
-use crate::optimized::Pulls;
+use crate::optimized::{Held, Pulls};
 
 /// Samples around one that are compared: windows of five by five hold a detail and its surroundings; larger ones blur joins of
 /// detail no less, and take longer.
@@ -16,7 +16,7 @@ const PASSES: usize = 3;
 /// like the average's; then passes in which samples may continue their neighbours', compared with what stands there.
 ///
 /// Time `O(samples * candidates * channels)`. Samples of a pass that do not meet are chosen at once, from what stands before.
-pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>) -> Result<SourceMap<2>, Error> {
+pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>, held: Option<Held<'_>>) -> Result<SourceMap<2>, Error> {
     let exemplars = pulls.exemplars;
     let domain = pulls.all.domain;
     let mut map = SourceMap::unassigned(exemplars, domain)?;
@@ -32,8 +32,9 @@ pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>) -> Result<SourceMap<2>,
         target.nearest(at, &offered)
     });
     map.ids.plane_mut(0).iter_mut().zip(voted).for_each(|(id, voted)| *id = voted.unwrap_or(SampleId::UNASSIGNED));
+    held.iter().for_each(|held| held.lay(&mut map));
     for _ in 0..PASSES {
-        if !pass(exemplars, &mut map)? {
+        if !pass(exemplars, &mut map, held)? {
             break;
         }
     }
@@ -41,7 +42,7 @@ pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>) -> Result<SourceMap<2>,
 }
 
 /// Whether any sample changed.
-fn pass(exemplars: &Exemplars<2>, map: &mut SourceMap<2>) -> Result<bool, Error> {
+fn pass(exemplars: &Exemplars<2>, map: &mut SourceMap<2>, held: Option<Held<'_>>) -> Result<bool, Error> {
     let domain = map.domain();
     let coherence = Coherence::new(exemplars);
     let mut changed = false;
@@ -54,6 +55,9 @@ fn pass(exemplars: &Exemplars<2>, map: &mut SourceMap<2>) -> Result<bool, Error>
             let at = |column: u32| [2 * row as u32 + phase[0], 2 * column + phase[1]];
             let one = |column: u32| {
                 let (at, own) = (at(column), map.ids.get(0, at(column)));
+                if held.is_some_and(|held| held.at(at).is_some()) {
+                    return own;
+                }
                 coherence.around(map, at, 1, |_| true, &mut offered);
                 offered.retain(|&id| id != own);
                 if offered.is_empty() {

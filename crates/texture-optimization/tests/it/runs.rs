@@ -3,7 +3,9 @@
 use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap};
 use selvedge_fft_ssd::{Field, Windows, nearest};
 use selvedge_testkit::from_png;
-use selvedge_texture_optimization::{Finish, Level, Optimized, Options, Plan, Search, optimize, optimize_from};
+use selvedge_texture_optimization::{
+    Control, Finish, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
+};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const SCALES: &[u8] = include_bytes!("../../../../fixtures/scales.png");
@@ -77,7 +79,7 @@ fn a_copy_of_the_exemplar_stays_what_it_is() {
         map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
     }
     let options = Options { schedule: levels(&[(1, 16), (1, 8)]), ..Options::paper() };
-    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
     assert_eq!(bytes(&woven.result, &plane), bytes(&Optimized::Map(map), &plane));
     assert_eq!(woven.stats.energy(), Some(0.0));
 }
@@ -102,7 +104,7 @@ fn odd_samples_at_the_edges_are_mended() {
         map.ids.set(0, at, SampleId::new(lightest));
     }
     let options = Options { schedule: levels(&[(1, 8)]), ..Options::paper() };
-    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
     assert_ne!(bytes(&Optimized::Map(map), &plane), clean);
     assert_eq!(bytes(&woven.result, &plane), clean);
 }
@@ -192,6 +194,45 @@ fn a_copy_of_the_exemplar_is_finished_as_itself() {
         map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
     }
     let options = Options { schedule: levels(&[(1, 8)]), complete: None, ..Options::default() };
-    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
     assert_eq!(woven.result, Optimized::Map(map));
+}
+
+#[test]
+fn wished_colours_come_where_they_are_wanted_and_fixed_samples_stay() {
+    let plane = scales(48);
+    let exemplars = exemplars(&plane);
+    let output = Domain::open([64, 64]);
+    let run = Run::seeded(4);
+    let of_exemplar = |at: [u32; 2]| exemplars.table().id(0, [at[0] % 48, at[1] % 48]);
+    let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
+    output.positions().for_each(|at| map.ids.set(0, at, of_exemplar(at)));
+    // Light in the middle, dark nowhere.
+    let inside = |at: [u32; 2]| at.iter().all(|p| (24..40).contains(p));
+    let features = Grid::try_filled(output, exemplars.channels(), 250).unwrap();
+    let weight = |lambda: f32| {
+        let of = output.positions().map(|at| if inside(at) { lambda } else { 0.0 }).collect();
+        Grid::from_vec(output, 1, of).unwrap()
+    };
+    let fixed = Grid::from_vec(output, 1, output.positions().map(|at| at[0] < 9).collect()).unwrap();
+    let light = |lambda: f32, finish| {
+        let wanted = Some(Wanted { features: features.clone(), weight: weight(lambda) });
+        let control = Control { wanted, fixed: Some(fixed.clone()) };
+        let options = Options { finish, iterations: 4, ..Options::default() };
+        let woven = optimize_from(&exemplars, &map, &control, &options, &run).unwrap();
+        let (shown, before) = (bytes(&woven.result, &plane), bytes(&Optimized::Map(map.clone()), &plane));
+        for (i, at) in output.positions().enumerate().filter(|(_, at)| at[0] < 9) {
+            assert_eq!(shown[i], before[i], "{at:?}");
+        }
+        let all: Vec<u32> = (0..output.len())
+            .filter(|&i| inside(output.position(i)))
+            .map(|i| (0..3).map(|c| u32::from(shown[c * output.len() + i])).sum())
+            .collect();
+        f64::from(all.iter().sum::<u32>()) / all.len() as f64 / 3.0
+    };
+    for finish in [Finish::Average, Finish::Coherent] {
+        let [without, little, much] = [0.0, 0.3, 3.0].map(|lambda| light(lambda, finish));
+        // The lightest of these scales is not far from what a little brings.
+        assert!(without + 20.0 < little && without + 20.0 < much, "{without} {little} {much}");
+    }
 }

@@ -1,5 +1,6 @@
 //! `selvedge optimize`: texture optimization. `[Kwatra05 3]`
 
+mod control;
 mod init;
 mod levels;
 
@@ -8,9 +9,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, ValueHint};
 use selvedge_core::{Bytes, Domain, SourceMap};
-use selvedge_texture_optimization::{Finish, Level, LevelStats, Options, Plan, Stats, estimate};
+use selvedge_texture_optimization::{Control, Finish, Level, LevelStats, Options, Plan, Stats, estimate};
 use serde_json::{Value, json};
 
+use self::control::ControlArgs;
 use self::init::{Init, init};
 use self::levels::{Levels, levels, typed};
 use crate::failure::{Failure, n};
@@ -55,6 +57,8 @@ pub(crate) struct Optimize {
     /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.
     #[arg(long, value_name = "R", default_value_t = Options::default().robust)]
     robust: f64,
+    #[command(flatten)]
+    control: ControlArgs,
     /// The paper to the letter: --init random --iterations 100 --complete none --finish average --robust 0.8.
     #[arg(long, conflicts_with_all = ["init", "start", "iterations", "complete", "finish", "robust"])]
     paper: bool,
@@ -162,8 +166,8 @@ fn wrong(wrong: Wrong) -> Failure {
 }
 
 impl Method for Job<'_> {
-    /// The map to start from, if that was read.
-    type Read = Option<SourceMap<2>>;
+    /// The map to start from, if that was read, and constraints.
+    type Read = (Option<SourceMap<2>>, Control);
 
     fn name(&self) -> &'static str {
         "optimize"
@@ -174,6 +178,7 @@ impl Method for Job<'_> {
     }
 
     fn validate(&self) -> Result<(), Failure> {
+        self.args.control.validate(matches!(self.init, Init::Map(_)))?;
         Ok(self.options.validate()?)
     }
 
@@ -182,24 +187,27 @@ impl Method for Job<'_> {
     }
 
     fn others(&self) -> Vec<PathBuf> {
-        match &self.init {
-            Init::Map(path) => vec![path.clone()],
-            _ => Vec::new(),
-        }
+        let map = match &self.init {
+            Init::Map(path) => Some(path.clone()),
+            _ => None,
+        };
+        map.into_iter().chain(self.args.control.files()).collect()
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
         let map = Bytes::of_samples(output, 4);
         let method = Bytes(estimate(sources, channels, output, &self.options));
-        self.init.bytes(sources, channels, output).then(method + map).0
+        let wishes = self.args.control.bytes(channels, output);
+        (self.init.bytes(sources, channels, output).then(method + map) + wishes).0
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Self::Read, Failure> {
-        let (Some(read), Init::Map(path)) = (&self.map, &self.init) else { return Ok(None) };
+        let control = self.args.control.read(loom)?;
+        let (Some(read), Init::Map(path)) = (&self.map, &self.init) else { return Ok((None, control)) };
         loom.note(read);
         let mut map = rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?;
         map.ids = map.ids.with_periodic(loom.domain.periodic);
-        Ok(Some(map))
+        Ok((Some(map), control))
     }
 
     fn plan(&self, loom: &Loom<'_>, _: Self::Read) -> Result<(Used, String), Failure> {
@@ -209,7 +217,7 @@ impl Method for Job<'_> {
         Ok((self.used(loom, &init), how))
     }
 
-    fn weave(&self, loom: &Loom<'_>, read: Self::Read) -> Result<Outcome, Failure> {
+    fn weave(&self, loom: &Loom<'_>, (read, control): Self::Read) -> Result<Outcome, Failure> {
         let (plan, run) = (self.planned(loom)?, loom.session.run());
         let exemplars = &loom.loaded.exemplars;
         let init = self.init.chosen(exemplars)?;
@@ -229,7 +237,7 @@ impl Method for Job<'_> {
             Some(made) => Some(made.result),
             None => read,
         };
-        let woven = plan.weave(start.as_ref(), &run).map_err(|e| failure(loom, e))?;
+        let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| failure(loom, e))?;
         Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
     }
 }
@@ -249,6 +257,7 @@ impl Job<'_> {
             .set("complete", self.options.complete.map_or_else(|| Value::from("none"), Value::from))
             .set("finish", if self.options.finish == Finish::Coherent { "coherent" } else { "average" })
             .set("robust", self.options.robust);
+        let used = self.args.control.used(used);
         match &self.args.start {
             Some(_) => used.without("init"),
             None => used.set("init", init.typed()),
