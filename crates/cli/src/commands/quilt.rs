@@ -8,6 +8,7 @@ use serde_json::json;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::method::{Method, OutputSize};
+use crate::repairing::{self, Repairing, with_repair};
 use crate::used::Used;
 use crate::weaving::{Loom, Outcome, Sizing, Weaving};
 use crate::wrong::Wrong;
@@ -40,6 +41,8 @@ pub(crate) struct Quilt {
     /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    repairing: Repairing,
     #[command(flatten)]
     blending: Blending,
 }
@@ -108,6 +111,7 @@ impl Method for Quilt {
 
     fn validate(&self) -> Result<(), Failure> {
         self.options().validate()?;
+        self.repairing.validate()?;
         self.blending.validate()
     }
 
@@ -117,6 +121,7 @@ impl Method for Quilt {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
         let method = estimate(sources, channels, output, &self.options());
+        let method = method.saturating_add(self.repairing.bytes(sources, channels, output));
         method.saturating_add(self.blending.memory(output, channels + 1, false))
     }
 
@@ -131,15 +136,16 @@ impl Method for Quilt {
 
     fn weave(&self, loom: &Loom<'_>, (): ()) -> Result<Outcome, Failure> {
         let plan = self.planned(loom)?;
-        let woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+        let mut woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+        let repair = self.repairing.mend(loom.session, &loom.loaded.exemplars, &mut woven, (None, None))?;
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             blending: self.blending,
             kept: None,
             options: self.used(loom, &plan),
-            stats: counts(&woven.stats),
-            how: how(&woven.stats),
+            stats: with_repair(counts(&woven.stats), repair.as_ref()),
+            how: how(&woven.stats) + &repairing::how(repair.as_ref()),
             course: None,
         })
     }
@@ -162,7 +168,7 @@ impl Quilt {
             .set("stage", lower(format!("{:?}", options.stage)))
             .set("continuation", lower(format!("{:?}", options.continuation)))
             .set("spread", options.spread);
-        self.blending.used_if_any(used)
+        self.blending.used_if_any(self.repairing.used_if_any(used))
     }
 
     fn options(&self) -> Options {
