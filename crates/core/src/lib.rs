@@ -53,6 +53,7 @@ mod start;
 mod transform;
 mod usage;
 mod votes;
+mod weights;
 mod window;
 
 pub use averaging::Averaging;

@@ -8,6 +8,7 @@ pub(crate) mod hybrid;
 pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
+pub(crate) mod optimize;
 pub(crate) mod quilt;
 #[cfg(test)]
 pub(crate) mod random_labels;

@@ -111,8 +111,11 @@ impl Method for Quilt {
 
     fn validate(&self) -> Result<(), Failure> {
         self.options().validate()?;
-        self.repairing.validate()?;
-        self.blending.validate()
+        self.repairing.validate()
+    }
+
+    fn blending(&self) -> Blending {
+        self.blending
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -121,8 +124,7 @@ impl Method for Quilt {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
         let method = estimate(sources, channels, output, &self.options());
-        let method = method.saturating_add(self.repairing.bytes(sources, channels, output));
-        method.saturating_add(self.blending.memory(output, channels + 1, false))
+        method.saturating_add(self.repairing.bytes(sources, channels, output))
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
@@ -141,7 +143,6 @@ impl Method for Quilt {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: self.blending,
             kept: None,
             options: self.used(loom, &plan),
             stats: with_repair(counts(&woven.stats), repair.as_ref()),

@@ -147,6 +147,14 @@ impl Method for Job<'_> {
         Ok(self.options.validate()?)
     }
 
+    fn blending(&self) -> Blending {
+        self.args.blending
+    }
+
+    fn keeps(&self) -> bool {
+        true
+    }
+
     fn size(&self) -> OutputSize<'_> {
         OutputSize::Start(self.domain)
     }
@@ -171,8 +179,7 @@ impl Method for Job<'_> {
         let film = if filmed { course::memory(sources, channels, output) } else { 0 };
         let method = estimate(sources, channels, output, &self.options);
         let repair = self.args.repairing.bytes(sources, channels, output);
-        let method = method.saturating_add(field).saturating_add(film).saturating_add(repair);
-        method.saturating_add(self.args.blending.memory(output, channels + 1, true))
+        method.saturating_add(field).saturating_add(film).saturating_add(repair)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
@@ -201,7 +208,6 @@ impl Method for Job<'_> {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: args.blending,
             kept,
             options: args.used(loom, self.field, &self.options, Some(&woven.stats)),
             stats: with_repair(counts(&woven.stats), repair.as_ref()),

@@ -101,7 +101,16 @@ impl Method for Job<'_> {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        Ok(())
+        self.args.options().validate()?;
+        self.args.repairing.validate()
+    }
+
+    fn blending(&self) -> Blending {
+        self.args.blending
+    }
+
+    fn keeps(&self) -> bool {
+        true
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -127,8 +136,7 @@ impl Method for Job<'_> {
         let method = Bytes(estimate(sources, channels, output, &self.args.options()));
         let field = if self.backdrop().is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
         let repair = Bytes(self.args.repairing.bytes(sources, channels, output));
-        let blending = Bytes(self.args.blending.memory(output, channels + 1, true));
-        (method.then(repair) + field + blending).0
+        (method.then(repair) + field).0
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
@@ -158,7 +166,6 @@ impl Method for Job<'_> {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: args.blending,
             kept,
             options: args.used(loom, &plan),
             stats: with_repair(counts(&woven.stats), repair.as_ref()),
