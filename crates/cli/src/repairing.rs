@@ -15,14 +15,17 @@ pub(crate) struct Repairing {
     /// Repair seams that show: choose the pixels around them anew, as long as all seams become cheaper.
     #[arg(long)]
     repair: bool,
-    /// How far around bad seams --repair chooses pixels anew, 1 to 64.
-    #[arg(long, value_name = "N", default_value_t = RepairOptions::default().radius, requires = "repair")]
-    radius: u32,
+    /// How far around bad seams --repair chooses pixels anew, 1 to 64. Default: 2.
+    #[arg(long, value_name = "N")]
+    radius: Option<u32>,
 }
 
 impl Repairing {
     /// Checks what can be checked without a map.
     pub(crate) fn validate(self) -> Result<(), Failure> {
+        if self.radius.is_some() && !self.repair {
+            return Err(Failure::new(2, "--radius has nothing to act on").remedy("give --repair as well"));
+        }
         Ok(self.options().validate()?)
     }
 
@@ -56,11 +59,12 @@ impl Repairing {
 
     /// The options as used: none where nothing is repaired.
     pub(crate) fn used_if_any(self, used: Used) -> Used {
-        if self.repair { used } else { used.without("repair").without("radius") }
+        if self.repair { used.set("radius", self.options().radius) } else { used.without("repair").without("radius") }
     }
 
     fn options(self) -> RepairOptions {
-        RepairOptions { radius: self.radius, ..RepairOptions::default() }
+        let usual = RepairOptions::default();
+        RepairOptions { radius: self.radius.unwrap_or(usual.radius), ..usual }
     }
 }
 
