@@ -12,15 +12,16 @@ use serde_json::json;
 use self::choices::{Block, LayoutArg, ResynthesizeArg, SearchArg, block, error, typed};
 use super::graphcut::start::{Begun, StartArgs};
 use super::quilt::ContinuationArg;
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
-use crate::exemplars::Backdrop;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::repairing::{self, Repairing, with_repair};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `hybrid`.
 #[derive(Args, Debug)]
@@ -214,6 +215,7 @@ impl Hybrid {
             .set("spread", options.spread)
             .set("continuation", lower(format!("{:?}", options.continuation)))
             .set("circular", options.circular);
+        let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
         self.blending.used_if_any(self.repairing.used_if_any(used))
     }
 
