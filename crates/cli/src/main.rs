@@ -22,6 +22,7 @@ mod outputs;
 mod page;
 mod plan;
 mod planes;
+mod repairing;
 mod report;
 mod roles;
 mod run;

@@ -3,7 +3,7 @@
 mod choices;
 mod scales;
 mod sources;
-mod start;
+pub(crate) mod start;
 
 use std::path::PathBuf;
 
@@ -21,6 +21,7 @@ use crate::course::{self, Film};
 use crate::failure::Failure;
 use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
+use crate::repairing::{self, Repairing, with_repair};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
@@ -68,6 +69,8 @@ pub(crate) struct Graphcut {
     paper: bool,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    repairing: Repairing,
     #[command(flatten)]
     blending: Blending,
     /// Turn exemplars by quarter turns as well.
@@ -172,7 +175,8 @@ impl Method for Job<'_> {
         let filmed = self.args.weaving.report.is_some();
         let film = if filmed { course::memory(sources, channels, output) } else { 0 };
         let method = estimate(sources, channels, output, &self.options);
-        method.saturating_add(field).saturating_add(film)
+        let repair = self.args.repairing.bytes(sources, channels, output);
+        method.saturating_add(field).saturating_add(film).saturating_add(repair)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
@@ -192,24 +196,25 @@ impl Method for Job<'_> {
 
     fn weave(&self, loom: &Loom<'_>, start: Start<2>) -> Result<Outcome, Failure> {
         let (args, exemplars, session) = (self.args, &loom.loaded.exemplars, loom.session);
-        let kept = start.fixed.clone();
+        let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| args.repairing.is_on()));
         let filmed = args.weaving.report.is_some();
         let film = filmed.then(|| Film::new(&session.watch, exemplars, self.options.seam)).transpose()?;
         let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
         let run = Run { observer, ..session.run() };
-        let woven = graphcut_from(exemplars, start, &self.options, &run).map_err(|e| failure(loom, e))?;
+        let mut woven = graphcut_from(exemplars, start, &self.options, &run).map_err(|e| failure(loom, e))?;
         args.warn_of_small(loom, woven.stats.region);
         let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
+        let repair = args.repairing.mend(session, exemplars, &mut woven, (kept.as_ref(), sources))?;
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             kept,
             options: args.used(loom, self.field, &Chosen::from(&woven.stats)),
-            stats: counts(&woven.stats),
+            stats: with_repair(counts(&woven.stats), repair.as_ref()),
             how: if self.backdrop().is_some() && woven.stats.patches == 0 {
                 "as it was: the picture has no holes, and no --fixed makes some".to_owned()
             } else {
-                how(&woven.stats)
+                how(&woven.stats) + &repairing::how(repair.as_ref())
             },
             course,
         })
@@ -237,6 +242,7 @@ impl Graphcut {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         self.options().validate()?;
         self.blending.validate()?;
+        self.repairing.validate()?;
         let field = self.scale_field.clone().map(|f| Scales::new(f, self.scale_range, self.scale_step)).transpose()?;
         let levels = match &field {
             Some(field) => field.levels(),
@@ -268,7 +274,7 @@ impl Graphcut {
             .set("refine", self.refine.0)
             .set("tries", self.options().tries);
         let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
-        let used = self.blending.used(used);
+        let used = self.repairing.used_if_any(self.blending.used(used));
         match field {
             Some(field) => field.used(used),
             None => used.without("scale-field").without("scale-range").without("scale-step"),

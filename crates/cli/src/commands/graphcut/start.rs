@@ -16,7 +16,7 @@ use crate::starting::{check_size, rebased};
 /// Options about what is there before the first patch.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "What is there before")]
-pub(super) struct StartArgs {
+pub(crate) struct StartArgs {
     /// Go on from a source map of the same exemplars: its holes are filled, its seams made better.
     #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
@@ -34,14 +34,14 @@ pub(super) struct StartArgs {
 }
 
 /// The same, with the map read.
-pub(super) struct Begun<'a> {
+pub(crate) struct Begun<'a> {
     args: &'a StartArgs,
     map: Option<ReadMap>,
 }
 
 impl StartArgs {
     /// Reads the map.
-    pub(super) fn begin(&self, session: &Session<'_>) -> Result<Begun<'_>, Failure> {
+    pub(crate) fn begin(&self, session: &Session<'_>) -> Result<Begun<'_>, Failure> {
         if self.fixed.is_some() && self.start.is_none() && self.over.is_none() {
             return Err(Failure::new(2, "--fixed has nothing to fix").remedy("give --start or --over as well"));
         }
@@ -54,17 +54,17 @@ impl StartArgs {
     }
 
     /// The picture as an exemplar: only what stays of it is seen.
-    pub(super) fn backdrop(&self) -> Option<Backdrop<'_>> {
+    pub(crate) fn backdrop(&self) -> Option<Backdrop<'_>> {
         Some(Backdrop { picture: self.over.as_deref()?, mask: self.fixed.as_deref() })
     }
 
     /// True if a band around holes may be cut again.
-    pub(super) fn is_blended_in(&self) -> bool {
+    pub(crate) fn is_blended_in(&self) -> bool {
         self.blend_in != 0
     }
 
     /// Files that are read.
-    pub(super) fn files(&self) -> Vec<PathBuf> {
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
         [&self.start, &self.over, &self.fixed].into_iter().flatten().cloned().collect()
     }
 }
@@ -72,7 +72,7 @@ impl StartArgs {
 impl Begun<'_> {
     /// The output's domain: that of the map or the picture, if the size `typed` agrees. `wanted` is what would be made
     /// without either.
-    pub(super) fn domain(
+    pub(crate) fn domain(
         &self,
         exemplars: &[Domain<2>],
         typed: Option<[u32; 2]>,
@@ -95,7 +95,7 @@ impl Begun<'_> {
     }
 
     /// What stands, and what of it stays.
-    pub(super) fn stand(&self, loom: &mut Loom<'_>) -> Result<(SourceMap<2>, Option<Grid<bool, 2>>), Failure> {
+    pub(crate) fn stand(&self, loom: &mut Loom<'_>) -> Result<(SourceMap<2>, Option<Grid<bool, 2>>), Failure> {
         let mut map = match self.args.start.as_ref().zip(self.map.as_ref()) {
             Some((path, read)) => {
                 loom.note(read);
