@@ -3,6 +3,7 @@
 
 mod args;
 mod available;
+mod backdrop;
 mod blending;
 mod cli;
 mod commands;
@@ -19,6 +20,7 @@ mod method;
 mod names;
 mod outputs;
 mod page;
+mod plan;
 mod planes;
 mod report;
 mod roles;

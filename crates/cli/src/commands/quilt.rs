@@ -7,9 +7,10 @@ use serde_json::json;
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
 
 /// Options of `quilt`.

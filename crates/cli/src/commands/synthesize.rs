@@ -8,10 +8,12 @@ use serde_json::{Value, json};
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
+use crate::plan::Plan;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `synthesize`.
 #[derive(Args, Debug)]

@@ -11,9 +11,10 @@ use self::choices::{Block, LayoutArg, ResynthesizeArg, SearchArg, block, error, 
 use super::quilt::ContinuationArg;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `hybrid`.
 #[derive(Args, Debug)]

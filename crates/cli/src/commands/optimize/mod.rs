@@ -14,12 +14,13 @@ use self::init::{Init, init};
 use self::levels::{Levels, levels, typed};
 use crate::failure::{Failure, n};
 use crate::inputs::{Input, ReadMap};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::report::Done;
 use crate::session::Session;
 use crate::starting::{check_size, rebased};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `optimize`.
 #[derive(Args, Debug)]
