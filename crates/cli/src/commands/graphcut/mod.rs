@@ -323,7 +323,7 @@ fn counts(stats: &Stats<2>) -> serde_json::Value {
 fn how(stats: &Stats<2>) -> String {
     let placement = format!("{:?}", stats.placement).to_lowercase();
     let (patches, improvements) = (stats.patches, stats.improvements);
-    let why = stats.regularity.map_or(String::new(), |r| format!(" by a regularity of {r}"));
+    let why = stats.regularity.map_or(String::new(), |r| format!(" at a regularity of {r}"));
     format!("from {patches} patches and {improvements} refinements, {placement} placement{why}")
 }
 
