@@ -249,7 +249,7 @@ impl Graph {
     /// As [`solve`](Self::solve); `cut` is then unspecified.
     pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.sort_in()?;
-        let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &self.roles };
+        let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &mut self.roles };
         engine::maximize(&mut net, self.engine, self.solved, &mut self.scratch, cancelled)?;
         self.solved = true;
         closure::read_off(&net, self.source_total, cut, &mut self.stack)

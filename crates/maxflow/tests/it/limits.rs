@@ -211,3 +211,9 @@ fn hostile_files_end_in_one_line() {
     let same = dimacs::Problem { nodes: 1, source: 0, sink: 0, arcs: Vec::new() };
     assert_eq!(same.source_side_len(&same.graph().unwrap().solve(&|| false).unwrap()), 0);
 }
+
+#[test]
+#[should_panic(expected = "position [2, 9] is outside a grid of [3, 4]")]
+fn a_position_outside_is_told_in_numbers() {
+    GridGraph::new([3, 4], [false; 2]).unwrap().node([2, 9]);
+}
