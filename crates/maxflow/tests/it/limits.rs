@@ -101,7 +101,14 @@ fn a_graph_gives_headroom_back() {
     }
     assert!(matches!(Graph::new(usize::MAX), Err(MaxflowError::TooLarge { .. })));
     let mut other = Graph::new(1).unwrap();
-    assert_eq!(other.change_arc(arc, 1, 1), Err(MaxflowError::NoSuchArc { arc: 0, arcs: 0 }));
+    let foreign = MaxflowError::ForeignArc { arc: 0 };
+    let unknown = MaxflowError::NoSuchArc { arc: 0, arcs: 0 };
+    assert_eq!(other.change_arc(arc, 1, 1), Err(if cfg!(debug_assertions) { foreign.clone() } else { unknown }));
+    // With an arc of that number, only debug builds can tell.
+    let own = other.arc(0, 0, 1, 1).unwrap();
+    let refused = if cfg!(debug_assertions) { Err(foreign) } else { Ok(()) };
+    assert_eq!(other.change_arc(arc, 1, 1), refused);
+    assert_eq!(other.clone().change_arc(own, 1, 1), Ok(()), "a clone has the same arcs");
 }
 
 #[test]
