@@ -30,6 +30,13 @@ pub enum MaxflowError {
         /// Number of arcs.
         arcs: usize,
     },
+    /// An arc's name was given to a graph that it is not of. Noticed in debug builds; elsewhere only as
+    /// [`NoSuchArc`](Self::NoSuchArc), if at all.
+    #[error("arc {arc} is one of another graph")]
+    ForeignArc {
+        /// Number of the arc.
+        arc: usize,
+    },
     /// A node index beyond the graph.
     #[error("node {node} is out of range: the graph has {len} nodes")]
     NodeOutOfRange {

@@ -100,6 +100,8 @@ pub(crate) trait Network {
     fn add_excess(&mut self, v: usize, x: Self::Cap);
     /// What the node is to the engines.
     fn role(&self, v: usize) -> Role;
+    /// Makes it something else.
+    fn set_role(&mut self, v: usize, role: Role);
 
     /// The first arc of `v` for which `wanted(network, arc, head)` holds. Arcs that `notes` know to have been refused
     /// since they were rewound need not be asked about again.
@@ -181,6 +183,10 @@ impl<N: Network> Network for Reversed<'_, N> {
     #[inline]
     fn role(&self, v: usize) -> Role {
         self.0.role(v)
+    }
+
+    fn set_role(&mut self, v: usize, role: Role) {
+        self.0.set_role(v, role);
     }
 
     #[inline]

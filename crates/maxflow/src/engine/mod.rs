@@ -6,6 +6,7 @@
 mod between;
 pub(crate) mod closure;
 pub(crate) mod pseudoflow;
+pub(crate) mod settle;
 mod steps;
 pub(crate) mod strip;
 mod strong;
@@ -51,11 +52,13 @@ pub(crate) struct Scratch<A, S> {
     pseudo: PseudoScratch<A, S>,
     marks: Vec<u8>,
     stack: Vec<u32>,
+    settled: Vec<u32>,
 }
 
 impl<A, S> Default for Scratch<A, S> {
     fn default() -> Self {
-        Self { tree: TreeScratch::default(), pseudo: PseudoScratch::default(), marks: Vec::new(), stack: Vec::new() }
+        let (marks, stack, settled) = (Vec::new(), Vec::new(), Vec::new());
+        Self { tree: TreeScratch::default(), pseudo: PseudoScratch::default(), marks, stack, settled }
     }
 }
 
@@ -74,12 +77,12 @@ pub(crate) fn maximize<N: Network>(
     scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Result<()> {
-    saturate_pins(net);
     let automatic = matches!(engine, Engine::Auto | Engine::ShortestPath);
     let outcome = if solved && automatic {
+        saturate_pins(net);
         mend(net, scratch, cancelled)
     } else {
-        run(net, engine, |_| true, net.nodes().len(), scratch, cancelled)
+        run_unsettled(net, engine, scratch, cancelled)
     };
     match outcome {
         Outcome::Done => Ok(()),
@@ -88,6 +91,25 @@ pub(crate) fn maximize<N: Network>(
             Err(MaxflowError::OutOfMemory { nodes: net.nodes().len(), links: 0 })
         }
     }
+}
+
+/// Runs an engine on what is not settled before.
+fn run_unsettled<N: Network>(
+    net: &mut N,
+    engine: Engine,
+    scratch: &mut Scratch<N::Arc, N::Notes>,
+    cancelled: &dyn Fn() -> bool,
+) -> Outcome {
+    let mut settled = std::mem::take(&mut scratch.settled);
+    let outcome = if settle::settle(net, &mut settled) {
+        saturate_pins(net);
+        run(net, engine, |_| true, net.nodes().len() - settled.len(), scratch, cancelled)
+    } else {
+        Outcome::OutOfMemory
+    };
+    settle::release(net, &settled);
+    scratch.settled = settled;
+    outcome
 }
 
 /// Solves what changes have left to do: what lies between positive and negative excess.
@@ -153,7 +175,7 @@ fn run_pseudoflow<N: Network>(
 ) -> Outcome {
     // One engine's memory at a time.
     scratch.tree = TreeScratch::default();
-    if Supply::of(net, relevant).from_sink() {
+    if Supply::of(net, relevant).sink_starts() {
         pseudoflow::solve(&mut Reversed(net), &mut scratch.pseudo, relevant, cancelled)
     } else {
         pseudoflow::solve(net, &mut scratch.pseudo, relevant, cancelled)
@@ -197,7 +219,7 @@ impl Supply {
     ///
     /// Amounts alone, with some threshold, are wrong either for overlays (a ring of pins around many old seams: 2 to 3
     /// times as long from the sink, though that has less), or for boxes (7 times as long from the source) and many patches.
-    fn from_sink(&self) -> bool {
+    fn sink_starts(&self) -> bool {
         let flood = |amount: i64, nodes: usize| i128::from(amount) * nodes as i128;
         16 * flood(self.lack, self.takers) < 15 * flood(self.excess, self.givers)
     }
@@ -232,15 +254,15 @@ mod tests {
 
     #[test]
     fn pseudoflow_starts_where_less_is_flooded() {
-        let from_sink = |excess, lack, givers, takers| Supply { excess, lack, givers, takers }.from_sink();
+        let sink_starts = |excess, lack, givers, takers| Supply { excess, lack, givers, takers }.sink_starts();
         // Overlays of 512^2 (brick, gravel) and 256^2 (ihc); a box and an expansion; the same from both sides.
-        assert!(!from_sink(12_720_575, 4_645_771, 2044, 6803));
-        assert!(!from_sink(5_846_000, 2_153_553, 2044, 5499));
-        assert!(!from_sink(5_200_800, 4_767_716, 1020, 2962));
-        assert!(from_sink(17_288_482, 2_530_256, 9852, 2400));
-        assert!(from_sink(6_029_506_189, 41_264_944, 60_000, 5532));
-        assert!(!from_sink(500, 500, 7, 7));
-        assert!(!from_sink(i64::MAX / 2, i64::MAX / 2, 1 << 31, 1 << 31), "no overflow");
+        assert!(!sink_starts(12_720_575, 4_645_771, 2044, 6803));
+        assert!(!sink_starts(5_846_000, 2_153_553, 2044, 5499));
+        assert!(!sink_starts(5_200_800, 4_767_716, 1020, 2962));
+        assert!(sink_starts(17_288_482, 2_530_256, 9852, 2400));
+        assert!(sink_starts(6_029_506_189, 41_264_944, 60_000, 5532));
+        assert!(!sink_starts(500, 500, 7, 7));
+        assert!(!sink_starts(i64::MAX / 2, i64::MAX / 2, 1 << 31, 1 << 31), "no overflow");
     }
 
     #[test]

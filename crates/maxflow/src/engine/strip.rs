@@ -1,6 +1,6 @@
 //! Engine D: the cut of a plain strip is a shortest path.
 //!
-//! In a strip all of one border line is pinned to the source, all of the opposite line to the sink, and there are no
+//! In a strip all of one border line is held by the source, all of the opposite line by the sink, and there are no
 //! other terminals: the overlap of two patches. The graph is planar, and a cut is a path from one end of the strip to the other
 //! through the *faces* between the nodes, paying for every link it crosses the capacity in the direction that it
 //! severs; it is free to turn back. By planar duality (Ford and Fulkerson 1956; Hassin 1981) shortest distances of faces
@@ -11,7 +11,7 @@
 //! row before and then in itself both ways. A path with `t` turns is found after `t + 1` sweeps, and rows that did not change
 //! are skipped. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
 
-use super::Outcome;
+use super::{Outcome, settle};
 use crate::error::refill;
 use crate::grid::GridNet;
 use crate::network::{Network, Role, saturate_pins};
@@ -52,9 +52,17 @@ pub(crate) fn solve(
     let (outcome, length) = strip.distances(net, distance, cancelled)?;
     if outcome == Outcome::Done {
         strip.push_flow(net, distance, length);
-        saturate_pins(net);
+        strip.saturate_border(net);
     }
     Some(outcome)
+}
+
+/// The side of a node that is pinned, or has a terminal that is as good.
+fn side(net: &GridNet<'_, 4, false>, slot: usize) -> Option<Role> {
+    match net.role(slot) {
+        Role::Free => settle::plain_side(net, slot),
+        role => Some(role),
+    }
 }
 
 impl Strip {
@@ -62,8 +70,8 @@ impl Strip {
         let strip = [0, 1].into_iter().find_map(|across| Self::across(net, shape, across))?;
         let plain = |row, column| {
             let slot = strip.slot(row, column);
-            let pinned = column == 0 || column == strip.columns - 1;
-            net.excess(slot) == 0 && (pinned || net.role(slot) == Role::Free)
+            let border = column == 0 || column == strip.columns - 1;
+            border || net.excess(slot) == 0 && net.role(slot) == Role::Free
         };
         (0..strip.rows).all(|row| (0..strip.columns).all(|column| plain(row, column))).then_some(strip)
     }
@@ -81,13 +89,26 @@ impl Strip {
             down: 2 * along,
             right: 2 * across,
         };
-        if net.role(corner) == Role::PinnedSink {
+        if side(net, corner) == Some(Role::PinnedSink) {
             strip.corner = strip.slot(0, columns - 1);
             strip.steps[1] = -strip.steps[1];
             strip.right ^= 1;
         }
-        let line = |column, role| (0..rows).all(|row| net.role(strip.slot(row, column)) == role);
+        let line = |column, role| (0..rows).all(|row| side(net, strip.slot(row, column)) == Some(role));
         (columns > 1 && line(0, Role::PinnedSource) && line(columns - 1, Role::PinnedSink)).then_some(strip)
+    }
+
+    /// Saturates what leads from the source's line and to the sink's, of pins and of heavy terminals alike.
+    fn saturate_border(&self, net: &mut GridNet<'_, 4, false>) {
+        for row in 0..self.rows {
+            for (column, side) in [(0, Role::PinnedSource), (self.columns - 1, Role::PinnedSink)] {
+                let slot = self.slot(row, column);
+                if net.role(slot) == Role::Free {
+                    settle::saturate(net, slot, side);
+                }
+            }
+        }
+        saturate_pins(net);
     }
 
     #[inline]

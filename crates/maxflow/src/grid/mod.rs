@@ -10,7 +10,7 @@ use crate::error::{MaxflowError, Result, filled};
 use crate::lattice::{EDGE_PATTERNS, Lattice};
 use crate::network::Role;
 pub(crate) use residual::GridNet;
-use residual::{Children, EDGE_MASK, ROLE_SHIFT, role};
+use residual::{Children, EDGE_MASK, role};
 
 /// A diagonal of a two-dimensional grid, seen from the node it starts at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,10 +162,13 @@ impl<const D: usize> GridGraph<D> {
     ///
     /// # Panics
     ///
-    /// If the position is outside the grid.
+    /// With both in numbers, if the position is outside the grid.
     #[inline]
     pub fn node(&self, at: [usize; D]) -> usize {
-        self.lattice.node(at).expect("a position inside the grid")
+        match self.lattice.node(at) {
+            Some(node) => node,
+            None => panic!("position {at:?} is outside a grid of {:?}", self.lattice.shape),
+        }
     }
 
     /// The next node along an axis; around on a periodic axis, `None` at the end of an open one (and for a node or an
@@ -201,7 +204,8 @@ impl<const D: usize> GridGraph<D> {
         Ok(())
     }
 
-    /// Holds a node on one side, whatever the capacities say. Pins may be set, moved and taken off between solves.
+    /// Holds a node on one side, whatever the capacities say. (A terminal larger than all links of its node does so too, and is
+    /// solved as fast.) Pins may be set, moved and taken off between solves.
     /// Masked nodes stay masked.
     ///
     /// # Errors
@@ -237,7 +241,7 @@ impl<const D: usize> GridGraph<D> {
 
     #[inline]
     fn set_role(&mut self, slot: usize, role: Role) {
-        self.flags[slot] = self.flags[slot] & EDGE_MASK | (role as u8) << ROLE_SHIFT;
+        residual::set_role(&mut self.flags[slot], role);
     }
 
     #[inline]

@@ -20,6 +20,12 @@ pub(super) fn role(flags: u8) -> Role {
     }
 }
 
+/// Notes a node's role in its flags.
+#[inline]
+pub(super) fn set_role(flags: &mut u8, role: Role) {
+    *flags = *flags & EDGE_MASK | (role as u8) << ROLE_SHIFT;
+}
+
 /// The directions in which a node has children, a bit each.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Children(u8);
@@ -45,7 +51,7 @@ pub(crate) struct GridNet<'a, const K: usize, const WRAP: bool> {
     /// Excess by slot.
     pub(super) excess: &'a mut [i32],
     /// Edge bits and role by slot.
-    pub(super) flags: &'a [u8],
+    pub(super) flags: &'a mut [u8],
     /// Steps by edge pattern and direction.
     pub(super) offsets: &'a [[i32; K]],
 }
@@ -106,6 +112,11 @@ impl<const K: usize, const WRAP: bool> Network for GridNet<'_, K, WRAP> {
     #[inline]
     fn role(&self, v: usize) -> Role {
         role(self.flags[v])
+    }
+
+    #[inline]
+    fn set_role(&mut self, v: usize, role: Role) {
+        set_role(&mut self.flags[v], role);
     }
 
     /// Asks about all neighbours and looks at the answers once: faster than a branch an arc.

@@ -59,7 +59,7 @@ impl<const D: usize> GridGraph<D> {
             nodes: first..first + self.lattice.len,
             caps: self.caps.as_chunks_mut().0,
             excess: &mut self.excess,
-            flags: &self.flags,
+            flags: &mut self.flags,
             offsets: self.offsets.as_chunks().0,
         }
     }

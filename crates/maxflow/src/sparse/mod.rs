@@ -8,9 +8,21 @@ use crate::error::{MaxflowError, Result, filled, push};
 use crate::network::Role;
 use residual::{Cursors, Edge, Rows, SparseNet};
 
-/// Names an arc of a [`Graph`]: the number of arcs added before it.
+/// Names an arc of a [`Graph`] and of its clones: the number of arcs added before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ArcId(u32);
+pub struct ArcId {
+    number: u32,
+    /// In debug builds, whose arc it is.
+    #[cfg(debug_assertions)]
+    graph: u64,
+}
+
+/// The number of a new graph.
+#[cfg(debug_assertions)]
+fn new_graph() -> u64 {
+    static GRAPHS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+    GRAPHS.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
+}
 
 /// A min-cut problem on a graph of any form, its current flow, and the memory to solve it.
 ///
@@ -50,6 +62,8 @@ pub struct Graph {
     engine: Engine,
     scratch: Scratch<u32, Cursors>,
     stack: Vec<u32>,
+    #[cfg(debug_assertions)]
+    number: u64,
 }
 
 impl Graph {
@@ -83,6 +97,8 @@ impl Graph {
             engine: Engine::Auto,
             scratch,
             stack,
+            #[cfg(debug_assertions)]
+            number: new_graph(),
         })
     }
 
@@ -170,7 +186,11 @@ impl Graph {
             self.total -= sum;
             return Err(MaxflowError::OutOfMemory { nodes: self.len(), links: id + 1 });
         }
-        Ok(ArcId(id as u32))
+        Ok(ArcId {
+            number: id as u32,
+            #[cfg(debug_assertions)]
+            graph: self.number,
+        })
     }
 
     /// Changes the two capacities of an arc by the given amounts, which may be negative; also after a solve, whose flow
@@ -178,11 +198,16 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::NoSuchArc`], [`MaxflowError::NegativeCapacity`] if more is taken back than the arc has,
+    /// [`MaxflowError::NoSuchArc`]; in debug builds, which know every graph's arcs from all others',
+    /// [`MaxflowError::ForeignArc`]; [`MaxflowError::NegativeCapacity`] if more is taken back than the arc has,
     /// [`MaxflowError::CapacityTooLarge`], [`MaxflowError::OutOfMemory`]; the arc is then unchanged.
     pub fn change_arc(&mut self, arc: ArcId, forward: i64, backward: i64) -> Result<()> {
         self.sort_in()?;
-        let (id, arcs) = (arc.0 as usize, self.arc_count());
+        let (id, arcs) = (arc.number as usize, self.arc_count());
+        #[cfg(debug_assertions)]
+        if arc.graph != self.number {
+            return Err(MaxflowError::ForeignArc { arc: id });
+        }
         let Some(&at) = self.rows.place.get(id) else { return Err(MaxflowError::NoSuchArc { arc: id, arcs }) };
         let (out, back) = (at as usize, self.rows.arcs[at as usize].twin as usize);
         let (v, w) = (self.rows.arcs[back].head as usize, self.rows.arcs[out].head as usize);
@@ -249,7 +274,7 @@ impl Graph {
     /// As [`solve`](Self::solve); `cut` is then unspecified.
     pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.sort_in()?;
-        let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &self.roles };
+        let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &mut self.roles };
         engine::maximize(&mut net, self.engine, self.solved, &mut self.scratch, cancelled)?;
         self.solved = true;
         closure::read_off(&net, self.source_total, cut, &mut self.stack)

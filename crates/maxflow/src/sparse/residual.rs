@@ -109,7 +109,7 @@ impl ArcNotes<u32> for Cursors {
 pub(super) struct SparseNet<'a> {
     pub(super) rows: &'a mut Rows,
     pub(super) excess: &'a mut [i64],
-    pub(super) roles: &'a [Role],
+    pub(super) roles: &'a mut [Role],
 }
 
 impl Network for SparseNet<'_> {
@@ -169,6 +169,11 @@ impl Network for SparseNet<'_> {
     #[inline]
     fn role(&self, v: usize) -> Role {
         self.roles[v]
+    }
+
+    #[inline]
+    fn set_role(&mut self, v: usize, role: Role) {
+        self.roles[v] = role;
     }
 
     #[inline]

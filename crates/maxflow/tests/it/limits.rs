@@ -101,7 +101,14 @@ fn a_graph_gives_headroom_back() {
     }
     assert!(matches!(Graph::new(usize::MAX), Err(MaxflowError::TooLarge { .. })));
     let mut other = Graph::new(1).unwrap();
-    assert_eq!(other.change_arc(arc, 1, 1), Err(MaxflowError::NoSuchArc { arc: 0, arcs: 0 }));
+    let foreign = MaxflowError::ForeignArc { arc: 0 };
+    let unknown = MaxflowError::NoSuchArc { arc: 0, arcs: 0 };
+    assert_eq!(other.change_arc(arc, 1, 1), Err(if cfg!(debug_assertions) { foreign.clone() } else { unknown }));
+    // With an arc of that number, only debug builds can tell.
+    let own = other.arc(0, 0, 1, 1).unwrap();
+    let refused = if cfg!(debug_assertions) { Err(foreign) } else { Ok(()) };
+    assert_eq!(other.change_arc(arc, 1, 1), refused);
+    assert_eq!(other.clone().change_arc(own, 1, 1), Ok(()), "a clone has the same arcs");
 }
 
 #[test]
@@ -210,4 +217,10 @@ fn hostile_files_end_in_one_line() {
     assert_eq!(read(&long).unwrap().arcs, [(0, 1, 5)]);
     let same = dimacs::Problem { nodes: 1, source: 0, sink: 0, arcs: Vec::new() };
     assert_eq!(same.source_side_len(&same.graph().unwrap().solve(&|| false).unwrap()), 0);
+}
+
+#[test]
+#[should_panic(expected = "position [2, 9] is outside a grid of [3, 4]")]
+fn a_position_outside_is_told_in_numbers() {
+    GridGraph::new([3, 4], [false; 2]).unwrap().node([2, 9]);
 }

@@ -42,6 +42,38 @@ fn grid_and_general_solver_agree() {
 }
 
 #[test]
+fn terminals_larger_than_all_links_are_pins() {
+    let mut draw = Draw(52);
+    let mut pinned = 0;
+    for round in 0..120 {
+        let mut case = large(&mut draw);
+        if round % 3 == 0 {
+            // A plain strip, for the engine of strips.
+            case = GridCase { pins: vec![None; case.len()], masked: vec![false; case.len()], ..case };
+            let columns = case.shape[1];
+            for v in 0..case.len() {
+                case.terminals[v] = [0; 2];
+                case.pins[v] =
+                    [(0, Side::Source), (columns - 1, Side::Sink)].iter().find(|p| v % columns == p.0).map(|p| p.1);
+            }
+        }
+        let mut heavy = case.clone();
+        for v in (0..case.len()).filter(|&v| !case.masked[v]) {
+            // What a pin has of other terminals would count against the large one.
+            case.terminals[v] = if case.pins[v].is_some() { [0; 2] } else { case.terminals[v] };
+            heavy.terminals[v] = match heavy.pins[v].take() {
+                Some(Side::Source) => [1 << 28, 0],
+                Some(Side::Sink) => [0, 1 << 28],
+                None => case.terminals[v],
+            };
+            pinned += usize::from(case.pins[v].is_some());
+        }
+        assert_eq!(cut_of(&heavy), cut_of(&case));
+    }
+    assert!(5000 < pinned, "{pinned} pins");
+}
+
+#[test]
 fn capacities_times_k_make_the_flow_times_k() {
     let mut draw = Draw(42);
     for _ in 0..40 {

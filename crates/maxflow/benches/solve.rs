@@ -1,0 +1,150 @@
+//! Times of cuts. `cargo bench -p selvedge-maxflow -- [CASE...] [--repeat N] [--engine auto|trees|pseudoflow]
+//! [--pictures FOLDER] [--dump FILE] [--list]` prints a line a case: name, nodes, milliseconds to build and to solve
+//! (of the processor where the system tells it), flow, size of the sink's side.
+//!
+//! A case is a name as in `--list`, told in `benches/instances/classes.rs`, or a file that `--dump` wrote. Textures
+//! are made up; with `--pictures` those of a name are `FOLDER/NAME.pnm` (8-bit binary PGM or PPM of at least 512 x
+//! 512 pixels). Answers are checked before anything is timed: the flow against the capacity of the cut and, of the
+//! listed cases, against the answers that stand here, on which two other solvers agree (`benches/peers.py`).
+
+mod instances;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use instances::Instance;
+use selvedge_maxflow::{BinaryEnergy, Engine, GridGraph, Minimum};
+
+/// Name, least energy, size of the sink's side.
+const CASES: &[(&str, i64, usize)] = &[
+    ("A/8x32/brick", 146_170, 126),
+    ("A/64x512/brick", 758_345, 14_152),
+    ("A/64x512/grass", 397_811, 26_834),
+    ("A/64x512/tissue", 586_690, 17_874),
+    ("B/256/brick", 929_398, 48_556),
+    ("B/256/brick/3", 874_926, 49_785),
+    ("B/256/gravel", 919_286, 49_075),
+    ("B/256/tissue", 1_309_790, 51_799),
+    ("B1/256/grass", 660_992, 47_978),
+    ("B/512/brick", 1_464_935, 179_483),
+    ("B/512/gravel", 1_332_829, 160_529),
+    ("B/512/tissue", 1_871_029, 193_446),
+    ("B1/512/grass", 1_120_048, 144_797),
+    ("C/75x50x20/box", 2_739_308, 3_009),
+    ("C/75x50x20/time", 4_086_517, 56_897),
+    ("D/256/tissue/1", 271_622_366, 30_908),
+    ("D/256/tissue/10", 35_061_951, 6_729),
+    ("D/256/tissue/30", 19_814_389, 1_693),
+    ("D/256/tissue/59", 16_368_855, 1_244),
+    ("D/512/tissue/10", 139_395_751, 24_632),
+];
+
+struct Args {
+    cases: Vec<String>,
+    repeat: Option<usize>,
+    engine: Engine,
+    pictures: Option<PathBuf>,
+    dump: Option<PathBuf>,
+}
+
+fn main() {
+    let args = parse();
+    for case in &args.cases {
+        let instance = Instance::named(case, args.pictures.as_deref());
+        if let Some(path) = &args.dump {
+            std::fs::write(path, instance.bytes()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            continue;
+        }
+        match instance.shape.len() {
+            2 => time::<2>(case, &instance, &args),
+            _ => time::<3>(case, &instance, &args),
+        }
+    }
+}
+
+fn parse() -> Args {
+    let mut args = Args { cases: Vec::new(), repeat: None, engine: Engine::Auto, pictures: None, dump: None };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().unwrap_or_default();
+        match word.as_str() {
+            "--bench" => {}
+            "--list" => {
+                CASES.iter().for_each(|(case, ..)| println!("{case}"));
+                std::process::exit(0);
+            }
+            "--repeat" => args.repeat = Some(value().parse().expect("a number")),
+            "--pictures" => args.pictures = Some(value().into()),
+            "--dump" => args.dump = Some(value().into()),
+            "--engine" => {
+                args.engine = match value().as_str() {
+                    "trees" => Engine::Trees,
+                    "pseudoflow" => Engine::Pseudoflow,
+                    _ => Engine::Auto,
+                }
+            }
+            case => args.cases.push(case.to_owned()),
+        }
+    }
+    if args.cases.is_empty() {
+        args.cases = CASES.iter().map(|(case, ..)| (*case).to_owned()).collect();
+    }
+    args
+}
+
+/// The energy as the crate's users build it.
+fn energy<const D: usize>(instance: &Instance, engine: Engine) -> BinaryEnergy<D> {
+    let shape = std::array::from_fn(|a| instance.shape[a]);
+    let mut energy = BinaryEnergy::from(GridGraph::new(shape, [false; D]).expect("a grid"));
+    energy.graph_mut().set_engine(engine);
+    for &(v, side) in &instance.pins {
+        energy.graph_mut().pin(v, side).expect("a node");
+    }
+    for (v, &[e0, e1]) in instance.unaries.iter().enumerate() {
+        energy.unary(v, e0, e1).expect("an energy within the headroom");
+    }
+    for &(v, axis, term) in &instance.terms {
+        energy.pairwise(v as usize, axis as usize, term).expect("a term within the headroom");
+    }
+    energy
+}
+
+fn time<const D: usize>(case: &str, instance: &Instance, args: &Args) {
+    let found = check::<D>(case, instance, args);
+    let start = Instant::now();
+    std::hint::black_box(energy::<D>(instance, args.engine).minimize(&|| false).is_ok());
+    // A second or so, if nothing was said.
+    let repeat = args.repeat.unwrap_or((0.5 / start.elapsed().as_secs_f64()).clamp(3.0, 2000.0) as usize);
+    let build = busy(repeat, || std::mem::drop(std::hint::black_box(energy::<D>(instance, args.engine))));
+    let both = busy(repeat, || {
+        std::hint::black_box(energy::<D>(instance, args.engine).minimize(&|| false).is_ok());
+    });
+    let (nodes, sink) = (instance.len(), instance.len() - found.cut.source_len());
+    println!("{case:20} {nodes:9} {build:10.4} {:10.4} {:14} {sink:8}", both - build, found.after);
+}
+
+/// The least energy, checked. A wrong answer is not timed.
+fn check<const D: usize>(case: &str, instance: &Instance, args: &Args) -> Minimum {
+    let mut built = energy::<D>(instance, args.engine);
+    let found = built.minimize(&|| false).expect("memory suffices");
+    assert_eq!(found.after, built.value(found.cut.source_side()).expect("a side a node"), "{case}");
+    let sink = instance.len() - found.cut.source_len();
+    if let Some(&(_, least, side)) = CASES.iter().find(|c| c.0 == case && args.pictures.is_none()) {
+        assert_eq!((found.after, sink), (least, side), "{case}: least energy and the sink's side");
+    }
+    found
+}
+
+/// Mean milliseconds of the processor, else of the clock.
+fn busy(repeat: usize, mut call: impl FnMut()) -> f64 {
+    let (before, start) = (processed(), Instant::now());
+    (0..repeat).for_each(|_| call());
+    let clock = start.elapsed().as_secs_f64() * 1e3;
+    before.and_then(|b| Some(processed()? - b)).unwrap_or(clock) / repeat as f64
+}
+
+/// Milliseconds that this thread has run (Linux).
+fn processed() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    Some(text.split(' ').next()?.parse::<f64>().ok()? / 1e6)
+}
