@@ -101,6 +101,8 @@ pub(crate) struct Loom<'a> {
     others: Vec<Fingerprint>,
     /// The command and the seed that make the picture, where they are not this run's own.
     pub(crate) made_by: Option<(&'static str, u64)>,
+    /// Files that the command was given where others are given their exemplars, if it was given more.
+    pub(crate) files: Option<Vec<PathBuf>>,
 }
 
 /// What a method made, and how it is laid over the payload.
@@ -172,7 +174,7 @@ impl Weaving {
         let loaded = headers.load(session, plan.transforms, &mut report)?;
         report.estimate = Some(needed.0);
         report.stage("read");
-        Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new(), made_by: None })
+        Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new(), made_by: None, files: None })
     }
 
     /// An output of a shape, with the topology asked for.
@@ -352,7 +354,10 @@ impl Loom<'_> {
             version: env!("CARGO_PKG_VERSION").into(),
             seed,
             inputs: self.loaded.all_fingerprints().into_iter().chain(self.others.iter().cloned()).collect(),
-            command: options.clone().with("seed", seed).command(command, self.loaded.given()),
+            command: options
+                .clone()
+                .with("seed", seed)
+                .command(command, self.files.as_deref().unwrap_or(self.loaded.given())),
         }
     }
 

@@ -3,7 +3,7 @@
 //! Given exemplars `S`, for each of them a picture `Q` of the same size, and a picture `C` of the output's size, the output `O`
 //! is to `C` what `S` is to `Q`: `Q : S :: C : O`, image analogies by graph cuts. `[CMS III]`
 //! - *texture by numbers*: `Q` and `C` are maps of labels;
-//! - *detail synthesis*: `Q` is `S` at low resolution, `C` a low-resolution picture;
+//! - *detail synthesis*: `Q` is `S` at low resolution, `C` a low-resolution picture ([`low_resolution`]);
 //! - *artistic filters*: `Q` and `S` are a picture before and after;
 //! - *texture transfer*: `Q` is the luminance of `S`.
 //!
@@ -55,6 +55,7 @@ mod error;
 mod estimate;
 mod expansion;
 mod labelling;
+mod low;
 mod options;
 mod plan;
 mod ranking;
@@ -70,6 +71,7 @@ use selvedge_core::{Exemplars, Run, SourceMap, Woven};
 pub use constraint::Constraint;
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
+pub use low::low_resolution;
 pub use options::Options;
 pub use plan::Plan;
 pub use start::Start;

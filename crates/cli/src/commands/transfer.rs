@@ -138,7 +138,7 @@ impl Method for Job<'_> {
     }
 
     fn size(&self) -> OutputSize<'_> {
-        OutputSize::Picture(&self.first)
+        OutputSize::Picture(&self.first, 1)
     }
 
     fn others(&self) -> Vec<PathBuf> {
