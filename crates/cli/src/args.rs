@@ -121,13 +121,18 @@ impl From<FormatArg> for Format {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RoleArg {
     /// Grey or RGB; integers are sRGB-encoded, floats linear light.
+    #[value(aliases = ["colour", "albedo", "basecolor", "diffuse"])]
     Color,
     /// A tangent-space normal: x right, y up.
+    #[value(alias = "normal-gl")]
     Normal,
+    /// The same with y down, as DirectX has it.
+    NormalDx,
     /// A height, or a displacement.
     #[value(alias = "displacement")]
     Height,
-    /// Roughness, metalness, occlusion, labels: anything else.
+    /// Roughness, metalness, occlusion, opacity, labels: anything else.
+    #[value(aliases = ["roughness", "metallic", "metalness", "ao", "opacity"])]
     Scalar,
 }
 
@@ -136,6 +141,7 @@ impl From<RoleArg> for Role {
         match role {
             RoleArg::Color => Self::Color,
             RoleArg::Normal => Self::Normal,
+            RoleArg::NormalDx => Self::NormalDown,
             RoleArg::Height => Self::Height,
             RoleArg::Scalar => Self::Scalar,
         }

@@ -45,6 +45,12 @@ pub(crate) enum Command {
     /// Detail synthesis: a picture of low resolution, enlarged with the detail of exemplars.
     #[command(after_help = DETAIL)]
     Detail(commands::analogies::detail::Detail),
+    /// Hybrid synthesis: blocks that split where they do not fit, down to pixels.
+    #[command(after_help = HYBRID)]
+    Hybrid(commands::hybrid::Hybrid),
+    /// Texture optimization: a whole texture at once, until each part of it is like a part of the exemplars.
+    #[command(after_help = OPTIMIZE)]
+    Optimize(commands::optimize::Optimize),
     /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
     #[command(after_help = APPLY)]
     Apply(commands::apply::Apply),
@@ -83,6 +89,8 @@ impl Command {
             Self::Numbers(numbers) => numbers.run(session),
             Self::Analogy(analogy) => analogy.run(session),
             Self::Detail(detail) => detail.run(session),
+            Self::Hybrid(hybrid) => hybrid.run(session),
+            Self::Optimize(optimize) => optimize.run(session),
             Self::Apply(apply) => apply.run(session),
             Self::Info(info) => info.run(session),
             Self::Inspect(inspect) => inspect.run(session),
@@ -122,6 +130,15 @@ const DETAIL: &str = "\
 Examples:
   selvedge detail brick-close.png --low wall.png --scale 8 -o wall-8x.png
   selvedge detail brick.png --low wall.png --scale 8 --guide brick-grout.png lines.png -o wall-8x.png";
+const HYBRID: &str = "\
+Examples:
+  selvedge hybrid scales.png -o skin.png --size 512
+  selvedge hybrid stones.png -o wall.png --block 64 -k 0 --max-error 0.03";
+const OPTIMIZE: &str = "\
+Examples:
+  selvedge optimize gravel.png -o path.png --size 512
+  selvedge optimize bricks.png -o wall.png --start wall-map.exr
+  selvedge optimize moss.png -o tile.png --tile xy --init random";
 const APPLY: &str = "\
 Examples:
   selvedge apply wall-map.exr bricks-height.png -o wall-height.png --role height

@@ -11,7 +11,9 @@ use crate::failure::{Failure, n};
 use crate::harmonise::{Layout, common_depth, common_layout, widened};
 use crate::inputs::{self, Input};
 use crate::outputs;
+use crate::planes::check_size;
 use crate::report::Report;
+use crate::roles;
 use crate::session::Session;
 
 /// The mask of an exemplar that has none.
@@ -47,6 +49,7 @@ pub(crate) struct Headers {
     inputs: Vec<Input>,
     /// One each.
     masks: Vec<Option<Input>>,
+    matched: Vec<Matched>,
     /// How many were given as exemplars.
     given: usize,
     options: ReadOptions,
@@ -59,6 +62,15 @@ pub(crate) struct Headers {
     pub(crate) layout: Layout,
 }
 
+/// A plane of every exemplar that decides with it.
+struct Matched {
+    inputs: Vec<Input>,
+    infos: Vec<Info>,
+    role: Role,
+    layout: Layout,
+    weight: f64,
+}
+
 /// Exemplars as methods see them, and what is rendered from them.
 pub(crate) struct Loaded {
     pub(crate) exemplars: Exemplars<2>,
@@ -69,8 +81,8 @@ pub(crate) struct Loaded {
     pub(crate) fingerprints: Vec<Fingerprint>,
     /// Where each may be used, as its mask says.
     pub(crate) masks: Vec<Option<Grid<bool, 2>>>,
-    /// Of the masks.
-    mask_fingerprints: Vec<Fingerprint>,
+    /// Of the masks, and of planes that decided with the exemplars.
+    other_fingerprints: Vec<Fingerprint>,
     given: usize,
     /// What the first exemplar says besides its samples.
     pub(crate) metadata: Metadata,
@@ -111,11 +123,52 @@ impl ExemplarArgs {
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
         let converts = self.depth.is_some();
-        Ok(Headers { given, options, converts, depth, layout, infos, masks, inputs })
+        Ok(Headers { given, options, converts, depth, layout, infos, masks, matched: Vec::new(), inputs })
     }
 }
 
 impl Headers {
+    /// With planes that decide beside the exemplars, one for each of them, and their weights.
+    pub(crate) fn matching(
+        mut self,
+        session: &Session<'_>,
+        planes: &[PathBuf],
+        weights: &[f64],
+    ) -> Result<Self, Failure> {
+        let exemplars = self.inputs.len();
+        if !planes.len().is_multiple_of(exemplars) {
+            let what = format!("{} of --match for {}", n("plane", planes.len()), n("exemplar", exemplars));
+            return Err(Failure::new(2, what).remedy("give one for each, and for the picture of --over"));
+        }
+        for (paths, &weight) in planes.chunks(exemplars).zip(weights).filter(|(_, weight)| **weight != 0.0) {
+            let inputs = paths.iter().map(|path| Input::new(session, path)).collect::<Result<Vec<_>, _>>()?;
+            let infos = inputs.iter().map(|input| input.probe(&self.options)).collect::<Result<Vec<_>, _>>()?;
+            for ((path, info), (exemplar, of)) in paths.iter().zip(&infos).zip(self.inputs.iter().zip(&self.infos)) {
+                check_size(path, info, &exemplar.path, [of.height, of.width])?;
+            }
+            let layout = common_layout(paths.iter().map(PathBuf::as_path).zip(infos.iter().map(Layout::of)))?;
+            let role = roles::of_names(paths);
+            let role = if role.is_normal() && layout.colors < 3 { Role::Scalar } else { role };
+            self.matched.push(Matched { inputs, infos, role, layout, weight });
+        }
+        Ok(self)
+    }
+
+    /// Channels of the features.
+    pub(crate) fn channels(&self) -> usize {
+        self.layout.colors + self.matched.iter().map(|matched| matched.layout.colors).sum::<usize>()
+    }
+
+    /// Headers of planes that decide beside the exemplars.
+    pub(crate) fn matched_infos(&self) -> impl Iterator<Item = &Info> {
+        self.matched.iter().flat_map(|matched| &matched.infos)
+    }
+
+    /// Names of the exemplars.
+    pub(crate) fn paths(&self) -> Vec<&Path> {
+        self.inputs.iter().map(|input| input.path.as_path()).collect()
+    }
+
     /// Domain of each exemplar.
     pub(crate) fn domains(&self) -> Vec<Domain<2>> {
         self.infos.iter().map(|info| Domain::open([info.height, info.width])).collect()
@@ -174,10 +227,12 @@ impl Headers {
         if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
             session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
         }
-        let (masks, mask_fingerprints) = self.read_masks(session, &planes, report)?;
+        let (masks, mut other_fingerprints) = self.read_masks(session, &planes, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
-        let exemplars = encoded(&planes, &masks, &transforms).map_err(|e| named(&paths, e))?;
+        let matched = self.read_matched(session, report, &mut other_fingerprints)?;
+        let weights: Vec<f64> = std::iter::once(1.0).chain(self.matched.iter().map(|matched| matched.weight)).collect();
+        let exemplars = encoded(&planes, matched, &weights, &masks, &transforms).map_err(|e| named(&paths, e))?;
         let depths: Vec<Depth> = planes.iter().map(|plane| plane.samples.depth()).collect();
         let payload = paths.iter().zip(planes).zip(&metadata);
         let payload = payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, tags));
@@ -189,10 +244,29 @@ impl Headers {
             paths,
             fingerprints,
             masks,
-            mask_fingerprints,
+            other_fingerprints,
             given: self.given,
             metadata: first,
         })
+    }
+
+    /// By exemplar, the planes that decide with it.
+    fn read_matched(
+        &self,
+        session: &Session<'_>,
+        report: &mut Report,
+        fingerprints: &mut Vec<Fingerprint>,
+    ) -> Result<Vec<Vec<Plane<2>>>, Failure> {
+        let mut planes: Vec<Vec<Plane<2>>> = self.inputs.iter().map(|_| Vec::new()).collect();
+        for matched in &self.matched {
+            let options = ReadOptions { role: matched.role, ..self.options.clone() };
+            for (input, planes) in matched.inputs.iter().zip(&mut planes) {
+                let picture = input.read(session, &options, report)?;
+                fingerprints.push(inputs::fingerprint(&input.path, &picture));
+                planes.push(widened(picture.plane, matched.layout)?);
+            }
+        }
+        Ok(planes)
     }
 
     #[expect(clippy::type_complexity, reason = "one mask an exemplar, and what they are")]
@@ -227,15 +301,25 @@ fn check_mask(path: &Path, mask: &Plane<2>, exemplar: &Path, plane: &Plane<2>) -
     Err(Failure::new(3, what).about(path).remedy("give a mask of the same size"))
 }
 
+/// Features of exemplars and of the planes that decide with them, which have their `weights`, that of the exemplar first.
 fn encoded(
     planes: &[Plane<2>],
+    matched: Vec<Vec<Plane<2>>>,
+    weights: &[f64],
     masks: &[Option<Grid<bool, 2>>],
     transforms: &[&[Transform]],
 ) -> Result<Exemplars<2>, selvedge_core::Error> {
-    let each: Vec<&[Plane<2>]> = planes.iter().map(std::slice::from_ref).collect();
+    let alone = matched.iter().all(Vec::is_empty);
+    let both = |(plane, matched): (&Plane<2>, Vec<Plane<2>>)| std::iter::once(plane.clone()).chain(matched).collect();
+    let joined: Vec<Vec<Plane<2>>> = if alone { Vec::new() } else { planes.iter().zip(matched).map(both).collect() };
+    let each: Vec<&[Plane<2>]> = if alone {
+        planes.iter().map(std::slice::from_ref).collect()
+    } else {
+        joined.iter().map(Vec::as_slice).collect()
+    };
     let exemplar = |i: usize| Exemplar::new(each[i]).masked(masks[i].as_ref()).shown(transforms[i]);
     let exemplars: Vec<Exemplar<'_, 2>> = (0..each.len()).map(exemplar).collect();
-    Exemplars::new(&Encoder::fit(&each)?, &exemplars)
+    Exemplars::new(&Encoder::fit(&each)?.with_plane_weights(weights)?, &exemplars)
 }
 
 /// An error of the core about an exemplar, with the name of its file.
@@ -339,6 +423,6 @@ impl Loaded {
 
     /// All that was read, by name and content.
     pub(crate) fn all_fingerprints(&self) -> Vec<Fingerprint> {
-        self.fingerprints.iter().chain(&self.mask_fingerprints).cloned().collect()
+        self.fingerprints.iter().chain(&self.other_fingerprints).cloned().collect()
     }
 }

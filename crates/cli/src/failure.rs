@@ -25,7 +25,7 @@ pub(crate) fn catch_panics() {
 /// What ended the program.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Failure {
-    /// Exit code: 2 usage, 3 input, 4 files, 5 space, 6 memory, 70 ours, 130 and 143 signals.
+    /// Exit code: 2 usage, 3 input, 4 files, 5 space, 6 memory, 70 ours, 129, 130 and 143 signals.
     pub(crate) exit: u8,
     /// The file it is about.
     pub(crate) path: Option<String>,
@@ -176,7 +176,9 @@ from_errors!(
     selvedge_metrics::Error,
     selvedge_synthesis::Error,
     selvedge_quilting::Error,
-    selvedge_graphcut_textures::Error
+    selvedge_graphcut_textures::Error,
+    selvedge_hybrid::Error,
+    selvedge_texture_optimization::Error
 );
 
 impl From<selvedge_io::Error> for Failure {

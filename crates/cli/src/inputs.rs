@@ -12,10 +12,7 @@ use crate::args::NonFiniteArg;
 use crate::failure::Failure;
 use crate::report::Report;
 use crate::session::Session;
-use crate::stdio;
-
-/// The name of standard input and standard output.
-pub(crate) const STREAM: &str = "-";
+use crate::stdio::{self, STREAM};
 
 /// A file, or standard input, which is read to its end at once.
 pub(crate) struct Input {
@@ -104,7 +101,7 @@ impl Input {
     /// The file's BLAKE3 in hexadecimal; empty where it cannot be read again.
     pub(crate) fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        let file = || File::open(without_selector(&self.path));
+        let file = || File::open(selvedge_io::file_of(&self.path));
         let read = match &self.stream {
             Some(bytes) => hasher.update_reader(bytes.as_slice()).map(drop),
             None => file().and_then(|file| hasher.update_reader(file).map(drop)),
@@ -169,13 +166,4 @@ fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
         return Err(failure.remedy("raise --max-memory").named(STREAM));
     }
     Ok(bytes)
-}
-
-/// `file.exr` of `file.exr[R,G,B]`, unless there is a file of the whole name.
-fn without_selector(path: &Path) -> PathBuf {
-    let parts = path.to_str().and_then(|p| p.strip_suffix(']')).and_then(|p| p.rsplit_once('['));
-    match parts {
-        Some((file, _)) if !path.exists() => file.into(),
-        _ => path.to_path_buf(),
-    }
 }

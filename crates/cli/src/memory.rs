@@ -8,7 +8,7 @@ use selvedge_io::Info;
 use crate::failure::Failure;
 
 /// The program itself: code, stacks of its threads, small things. About 13 MiB are seen.
-const PROGRAM: Bytes = Bytes(18 << 20);
+pub(crate) const PROGRAM: Bytes = Bytes(18 << 20);
 
 /// Bytes of a picture's samples.
 pub(crate) fn picture(domain: Domain<2>, channels: usize, depth: Depth) -> Bytes {
@@ -27,11 +27,16 @@ fn bytes_of(depth: Depth) -> u64 {
 /// An upper bound of what exemplars take: each file and its samples twice while it is read, then samples in the depth
 /// of the output.
 pub(crate) fn exemplars(infos: &[Info], depth: Depth) -> Bytes {
+    PROGRAM + pictures(infos, depth)
+}
+
+/// The same without the program itself.
+pub(crate) fn pictures(infos: &[Info], depth: Depth) -> Bytes {
     let one = |info: &Info| {
         let domain = Domain::open([info.height, info.width]);
         picture(domain, info.channels, info.depth) * 3 + picture(domain, info.channels.max(4), depth)
     };
-    PROGRAM + infos.iter().map(one).sum()
+    infos.iter().map(one).sum()
 }
 
 /// An upper bound of what sources take: features and validity, twice while they are turned.

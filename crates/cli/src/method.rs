@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use selvedge_core::{Domain, Transform};
 
+use crate::blending::Blending;
 use crate::exemplars::Backdrop;
 use crate::failure::Failure;
 use crate::inputs::Input;
@@ -55,6 +56,21 @@ pub(crate) trait Method {
         None
     }
 
+    /// How seams are hidden.
+    fn blending(&self) -> Blending {
+        Blending::default()
+    }
+
+    /// Whether some samples may be kept from blending.
+    fn keeps(&self) -> bool {
+        false
+    }
+
+    /// Pairs of guides that have weights.
+    fn guides(&self) -> usize {
+        0
+    }
+
     /// An upper bound of its own memory: domains of the sources, feature channels, output.
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64;
 
@@ -70,6 +86,7 @@ pub(crate) trait Method {
     /// Runs the command.
     fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         self.validate()?;
+        self.blending().validate()?;
         let (weaving, size) = (self.weaving(), self.size());
         let plan = Plan {
             command: self.name(),
@@ -84,6 +101,8 @@ pub(crate) trait Method {
             },
             transforms: &self.transforms(),
             backdrop: self.backdrop(),
+            blending: (self.blending(), self.keeps()),
+            guides: self.guides(),
             estimate: &|sources, channels, output| self.bytes(sources, channels, output),
         };
         let mut loom = match size {

@@ -8,10 +8,8 @@ use serde_json::{Value, json};
 
 use crate::failure::{Failure, n, shown};
 use crate::harmonise::Layout;
-use crate::inputs::STREAM;
-use crate::report::Report;
 use crate::session::Session;
-use crate::stdio;
+use crate::stdio::{self, STREAM};
 
 /// Refuses, before any work, outputs that cannot or must not be written. Every command asks once, with all files that
 /// it reads and writes; the files of options are added here.
@@ -25,10 +23,15 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
         }
         if output.as_os_str() != STREAM {
             selvedge_io::check_output(output, &inputs, global.no_clobber)?;
+        } else if stdio::leads_nowhere() {
+            let failure = Failure::new(4, "is closed, so that a picture would be lost").named("standard output");
+            return Err(failure.remedy("redirect it to a file or a pipe"));
         } else if global.json {
             return Err(Failure::new(2, "--json and '-' both write to standard output").remedy("name a file"));
         }
     }
+    // Once more when they are written: names may lead elsewhere by then.
+    let _ = session.inputs.set(inputs);
     Ok(())
 }
 
@@ -82,12 +85,13 @@ pub(crate) fn check_held(
 }
 
 /// Files that are made, to be written once all of them are.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
     made: Vec<Made>,
     quality: Option<u8>,
 }
 
+#[derive(Clone, Debug)]
 struct Made {
     path: PathBuf,
     bytes: Vec<u8>,
@@ -139,19 +143,24 @@ impl Outputs {
         self.made.iter().map(Made::noted).collect()
     }
 
-    /// Writes all of them, or none if one of them cannot be written, and notes them in the report.
-    pub(crate) fn write(self, session: &Session<'_>, report: &mut Report) -> Result<(), Failure> {
+    /// Writes all of them, or none if one of them cannot be written.
+    pub(crate) fn write(&self, session: &Session<'_>) -> Result<(), Failure> {
+        Ok(selvedge_io::finish_all(self.stage(session)?)?)
+    }
+
+    /// Does all of it that may fail: then what goes to streams and devices is gone, and files lack nothing but their names.
+    pub(crate) fn stage(&self, session: &Session<'_>) -> Result<Vec<Staged<'_>>, Failure> {
         for (made, warning) in self.made.iter().flat_map(|made| made.told.iter().map(move |w| (made, w))) {
             session.warn(&made.path, warning);
         }
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
-        let staged = files.iter().map(|made| Staged::new(&made.path, &made.bytes, session.global.no_clobber));
-        let staged = staged.collect::<Result<Vec<_>, _>>()?;
+        let (no_clobber, inputs) = (session.global.no_clobber, session.inputs.get().map_or(&[][..], Vec::as_slice));
+        let staged = files.iter().map(|made| Staged::beside(&made.path, &made.bytes, no_clobber, inputs));
+        let mut staged = staged.collect::<Result<Vec<_>, _>>()?;
         let streamed = streams.iter().try_for_each(|made| stdio::picture(&made.bytes));
         streamed.map_err(|e| Failure::of_stream(&e))?;
-        selvedge_io::finish_all(staged)?;
-        report.outputs.extend(self.noted());
-        Ok(())
+        staged.iter_mut().try_for_each(Staged::send)?;
+        Ok(staged)
     }
 }
 

@@ -1,6 +1,7 @@
 //! A run as a page to look at: one HTML file with its pictures inside.
 
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Domain, Grid, Plane, Samples};
@@ -11,6 +12,8 @@ use crate::failure::Failure;
 
 /// The page's name in its folder.
 const NAME: &str = "index.html";
+/// What says that a page is one of ours, so that the next one may replace it.
+const GENERATOR: &str = "<meta name=\"generator\" content=\"selvedge\">";
 /// Samples a side of the pictures in the page; larger ones are reduced.
 const LARGEST: u32 = 1600;
 
@@ -28,21 +31,28 @@ pub(crate) fn checked(folder: &Path) -> PathBuf {
     if folder.is_dir() { folder.join(NAME) } else { folder.to_path_buf() }
 }
 
-/// Refuses what is no folder.
+/// Refuses what is no folder, and one whose page is somebody else's.
 pub(crate) fn check(folder: &Path) -> Result<(), Failure> {
-    if folder.is_dir() || !folder.exists() {
+    if !folder.is_dir() && folder.exists() {
+        return Err(Failure::new(4, "is no folder").about(folder).remedy("name a folder for --report"));
+    }
+    let page = file(folder);
+    if !page.exists() || is_ours(&page).unwrap_or(false) {
         return Ok(());
     }
-    Err(Failure::new(4, "is no folder").about(folder).remedy("name a folder for --report"))
+    Err(Failure::new(4, "is a page that --report did not write").about(&page).remedy("name another folder"))
 }
 
-/// The file that a folder of `--report` gets; the folder is made.
-pub(crate) fn file(folder: &Path) -> Result<PathBuf, Failure> {
-    if !folder.is_dir() {
-        let failed = |e: std::io::Error| Failure::new(4, crate::stdio::plain(&e)).remedy("name a folder");
-        std::fs::create_dir(folder).map_err(|e| failed(e).about(folder))?;
-    }
-    Ok(folder.join(NAME))
+/// Whether a page says near its begin that it is one of ours.
+fn is_ours(page: &Path) -> std::io::Result<bool> {
+    let mut start = Vec::new();
+    std::fs::File::open(page)?.take(256).read_to_end(&mut start)?;
+    Ok(start.windows(GENERATOR.len()).any(|bytes| bytes == GENERATOR.as_bytes()))
+}
+
+/// The file that a folder of `--report` gets.
+pub(crate) fn file(folder: &Path) -> PathBuf {
+    folder.join(NAME)
 }
 
 /// The page of a run, given as the object of `--json`, with the command that makes it again, pictures with captions, and
@@ -55,7 +65,7 @@ pub(crate) fn page(
 ) -> Result<String, Failure> {
     let title = run["outputs"][0]["path"].as_str().unwrap_or("a run");
     let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style>\n\
+        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\">{GENERATOR}<title>{0}</title><style>{STYLE}</style>\n\
          <h1>{0}</h1>\n<pre>{1}</pre>\n",
         escaped(title),
         escaped(command)

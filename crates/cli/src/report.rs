@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use crate::outputs::Outputs;
 use crate::used::Used;
 
 /// Collects what `--json` writes.
@@ -94,19 +95,27 @@ pub(crate) struct Done {
     pub(crate) answer: String,
     /// A line for people on standard error.
     pub(crate) line: Option<String>,
+    /// Files to write.
+    pub(crate) outputs: Outputs,
     /// Exit code.
     pub(crate) exit: u8,
 }
 
 impl Done {
-    /// Pictures were made; a line says which.
-    pub(crate) fn made(report: Report, line: String) -> Self {
-        Self { report, answer: String::new(), line: Some(line), exit: 0 }
+    /// Pictures were made, to be written; a line says which.
+    pub(crate) fn made(mut report: Report, line: String, outputs: Outputs) -> Self {
+        report.outputs.extend(outputs.noted());
+        Self { report, answer: String::new(), line: Some(line), outputs, exit: 0 }
+    }
+
+    /// A line says what would be made.
+    pub(crate) fn would(report: Report, line: String) -> Self {
+        Self::made(report, line, Outputs::default())
     }
 
     /// A question was answered.
     pub(crate) fn answered(report: Report, answer: String) -> Self {
-        Self { report, answer, line: None, exit: 0 }
+        Self { report, answer, line: None, outputs: Outputs::default(), exit: 0 }
     }
 }
 

@@ -1,8 +1,11 @@
-//! What every command goes through: threads, signals, and the file of options that is written at the end.
+//! What every command goes through: threads, signals, and the end, at which all that it makes is written at once.
+
+use selvedge_io::Staged;
 
 use crate::failure::Failure;
 use crate::report::Done;
 use crate::session::Session;
+use crate::stdio;
 use crate::typed::Typed;
 use crate::watch;
 
@@ -19,18 +22,43 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(global.threads.min(MOST_THREADS)).build();
     let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("use fewer --threads");
     let pool = pool.map_err(refused)?;
-    let outcome: Result<Done, Failure> = pool.install(|| {
-        // What cannot be saved is known before the work.
-        let saved = global.save_config.as_ref().map(|_| typed.saved()).transpose()?;
-        let done = typed.cli.command.execute(&session)?;
-        if let (Some(path), Some(text), false) = (&global.save_config, saved, global.dry_run) {
-            selvedge_io::write_bytes(path, text.as_bytes(), global.no_clobber)?;
-        }
-        Ok(done)
-    });
+    let outcome = pool.install(|| execute(typed, &session));
+    let outputs = outcome.as_ref().map(|done| &done.outputs);
+    let staged = outputs.map_err(Failure::clone).and_then(|outputs| outputs.stage(&session));
     session.watch.finish();
     if !watch::last_word() {
         watch::wait_for_the_end();
     }
-    pool.install(|| session.finish(&outcome?))
+    let staged = staged?;
+    pool.install(|| finish(&session, outcome.as_ref().map_err(Failure::clone)?, staged))
+}
+
+fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
+    let global = &typed.cli.global;
+    // What cannot be saved is known before the work.
+    let saved = global.save_config.as_ref().map(|_| typed.saved()).transpose()?;
+    let mut done = typed.cli.command.execute(session)?;
+    if let (Some(path), Some(text), false) = (&global.save_config, saved, global.dry_run) {
+        done.outputs.bytes(path, text.into_bytes());
+    }
+    Ok(done)
+}
+
+/// Says what a command has to say, and gives its files their names once standard output has taken its part.
+fn finish(session: &Session<'_>, done: &Done, staged: Vec<Staged<'_>>) -> Result<u8, Failure> {
+    if session.global.json {
+        let object = done.report.json(session.global.seed, rayon::current_num_threads(), session.global.dry_run);
+        stdio::answer(format!("{object}\n").as_bytes())
+    } else {
+        stdio::answer(done.answer.as_bytes())
+    }
+    .map_err(|e| Failure::of_stream(&e))?;
+    selvedge_io::finish_all(staged)?;
+    for (stage, seconds) in done.report.stages() {
+        session.detail(&format!("{stage}: {seconds:.3} s"));
+    }
+    if let Some(line) = &done.line {
+        session.say(line);
+    }
+    Ok(done.exit)
 }

@@ -1,13 +1,13 @@
 //! The surroundings of one command.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use selvedge_core::{Limits, Run, Seed, SimdLevel};
 
 use crate::args::Global;
 use crate::available;
 use crate::failure::{Failure, shown};
-use crate::report::Done;
 use crate::stdio;
 use crate::used::Used;
 use crate::watch::Watch;
@@ -19,12 +19,20 @@ pub(crate) struct Session<'a> {
     pub(crate) limits: Limits,
     /// The options that change samples, as typed.
     pub(crate) options: Used,
+    /// All that the run reads, once it is known.
+    pub(crate) inputs: OnceLock<Vec<PathBuf>>,
 }
 
 impl<'a> Session<'a> {
     pub(crate) fn new(global: &'a Global, options: Used) -> Self {
         let memory = global.max_memory.map_or_else(half_of_available, |bytes| bytes.0);
-        Self { global, watch: Watch::new(global), limits: Limits { memory, ..Limits::default() }, options }
+        Self {
+            global,
+            watch: Watch::new(global),
+            limits: Limits { memory, ..Limits::default() },
+            options,
+            inputs: OnceLock::new(),
+        }
     }
 
     /// What methods are handed.
@@ -35,26 +43,6 @@ impl<'a> Session<'a> {
     /// Ends a run that a signal cancelled. Called between the steps of commands that cannot be cancelled within.
     pub(crate) fn check_signal(&self) -> Result<(), Failure> {
         self.watch.signal().map_or(Ok(()), |signal| Err(Failure::interrupted(signal)))
-    }
-
-    /// Says what a command has to say, on standard output and standard error.
-    pub(crate) fn finish(&self, done: &Done) -> Result<u8, Failure> {
-        self.watch.finish();
-        let report = &done.report;
-        for (stage, seconds) in report.stages() {
-            self.detail(&format!("{stage}: {seconds:.3} s"));
-        }
-        if let Some(line) = &done.line {
-            self.say(line);
-        }
-        if self.global.json {
-            let object = report.json(self.global.seed, rayon::current_num_threads(), self.global.dry_run);
-            stdio::answer(format!("{object}\n").as_bytes())
-        } else {
-            stdio::answer(done.answer.as_bytes())
-        }
-        .map_err(|e| Failure::of_stream(&e))?;
-        Ok(done.exit)
     }
 
     /// A line for people, on standard error.

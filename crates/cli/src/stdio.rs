@@ -1,8 +1,13 @@
 //! Standard output and standard error, where whoever listens may leave at any time.
 
+use std::fs;
 use std::io::{self, ErrorKind, Write as _};
+use std::path::Path;
 
 use selvedge_io::one_line;
+
+/// The name of standard input and standard output.
+pub(crate) const STREAM: &str = "-";
 
 /// Writes an answer to standard output. A reader that has left has what it wanted: that is no failure.
 pub(crate) fn answer(bytes: &[u8]) -> io::Result<()> {
@@ -16,6 +21,16 @@ pub(crate) fn answer(bytes: &[u8]) -> io::Result<()> {
 pub(crate) fn picture(bytes: &[u8]) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(bytes).and_then(|()| out.flush())
+}
+
+/// Whether standard output was closed when the program began: the runtime then put `/dev/null` there, open for reading as
+/// well, as no shell opens it to throw something away. Other systems than Linux do not tell.
+pub(crate) fn leads_nowhere() -> bool {
+    let null = fs::read_link("/proc/self/fd/1").is_ok_and(|to| to == Path::new("/dev/null"));
+    let info = if null { fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default() } else { String::new() };
+    let flags = info.lines().find_map(|line| u32::from_str_radix(line.strip_prefix("flags:")?.trim(), 8).ok());
+    // The mode of access; 2 is reading and writing.
+    flags.is_some_and(|flags| flags & 3 == 2)
 }
 
 /// A refusal of the system without its number.

@@ -59,7 +59,7 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let raised = Arc::new(AtomicUsize::new(0));
-    for number in [SIGINT, SIGTERM] {
+    for &number in signals() {
         // Where signals cannot be had, runs just go on.
         let _ = signal_hook::flag::register_usize(number, raised.clone(), number as usize);
     }
@@ -86,6 +86,23 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
     });
     // Nor where there is no room for one more thread.
     drop(listener);
+}
+
+/// The signals that end a run: that of a closed terminal too, unless whoever started the program has it ignored, as `nohup`
+/// does. Where the system does not say, it is left alone, and ends the program as it ends any other.
+#[cfg(unix)]
+fn signals() -> &'static [i32] {
+    const ALL: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    // Signal 1 is the lowest bit.
+    if ignored.is_some_and(|mask| mask & 1 == 0) { &ALL } else { &ALL[..2] }
+}
+
+/// The signals that end a run.
+#[cfg(not(unix))]
+fn signals() -> &'static [i32] {
+    &[SIGINT, SIGTERM]
 }
 
 /// True for whoever asks first: the run that came to its end, or the signal that ended it.

@@ -1,34 +1,35 @@
 //! What every command that weaves a picture from exemplars goes through: sizes, budget, reading, and writing what came
 //! out. A command adds its options, its estimate, and its method.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
-use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
-use serde_json::Value;
+use selvedge_core::{Bytes, Depth, Domain, Role, Transform};
+use selvedge_io::{Format, ReadOptions};
 
-use crate::args::{FormatArg, NonFiniteArg};
+use crate::args::FormatArg;
 use crate::blending::Blending;
-use crate::course::Course;
-use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
-use crate::explain::{self, explain};
-use crate::failure::{Failure, shown};
+use crate::exemplars::{Backdrop, ExemplarArgs, Headers};
+use crate::failure::Failure;
 use crate::harmonise::Layout;
-use crate::inputs::{self, Input, ReadMap, STREAM};
+use crate::inputs;
+pub(crate) use crate::loom::{Loom, Outcome};
 use crate::memory::{self, Resized};
-use crate::outputs::{self, Outputs};
-use crate::page;
-use crate::report::{Done, Report};
+use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
+use crate::report::Report;
 use crate::session::Session;
 use crate::size::{Size, Tile};
-use crate::used::Used;
+use crate::stdio::STREAM;
+use crate::with::With;
+use crate::{explain, names, outputs, page};
 
 /// Options of the commands that weave a picture of a chosen size.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Weaving {
     #[command(flatten)]
     pub(crate) input: ExemplarArgs,
+    #[command(flatten)]
+    pub(crate) with: With,
     /// The picture to write, '-' for standard output; the format follows the extension.
     #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(crate) output: PathBuf,
@@ -85,41 +86,20 @@ pub(crate) struct Plan<'p> {
     pub(crate) transforms: &'p [Transform],
     /// A picture that is one more exemplar, after all others and only as it is.
     pub(crate) backdrop: Option<Backdrop<'p>>,
+    /// How seams are hidden, and whether some samples are kept from it.
+    pub(crate) blending: (Blending, bool),
+    /// Weights that come before those of planes that decide with the exemplars.
+    pub(crate) guides: usize,
     pub(crate) estimate: Estimate<'p>,
 }
 
-/// A run that was checked and whose exemplars were read.
-pub(crate) struct Loom<'a> {
-    pub(crate) session: &'a Session<'a>,
-    args: &'a Weaving,
-    format: Format,
-    report: Report,
-    pub(crate) loaded: Loaded,
-    /// Shape and topology of the output.
-    pub(crate) domain: Domain<2>,
-    /// What was read besides the exemplars and their masks.
-    others: Vec<Fingerprint>,
-    /// The command and the seed that make the picture, where they are not this run's own.
-    pub(crate) made_by: Option<(&'static str, u64)>,
-    /// Files that the command was given where others are given their exemplars, if it was given more.
-    pub(crate) files: Option<Vec<PathBuf>>,
-}
-
-/// What a method made, and how it is laid over the payload.
-pub(crate) struct Outcome {
-    pub(crate) woven: Box<dyn Render<2>>,
-    /// False if it was interrupted.
-    pub(crate) complete: bool,
-    pub(crate) blending: Blending,
-    /// Positions that no blending changes.
-    pub(crate) kept: Option<Grid<bool, 2>>,
-    /// The options as used.
-    pub(crate) options: Used,
-    pub(crate) stats: serde_json::Value,
-    /// How it was made, for people.
-    pub(crate) how: String,
-    /// How its seams became cheaper, for the page of `--report`.
-    pub(crate) course: Option<Course>,
+/// Files that a run writes, by the names that they get.
+#[derive(Clone, Debug)]
+pub(crate) struct Written {
+    pub(crate) output: PathBuf,
+    pub(crate) map: Option<PathBuf>,
+    pub(crate) explain: Option<PathBuf>,
+    pub(crate) report: Option<PathBuf>,
 }
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
@@ -147,13 +127,20 @@ impl Weaving {
         resized: Resized,
     ) -> Result<Loom<'a>, Failure> {
         let mut report = Report::new(plan.command);
-        let format = outputs::format(&self.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
-        let read: Vec<PathBuf> = self.input.files().into_iter().chain(plan.others.iter().cloned()).collect();
+        let written = self.written();
+        let format =
+            outputs::format(&written.output, self.format.map(Format::from), self.input.depth.map(Depth::from))?;
+        let read = self.input.files().into_iter().chain(plan.others.iter().chain(self.with.files()).cloned());
+        let read: Vec<PathBuf> = read.collect();
         inputs::check_streams(&read)?;
-        outputs::check(session, &self.files_written(session), &read)?;
-        self.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
-        self.report.as_deref().map_or(Ok(()), page::check)?;
-        let headers = self.input.look(session, plan.backdrop)?;
+        let exemplars = self.input.exemplars.len() + usize::from(plan.backdrop.is_some());
+        self.with.validate(exemplars, plan.guides)?;
+        names::check_apart(&self.output, 1 + self.with.with.len() / exemplars)?;
+        outputs::check(session, &self.files_written(session, &written, exemplars), &read)?;
+        written.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
+        written.report.as_deref().map_or(Ok(()), page::check)?;
+        let weights = self.with.weights(plan.guides, self.with.matched.len() / exemplars);
+        let headers = self.input.look(session, plan.backdrop)?.matching(session, &self.with.matched, &weights)?;
         let domains = headers.domains();
         let domain = (plan.domain)(&domains)?;
         memory::check_caps(&session.limits, domain, resized).map_err(|refused| {
@@ -162,19 +149,65 @@ impl Weaving {
             let follows = (plan.domain)(&small).is_ok_and(|other| other != domain);
             if follows { refused.about(&self.input.exemplars[0]) } else { refused }
         })?;
-        headers.check_held((&self.output, format), domain.shape)?;
-        if let Some(path) = &self.explain {
+        headers.check_held((&written.output, format), domain.shape)?;
+        if let Some(path) = &written.explain {
             let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
             outputs::check_held((path, outputs::format(path, None, None)?), domain.shape, rgb, None)?;
         }
+        let layers = self.with.look(session, &self.laying(plan), &headers, &self.output, domain)?;
         let only = self.input.exemplars.first().filter(|_| self.input.exemplars.len() == 1).map(PathBuf::as_path);
-        let need = |domain| self.need(&headers, plan, domain);
+        let need = |domain| self.need(&headers, &layers, plan, domain);
         let needed = memory::check(&session.limits, only, domain, resized, &need)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         let loaded = headers.load(session, plan.transforms, &mut report)?;
+        if !plan.transforms.iter().all(|transform| is_upright(*transform)) {
+            for (path, plane) in loaded.given().iter().zip(&loaded.payload) {
+                warn_of_normals(session, path, plane, "weave another plane, and lay this one --with it");
+            }
+        }
+        let read = |looked: Looked| {
+            let ready = looked.read(session, &mut report, &|_, _, _| {})?;
+            ready.warn_of_normals(session, plan.transforms);
+            Ok(ready)
+        };
+        let layers = layers.into_iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
         report.estimate = Some(needed.0);
         report.stage("read");
-        Ok(Loom { session, args: self, format, report, loaded, domain, others: Vec::new(), made_by: None, files: None })
+        let (others, blending) = (Vec::new(), plan.blending.0);
+        Ok(Loom {
+            session,
+            args: self,
+            written,
+            format,
+            report,
+            loaded,
+            layers,
+            domain,
+            others,
+            blending,
+            made_by: None,
+            files: None,
+        })
+    }
+
+    /// The names of what is written: those of the first exemplar are filled in.
+    fn written(&self) -> Written {
+        let named = |path: &PathBuf| names::of_plane(path, &self.input.exemplars[0]);
+        let maybe = |path: &Option<PathBuf>| path.as_ref().map(named);
+        let (map, explain, report) = (maybe(&self.map), maybe(&self.explain), maybe(&self.report));
+        Written { output: named(&self.output), map, explain, report }
+    }
+
+    /// How planes of --with are laid.
+    fn laying(&self, plan: &Plan<'_>) -> Laying<'_> {
+        Laying {
+            roles: &self.with.role,
+            depth: self.input.depth.map(Depth::from),
+            format: self.format.map(Format::from),
+            nonfinite: self.input.nonfinite,
+            blending: plan.blending.0,
+            copy: self.with.copy,
+        }
     }
 
     /// An output of a shape, with the topology asked for.
@@ -188,190 +221,33 @@ impl Weaving {
     }
 
     /// All files that a run may write, were it interrupted.
-    fn files_written(&self, session: &Session<'_>) -> Vec<PathBuf> {
-        let made = std::iter::once(&self.output).chain(&self.map);
-        let kept = made.clone().filter(|_| session.global.keep_partial && self.output.as_os_str() != STREAM);
-        let partial: Vec<PathBuf> = kept.map(|path| outputs::partial(path)).collect();
-        let page = self.report.as_deref().map(page::checked);
-        made.chain(&self.explain).cloned().chain(partial).chain(page).collect()
+    fn files_written(&self, session: &Session<'_>, written: &Written, exemplars: usize) -> Vec<PathBuf> {
+        let layers = self.with.with.chunks(exemplars).map(|planes| names::of_plane(&self.output, &planes[0]));
+        let made: Vec<PathBuf> =
+            std::iter::once(written.output.clone()).chain(layers).chain(written.map.clone()).collect();
+        let keeps = session.global.keep_partial && self.output.as_os_str() != STREAM;
+        let partial: Vec<PathBuf> = made.iter().filter(|_| keeps).map(|path| outputs::partial(path)).collect();
+        let page = written.report.as_deref().map(page::checked);
+        made.into_iter().chain(written.explain.clone()).chain(partial).chain(page).collect()
     }
 
-    fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> Bytes {
+    fn need(&self, headers: &Headers, layers: &[Looked], plan: &Plan<'_>, domain: Domain<2>) -> Bytes {
         let (sources, resampled) = (headers.sources(plan.transforms), headers.resampled(plan.transforms));
-        let (channels, depth) = (headers.layout.channels(), headers.depth);
+        let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
+        let matched: Vec<_> = headers.matched_infos().cloned().collect();
         let exemplars = memory::exemplars(&headers.infos, depth)
-            + memory::sources(&sources, headers.layout.colors)
-            + memory::shown(&resampled, channels, depth);
+            + memory::pictures(&matched, depth)
+            + memory::sources(&sources, features)
+            + memory::shown(&resampled, channels, depth)
+            + layers.iter().map(Looked::read_bytes).sum();
         let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
-        let method = Bytes((plan.estimate)(&sources, headers.layout.colors, domain));
-        exemplars + method.then(memory::outputs(domain, channels, depth, self.map.is_some()) + explained)
-    }
-}
-
-/// Some methods answer with averages, which no map describes.
-fn averaged() -> Failure {
-    let what = "samples were averaged, so that there is no source map to write or to explain";
-    Failure::new(2, what).remedy("leave --map, --explain and --report out")
-}
-
-impl Loom<'_> {
-    /// True if nothing is to be woven.
-    pub(crate) fn is_dry(&self) -> bool {
-        self.session.global.dry_run
-    }
-
-    /// Reads a picture besides the exemplars.
-    pub(crate) fn read(&mut self, input: &Input) -> Result<Plane<2>, Failure> {
-        let picture = input.read(self.session, &self.args.read_options(self.session), &mut self.report)?;
-        self.others.push(inputs::fingerprint(&input.path, &picture));
-        Ok(picture.plane)
-    }
-
-    /// Notes a source map that was read.
-    pub(crate) fn note(&mut self, map: &ReadMap) {
-        self.report.inputs.push(map.entry.clone());
-        self.others.push(map.fingerprint.clone());
-    }
-
-    /// The options as used, but for what a method chooses.
-    pub(crate) fn used(&self) -> Used {
-        let [h, w] = self.domain.shape;
-        let used = self.session.options.clone().set("tile", Tile::of(self.domain).map(crate::args::typed_name));
-        let used = if used.has("size") { used.set("size", format!("{w}x{h}")) } else { used };
-        let used = if self.args.quality.is_none() { used.without("quality") } else { used };
-        // It acts on odd pictures alone.
-        if self.args.input.nonfinite == NonFiniteArg::Error { used.set("nonfinite", Value::Null) } else { used }
-    }
-
-    /// Ends a dry run: what would be done, in a line that begins with the output's name.
-    pub(crate) fn would(mut self, options: Used, how: &str) -> Done {
-        let [h, w] = self.domain.shape;
-        let needed = Bytes(self.report.estimate.unwrap_or_default());
-        let name = shown(&self.args.output);
-        let line = format!("{name}: would be {w}x{h} px {how}, with about {needed} of memory");
-        self.report.options = options;
-        Done::made(self.report, line)
-    }
-
-    /// Renders and writes what was woven; a run that was interrupted ends here.
-    pub(crate) fn finish(mut self, outcome: Outcome) -> Result<Done, Failure> {
-        self.session.watch.finish();
-        self.report.stage("synthesis");
-        self.report.options = outcome.options.clone();
-        self.report.stats = outcome.stats.clone();
-        let (output, map_file) = (self.args.output.clone(), self.args.map.clone());
-        if !outcome.complete {
-            return Err(self.interrupted(outcome, &output, map_file.as_deref()));
-        }
-        self.session.check_signal()?;
-        let ([h, w], name, how) = (self.domain.shape, shown(&output), outcome.how.clone());
-        self.write(outcome, &output, map_file.as_deref(), Some(self.provenance()))?;
-        let line = format!("{name}: {w}x{h} px {how}, in {:.2} s", self.report.elapsed());
-        Ok(Done::made(self.report, line))
-    }
-
-    fn write(
-        &mut self,
-        outcome: Outcome,
-        output: &Path,
-        map_file: Option<&Path>,
-        provenance: Option<Provenance>,
-    ) -> Result<(), Failure> {
-        let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, blending, kept, complete, course, .. } = outcome;
-        // What is not whole is not blended: holes would darken what is around them.
-        let blending = if complete { blending } else { Blending::default() };
-        let plane = match woven.as_map() {
-            Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
-            None => woven.render(&payload)?,
-        };
-        self.report.stage("render");
-        let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
-        let mut outputs = Outputs::with_quality(self.args.quality);
-        outputs.picture(output, self.format, &plane, &metadata)?;
-        // Of a partial result there is nothing to explain: it says not how it was made.
-        let shown = provenance.as_ref().filter(|_| self.args.explain.is_some() || self.args.report.is_some());
-        let shown = shown
-            .map(|made| {
-                Ok::<_, Failure>((made.command.clone(), explain(woven.as_map().ok_or_else(averaged)?, &plane)?))
-            })
-            .transpose()?;
-        if let (Some(path), Some((_, explained))) = (&self.args.explain, &shown) {
-            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
-        }
-        if let Some(path) = map_file {
-            let metadata = Metadata { provenance, ..Metadata::default() };
-            let map = woven.into_map().ok_or_else(averaged)?;
-            outputs.map(path, &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
-        }
-        self.report.stage("encode");
-        let new_folder = self.args.report.clone().filter(|folder| !folder.is_dir());
-        if let (Some(folder), Some((command, explained))) = (&self.args.report, &shown) {
-            let page = self.page(command, &outputs, &[&plane, explained], course.as_ref())?;
-            outputs.bytes(&page::file(folder)?, page.into_bytes());
-        }
-        drop((plane, shown));
-        outputs.write(self.session, &mut self.report).inspect_err(|_| {
-            // Of a folder that was made for the page nothing is left either.
-            let _ = new_folder.map(std::fs::remove_dir);
-        })?;
-        self.report.stage("write");
-        Ok(())
-    }
-
-    /// The page of `--report`.
-    fn page(
-        &self,
-        command: &str,
-        outputs: &Outputs,
-        [picture, explained]: &[&Plane<2>; 2],
-        course: Option<&Course>,
-    ) -> Result<String, Failure> {
-        let threads = rayon::current_num_threads();
-        let mut run = self.report.json(self.session.global.seed, threads, false);
-        run["outputs"] = outputs.noted().into();
-        run["made"] = ["version", "seed", "threads", "peak_memory_bytes"]
-            .into_iter()
-            .map(|key| (key.to_owned(), run[key].clone()))
-            .collect::<serde_json::Map<_, _>>()
-            .into();
-        let what = "Seams; the places that each part came from; the exemplars in the colours of those places";
-        if let (Some(_), Some(stats)) = (course, run["stats"].as_object_mut()) {
-            // Drawn, not listed.
-            stats.remove("energy");
-        }
-        let course = course.map_or(Ok(String::new()), Course::html)?;
-        page::page(&run, command, &[("The output", picture), (what, explained)], &course)
-    }
-
-    /// How the picture was made: nothing that differs between equal runs.
-    fn provenance(&self) -> Provenance {
-        let own = (self.report.command(), self.session.global.seed);
-        let ((command, seed), options) = (self.made_by.unwrap_or(own), &self.report.options);
-        Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            seed,
-            inputs: self.loaded.all_fingerprints().into_iter().chain(self.others.iter().cloned()).collect(),
-            command: options
-                .clone()
-                .with("seed", seed)
-                .command(command, self.files.as_deref().unwrap_or(self.loaded.given())),
-        }
-    }
-
-    /// Keeps the best so far if that is wanted. It says nothing of how it was made: no command makes it again.
-    fn interrupted(&mut self, outcome: Outcome, output: &Path, map_file: Option<&Path>) -> Failure {
-        let signal = self.session.watch.signal().unwrap_or(2);
-        let failure = Failure::interrupted(signal);
-        if !self.session.global.keep_partial || output.as_os_str() == STREAM {
-            return failure;
-        }
-        let (output, map_file) = (outputs::partial(output), map_file.map(outputs::partial));
-        match self.write(outcome, &output, map_file.as_deref(), None) {
-            Ok(()) => Failure::kept(signal, &output),
-            Err(e) => e,
-        }
+        let (blending, kept) = plan.blending;
+        let method = (plan.estimate)(&sources, features, domain);
+        let method = Bytes(method.saturating_add(blending.memory(domain, headers.layout.colors + 1, kept)));
+        let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &resampled, kept)).max().unwrap_or_default();
+        let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
+        let outputs = memory::outputs(domain, channels, depth, self.map.is_some()) + explained;
+        exemplars + method.then(outputs + laid + made)
     }
 }

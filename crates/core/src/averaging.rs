@@ -2,7 +2,7 @@
 
 use half::f16;
 
-use crate::{NormalCoding, Plane, Role, Samples};
+use crate::{NormalCoding, Plane, Samples};
 
 /// The least part of the greatest alpha at which a colour is told from its product with it. Below, an average comes of
 /// samples that hardly show, and dividing by it would turn what is left of rounding into colour.
@@ -25,7 +25,7 @@ impl Averaging {
     /// Time `O(samples)`.
     pub fn of<const D: usize>(planes: &[&Plane<D>]) -> Self {
         let Some(first) = planes.first() else { return Self { alpha: None, normals: None, ranges: Vec::new() } };
-        let is_normal = first.role == Role::Normal;
+        let is_normal = first.role.is_normal();
         let range = |c: usize| if is_normal { [f64::NEG_INFINITY, f64::INFINITY] } else { range(planes, c) };
         Self {
             alpha: (first.alpha && !first.is_premultiplied()).then(|| first.color_channels()),
@@ -84,7 +84,7 @@ fn store<const D: usize>(samples: &mut Samples<D>, channel: usize, index: usize,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Domain, Grid};
+    use crate::{Domain, Grid, Role};
 
     fn line(channels: usize, values: &[f32]) -> Samples<1> {
         let domain = Domain::open([(values.len() / channels) as u32]);

@@ -52,6 +52,22 @@ impl Encoder {
         Ok(self)
     }
 
+    /// The same encoder with a weight for each plane, which its channels share: a height of weight 1 decides as much as a
+    /// colour of weight 1.
+    ///
+    /// # Errors
+    /// [`Error::Weights`] if there are too many or too few; [`Error::GuideWeight`], [`Error::GuideProportion`] for numbers
+    /// that cannot be used.
+    pub fn with_plane_weights(self, weights: &[f64]) -> Result<Self, Error> {
+        if weights.len() != self.channels.len() {
+            return Err(Error::Weights { expected: self.channels.len(), found: weights.len() });
+        }
+        let ones: Vec<Vec<u8>> = self.channels.iter().map(|&n| vec![1; n]).collect();
+        let parts: Vec<(f64, &[u8])> = weights.iter().zip(&ones).map(|(&weight, ones)| (weight, &ones[..])).collect();
+        let weights = crate::weights::of_parts(&parts)?;
+        self.with_weights(weights)
+    }
+
     /// Weight of each feature channel.
     pub fn weights(&self) -> &[u8] {
         &self.weights
@@ -131,8 +147,8 @@ fn fit_curve<const D: usize>(planes: &[&Plane<D>]) -> Curve {
             let knee = (mean * 0.1).max(1e-6);
             Curve::Log { knee, lo: symmetric_log(lo, knee), hi: symmetric_log(hi, knee) }
         }
-        Role::Normal if lo < 0.0 => Curve::Line { lo: -1.0, hi: 1.0 },
-        Role::Normal => Curve::Line { lo: 0.0, hi: 1.0 },
+        Role::Normal | Role::NormalDown if lo < 0.0 => Curve::Line { lo: -1.0, hi: 1.0 },
+        Role::Normal | Role::NormalDown => Curve::Line { lo: 0.0, hi: 1.0 },
         Role::Height | Role::Scalar => Curve::Line { lo, hi },
     }
 }

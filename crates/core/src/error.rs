@@ -185,6 +185,52 @@ pub enum Error {
         /// The map's source, from 0.
         number: usize,
     },
+    /// A constraint has another shape than the output.
+    #[error("the {what} is {found:?}, but the output is {expected:?}")]
+    StartShape {
+        /// Which one.
+        what: &'static str,
+        /// The output's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The shape found.
+        found: Vec<u32>,
+    },
+    /// A field of sources allows a position none.
+    #[error("no source may be used at {at:?}")]
+    NoSource {
+        /// The position, slowest axis first.
+        at: Vec<u32>,
+    },
+    /// A field of sources has one bit for each of at most 64.
+    #[error("a field of sources tells {most} sources apart, not {found}")]
+    TooManySources {
+        /// Sources of the exemplars.
+        found: usize,
+        /// Bits of the field.
+        most: usize,
+    },
+    /// A grid of a [`Start`](crate::Start) has not exactly one channel.
+    #[error("the {what} has {found} channels")]
+    Channels {
+        /// Which one.
+        what: &'static str,
+        /// Its channels.
+        found: usize,
+    },
+    /// A map to go on from was made from other exemplars.
+    #[error(
+        "the map was made from {found} sources with {held} samples, or names others than it holds, but the exemplars have {sources} with {samples}"
+    )]
+    ForeignMap {
+        /// Sources of the map.
+        found: usize,
+        /// Samples that the map's sources hold.
+        held: u32,
+        /// Sources of the exemplars.
+        sources: usize,
+        /// Samples in all of them.
+        samples: u32,
+    },
     /// A map and exemplars that should be half or twice as large are not, or have other sources.
     #[error("the map and the exemplars are not neighbouring levels of one pyramid")]
     Pyramid,
@@ -240,6 +286,11 @@ impl Error {
             Self::GuideProportion { .. } => "use weights that are closer, or 0",
             Self::UnknownSample { .. } => "give a map that is whole",
             Self::MissingSource { .. } => "give what it was made from",
+            Self::StartShape { .. } => "make them the same size",
+            Self::NoSource { .. } => "allow at least one everywhere",
+            Self::TooManySources { .. } => "use fewer exemplars, orientations or scales",
+            Self::Channels { .. } => "give it one",
+            Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
             Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
         }
         .to_owned()

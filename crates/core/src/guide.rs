@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::exemplars::{copied, shown};
-use crate::pyramid;
 use crate::{Domain, Error, Exemplars, Grid, Source};
+use crate::{pyramid, weights};
 
 /// What an output has to follow besides the look of its exemplars: the same features under every source and under the
 /// output. `[Efros01 3]`
@@ -119,7 +119,8 @@ impl<const D: usize> Guide<D> {
             }
             guide.check(&first.exemplars)?;
         }
-        let weights = whole(&shares(guides)?);
+        let parts: Vec<(f64, &[u8])> = guides.iter().map(|(guide, weight)| (*weight, guide.weights())).collect();
+        let weights = weights::of_parts(&parts)?;
         let stacked =
             |of: &dyn Fn(&Self) -> &Grid<u8, D>| stack(of(first).domain(), guides.iter().map(|(guide, _)| of(guide)));
         let maps = (0..first.exemplars.sources().len())
@@ -182,38 +183,6 @@ fn stack<'a, const D: usize>(
         to += grid.samples().len();
     }
     Ok(out)
-}
-
-/// Each channel's share of its guide's weight.
-fn shares<const D: usize>(guides: &[(Guide<D>, f64)]) -> Result<Vec<f64>, Error> {
-    if let Some(&(_, weight)) = guides.iter().find(|(_, w)| !w.is_finite() || *w < 0.0) {
-        return Err(Error::GuideWeight { weight });
-    }
-    let most = guides.iter().map(|(_, weight)| *weight).fold(0.0, f64::max);
-    if most == 0.0 {
-        return Err(Error::GuideWeight { weight: 0.0 });
-    }
-    let mut shares = Vec::new();
-    for (guide, weight) in guides {
-        let own: f64 = guide.weights().iter().map(|&w| f64::from(w)).sum();
-        let share = |&w: &u8| weight / most * (f64::from(w) / own);
-        // Numbers have no room for it.
-        if *weight != 0.0 && guide.weights().iter().any(|w| *w != 0 && share(w) < f64::MIN_POSITIVE) {
-            return Err(Error::GuideProportion { weight: *weight, most });
-        }
-        shares.extend(guide.weights().iter().map(share));
-    }
-    Ok(shares)
-}
-
-/// The smallest whole numbers in the proportion of `shares`; the largest becomes 255 where that takes rounding. What
-/// is not 0 stays at least 1.
-fn whole(shares: &[f64]) -> Vec<u8> {
-    let most = shares.iter().copied().fold(0.0, f64::max);
-    let scaled = |top: u8| shares.iter().map(move |s| s / most * f64::from(top));
-    let exact = |&top: &u8| scaled(top).all(|w| (w - w.round()).abs() < 1e-9);
-    let top = (1..=255).find(exact).unwrap_or(255);
-    scaled(top).map(|w| if w == 0.0 { 0 } else { w.round().max(1.0) as u8 }).collect()
 }
 
 #[cfg(test)]

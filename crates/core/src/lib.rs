@@ -28,6 +28,7 @@
 
 mod averaging;
 mod bytes;
+mod coherence;
 mod domain;
 mod encoder;
 mod error;
@@ -48,13 +49,16 @@ mod run;
 mod seam_costs;
 mod seed;
 mod source_map;
+mod start;
 mod transform;
 mod usage;
 mod votes;
+mod weights;
 mod window;
 
 pub use averaging::Averaging;
 pub use bytes::Bytes;
+pub use coherence::Coherence;
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};
@@ -71,6 +75,7 @@ pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Woven};
 pub use seam_costs::{SeamCosts, SeamMeasure};
 pub use seed::{Rng, Seed};
 pub use source_map::{SampleId, SourceMap, SourceTable};
+pub use start::Start;
 pub use transform::{Origin, Transform};
 pub use usage::Usage;
 pub use votes::Votes;

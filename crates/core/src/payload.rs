@@ -172,6 +172,11 @@ fn resampled<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Re
 fn component(role: Role, transform: Transform, c: usize) -> (usize, bool) {
     match (role, c) {
         (Role::Normal, 0 | 1) => transform.vector()[c],
+        (Role::NormalDown, 0 | 1) => {
+            // Upside down, turned, and upside down again: what mixes x and y is negated once.
+            let (from, negated) = transform.vector()[c];
+            (from, negated != (from != c))
+        }
         _ => (c, false),
     }
 }
@@ -215,7 +220,7 @@ mod tests {
             Samples::F32(Grid::from_vec(exemplar, 3, bytes.iter().map(|&v| f32::from(v) - 99.0).collect()).unwrap()),
         ];
         for samples in all {
-            for role in [Role::Color, Role::Normal] {
+            for role in [Role::Color, Role::Normal, Role::NormalDown] {
                 let plane = Plane::new(role, samples.clone());
                 let payload = Payload::new(&table, &[&plane]).unwrap();
                 let gathered = payload.gather(&grid).unwrap();

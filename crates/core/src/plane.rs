@@ -12,10 +12,19 @@ pub enum Role {
     Color,
     /// A tangent-space normal: x right, y up. Integers span -1..1, floats are signed or span 0..1.
     Normal,
+    /// The same with y down, as DirectX has it.
+    NormalDown,
     /// A height, in any unit.
     Height,
     /// Roughness, metalness, occlusion, labels: anything else.
     Scalar,
+}
+
+impl Role {
+    /// True for normals, whichever way their y points.
+    pub const fn is_normal(self) -> bool {
+        matches!(self, Self::Normal | Self::NormalDown)
+    }
 }
 
 /// How samples are stored.

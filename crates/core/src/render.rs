@@ -77,6 +77,23 @@ mod tests {
     }
 
     #[test]
+    fn normals_with_y_down_turn_as_those_with_y_up() {
+        // Upside down before and after is the same as the other role.
+        for transform in (0..8).map(|i| Transform::Exact { quarter_turns: i % 4, mirror: 4 <= i }) {
+            let shown = |role, y: f32, up: f32| {
+                let plane = Plane::new(role, floats(vec![-0.36, y, 0.8], 3));
+                let Samples::F32(mut out) = map_of(&plane, transform).render(&[&plane]).unwrap().samples else {
+                    panic!()
+                };
+                out.plane_mut(1).iter_mut().for_each(|v| *v *= up);
+                out.samples().iter().map(|v| (v * 1e5).round()).collect::<Vec<f32>>()
+            };
+            let (up, down) = (shown(Role::Normal, 0.48, 1.0), shown(Role::NormalDown, -0.48, -1.0));
+            assert_eq!(up, down, "{transform:?}");
+        }
+    }
+
+    #[test]
     fn unassigned_positions_are_zero() {
         let plane = Plane::new(Role::Color, floats(vec![1.0, 2.0], 1));
         let mut map = map_of(&plane, Transform::IDENTITY);

@@ -178,12 +178,15 @@ pub(crate) fn plane<const D: usize>(
     normals: NormalCoding,
 ) -> Result<Plane<D>, Error> {
     let integer = |v: f64, most: f64| (v + 0.5).clamp(0.0, most);
-    let turned = plane.role == Role::Normal && 2 <= plane.color_channels();
+    let turned = plane.role.is_normal() && 2 <= plane.color_channels();
+    // Where y points down, the other way round.
+    let vectors =
+        Resampling { sin: if plane.role == Role::NormalDown { -resampling.sin } else { resampling.sin }, ..resampling };
     macro_rules! shown {
         ($depth:ident, $grid:expr, $read:expr, $write:expr) => {{
             let mut grid = resample($grid, resampling, $read, $write)?;
             if turned {
-                turn(&mut grid, 3 <= plane.color_channels(), resampling, normals, $read, $write);
+                turn(&mut grid, 3 <= plane.color_channels(), vectors, normals, $read, $write);
             }
             Samples::$depth(grid)
         }};
@@ -199,7 +202,7 @@ pub(crate) fn plane<const D: usize>(
     Ok(Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association })
 }
 
-/// Turns the first two components (x right, y up) about their zero, and makes normals with a third one as long as they
+/// Turns the first two components (x right, y up; with `sin` negated, y down) about their zero, and makes normals with a third one as long as they
 /// were: interpolation shortens them.
 fn turn<T: Copy, const D: usize>(
     grid: &mut Grid<T, D>,
@@ -293,8 +296,12 @@ mod tests {
 
     /// One normal, shown by a resampled source.
     fn normal(stored: [f32; 3], resampling: Resampling) -> Vec<f32> {
+        shown(Role::Normal, stored, resampling)
+    }
+
+    fn shown(role: Role, stored: [f32; 3], resampling: Resampling) -> Vec<f32> {
         let grid = Grid::from_vec(Domain::open([1, 1]), 3, stored.to_vec()).unwrap();
-        let normals = Plane::new(Role::Normal, Samples::F32(grid));
+        let normals = Plane::new(role, Samples::F32(grid));
         let coding = NormalCoding::of(&[&normals]);
         let Samples::F32(out) = plane(&normals, resampling, coding).unwrap().samples else { panic!("depth") };
         out.into_vec()
@@ -309,5 +316,11 @@ mod tests {
         close(normal([-0.36, 0.48, 0.8], Resampling::new(90.0, 1.0, false)), [0.48, 0.36, 0.8]);
         close(normal([-0.36, 0.48, 0.8], Resampling::new(90.0, 1.0, true)), [0.48, -0.36, 0.8]);
         close(normal([-0.36, 0.0, 0.48], Resampling::new(0.0, 1.0, false)), [-0.6, 0.0, 0.8]);
+        // With y down: upside down before and after.
+        for (degrees, mirror) in [(90.0, false), (90.0, true), (270.0, true)] {
+            let resampling = Resampling::new(degrees, 1.0, mirror);
+            let down = shown(Role::NormalDown, [-0.36, -0.48, 0.8], resampling);
+            close(normal([-0.36, 0.48, 0.8], resampling), [down[0], -down[1], down[2]]);
+        }
     }
 }

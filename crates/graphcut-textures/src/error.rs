@@ -30,52 +30,6 @@ pub enum Error {
         /// The largest exemplar's shape, slowest axis first.
         largest: Vec<u32>,
     },
-    /// A constraint has another shape than the output.
-    #[error("the {what} is {found:?}, but the output is {expected:?}")]
-    Shape {
-        /// Which one.
-        what: &'static str,
-        /// The output's shape, slowest axis first.
-        expected: Vec<u32>,
-        /// The shape found.
-        found: Vec<u32>,
-    },
-    /// A scale field allows a position no source.
-    #[error("no source may be used at {at:?}")]
-    NoSource {
-        /// The position, slowest axis first.
-        at: Vec<u32>,
-    },
-    /// A field of sources has one bit for each of at most 64.
-    #[error("a field of sources tells {most} sources apart, not {found}")]
-    TooManySources {
-        /// Sources of the exemplars.
-        found: usize,
-        /// Bits of the field.
-        most: usize,
-    },
-    /// A grid of [`Start`](crate::Start) has not exactly one channel.
-    #[error("the {what} has {found} channels")]
-    Channels {
-        /// Which one.
-        what: &'static str,
-        /// Its channels.
-        found: usize,
-    },
-    /// A fixed or initial map was made from other exemplars.
-    #[error(
-        "the map was made from {found} sources with {held} samples, or names others than it holds, but the exemplars have {sources} with {samples}"
-    )]
-    ForeignMap {
-        /// Sources of the map.
-        found: usize,
-        /// Samples that the map's sources hold.
-        held: u32,
-        /// Sources of the exemplars.
-        sources: usize,
-        /// Samples in all of them.
-        samples: u32,
-    },
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -113,11 +67,6 @@ impl Error {
             Self::Range { range, .. } => return format!("use {range}"),
             Self::EmptyOutput { .. } => "give every side at least 1",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
-            Self::Shape { .. } => "make them the same size",
-            Self::NoSource { .. } => "allow at least one everywhere",
-            Self::TooManySources { .. } => "use fewer exemplars, orientations or scales",
-            Self::Channels { .. } => "give it one",
-            Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),
@@ -138,7 +87,7 @@ mod tests {
     #[test]
     fn no_error_but_a_wish_to_stop_leaves_a_run_incomplete() {
         let core = selvedge_core::Error::Allocation { bytes: 7 };
-        for error in [Error::Cut(core.clone().into()), Error::Core(core), Error::NoSource { at: vec![1, 2] }] {
+        for error in [Error::Cut(core.clone().into()), Error::Core(core), Error::EmptyOutput { shape: vec![0, 2] }] {
             assert!(!error.is_cancelled(), "{error}");
         }
     }

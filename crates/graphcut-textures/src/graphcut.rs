@@ -1,13 +1,12 @@
 //! The method: lay patches until everything is covered, then lay more over the worst seams. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Limits, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::matching::singles;
 use crate::options::Options;
 use crate::plan::{Plan, measured};
-use crate::start::Start;
 use crate::stats::Stats;
 use crate::weaver::Weaver;
 
@@ -62,8 +61,7 @@ pub fn plan<const D: usize>(
 /// Like [`graphcut`], going on from what is there.
 ///
 /// # Errors
-/// Those of [`graphcut`], [`Error::Shape`] and [`Error::ForeignMap`] for a start that does not fit, and
-/// [`Error::NoSource`] where a hole may not be filled.
+/// Those of [`graphcut`] and of [`Start::check`].
 pub fn graphcut_from<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,
@@ -81,6 +79,9 @@ fn weave<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    if start.map.domain().is_empty() {
+        return Err(Error::EmptyOutput { shape: start.map.domain().shape.to_vec() });
+    }
     start.check(exemplars)?;
     let plan = measured(exemplars, start.sources.as_ref(), options)?;
     let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };

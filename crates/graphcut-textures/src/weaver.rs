@@ -1,6 +1,6 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Window, par};
+use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Start, Window, par};
 use selvedge_expansion::Scratch;
 
 use crate::canvas::Canvas;
@@ -10,7 +10,6 @@ use crate::history::History;
 use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
 use crate::plan::Plan;
-use crate::start::Start;
 use crate::stats::Stats;
 
 /// A run: the output in the making, and what is needed to go on.
@@ -22,6 +21,8 @@ pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) placement: Placement,
     pub(crate) region: [u32; D],
     pub(crate) reach: [u32; D],
+    /// The longest sides of sources; of one that tiles without end.
+    longest: [u32; D],
     /// `k sigma^2`.
     pub(crate) scale: f64,
     pub(crate) variety: f64,
@@ -80,6 +81,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             placement: plan.placement,
             region,
             reach: plan.reach,
+            longest: std::array::from_fn(|axis| longest(exemplars, axis)),
             scale: plan.scale,
             variety: plan.variety,
             history: History::default(),
@@ -130,7 +132,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 return Ok(());
             }
             if shape == [1; D] {
-                return Err(Error::NoSource { at: at.to_vec() });
+                return Err(selvedge_core::Error::NoSource { at: at.to_vec() }.into());
             }
             // No source holds so large a region without masked samples.
             shape = shape.map(|n| n.div_ceil(2));
@@ -170,13 +172,16 @@ impl<'a, const D: usize> Weaver<'a, D> {
         patch.footprint(self.canvas.exemplars, &near).shared(&near).unwrap_or(*region)
     }
 
-    /// Where a patch over a region may show, also beyond the output: it has the same shape wherever the region is.
+    /// Where a patch over a region may show, also beyond the output: it has the same shape wherever the region is. No farther
+    /// than the longest source goes beyond the region: a search pays for all that it is asked to look at (512^2 with
+    /// `reach` without end took 2.3 s to cover, and takes 0.4).
     pub(crate) fn near(&self, region: &Window<D>) -> Window<D> {
         let output = self.canvas.domain();
         let mut near = *region;
         for axis in 0..D {
             let (side, shape) = (output.shape[axis], region.shape[axis]);
-            let reach = self.reach[axis].min(side);
+            let longest = self.longest[axis].saturating_sub(shape);
+            let reach = self.reach[axis].min(side).min(longest);
             let (mut low, mut high) = (reach, reach);
             if output.periodic[axis] {
                 // A patch that went around would meet itself.
@@ -189,6 +194,15 @@ impl<'a, const D: usize> Weaver<'a, D> {
         }
         near
     }
+}
+
+/// The longest side of sources along an axis.
+fn longest<const D: usize>(exemplars: &Exemplars<D>, axis: usize) -> u32 {
+    let sides = exemplars.sources().iter().map(|source| {
+        let domain = source.domain();
+        if domain.periodic[axis] { u32::MAX } else { domain.shape[axis] }
+    });
+    sides.max().unwrap_or(0)
 }
 
 /// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it.

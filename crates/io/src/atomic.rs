@@ -2,22 +2,26 @@
 //!
 //! The bytes go to a part beside the final name, are flushed to the disk, and take the name in one step. A part is
 //! locked while its writer lives; parts without a living writer are swept when the same name is written again. Files that
-//! belong together take their names while their folders are locked, so that those of two runs do not mix.
+//! belong together take their names while their folders are locked, so that those of two runs do not mix. Folders that are
+//! missing are made when names are taken: until then a part lies in the first folder above that there is.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::Ordering;
 
-use crate::error::{Error, Problem};
-use crate::identity::{Identity, identity};
+mod parts;
+
+pub use self::parts::remove_parts;
+use self::parts::{Disk, FINISHED, Part, Steps, create_part, folder, forget, is_missing, parts, sweep};
+use crate::error::{Error, Problem, WriteProtected};
+use crate::identity::{Identity, identity, input_at};
 
 /// Writes a file whole or not at all: on failure the old file, or none, is left.
 ///
-/// A link is followed, permissions of a replaced file are kept. Devices and pipes are written as they are.
+/// A link is followed, permissions of a replaced file are kept, folders that are missing are made. Devices and pipes are
+/// written as they are.
 ///
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
@@ -26,35 +30,51 @@ pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Er
 }
 
 /// Gives several files their names at once: a second run of the same names takes them before or after all of these, and a
-/// signal that calls [`remove_parts`] comes before or after them as well.
+/// signal that calls [`remove_parts`] comes before or after them as well. Devices and pipes are written before the first
+/// name is taken.
 ///
 /// # Errors
 /// Those of [`write_bytes`]. A name that is taken or a folder is found before any file has its name.
 pub fn finish_all(staged: Vec<Staged<'_>>) -> Result<(), Error> {
-    finish_with(&Disk, &staged)
+    finish_with(&Disk, staged)
 }
 
-fn finish_with(steps: &impl Steps, staged: &[Staged<'_>]) -> Result<(), Error> {
-    let problem = |one: &Staged<'_>, e| file_problem(one.path, e, one.bytes.len() as u64);
-    let folders = locked_folders(staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.path))));
+fn finish_with(steps: &impl Steps, mut staged: Vec<Staged<'_>>) -> Result<(), Error> {
+    staged.iter_mut().try_for_each(Staged::send)?;
+    let folders = locked_folders(staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.part))));
     {
         // While this is held, nobody removes the parts.
         let held = parts();
         if held.is_none() {
             let interrupted = || io::Error::from(io::ErrorKind::Interrupted);
-            return staged.first().map_or(Ok(()), |one| Err(problem(one, interrupted())));
+            return staged.first().map_or(Ok(()), |one| Err(one.problem(interrupted())));
         }
-        for one in staged {
-            one.still_free().map_err(|e| problem(one, e))?;
+        let mut made = Vec::new();
+        let taken = take_names(steps, &staged, &mut made);
+        if taken.is_err() {
+            // Those that hold a file stay.
+            made.iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
         }
-        for one in staged {
-            one.take_name(steps).map_err(|e| problem(one, e))?;
-            FINISHED.store(true, Ordering::Relaxed);
-        }
+        taken?;
     }
     // Makes the new names themselves durable. Not every system can; the files are whole in any case.
     for folder in &folders {
         let _ = folder.sync_all();
+    }
+    Ok(())
+}
+
+/// Makes the folders that are missing and notes them, then gives all files their names.
+fn take_names(steps: &impl Steps, staged: &[Staged<'_>], made: &mut Vec<PathBuf>) -> Result<(), Error> {
+    for one in staged {
+        one.make_folders(made).map_err(|e| one.problem(e))?;
+    }
+    for one in staged {
+        one.still_free().map_err(|e| one.problem(e))?;
+    }
+    for one in staged {
+        one.take_name(steps).map_err(|e| one.problem(e))?;
+        FINISHED.store(true, Ordering::Relaxed);
     }
     Ok(())
 }
@@ -79,6 +99,8 @@ pub struct Staged<'a> {
     bytes: &'a [u8],
     no_clobber: bool,
     part: Option<Part>,
+    /// Whether a device or a pipe has its bytes.
+    sent: bool,
 }
 
 impl<'a> Staged<'a> {
@@ -88,8 +110,35 @@ impl<'a> Staged<'a> {
     /// Those of [`write_bytes`].
     pub fn new(path: &'a Path, bytes: &'a [u8], no_clobber: bool) -> Result<Self, Error> {
         let part = stage(&Disk, path, bytes, no_clobber);
-        let part = part.map_err(|e| file_problem(path, e, bytes.len() as u64))?;
-        Ok(Self { path, bytes, no_clobber, part })
+        let part = part.map_err(|e| Error::new(path, Problem::file_system(e, bytes.len() as u64)))?;
+        Ok(Self { path, bytes, no_clobber, part, sent: false })
+    }
+
+    /// The same, unless the name leads to one of these files by now: what a run reads is not replaced, whatever became of
+    /// its names meanwhile.
+    ///
+    /// # Errors
+    /// Those of [`write_bytes`], and [`Problem::IsInput`].
+    pub fn beside(path: &'a Path, bytes: &'a [u8], no_clobber: bool, inputs: &[PathBuf]) -> Result<Self, Error> {
+        let staged = Self::new(path, bytes, no_clobber)?;
+        let target = staged.part.as_ref().map_or(path, |part| &part.path);
+        match input_at(target, inputs) {
+            Some(input) => Err(Error::new(path, Problem::IsInput { input: input.clone() })),
+            None => Ok(staged),
+        }
+    }
+
+    /// Writes to a device or a pipe, which can take bytes only once and for as long as it likes; files wait for their names.
+    ///
+    /// # Errors
+    /// Those of [`write_bytes`].
+    pub fn send(&mut self) -> Result<(), Error> {
+        if self.part.is_none() && !self.sent {
+            self.sent = true;
+            let sent = OpenOptions::new().write(true).open(self.path).and_then(|mut file| file.write_all(self.bytes));
+            sent.map_err(|e| self.problem(e))?;
+        }
+        Ok(())
     }
 
     /// Gives the file its name.
@@ -112,22 +161,27 @@ impl<'a> Staged<'a> {
     }
 
     fn take_name(&self, steps: &impl Steps) -> io::Result<()> {
-        match &self.part {
-            Some(part) => steps.take_name(&part.part, &part.path, self.no_clobber),
-            None => OpenOptions::new().write(true).open(self.path).and_then(|mut file| file.write_all(self.bytes)),
-        }
+        self.part.as_ref().map_or(Ok(()), |part| steps.take_name(&part.part, &part.path, self.no_clobber))
     }
-}
 
-/// A file that is to be made cannot be missing: its folder is.
-fn file_problem(path: &Path, error: io::Error, bytes: u64) -> Error {
-    let missing = || path.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.exists());
-    let problem = match error.kind() {
-        io::ErrorKind::NotFound if missing() => Problem::NoFolder,
-        io::ErrorKind::NotFound => Problem::FileSystem(error),
-        _ => Problem::file_system(error, bytes),
-    };
-    Error::new(path, problem)
+    /// Makes the folders that its name needs, outermost first.
+    fn make_folders(&self, made: &mut Vec<PathBuf>) -> io::Result<()> {
+        let Some(part) = &self.part else { return Ok(()) };
+        let missing: Vec<&Path> = folder(&part.path).ancestors().take_while(|folder| is_missing(folder)).collect();
+        for folder in missing.into_iter().rev() {
+            match fs::create_dir(folder) {
+                Ok(()) => made.push(folder.to_path_buf()),
+                // Another run has made it.
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(())
+    }
+
+    fn problem(&self, error: io::Error) -> Error {
+        Error::new(self.path, Problem::file_system(error, self.bytes.len() as u64))
+    }
 }
 
 /// Makes a part and takes it away again: what hinders the one hinders the file.
@@ -136,52 +190,13 @@ pub(crate) fn try_part(path: &Path) -> Result<(), Error> {
         if existing.is_some_and(|m| !m.is_file()) {
             return Ok(());
         }
-        sweep(&path);
+        sweep(&Disk, &path);
         create_part(&Disk, &path).and_then(|(part, _)| {
             forget(&part);
             fs::remove_file(part)
         })
     });
-    tried.map_err(|e| file_problem(path, e, 0))
-}
-
-/// The steps that may fail, so that tests can make each of them fail.
-trait Steps {
-    fn create(&self, part: &Path) -> io::Result<File> {
-        OpenOptions::new().write(true).create_new(true).open(part)
-    }
-    fn write(&self, file: &mut File, bytes: &[u8]) -> io::Result<()> {
-        file.write_all(bytes)
-    }
-    fn sync(&self, file: &File) -> io::Result<()> {
-        file.sync_all()
-    }
-    fn link(&self, part: &Path, path: &Path) -> io::Result<()> {
-        fs::hard_link(part, path)
-    }
-    fn take_name(&self, part: &Path, path: &Path, no_clobber: bool) -> io::Result<()> {
-        if no_clobber { link_then_remove(self, part, path) } else { fs::rename(part, path) }
-    }
-}
-
-struct Disk;
-impl Steps for Disk {}
-
-/// A whole part beside the name that it is to take; gone when it is dropped.
-#[derive(Debug)]
-struct Part {
-    part: PathBuf,
-    path: PathBuf,
-    /// Keeps the lock.
-    file: File,
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        forget(&self.part);
-        // After success there is none; one that stays is swept by the next writer.
-        let _ = fs::remove_file(&self.part);
-    }
+    tried.map_err(|e| Error::new(path, Problem::file_system(e, 0)))
 }
 
 /// Writes a part; `None` for devices and pipes, which have none.
@@ -193,7 +208,7 @@ fn stage(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io:
     if existing.as_ref().is_some_and(|m| !m.is_file()) {
         return Ok(None);
     }
-    sweep(&path);
+    sweep(steps, &path);
     let (part, file) = create_part(steps, &path)?;
     let mut part = Part { part, path, file };
     write_part(steps, &mut part.file, bytes, existing.as_ref())?;
@@ -223,133 +238,12 @@ fn dangling(path: &Path) -> PathBuf {
     path
 }
 
-/// A file that nobody may write.
-#[derive(Debug, thiserror::Error)]
-#[error("is write-protected")]
-pub(crate) struct WriteProtected;
-
 fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs::Metadata>) -> io::Result<()> {
     steps.write(file, bytes)?;
     if let Some(old) = old {
         file.set_permissions(old.permissions())?;
     }
     steps.sync(file)
-}
-
-/// Parts that this process is writing; `None` once it may write no more.
-static PARTS: Mutex<Option<Vec<PathBuf>>> = Mutex::new(Some(Vec::new()));
-
-fn parts() -> MutexGuard<'static, Option<Vec<PathBuf>>> {
-    PARTS.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Removes what this process is about to write, and fails all writing from now on: for a program that ends at once,
-/// whatever its other threads are doing. Files that have their names stay; whether there are any.
-pub fn remove_parts() -> bool {
-    for part in parts().take().into_iter().flatten() {
-        // A part that stays is swept by the next writer.
-        let _ = fs::remove_file(part);
-    }
-    FINISHED.load(Ordering::Relaxed)
-}
-
-/// Whether a file of this process has its name.
-static FINISHED: AtomicBool = AtomicBool::new(false);
-
-fn forget(part: &Path) {
-    if let Some(parts) = parts().as_mut() {
-        parts.retain(|p| p != part);
-    }
-}
-
-/// A new part, locked by us.
-fn create_part(steps: &impl Steps, path: &Path) -> io::Result<(PathBuf, File)> {
-    static NUMBER: AtomicU32 = AtomicU32::new(0);
-    let mut parts = parts();
-    let parts = parts.as_mut().ok_or(io::ErrorKind::Interrupted)?;
-    loop {
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let mut name = part_prefix(path)?;
-        name.push(format!("{}-{number}.part", std::process::id()));
-        let part = path.with_file_name(name);
-        match steps.create(&part) {
-            Ok(file) => {
-                // Between both, another writer of this name may have taken the part for one that was left.
-                match file.try_lock() {
-                    Err(TryLockError::WouldBlock) => continue,
-                    // A file system without locks only loses the sweeping.
-                    Ok(()) | Err(TryLockError::Error(_)) => {}
-                }
-                if leads_to(&part, &file) {
-                    parts.push(part.clone());
-                    return Ok((part, file));
-                }
-            }
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(e) => return Err(e),
-        }
-    }
-}
-
-/// Whether a name is still that of an open file.
-#[cfg(unix)]
-fn leads_to(path: &Path, file: &File) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    let same = |a: fs::Metadata, b: fs::Metadata| (a.dev(), a.ino()) == (b.dev(), b.ino());
-    fs::symlink_metadata(path).and_then(|named| Ok(same(named, file.metadata()?))).unwrap_or(false)
-}
-
-/// Elsewhere a file that is open cannot be removed.
-#[cfg(not(unix))]
-fn leads_to(path: &Path, _: &File) -> bool {
-    path.exists()
-}
-
-/// `.NAME.`, cut so that the part's name is not longer than file systems allow.
-fn part_prefix(path: &Path) -> io::Result<OsString> {
-    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
-    let mut prefix = OsString::from(".");
-    match name.to_str() {
-        Some(text) if 200 < text.len() => prefix.push(&text[..text.floor_char_boundary(200)]),
-        None if 200 < name.len() => prefix.push("long-name"),
-        _ => prefix.push(name),
-    }
-    prefix.push(".");
-    Ok(prefix)
-}
-
-/// Takes a name only if it is free. Where the file system has no hard links, a name that something else than this program
-/// takes in the last moment is lost.
-fn link_then_remove(steps: &(impl Steps + ?Sized), part: &Path, path: &Path) -> io::Result<()> {
-    match steps.link(part, path) {
-        Ok(()) => fs::remove_file(part),
-        Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(e),
-        Err(_) if path.exists() => Err(io::ErrorKind::AlreadyExists.into()),
-        Err(_) => fs::rename(part, path),
-    }
-}
-
-/// Removes parts of this name whose writer is gone: nobody holds their lock.
-fn sweep(path: &Path) {
-    let Ok(prefix) = part_prefix(path) else { return };
-    let Ok(entries) = fs::read_dir(folder(path)) else { return };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let bytes = name.as_encoded_bytes();
-        let Some(middle) = bytes.strip_prefix(prefix.as_encoded_bytes()).and_then(|r| r.strip_suffix(b".part")) else {
-            continue;
-        };
-        if middle.iter().all(|b| b.is_ascii_digit() || *b == b'-')
-            && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
-        {
-            let _ = fs::remove_file(entry.path());
-        }
-    }
-}
-
-/// The folder of a file.
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 #[cfg(test)]

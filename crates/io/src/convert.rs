@@ -103,7 +103,7 @@ impl Curves {
         };
         let n = plane.domain().len();
         let negative = |c| (0..n).any(|i| plane.samples.value(c, i) < 0.0);
-        let signed = max.is_none() && plane.role == Role::Normal && (0..plane.color_channels()).any(negative);
+        let signed = max.is_none() && plane.role.is_normal() && (0..plane.color_channels()).any(negative);
         let encoded = if plane.role == Role::Color { plane.color_channels() } else { 0 };
         let (linear, warning) = match max {
             Some(_) if plane.role == Role::Color => Linear::of(metadata, encoded),

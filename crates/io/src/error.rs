@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::ErrorKind;
 
-use crate::atomic::WriteProtected;
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
 
@@ -208,8 +207,8 @@ pub enum Problem {
     /// There is no such file or folder.
     #[error("not found")]
     Missing,
-    /// The folder of an output is missing.
-    #[error("its folder does not exist")]
+    /// A file stands where the folder of a file should be.
+    #[error("its folder is a file")]
     NoFolder,
     /// The system refuses access.
     #[error("permission denied")]
@@ -317,7 +316,7 @@ impl Problem {
             Self::IsAMap => "give a picture, or apply the map to one",
             Self::ExemplarCount { .. } => "name every exemplar, in order",
             Self::Missing => "check the name",
-            Self::NoFolder => "make it first",
+            Self::NoFolder => "name another folder",
             Self::Denied => "check the permissions",
             Self::ReadOnly => "write elsewhere",
             Self::WriteProtected => "make it writable, or choose another name",
@@ -360,6 +359,7 @@ impl Problem {
         use io::ErrorKind as Io;
         match error.kind() {
             Io::NotFound => Self::Missing,
+            Io::NotADirectory => Self::NoFolder,
             Io::PermissionDenied => Self::Denied,
             Io::ReadOnlyFilesystem => Self::ReadOnly,
             Io::Other if error.get_ref().is_some_and(|e| e.is::<WriteProtected>()) => Self::WriteProtected,
@@ -388,6 +388,11 @@ fn plain(cause: &str) -> String {
     let sentence = rest.is_some_and(|rest| rest.chars().all(char::is_lowercase));
     if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
 }
+
+/// A file that nobody may write.
+#[derive(Debug, thiserror::Error)]
+#[error("is write-protected")]
+pub(crate) struct WriteProtected;
 
 #[cfg(test)]
 mod tests;

@@ -5,37 +5,17 @@ use std::path::{Path, PathBuf};
 
 use crate::atomic;
 use crate::error::{Error, Problem};
-use crate::identity::identity;
-use crate::read::{ReadOptions, split_selector};
-
-/// Whether two names lead to one file, through links of any kind, or would once it is made.
-pub fn same_file(a: &Path, b: &Path) -> bool {
-    let same = |a: Option<PathBuf>, b: Option<PathBuf>| a.is_some() && a == b;
-    match (identity(a), identity(b)) {
-        (Some(a), Some(b)) => a == b,
-        (None, None) => a == b || same(place(a), place(b)),
-        _ => false,
-    }
-}
-
-/// Where a file that does not exist would be.
-fn place(path: &Path) -> Option<PathBuf> {
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Some(fs::canonicalize(folder).ok()?.join(path.file_name()?))
-}
+use crate::identity::input_at;
 
 /// Refuses an output that could not be written at the end: it is one of the inputs, it exists and must not be
-/// replaced, it is a folder, or its folder is missing or read-only. Sweeps parts of it that a killed run left.
+/// replaced, it is a folder, or its folder is read-only or cannot be made. Sweeps parts of it that a killed run left.
 ///
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`.
 pub fn check_output(output: impl AsRef<Path>, inputs: &[PathBuf], no_clobber: bool) -> Result<(), Error> {
     let output = output.as_ref();
-    for input in inputs {
-        let (file, _) = split_selector(input, &ReadOptions::default());
-        if same_file(output, &file) {
-            return Err(Error::new(output, Problem::IsInput { input: input.clone() }));
-        }
+    if let Some(input) = input_at(output, inputs) {
+        return Err(Error::new(output, Problem::IsInput { input: input.clone() }));
     }
     if no_clobber && fs::symlink_metadata(output).is_ok() {
         return Err(Error::new(output, Problem::Exists));
@@ -47,6 +27,7 @@ pub fn check_output(output: impl AsRef<Path>, inputs: &[PathBuf], no_clobber: bo
 mod tests {
     use super::*;
     use crate::atomic::tests::Folder;
+    use crate::identity::same_file;
 
     #[test]
     fn an_output_that_is_an_input_is_refused_through_links() {
@@ -72,6 +53,8 @@ mod tests {
         let (none, roundabout) = (folder.path("none"), folder.path("sub/../none"));
         assert!(same_file(&none, &none) && same_file(&none, &roundabout), "the same once it is made");
         assert!(!same_file(&none, &folder.path("another")) && !same_file(&none, &file));
+        let [deep, same] = ["x/y/a", "x/./z/../y/a"].map(|name| folder.path(name));
+        assert!(same_file(&deep, &same) && !same_file(&deep, &folder.path("x/a")), "in folders that are not there yet");
     }
 
     #[test]
@@ -82,7 +65,8 @@ mod tests {
         let problem = |path: &Path, no_clobber| check_output(path, &[], no_clobber).err().map(|e| e.problem);
         assert!(matches!(problem(&file, true), Some(Problem::Exists)));
         assert!(problem(&file, false).is_none());
-        assert!(matches!(problem(&folder.path("none/a.png"), false), Some(Problem::NoFolder)));
+        assert!(problem(&folder.path("none/sub/a.png"), false).is_none(), "folders are made with the file");
+        assert!(matches!(problem(&folder.path("a.png/b.png"), false), Some(Problem::NoFolder)));
         assert!(matches!(problem(&folder.path(""), false), Some(Problem::Folder)));
         assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())], "looking leaves nothing behind");
     }

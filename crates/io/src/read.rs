@@ -10,7 +10,7 @@ use crate::codec::{self, Context};
 use crate::error::{Error, Problem};
 use crate::finite;
 use crate::metadata::Metadata;
-use crate::name::display_name;
+use crate::name::{display_name, file_of, selector};
 use crate::provenance::Fingerprint;
 use crate::samples::orient;
 use crate::{Format, Warning};
@@ -67,8 +67,7 @@ pub struct Picture {
 impl Picture {
     /// The file by name and content, as provenance and source maps name it.
     pub fn fingerprint(&self, path: impl AsRef<Path>) -> Fingerprint {
-        let (file, _) = split_selector(path.as_ref(), &ReadOptions::default());
-        Fingerprint { name: display_name(&file), blake3: self.blake3.clone() }
+        Fingerprint { name: display_name(file_of(path.as_ref())), blake3: self.blake3.clone() }
     }
 }
 
@@ -127,14 +126,10 @@ pub(crate) fn format_of(start: &[u8], name: &Path, context: &mut Context<'_>) ->
 
 /// Parts `file.exr[R,G,B]` into the file and the choice.
 pub(crate) fn split_selector(path: &Path, options: &ReadOptions) -> (PathBuf, ReadOptions) {
-    let whole = || (path.to_path_buf(), options.clone());
-    let Some((file, choice)) = path.to_str().and_then(|p| p.strip_suffix(']')).and_then(|p| p.rsplit_once('[')) else {
-        return whole();
-    };
-    if file.is_empty() || path.exists() {
-        return whole();
+    match selector(path) {
+        Some((file, choice)) => (file.into(), ReadOptions { channels: Some(choice.to_owned()), ..options.clone() }),
+        None => (path.to_path_buf(), options.clone()),
     }
-    (file.into(), ReadOptions { channels: Some(choice.to_owned()), ..options.clone() })
 }
 
 /// A regular file's bytes, within the memory budget.

@@ -1,23 +1,22 @@
 //! `selvedge apply`: a source map laid over other planes of the same exemplars.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
-use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance, ReadOptions};
+use selvedge_core::{Depth, Domain, Grid, Plane, Role, Transform};
+use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance};
 
 use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
 use crate::blending::Blending;
-use crate::exemplars::{NO_MASK, alike, converted};
+use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n as count, shown};
-use crate::harmonise::{Layout, common_depth, common_layout, widened};
 use crate::inputs::{self, Input, ReadMap};
-use crate::memory;
 use crate::outputs::{self, Outputs};
+use crate::planes::{Layer, Laying, Looked, roles_typed};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
+use crate::{memory, names};
 
 /// Options of `apply`.
 #[derive(Args, Debug)]
@@ -32,9 +31,9 @@ pub(crate) struct Apply {
     /// with and without its extension: 'out/{name}'.
     #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     output: PathBuf,
-    /// What the channels mean: one for all planes, or one for each. Normals are turned with their samples, and only
-    /// colour is encoded when depths change.
-    #[arg(long, value_enum, value_name = "ROLE", value_delimiter = ',', default_value = "color")]
+    /// What the channels mean: one for all planes, or one for each. By default names tell, as in wood_normal.png. Normals
+    /// are turned with their samples, and only colour is encoded when depths change.
+    #[arg(long, value_enum, value_name = "ROLE", value_delimiter = ',')]
     role: Vec<RoleArg>,
     #[command(flatten)]
     blending: Blending,
@@ -62,14 +61,6 @@ pub(crate) struct Apply {
     nonfinite: NonFiniteArg,
 }
 
-/// One output: a plane of every exemplar.
-struct Layer<'a> {
-    planes: &'a [PathBuf],
-    roles: Vec<Role>,
-    output: PathBuf,
-    format: Format,
-}
-
 impl Apply {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
@@ -78,39 +69,38 @@ impl Apply {
         let masks = self.mask.iter().filter(|mask| mask.as_os_str() != NO_MASK).chain(&self.fixed);
         let files: Vec<PathBuf> = std::iter::once(&self.map).chain(&self.planes).chain(masks).cloned().collect();
         inputs::check_streams(&files)?;
-        let (roles, planes) = (self.role.len(), self.planes.len());
-        if roles != 1 && roles != planes {
-            let what = format!("{} for {}", count("role", roles), count("plane", planes));
-            return Err(Failure::new(2, what).remedy("give one --role, or one for each"));
-        }
         let ReadMap { file, fingerprint, entry } = Input::new(session, &self.map)?.read_map(session)?;
         report.inputs.push(entry);
         let masks = self.masks(session, &file, &mut report)?;
-        let layers = self.layers(&file)?;
-        let written: Vec<&Path> = layers.iter().map(|layer| layer.output.as_path()).collect();
+        let layers = self.layers(session, &file)?;
+        let written: Vec<PathBuf> = layers.iter().map(|layer| layer.output.clone()).collect();
         outputs::check(session, &written, &files)?;
-        report.options = self.used(session);
         report.stage("read");
         let mut run = Run { args: self, session, file, map: fingerprint, masks, report };
         // Whatever can be refused is, before the first picture is made, and nothing is written before the last one is.
-        let looked = layers.iter().map(|layer| run.look(layer)).collect::<Result<Vec<_>, Failure>>()?;
+        let looked = layers.into_iter().map(|layer| run.look(layer)).collect::<Result<Vec<_>, Failure>>()?;
         run.check_memory(&looked)?;
+        let roles: Vec<Role> = looked.iter().flat_map(|one| one.layer.roles.clone()).collect();
+        run.report.options = self.used(session, roles_typed(&self.planes, &roles));
         let mut outputs = Outputs::with_quality(self.quality);
         looked.into_iter().try_for_each(|one| run.lay(one, &mut outputs))?;
         session.check_signal()?;
-        outputs.write(session, &mut run.report)?;
-        run.report.stage("write");
-        Ok(run.done(&written))
+        Ok(run.done(&written, outputs))
     }
 
-    /// How the planes of an output are laid: heights copied side by side are steps, which no light hides.
-    fn blending(&self, layer: &Layer<'_>) -> Blending {
-        let by_default = self.blending.is_none() && !self.copy && layer.roles.iter().all(|role| *role == Role::Height);
-        if by_default { Blending::FUSED } else { self.blending }
+    fn laying(&self) -> Laying<'_> {
+        Laying {
+            roles: &self.role,
+            depth: self.depth.map(Depth::from),
+            format: self.format.map(Format::from),
+            nonfinite: self.nonfinite,
+            blending: self.blending,
+            copy: self.copy,
+        }
     }
 
     /// Which planes go together, and what becomes of them.
-    fn layers(&self, file: &MapFile) -> Result<Vec<Layer<'_>>, Failure> {
+    fn layers(&self, session: &Session<'_>, file: &MapFile) -> Result<Vec<Layer>, Failure> {
         let (n, given) = (file.exemplars.len(), self.planes.len());
         if n == 0 || !given.is_multiple_of(n) {
             let names: Vec<&str> = file.exemplars.iter().map(|e| e.name.as_str()).collect();
@@ -122,17 +112,8 @@ impl Apply {
             );
             return Err(Failure::new(3, what).about(&self.map).remedy("give one plane for each, in order"));
         }
-        let role = |plane: usize| Role::from(self.role[plane.min(self.role.len() - 1)]);
-        let layer = |i: usize, planes| {
-            let output = named(&self.output, &self.planes[i * n]);
-            if n < given && output == self.output {
-                let what = format!("{} outputs would have this name", given / n);
-                return Err(Failure::new(2, what).about(&output).remedy("use '{name}' or '{stem}' in it"));
-            }
-            let format = outputs::format(&output, self.format.map(Format::from), self.depth.map(Depth::from))?;
-            Ok(Layer { planes, roles: (0..n).map(|e| role(i * n + e)).collect(), output, format })
-        };
-        self.planes.chunks(n).enumerate().map(|(i, planes)| layer(i, planes)).collect()
+        names::check_apart(&self.output, given / n)?;
+        self.laying().layers(session, &self.planes, n, &self.output)
     }
 
     /// The masks of the exemplars, and what is not blended.
@@ -165,42 +146,14 @@ impl Apply {
         Ok(Masks { of_exemplars, fixed, fingerprints })
     }
 
-    /// The options as used.
-    fn used(&self, session: &Session<'_>) -> Used {
-        let roles: Vec<String> = self.role.iter().map(|role| typed_name(*role)).collect();
+    /// The options as used, with roles as they are typed.
+    fn used(&self, session: &Session<'_>, roles: Vec<String>) -> Used {
         let used = self.blending.used(session.options.clone().without("role"));
         let used = if self.copy { used } else { used.without("copy") };
         let used = if self.quality.is_none() { used.without("quality") } else { used };
         let odd = (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite));
-        used.set("nonfinite", odd).with("role", if roles == ["color"] { Vec::new() } else { roles })
+        used.set("nonfinite", odd).with("role", roles)
     }
-}
-
-/// The output's name for a plane.
-fn named(output: &Path, plane: &Path) -> PathBuf {
-    let Some(pattern) = output.to_str() else { return output.to_path_buf() };
-    let mut name = OsString::new();
-    for (i, part) in pattern.split("{name}").enumerate() {
-        if i != 0 {
-            name.push(plane.file_name().unwrap_or_default());
-        }
-        for (i, part) in part.split("{stem}").enumerate() {
-            if i != 0 {
-                name.push(plane.file_stem().unwrap_or_default());
-            }
-            name.push(part);
-        }
-    }
-    name.into()
-}
-
-/// One output whose planes' headers were read.
-struct Looked<'a> {
-    layer: &'a Layer<'a>,
-    inputs: Vec<Input>,
-    infos: Vec<Info>,
-    depth: Depth,
-    layout: Layout,
 }
 
 /// Masks that were read.
@@ -222,36 +175,22 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// How a plane is read.
-    fn read_options(&self, role: Role) -> ReadOptions {
-        inputs::options(self.session.limits, role, self.args.nonfinite)
-    }
-
     /// Reads the headers of one output's planes.
-    fn look<'l>(&self, layer: &'l Layer<'l>) -> Result<Looked<'l>, Failure> {
-        let inputs =
-            layer.planes.iter().map(|path| Input::new(self.session, path)).collect::<Result<Vec<_>, Failure>>()?;
-        let infos = inputs.iter().zip(&layer.roles).map(|(input, role)| input.probe(&self.read_options(*role)));
-        let infos = infos.collect::<Result<Vec<_>, _>>()?;
-        let (depth, layout) = self.check(layer, &infos)?;
-        Ok(Looked { layer, inputs, infos, depth, layout })
+    fn look(&self, layer: Layer) -> Result<Looked, Failure> {
+        let fits = |exemplar: usize, path: &Path, info: &Info| self.check_size(exemplar, path, info);
+        self.args.laying().look(self.session, layer, self.file.map.domain().shape, &fits)
     }
 
     /// Refuses what does not fit: the planes of one output at a time, and all outputs until they are written.
-    fn check_memory(&self, looked: &[Looked<'_>]) -> Result<(), Failure> {
+    fn check_memory(&self, looked: &[Looked]) -> Result<(), Failure> {
         let domain = self.file.map.domain();
         let sources = self.file.map.table.sources().iter();
         let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
         let resampled: Vec<Domain<2>> = resampled.collect();
-        let made = |l: &Looked<'_>| memory::outputs(domain, l.layout.channels(), l.depth, false);
-        let copied = self.masks.fixed.is_some() || 0 < self.file.map.holes();
-        let laid = |l: &Looked<'_>| {
-            memory::exemplars(&l.infos, l.depth)
-                + memory::shown(&resampled, l.layout.channels(), l.depth)
-                + Bytes(self.args.blending(l.layer).memory(domain, l.layout.channels(), copied))
-        };
-        let read = looked.iter().map(laid).max().unwrap_or_default();
-        memory::check_fixed(&self.session.limits, read + looked.iter().map(made).sum())
+        let kept = self.masks.fixed.is_some() || 0 < self.file.map.holes();
+        let read = looked.iter().map(|one| one.read_bytes() + one.laid_bytes(domain, &resampled, kept)).max();
+        let made = looked.iter().map(|one| one.made_bytes(domain)).sum();
+        memory::check_fixed(&self.session.limits, memory::PROGRAM + read.unwrap_or_default() + made)
     }
 
     /// Says where a plane has the name of the map's exemplar but is another file: then the weave may not fit it.
@@ -265,70 +204,31 @@ impl Run<'_> {
     }
 
     /// Reads the planes of one output and renders it.
-    fn lay(
-        &mut self,
-        Looked { layer, inputs, depth, layout, .. }: Looked<'_>,
-        to: &mut Outputs,
-    ) -> Result<(), Failure> {
-        let (mut planes, mut read_files, mut metadata) = (Vec::new(), vec![self.map.clone()], None);
-        for (exemplar, (input, role)) in inputs.iter().zip(&layer.roles).enumerate() {
-            let picture = input.read(self.session, &self.read_options(*role), &mut self.report)?;
-            let found = inputs::fingerprint(&input.path, &picture);
-            self.check_content(exemplar, &input.path, &found);
-            read_files.push(found);
-            let from = picture.plane.samples.depth();
-            let plane = widened(picture.plane, layout)?;
-            planes.push(converted(self.session, &input.path, plane, depth, &picture.metadata)?);
-            metadata.get_or_insert_with(|| picture.metadata.converted(from, depth));
-        }
-        let paths: Vec<PathBuf> = inputs.iter().map(|input| input.path.clone()).collect();
-        let planes = alike(self.session, &paths, planes)?;
+    fn lay(&mut self, looked: Looked, to: &mut Outputs) -> Result<(), Failure> {
+        let mut report = std::mem::replace(&mut self.report, Report::new("apply"));
+        let ready = looked.read(self.session, &mut report, &|e, path, found| self.check_content(e, path, found));
+        self.report = report;
+        let ready = ready?;
+        let map = &self.file.map;
+        let turned: Vec<Transform> = map.table.sources().iter().map(|(origin, _)| origin.transform).collect();
+        ready.warn_of_normals(self.session, &turned);
         self.report.stage("read");
         if self.session.global.dry_run {
             return Ok(());
         }
-        let rendered = self.rendered(layer, &planes.iter().collect::<Vec<_>>())?;
-        drop(planes);
+        let valid = if ready.layer.blending.is_none() {
+            Vec::new()
+        } else {
+            let planes: Vec<&Plane<2>> = ready.planes.iter().collect();
+            let about = |e| Failure::from(e).about(&ready.layer.planes[0]).remedy("give masks of the planes' size");
+            map.table.validity(&planes, &self.masks.of_exemplars).map_err(about)?
+        };
+        let rendered = ready.rendered(map, valid.iter().map(Option::as_ref).collect(), self.masks.fixed.as_ref())?;
         self.report.stage("render");
-        let provenance = Some(self.provenance(layer, read_files));
-        let metadata = Metadata { provenance, ..metadata.unwrap_or_default() };
-        to.picture(&layer.output, layer.format, &rendered, &metadata)?;
+        let provenance = Some(self.provenance(&ready.layer, ready.fingerprints));
+        to.picture(&ready.layer.output, ready.layer.format, &rendered, &Metadata { provenance, ..ready.metadata })?;
         self.report.stage("encode");
         self.session.check_signal()
-    }
-
-    /// The map laid over the planes.
-    fn rendered(&self, layer: &Layer<'_>, planes: &[&Plane<2>]) -> Result<Plane<2>, Failure> {
-        let map = &self.file.map;
-        let blending = self.args.blending(layer);
-        if blending.is_none() {
-            return Ok(map.render(planes)?);
-        }
-        let valid = map.table.validity(planes, &self.masks.of_exemplars);
-        let valid =
-            valid.map_err(|e| Failure::from(e).about(&layer.planes[0]).remedy("give masks of the planes' size"))?;
-        let valid = valid.iter().map(Option::as_ref).collect();
-        blending.render(map, valid, self.masks.fixed.as_ref(), planes)
-    }
-
-    /// Refuses planes that are not the size of their exemplars, and outputs that cannot hold them.
-    fn check(&self, layer: &Layer<'_>, infos: &[Info]) -> Result<(Depth, Layout), Failure> {
-        let of_each = || layer.planes.iter().map(PathBuf::as_path).zip(infos);
-        for (e, (path, info)) in of_each().enumerate() {
-            self.check_size(e, path, info)?;
-        }
-        let depth = match self.args.depth {
-            Some(depth) => depth.into(),
-            None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
-        };
-        let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
-        let (output, shape) = ((layer.output.as_path(), layer.format), self.file.map.domain().shape);
-        for (path, info) in of_each() {
-            let depth = self.args.depth.map_or(info.depth, Depth::from);
-            outputs::check_held(output, shape, (Layout::of(info), depth), Some(path))?;
-        }
-        outputs::check_held(output, shape, (layout, depth), None)?;
-        Ok((depth, layout))
     }
 
     fn check_size(&self, exemplar: usize, path: &Path, info: &Info) -> Result<(), Failure> {
@@ -352,33 +252,22 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn provenance(&self, layer: &Layer<'_>, inputs: Vec<Fingerprint>) -> Provenance {
+    fn provenance(&self, layer: &Layer, inputs: Vec<Fingerprint>) -> Provenance {
         let seed = self.file.metadata.provenance.as_ref().map_or(0, |p| p.seed);
-        let files: Vec<PathBuf> = std::iter::once(&self.args.map).chain(layer.planes).cloned().collect();
-        let inputs = inputs.into_iter().chain(self.masks.fingerprints.iter().cloned()).collect();
-        let command = self.report.options.command("apply", &files);
-        Provenance { version: env!("CARGO_PKG_VERSION").into(), seed, inputs, command }
+        let files: Vec<PathBuf> = std::iter::once(&self.args.map).chain(&layer.planes).cloned().collect();
+        let inputs = std::iter::once(self.map.clone()).chain(inputs).chain(self.masks.fingerprints.iter().cloned());
+        // Of each picture only what made it: the other outputs of the run had roles of their own.
+        let own = self.args.used(self.session, layer.roles_typed());
+        let command = own.command("apply", &files);
+        Provenance { version: env!("CARGO_PKG_VERSION").into(), seed, inputs: inputs.collect(), command }
     }
 
-    fn done(self, written: &[&Path]) -> Done {
+    fn done(self, written: &[PathBuf], outputs: Outputs) -> Done {
         let [h, w] = self.file.map.domain().shape;
         let names: Vec<String> = written.iter().map(|path| shown(path)).collect();
         let (would, names) = (if self.session.global.dry_run { "would be " } else { "" }, names.join(", "));
         let (map, seconds) = (shown(&self.args.map), self.report.elapsed());
         let line = format!("{names}: {would}{w}x{h} px through {map}, in {seconds:.2} s");
-        Done::made(self.report, line)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_filled_in() {
-        let name = |pattern: &str| named(Path::new(pattern), Path::new("in/a.b.png"));
-        assert_eq!(name("out/{name}"), Path::new("out/a.b.png"));
-        assert_eq!(name("{stem}-{stem}.exr"), Path::new("a.b-a.b.exr"));
-        assert_eq!(name("out.png"), Path::new("out.png"));
+        Done::made(self.report, line, outputs)
     }
 }

@@ -65,17 +65,19 @@ impl Compare {
         report.stage("read");
         let difference = Difference::of(&a, &b, self.fail);
         report.stage("compare");
-        if let (Some(path), Some(format)) = (&self.diff, format)
-            && !session.global.dry_run
-        {
-            write_picture(session, path, format, &a, &b, &difference, &mut report)?;
+        let mut outputs = Outputs::default();
+        if let (Some(path), Some(format), false) = (&self.diff, format, session.global.dry_run) {
+            let plane = picture(session, path, format, &a, &b, &difference)?;
+            outputs.picture(path, format, &plane, &Metadata::default())?;
+            report.stage("write");
         }
         let over = self.over(&difference);
         report.options = session.options.clone();
         report.stats = difference.json(over);
         let verdict = if over { "differ" } else { "agree" };
         let text = format!("{} {}: {verdict}\n{}", shown(&self.a), shown(&self.b), difference.text(&a));
-        Ok(Done { exit: over.into(), ..Done::answered(report, text) })
+        report.outputs.extend(outputs.noted());
+        Ok(Done { exit: over.into(), outputs, ..Done::answered(report, text) })
     }
 
     /// Both pictures in one depth and with the same channels.
@@ -210,15 +212,14 @@ fn difference(a: &Plane<2>, b: &Plane<2>, channel: usize, index: usize) -> f64 {
 }
 
 /// Differences of the colour channels, the greatest of all white.
-fn write_picture(
+fn picture(
     session: &Session<'_>,
     path: &Path,
     format: Format,
     a: &Plane<2>,
     b: &Plane<2>,
     found: &Difference,
-    report: &mut Report,
-) -> Result<(), Failure> {
+) -> Result<Plane<2>, Failure> {
     let gain = if found.greatest == 0.0 { 0.0 } else { 255.0 / found.greatest };
     let mut samples = Grid::try_filled(Domain::open(a.domain().shape), a.color_channels(), 0_u8)?;
     for c in 0..a.color_channels() {
@@ -227,15 +228,10 @@ fn write_picture(
         }
     }
     let plane = Plane::new(Role::Color, Samples::U8(samples));
-    let plane = match format.depths() {
-        [Depth::F16, ..] => converted(session, path, plane, Depth::F16, &Metadata::default())?,
-        _ => plane,
-    };
-    let mut outputs = Outputs::default();
-    outputs.picture(path, format, &plane, &Metadata::default())?;
-    outputs.write(session, report)?;
-    report.stage("write");
-    Ok(())
+    match format.depths() {
+        [Depth::F16, ..] => converted(session, path, plane, Depth::F16, &Metadata::default()),
+        _ => Ok(plane),
+    }
 }
 
 #[cfg(test)]

@@ -21,18 +21,17 @@ pub(crate) struct Man {
 impl Man {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>, program: Command) -> Result<Done, Failure> {
-        let mut report = Report::new("man");
+        let report = Report::new("man");
         let pages = pages(program).map_err(|e| Failure::new(70, e.to_string()).remedy("please report it"))?;
         let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| self.folder.join(name)).collect();
         outputs::check(session, &paths, &[])?;
         let (would, n) = (if session.global.dry_run { "would be " } else { "" }, pages.len());
         let mut outputs = Outputs::default();
-        paths.iter().zip(pages).for_each(|(path, (_, page))| outputs.bytes(path, page));
         if !session.global.dry_run {
-            outputs.write(session, &mut report)?;
+            paths.iter().zip(pages).for_each(|(path, (_, page))| outputs.bytes(path, page));
         }
         let line = format!("{}: {would}{n} pages", shown(&self.folder));
-        Ok(Done::made(report, line))
+        Ok(Done::made(report, line, outputs))
     }
 }
 

@@ -5,9 +5,11 @@ pub(crate) mod apply;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod graphcut;
+pub(crate) mod hybrid;
 pub(crate) mod info;
 pub(crate) mod inspect;
 pub(crate) mod man;
+pub(crate) mod optimize;
 pub(crate) mod quilt;
 #[cfg(test)]
 pub(crate) mod random_labels;

@@ -69,7 +69,7 @@ enum StageArg {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum ContinuationArg {
+pub(super) enum ContinuationArg {
     /// Not if there is any other.
     Avoid,
     /// As the paper has it.
@@ -107,8 +107,11 @@ impl Method for Quilt {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        self.options().validate()?;
-        self.blending.validate()
+        Ok(self.options().validate()?)
+    }
+
+    fn blending(&self) -> Blending {
+        self.blending
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -116,8 +119,7 @@ impl Method for Quilt {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        let method = estimate(sources, channels, output, &self.options());
-        method.saturating_add(self.blending.memory(output, channels + 1, false))
+        estimate(sources, channels, output, &self.options())
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
@@ -135,7 +137,6 @@ impl Method for Quilt {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: self.blending,
             kept: None,
             options: self.used(loom, &plan),
             stats: counts(&woven.stats),

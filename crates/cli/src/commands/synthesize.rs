@@ -37,6 +37,8 @@ impl Synthesize {
                 domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
                 transforms: &[Transform::IDENTITY],
                 backdrop: None,
+                blending: (Blending::default(), false),
+                guides: 0,
                 estimate: &|exemplars, channels, output| {
                     estimate(exemplars, channels, output, rayon::current_num_threads())
                 },
@@ -55,7 +57,6 @@ impl Synthesize {
         let outcome = Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
             kept: None,
             options: used(&loom, kept),
             stats: json!({

@@ -44,9 +44,6 @@ pub(crate) struct Transfer {
     /// exemplars write theirs as one list, separated by commas. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
-    /// Weight of each --guide, in order. Default: 1.
-    #[arg(long, value_name = "W", value_delimiter = ',')]
-    weight: Vec<f64>,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of the
     /// target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
@@ -133,8 +130,15 @@ impl Method for Job<'_> {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        self.options.validate()?;
-        self.args.blending.validate()
+        Ok(self.options.validate()?)
+    }
+
+    fn blending(&self) -> Blending {
+        self.args.blending
+    }
+
+    fn guides(&self) -> usize {
+        self.pairs.len()
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -148,8 +152,7 @@ impl Method for Job<'_> {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
         let guides = self.args.followed().len() * 2 + self.pairs.len() * 3;
-        let method = estimate_transfer(sources, channels, guides, output, &self.options);
-        method.saturating_add(self.args.blending.memory(output, channels + 1, false))
+        estimate_transfer(sources, channels, guides, output, &self.options)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Guide<2>, Failure> {
@@ -169,7 +172,6 @@ impl Method for Job<'_> {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: self.args.blending,
             kept: None,
             options: self.args.used(loom, &sides),
             stats: counts(&woven.stats),
@@ -194,7 +196,7 @@ impl Transfer {
         self.blending.validate()?;
         self.check_followed()?;
         self.check_weights()?;
-        let pairs = pairs(&self.guide, &self.weight, self.weaving.input.exemplars.len())?;
+        let pairs = pairs(&self.guide, &self.weaving)?;
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
         let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
         let first = Input::new(session, first.ok_or_else(nothing)?)?;
@@ -227,7 +229,7 @@ impl Transfer {
     /// Refuses weights that are wrong by themselves, before anything is read.
     fn check_weights(&self) -> Result<(), Failure> {
         let wrong = |w: &f64| !w.is_finite() || *w < 0.0;
-        match self.correspondence.iter().map(|c| c.weight).chain(self.weight.iter().copied()).find(wrong) {
+        match self.correspondence.iter().map(|c| c.weight).chain(self.weaving.with.weight.iter().copied()).find(wrong) {
             Some(weight) => {
                 let error = Failure::from(selvedge_core::Error::GuideWeight { weight });
                 Err(error.remedy("change --weight or --correspondence"))
@@ -297,11 +299,12 @@ impl Transfer {
     fn used(&self, loom: &Loom<'_>, sides: &[u32]) -> Used {
         let guides = named(&self.guide, loom.loaded.paths.len());
         let followed: Vec<String> = self.followed().iter().map(ToString::to_string).collect();
-        let used = loom
-            .used()
+        // Weights of guides count even where no plane decides with the exemplars.
+        let used = loom.used();
+        let used = if used.has("weight") { used } else { used.with("weight", self.weaving.with.weight.clone()) };
+        let used = used
             .set("correspondence", self.target.is_some().then(|| followed.join(",")))
             .set("guide", guides)
-            .set("weight", self.weight.clone())
             .set("block", sides.first().copied())
             .set("tolerance", self.options().tolerance)
             .set("spread", self.options().spread);
@@ -310,12 +313,9 @@ impl Transfer {
 }
 
 /// The pairs that were typed, each with its weight.
-pub(super) fn pairs(guide: &[PathBuf], weight: &[f64], exemplars: usize) -> Result<Vec<Pair>, Failure> {
-    let (guides, weights) = (guide.len() / 2, weight.len());
-    if weights != 0 && weights != guides {
-        let what = format!("{} for {}", n("weight", weights), n("guide", guides));
-        return Err(Failure::new(2, what).remedy("give one --weight for each --guide, or none"));
-    }
+pub(super) fn pairs(guide: &[PathBuf], weaving: &Weaving) -> Result<Vec<Pair>, Failure> {
+    let exemplars = weaving.input.exemplars.len();
+    weaving.with.validate(exemplars, guide.len() / 2)?;
     let pair = |(i, files): (usize, &[PathBuf])| {
         let sources = listed(&files[0], exemplars);
         if sources.len() != exemplars {
@@ -323,7 +323,7 @@ pub(super) fn pairs(guide: &[PathBuf], weight: &[f64], exemplars: usize) -> Resu
                 format!("'{}' names {} for {}", shown(&files[0]), n("file", sources.len()), n("exemplar", exemplars));
             return Err(Failure::new(2, what).remedy("give --guide one SRC for each, separated by commas"));
         }
-        Ok(Pair { sources, target: files[1].clone(), weight: weight.get(i).copied().unwrap_or(1.0) })
+        Ok(Pair { sources, target: files[1].clone(), weight: weaving.with.weight.get(i).copied().unwrap_or(1.0) })
     };
     guide.chunks(2).enumerate().map(pair).collect()
 }

@@ -55,7 +55,7 @@ const REFUSED: [(&str, i32, &[&str]); 34] = [
     ("apply @/weave.png @/weave.png -o a.png", 3, &["weave.png'", "no source map"]),
     ("compare @/weave.png @/stars.png", 3, &["stars.png'", "128x128 px", "192x192 px"]),
     ("quilt missing.png -o a.png", 4, &["'missing.png'", "not found"]),
-    ("quilt @/weave.png -o none/a.png", 4, &["'none/a.png'", "folder does not exist"]),
+    ("quilt @/weave.png -o @/weave.png/a.png", 4, &["weave.png/a.png'", "its folder is a file", "another folder"]),
     ("quilt @/bricks -o a.png", 4, &["bricks'", "is a folder"]),
     ("quilt @/weave.png -o a.png --size 9000 --max-memory 64MiB", 6, &["64 MiB", "use --size", "--max-memory"]),
 ];

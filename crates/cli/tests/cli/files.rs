@@ -94,9 +94,45 @@ fn a_report_is_one_page_with_its_pictures_inside() {
     }
     let before = folder.files();
     folder.run("quilt @/weave.png -o b.png --report a.png").refused(4, &["'a.png': is no folder"]);
-    folder.run("quilt @/weave.png -o b.png --report none/page").refused(4, &["'none/page'", "folder does not exist"]);
+    folder.run("quilt @/weave.png -o b.png --report a.png/page").refused(4, &["'a.png/page'", "folder is a file"]);
     folder.run("quilt @/weave.png -o b.png --size 20 --report other --dry-run").done();
     assert_eq!(folder.files(), before);
+}
+
+#[test]
+fn a_page_that_is_not_ours_is_not_replaced() {
+    let folder = Folder::new("foreign");
+    fs::create_dir(folder.path("site")).unwrap();
+    let line = "quilt @/stars.png -o a.png --size 20 --block 9 --report";
+    folder.run(&format!("{line} own")).done();
+    folder.run(&format!("{line} own")).done();
+    for foreign in ["<!doctype html><html lang=\"en\"><title>selvedge</title>", ""] {
+        fs::write(folder.path("site/index.html"), foreign).unwrap();
+        let parts = ["'site/index.html'", "--report did not write", "name another folder"];
+        folder.run(&format!("{line} site")).refused(4, &parts);
+        assert_eq!(fs::read_to_string(folder.path("site/index.html")).unwrap(), foreign);
+    }
+}
+
+#[test]
+fn folders_of_all_outputs_are_made_and_only_with_them() {
+    let folder = Folder::new("made");
+    let line = "quilt @/stars.png -o a/b/o.png --size 30 --block 9 --map a/m/m.exr --explain e/e.png --report r/p/q";
+    folder.run(&format!("{line} --dry-run")).done();
+    folder.run(&format!("{line} --save-config s/c.toml").replace(" 9 ", " 500 ")).refused(3, &["500 px"]);
+    folder.run(&format!("{line} --save-config a/b/./o.png")).refused(2, &["two outputs"]);
+    // What is a file cannot be the folder of another one.
+    folder.run("quilt @/stars.png -o x/y.png --size 30 --block 9 --map x/y.png/m.exr").refused(4, &["'x/y.png'"]);
+    assert_eq!(folder.names(), Vec::<String>::new());
+    folder.run(&format!("{line} --save-config s/c.toml")).done();
+    for name in ["a/b/o.png", "a/m/m.exr", "e/e.png", "r/p/q/index.html", "s/c.toml"] {
+        assert!(folder.path(name).is_file(), "{name}");
+    }
+    assert_eq!(folder.names(), ["a", "e", "r", "s"]);
+    folder.run("apply a/m/m.exr @/stars.png -o p/{stem}/x.png").done();
+    folder.run("compare @/stars.png @/stars.png --diff d/d.png").done();
+    folder.run("man man/man1").done();
+    assert!(["p/stars/x.png", "d/d.png", "man/man1/selvedge.1"].iter().all(|name| folder.path(name).is_file()));
 }
 
 #[test]
@@ -208,7 +244,7 @@ fn manual_pages_and_completions_know_every_command() {
     let folder = Folder::new("man");
     folder.run("man .").done();
     let names = folder.names();
-    for command in ["quilt", "graphcut", "apply", "info", "inspect", "compare", "completions", "man"] {
+    for command in ["quilt", "graphcut", "optimize", "apply", "info", "inspect", "compare", "completions", "man"] {
         assert!(names.contains(&format!("selvedge-{command}.1")), "{command}: {names:?}");
         for shell in ["bash", "zsh", "fish"] {
             let script = folder.run(&format!("completions {shell}")).done().stdout;

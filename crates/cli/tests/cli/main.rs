@@ -8,6 +8,8 @@ mod degenerate;
 mod exit_codes;
 mod files;
 mod graphcut;
+mod optimize;
+mod planes;
 mod program;
 mod safety;
 mod samples;

@@ -67,6 +67,21 @@ fn several_outputs_are_written_together_or_not_at_all() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn options_and_answers_without_space_leave_no_picture_either() {
+    let folder = with_exemplar("no-space");
+    let before = folder.files();
+    let line = "quilt g.png -o out.png --size 40 --block 20 --report page";
+    folder.run(&format!("{line} --save-config /dev/full")).refused(5, &["'/dev/full'", "no space"]);
+    assert_eq!(folder.files(), before);
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let words = format!("{line} --save-config c.toml --map m.exr --json");
+    let said = Said::from(folder.command().args(words.split(' ')).stdout(full).output().unwrap());
+    assert_eq!(said.exit, Some(5), "{said:?}");
+    assert_eq!(folder.files(), before);
+}
+
 /// The program under a limit of the shell; words are separated by spaces.
 #[cfg(target_os = "linux")]
 fn limited(folder: &Folder, limit: &str, line: &str) -> Said {

@@ -35,13 +35,46 @@ fn ended(child: Child, mut stderr: BufReader<std::process::ChildStderr>) -> Said
 #[test]
 fn an_interrupted_run_leaves_nothing_behind() {
     let folder = Folder::new("interrupted");
-    for (signal, exit) in [("-INT", 130), ("-TERM", 143)] {
+    for (signal, exit) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         let (child, stderr) = begun(&folder, &format!("{LONG} --json"));
         send(&child, signal);
         let said = ended(child, stderr).refused(exit, &["interrupted; nothing was written"]);
         assert_eq!(said.json()["error"]["exit"], exit);
         assert_eq!(folder.names(), Vec::<String>::new());
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_is_to_outlive_its_terminal_does() {
+    let folder = Folder::new("nohup");
+    let line = LONG.replace('@', &fixtures());
+    let script = format!("trap '' HUP; exec {} {line}", env!("CARGO_BIN_EXE_selvedge"));
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).current_dir(folder.path("")).stderr(Stdio::piped());
+    let mut child = shell.spawn().unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    stderr.read_line(&mut String::new()).unwrap();
+    send(&child, "-HUP");
+    std::thread::sleep(std::time::Duration::from_millis(1000));
+    assert!(child.try_wait().unwrap().is_none(), "it goes on");
+    send(&child, "-TERM");
+    ended(child, stderr).refused(143, &["interrupted; nothing was written"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_became_a_link_to_an_input_is_refused() {
+    let folder = Folder::new("became");
+    std::fs::copy(fixtures() + "/stars.png", folder.path("in.png")).unwrap();
+    let line = "quilt in.png -o out.png --size 600 --block 12 --map map.exr --progress json";
+    let (child, stderr) = begun(&folder, line);
+    send(&child, "-STOP");
+    std::os::unix::fs::symlink("in.png", folder.path("out.png")).unwrap();
+    send(&child, "-CONT");
+    ended(child, stderr).refused(4, &["'out.png'", "same file as the input 'in.png'"]);
+    assert_eq!(std::fs::read(folder.path("in.png")).unwrap(), std::fs::read(fixtures() + "/stars.png").unwrap());
+    assert_eq!(folder.names(), ["in.png", "out.png"]);
 }
 
 #[test]

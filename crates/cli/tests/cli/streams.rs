@@ -97,6 +97,32 @@ fn a_reader_that_leaves_early_misses_pictures_alone() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn a_picture_for_a_closed_standard_output_is_refused() {
+    let folder = Folder::new("closed");
+    let run = |line: &str, to: &str| {
+        let line = line.replace('@', &fixtures());
+        let script = format!("exec {} {line} {to}", env!("CARGO_BIN_EXE_selvedge"));
+        Said::from(
+            std::process::Command::new("sh").args(["-c", &script]).current_dir(folder.path("")).output().unwrap(),
+        )
+    };
+    // This would take minutes if it were begun.
+    let long = "quilt @/stars.png --size 9000 --block 8 --max-memory 100GiB";
+    let parts = ["'standard output': is closed", "redirect it"];
+    run(&format!("{long} -o -"), ">&-").refused(4, &parts);
+    run(&format!("{long} -o a.png --map -"), ">&-").refused(4, &parts);
+    let short = "quilt @/stars.png --size 30 --block 9";
+    run(&format!("{short} -o -"), ">/dev/null").done();
+    run(&format!("{short} -o a.png"), ">&-").done();
+    run(&format!("{short} -o -"), "<&- 2>&- >b.png").done();
+    assert_eq!(
+        folder.files()["a.png".as_ref() as &std::path::Path].len(),
+        fs::read(folder.path("b.png")).unwrap().len()
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 fn a_full_standard_output_is_no_space() {
     let folder = Folder::new("full");
     for line in ["quilt @/stars.png -o - --size 16", "info @/stars.png", "completions zsh"] {

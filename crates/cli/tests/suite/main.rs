@@ -1,5 +1,5 @@
 //! The end-to-end suite: runs the program over the recipes of tests/suite, over those of benchmarks and of README.md's
-//! pictures, over bad files, and as README.md says.
+//! pictures, over bad files, and as README.md says; and holds what the defaults are worth.
 //!
 //! `cargo test --test suite -- PATTERN` runs some of it. A recipe whose outcome is not its reference leaves expected,
 //! difference and actual in tests/out and a page, tests/out/index.html. References are written by `cargo xtask bless`.
@@ -12,6 +12,7 @@ mod readme;
 mod recipe;
 mod reference;
 mod snapshot;
+mod worth;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -30,6 +31,7 @@ fn main() {
     trials.extend(answers::trials());
     trials.extend(bad_input::trials());
     trials.extend(readme::trials());
+    trials.extend(worth::trials());
     let conclusion = libtest_mimic::run(&arguments, trials);
     let cases = cases.lock().expect("no trial panics while it holds the cases");
     if cases.iter().any(|c| c.verdict != Verdict::Same) || std::env::var_os("SELVEDGE_PAGE").is_some() {

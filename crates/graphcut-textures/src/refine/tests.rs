@@ -4,8 +4,7 @@ use super::*;
 use crate::candidates::variance;
 use crate::options::Placement;
 use crate::plan::Plan;
-use crate::start::Start;
-use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Transform};
+use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Start, Transform};
 
 fn noise(side: u32) -> Exemplars<2> {
     let domain = Domain::open([side; 2]);
@@ -198,4 +197,21 @@ fn what_was_drawn_is_not_drawn_again_until_nothing_else_is_left() {
             assert_eq!(seen.len(), 9, "all places, each once, in round {round} of {placement:?}");
         }
     }
+}
+
+#[test]
+fn no_patch_is_looked_for_beyond_what_sources_hold() {
+    let (exemplars, run) = (noise(40), Run::seeded(5));
+    let of = |reach| Options { reach: Some([reach; 2]), placement: Placement::Entire, ..small() };
+    let (all, most) = (of(u32::MAX), of(32));
+    let made = |options: &Options<2>| {
+        let map = SourceMap::unassigned(&exemplars, Domain::open([90, 70])).unwrap();
+        let mut weaver = weaver(&exemplars, map, options, &run);
+        let near = weaver.near(&Window { start: [0, 0], shape: [8; 2] });
+        weaver.weave().unwrap();
+        (near, weaver.canvas.map)
+    };
+    let (near, map) = made(&all);
+    assert_eq!(near, Window { start: [-32; 2], shape: [72; 2] }, "a side of 40 goes 32 beyond a region of 8");
+    assert_eq!(map, made(&most).1);
 }

@@ -2,8 +2,8 @@
 
 use crate::common::{PLACEMENTS, blobs, of, weave};
 use selvedge_core::{
-    Domain, Encoder, ErrorKind, Exemplar, Exemplars, Grid, Plane, Render, Role, Run, SampleId, Samples, SeamCosts,
-    SeamMeasure, Seed, SimdLevel, SourceMap, Transform,
+    Domain, Encoder, Error as CoreError, ErrorKind, Exemplar, Exemplars, Grid, Plane, Render, Role, Run, SampleId,
+    Samples, SeamCosts, SeamMeasure, Seed, SimdLevel, SourceMap, Transform,
 };
 use selvedge_graphcut_textures::{Error, Options, Placement, Start, graphcut, graphcut_from, plan};
 
@@ -262,28 +262,31 @@ fn wrong_input_is_an_error_with_its_numbers() {
         graphcut_from(&e, Start { map, fixed, sources }, &options, &run).unwrap_err()
     };
     let other = Domain::open([20, 21]);
-    assert!(matches!(start(Grid::try_filled(other, 1, true).ok(), None), Error::Shape { .. }));
-    assert!(matches!(start(None, Grid::try_filled(other, 1, 1).ok()), Error::Shape { .. }));
-    assert_eq!(start(None, Grid::try_filled(output, 1, 2).ok()), Error::NoSource { at: vec![0, 0] });
+    assert!(matches!(start(Grid::try_filled(other, 1, true).ok(), None), Error::Core(CoreError::StartShape { .. })));
+    assert!(matches!(start(None, Grid::try_filled(other, 1, 1).ok()), Error::Core(CoreError::StartShape { .. })));
+    assert_eq!(start(None, Grid::try_filled(output, 1, 2).ok()), Error::Core(CoreError::NoSource { at: vec![0, 0] }));
     let small = Run { limits: selvedge_core::Limits { memory: 1000, ..run.limits }, ..run };
     assert_eq!(graphcut(&e, output, &options, &small).unwrap_err().kind(), ErrorKind::Memory);
     let map = SourceMap::unassigned(&of(&blobs([5, 5], 1)), output).unwrap();
     let foreign = graphcut_from(&e, Start { map, fixed: None, sources: None }, &options, &run);
-    assert!(matches!(foreign, Err(Error::ForeignMap { .. })));
+    assert!(matches!(foreign, Err(Error::Core(CoreError::ForeignMap { .. }))));
     // As many samples, in other sources.
     let halves = [blobs([16, 10], 1), blobs([16, 10], 2)];
     let planes = halves.each_ref().map(std::slice::from_ref);
     let map = SourceMap::unassigned(&Exemplars::of(&planes).unwrap(), output).unwrap();
     let foreign = graphcut_from(&e, Start { map, fixed: None, sources: None }, &options, &run);
-    assert!(matches!(foreign, Err(Error::ForeignMap { found: 2, sources: 1, .. })));
-    assert!(matches!(start(Grid::from_vec(output, 0, Vec::new()).ok(), None), Error::Channels { found: 0, .. }));
+    assert!(matches!(foreign, Err(Error::Core(CoreError::ForeignMap { found: 2, sources: 1, .. }))));
+    assert!(matches!(
+        start(Grid::from_vec(output, 0, Vec::new()).ok(), None),
+        Error::Core(CoreError::Channels { found: 0, .. })
+    ));
     let many: Vec<Plane<2>> = (0..65).map(|i| blobs([16, 20], i)).collect();
     let planes: Vec<&[Plane<2>]> = many.iter().map(std::slice::from_ref).collect();
     let many = Exemplars::of(&planes).unwrap();
     let map = SourceMap::unassigned(&many, output).unwrap();
     let start = Start { map, fixed: None, sources: Grid::try_filled(output, 1, 1).ok() };
     let found = graphcut_from(&many, start, &options, &run);
-    assert!(matches!(found, Err(Error::TooManySources { found: 65, most: 64 })));
+    assert!(matches!(found, Err(Error::Core(CoreError::TooManySources { found: 65, most: 64 }))));
 }
 
 struct Stop(std::sync::atomic::AtomicU32);

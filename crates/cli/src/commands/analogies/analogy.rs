@@ -7,8 +7,8 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
-use super::{Job, Knobs, Task, pairs_of};
-use crate::commands::transfer::{Pair, guide_of};
+use super::{Job, Knobs, Task};
+use crate::commands::transfer::{Pair, guide_of, pairs};
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::method::Method as _;
@@ -54,7 +54,7 @@ impl Analogy {
             weaving: &weaving,
             knobs: &self.knobs,
             options,
-            pairs: pairs_of(&self.knobs, pair.sources.len())?,
+            pairs: pairs(&self.knobs.guide, &weaving)?,
             first: Input::new(session, target)?,
             ratio: 1,
             channels: 3,

@@ -7,7 +7,8 @@ use selvedge_cms_analogies::{Constraint, low_resolution};
 use selvedge_core::Plane;
 use selvedge_guides::encode_together;
 
-use super::{Job, Knobs, Task, pairs_of};
+use super::{Job, Knobs, Task};
+use crate::commands::transfer::pairs;
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::method::Method as _;
@@ -42,7 +43,7 @@ impl Detail {
             weaving: &self.weaving,
             knobs: &self.knobs,
             options,
-            pairs: pairs_of(&self.knobs, self.weaving.input.exemplars.len())?,
+            pairs: pairs(&self.knobs.guide, &self.weaving)?,
             first: Input::new(session, &self.low)?,
             ratio: self.scale,
             channels: 3,

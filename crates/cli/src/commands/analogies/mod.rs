@@ -13,7 +13,7 @@ use selvedge_core::{Domain, Transform};
 use serde_json::json;
 
 use crate::blending::Blending;
-use crate::commands::transfer::{Pair, guide_of, named, pairs};
+use crate::commands::transfer::{Pair, guide_of, named};
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
 use crate::method::{Method, OutputSize};
@@ -34,9 +34,6 @@ pub(crate) struct Knobs {
     /// exemplars write theirs as one list, separated by commas. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
-    /// Weight of each --guide, in order. Default: 1.
-    #[arg(long, value_name = "W", value_delimiter = ',')]
-    weight: Vec<f64>,
     /// Use exemplars as they are; by default they are turned by quarter turns as well.
     #[arg(long)]
     no_turn: bool,
@@ -117,8 +114,15 @@ impl Method for Job<'_> {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        self.options.validate()?;
-        self.knobs.blending.validate()
+        Ok(self.options.validate()?)
+    }
+
+    fn blending(&self) -> Blending {
+        self.knobs.blending
+    }
+
+    fn guides(&self) -> usize {
+        self.pairs.len()
     }
 
     fn size(&self) -> OutputSize<'_> {
@@ -143,8 +147,7 @@ impl Method for Job<'_> {
         let area = sources.iter().chain(std::iter::once(&output)).map(samples).fold(0, u64::saturating_add);
         // Maps of constraints, and the pictures that they are made of.
         let maps: u64 = constraints.iter().map(|&(channels, _)| area.saturating_mul(channels as u64 + 4)).sum();
-        let method = estimate(&sizes, &self.options).saturating_add(maps);
-        method.saturating_add(self.knobs.blending.memory(output, channels + 1, false))
+        estimate(&sizes, &self.options).saturating_add(maps)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> {
@@ -173,7 +176,6 @@ impl Method for Job<'_> {
         let stats = &woven.stats;
         Ok(Outcome {
             complete: woven.complete,
-            blending: self.knobs.blending,
             kept: None,
             options: self.used(loom),
             stats: counts(stats),
@@ -197,21 +199,18 @@ impl Job<'_> {
     /// The options as used.
     fn used(&self, loom: &Loom<'_>) -> Used {
         let (knobs, options) = (self.knobs, &self.options);
-        let used = loom
-            .used()
+        // Weights of guides count even where no plane decides with the exemplars.
+        let used = loom.used();
+        let weights = self.weaving.with.weight.clone();
+        let used = if used.has("weight") || weights.is_empty() { used } else { used.with("weight", weights) };
+        let used = used
             .set("constraint-weight", options.constraint_weight)
             .set("neighborhood", options.neighborhood)
-            .set("guide", named(&knobs.guide, loom.loaded.paths.len()))
-            .set("weight", knobs.weight.clone());
+            .set("guide", named(&knobs.guide, loom.loaded.paths.len()));
         let used = if knobs.tolerance.is_some() { used } else { used.without("tolerance") };
         let used = if knobs.random_labels.is_some() { used } else { used.without("random-labels") };
         knobs.blending.used_if_any(used)
     }
-}
-
-/// Of what the options were made: `pairs` of `--guide` for so many exemplars.
-fn pairs_of(knobs: &Knobs, exemplars: usize) -> Result<Vec<Pair>, Failure> {
-    pairs(&knobs.guide, &knobs.weight, exemplars)
 }
 
 /// Errors with the options that mend them.

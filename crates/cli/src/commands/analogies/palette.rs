@@ -19,7 +19,11 @@ type Color = [u8; 3];
 
 /// The labels' colours, the most frequent first, each with its samples.
 #[derive(Debug, PartialEq)]
-pub(super) struct Palette(Vec<(Color, usize)>);
+pub(super) struct Palette {
+    colors: Vec<(Color, usize)>,
+    /// Whether there are no others.
+    pub(super) is_exact: bool,
+}
 
 impl Palette {
     /// The colours of maps that go together.
@@ -31,7 +35,7 @@ impl Palette {
         if counts.len() <= MOST {
             let mut exact: Vec<(Color, usize)> = counts.into_iter().collect();
             exact.sort_by_key(|&(color, count)| (std::cmp::Reverse(count), color));
-            return Ok(Self(exact));
+            return Ok(Self { colors: exact, is_exact: true });
         }
         let all: usize = counts.values().sum();
         let mut counts: Vec<(Color, usize)> = counts.into_iter().collect();
@@ -47,21 +51,25 @@ impl Palette {
         }
         found.retain(|(_, count)| all <= *count * RARE);
         if found.len() <= MOST {
-            return Ok(Self(found));
+            return Ok(Self { colors: found, is_exact: false });
         }
         let what = format!("{} colours are more than the {MOST} labels that there may be", found.len());
         Err(Failure::new(3, what).remedy("give a map of few flat colours, or use 'selvedge analogy'"))
     }
 
     pub(super) fn len(&self) -> usize {
-        self.0.len()
+        self.colors.len()
     }
 
-    /// Refuses colours that are wanted but not there.
+    /// Refuses colours that are wanted but not there. Between maps of more colours than labels nothing is refused: there a
+    /// colour is as near as it is.
     pub(super) fn check(&self, wanted: &Self) -> Result<(), Failure> {
-        let missing: Vec<&(Color, usize)> =
-            wanted.0.iter().filter(|(color, _)| self.0.iter().all(|(own, _)| NEAR < apart(*own, *color))).collect();
-        if missing.is_empty() {
+        let missing: Vec<&(Color, usize)> = wanted
+            .colors
+            .iter()
+            .filter(|(color, _)| self.colors.iter().all(|(own, _)| NEAR < apart(*own, *color)))
+            .collect();
+        if missing.is_empty() || !self.is_exact || !wanted.is_exact {
             return Ok(());
         }
         let what = format!(
@@ -74,7 +82,7 @@ impl Palette {
     }
 
     fn listed(&self) -> String {
-        self.0.iter().map(|(c, count)| format!("{} ({count} px)", hex(*c))).collect::<Vec<_>>().join(", ")
+        self.colors.iter().map(|(c, count)| format!("{} ({count} px)", hex(*c))).collect::<Vec<_>>().join(", ")
     }
 
     /// The label of each sample, and how many samples have another colour than it.
@@ -83,7 +91,7 @@ impl Palette {
         let mut changed = 0;
         for (i, label) in labels.iter_mut().enumerate() {
             let own = color(map, i);
-            let nearest = self.0.iter().enumerate().min_by_key(|(_, (c, _))| distance(*c, own));
+            let nearest = self.colors.iter().enumerate().min_by_key(|(_, (c, _))| distance(*c, own));
             let (number, (found, _)) = nearest.expect("a palette has a colour");
             (*label, changed) = (number as u8, changed + usize::from(*found != own));
         }
@@ -94,7 +102,7 @@ impl Palette {
     pub(super) fn colored(&self, domain: Domain<2>, labels: &[u8]) -> Result<Grid<u8, 2>, Failure> {
         let mut out = Grid::try_filled(domain, 3, 0)?;
         for c in 0..3 {
-            let of = |label: u8| self.0[usize::from(label)].0[c];
+            let of = |label: u8| self.colors[usize::from(label)].0[c];
             out.plane_mut(c).iter_mut().zip(labels).for_each(|(to, &label)| *to = of(label));
         }
         Ok(out)
@@ -145,7 +153,7 @@ mod tests {
         let mixtures: Vec<Color> = (0..80).map(|i| [2 * i + 41, i, 205 - 2 * i]).collect();
         let colors = [&[red; 5000][..], &[[240, 9, 3]; 5], &mixtures, &[blue; 4000]].concat();
         let palette = Palette::of(&[&map(&colors)]).unwrap();
-        assert_eq!(palette.0.iter().map(|(color, _)| *color).collect::<Vec<_>>(), [red, blue]);
+        assert_eq!(palette.colors.iter().map(|(color, _)| *color).collect::<Vec<_>>(), [red, blue]);
         let (labels, changed) = palette.nearest(&map(&[[240, 9, 3], [120, 0, 130], blue])).unwrap();
         assert_eq!((labels, changed), (vec![0, 1, 1], 2));
         assert_eq!(palette.one_hot(Domain::open([1, 2]), &[1, 0]).unwrap().samples(), [0, 255, 255, 0]);

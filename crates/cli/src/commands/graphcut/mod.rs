@@ -144,6 +144,14 @@ impl Method for Job<'_> {
         Ok(self.options.validate()?)
     }
 
+    fn blending(&self) -> Blending {
+        self.args.blending
+    }
+
+    fn keeps(&self) -> bool {
+        true
+    }
+
     fn size(&self) -> OutputSize<'_> {
         OutputSize::Start(self.domain)
     }
@@ -167,8 +175,7 @@ impl Method for Job<'_> {
         let filmed = self.args.weaving.report.is_some();
         let film = if filmed { course::memory(sources, channels, output) } else { 0 };
         let method = estimate(sources, channels, output, &self.options);
-        let method = method.saturating_add(field).saturating_add(film);
-        method.saturating_add(self.args.blending.memory(output, channels + 1, true))
+        method.saturating_add(field).saturating_add(film)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
@@ -196,7 +203,6 @@ impl Method for Job<'_> {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: args.blending,
             kept,
             options: args.used(loom, self.field, &self.options, Some(&woven.stats)),
             stats: counts(&woven.stats),
@@ -377,7 +383,7 @@ fn failure(loom: &Loom<'_>, error: Error) -> Failure {
             let remedy = format!("use --region {most} or a larger exemplar");
             loom.loaded.about(Failure::from(error).remedy(remedy))
         }
-        Error::NoSource { .. } => Failure::from(error).remedy("mask less of the exemplars"),
+        Error::Core(selvedge_core::Error::NoSource { .. }) => Failure::from(error).remedy("mask less of the exemplars"),
         _ => Failure::from(error),
     }
 }

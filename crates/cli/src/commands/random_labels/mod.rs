@@ -6,7 +6,6 @@ use selvedge_core::{Domain, Exemplars, Patch, Run, SampleId, SeamCosts, SeamMeas
 use selvedge_expansion::{Error, Frame, Holes, Scratch, expand};
 use serde_json::json;
 
-use crate::blending::Blending;
 use crate::failure::Failure;
 use crate::method::{Method, OutputSize};
 use crate::used::Used;
@@ -63,7 +62,6 @@ impl Method for RandomLabels {
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            blending: Blending::default(),
             kept: None,
             options: loom.used(),
             stats: json!({ "taken": woven.stats }),

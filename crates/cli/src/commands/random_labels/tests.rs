@@ -26,7 +26,10 @@ fn run(folder: &Path, line: &str) -> Result<Done, crate::failure::Failure> {
         Stop::Wrong(failure) => failure,
         Stop::Answer(answer) => panic!("{answer}"),
     })?;
-    typed.cli.command.execute(&Session::new(&typed.cli.global, typed.used()))
+    let session = Session::new(&typed.cli.global, typed.used());
+    let done = typed.cli.command.execute(&session)?;
+    done.outputs.write(&session)?;
+    Ok(done)
 }
 
 #[test]

@@ -1,13 +1,11 @@
 //! What a run begins with: an output that is partly there, and what must stay.
 
-use selvedge_core::{Exemplars, Grid, SampleId, SourceMap, SourceTable};
+use crate::{Error, Exemplars, Grid, SampleId, Source, SourceMap, SourceTable};
 
-use crate::Error;
-
-/// What is there before the first patch.
+/// What is there before the first patch or block.
 #[derive(Clone, Debug)]
 pub struct Start<const D: usize> {
-    /// Samples that stand already; the rest is unassigned. It may name samples that are masked: patches will not.
+    /// Samples that stand already; the rest is unassigned. It may name samples that are masked: what is laid will not.
     pub map: SourceMap<D>,
     /// Positions whose sample stays; `None` for none. An unassigned one is filled, and stays from then on.
     pub fixed: Option<Grid<bool, D>>,
@@ -17,11 +15,11 @@ pub struct Start<const D: usize> {
 
 impl<const D: usize> Start<D> {
     /// Everything has the output's shape, and every hole a source.
-    pub(crate) fn check(&self, exemplars: &Exemplars<D>) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::ForeignMap`], [`Error::Channels`], [`Error::StartShape`], [`Error::TooManySources`], [`Error::NoSource`].
+    pub fn check(&self, exemplars: &Exemplars<D>) -> Result<(), Error> {
         let output = self.map.domain();
-        if output.is_empty() {
-            return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
-        }
         check_map(exemplars.table(), &self.map)?;
         let grids = [
             ("mask of fixed samples", self.fixed.as_ref().map(|g| (g.domain().shape, g.channels()))),
@@ -31,7 +29,7 @@ impl<const D: usize> Start<D> {
             let Some((shape, channels)) = found else { continue };
             one_channel(what, channels)?;
             if shape != output.shape {
-                return Err(Error::Shape { what, expected: output.shape.to_vec(), found: shape.to_vec() });
+                return Err(Error::StartShape { what, expected: output.shape.to_vec(), found: shape.to_vec() });
             }
         }
         let Some(sources) = &self.sources else { return Ok(()) };
@@ -39,7 +37,7 @@ impl<const D: usize> Start<D> {
         if most < found {
             return Err(Error::TooManySources { found, most });
         }
-        let usable = |s: &selvedge_core::Source<D>| s.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
+        let usable = |s: &Source<D>| s.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
         let usable = exemplars.sources().iter().enumerate().filter(|(_, s)| usable(s));
         let bits = usable.fold(0_u64, |bits, (s, _)| bits | 1 << s);
         let ids = self.map.ids.plane(0);
@@ -52,7 +50,7 @@ impl<const D: usize> Start<D> {
 }
 
 /// A map is of these sources, and names only samples that they hold.
-pub(crate) fn check_map<const D: usize>(table: &SourceTable<D>, map: &SourceMap<D>) -> Result<(), Error> {
+fn check_map<const D: usize>(table: &SourceTable<D>, map: &SourceMap<D>) -> Result<(), Error> {
     one_channel("map", map.ids.channels())?;
     let samples = table.len();
     let known = |id: &SampleId| !id.is_assigned() || id.get() < samples;

@@ -1,0 +1,89 @@
+//! What the texture is optimised from: noise, a quilt or a graph cut made by the program, or an earlier map.
+
+use std::path::PathBuf;
+
+use selvedge_analysis::Texture;
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
+
+use crate::failure::Failure;
+use crate::wrong::Wrong;
+
+/// What the texture is optimised from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Init {
+    /// Chosen by the program.
+    Auto,
+    Quilt,
+    Graphcut,
+    /// Random neighborhoods.
+    Random,
+    Map(PathBuf),
+}
+
+pub(super) fn init(text: &str) -> Result<Init, Wrong> {
+    Ok(match text {
+        "auto" => Init::Auto,
+        "quilt" => Init::Quilt,
+        "graphcut" => Init::Graphcut,
+        "random" => Init::Random,
+        _ if text.ends_with(".exr") || text == crate::stdio::STREAM => Init::Map(text.into()),
+        _ => {
+            let what = format!("'{text}' is nothing to start from");
+            return Err(Wrong::new(what, "write auto, quilt, graphcut, random, or a source map's name (.exr)"));
+        }
+    })
+}
+
+impl Init {
+    /// A graph cut where exemplars have a lattice or rows of text, which it keeps; else a quilt, which is made faster.
+    pub(super) fn chosen(&self, exemplars: &Exemplars<2>) -> Result<Self, Failure> {
+        if *self != Self::Auto {
+            return Ok(self.clone());
+        }
+        let is_orderly = Texture::of_each(exemplars)?.iter().any(Texture::is_orderly);
+        Ok(if is_orderly { Self::Graphcut } else { Self::Quilt })
+    }
+
+    /// As it is typed.
+    pub(super) fn typed(&self) -> String {
+        match self {
+            Self::Auto => "auto".into(),
+            Self::Quilt => "quilt".into(),
+            Self::Graphcut => "graphcut".into(),
+            Self::Random => "random".into(),
+            Self::Map(path) => selvedge_io::display_name(path),
+        }
+    }
+
+    /// Bytes that making it takes at most.
+    pub(super) fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let quilt = || Bytes(selvedge_quilting::estimate(sources, channels, output, &Default::default()));
+        let cut = || Bytes(selvedge_graphcut_textures::estimate(sources, channels, output, &Default::default()));
+        match self {
+            Self::Auto => quilt().max(cut()),
+            Self::Quilt => quilt(),
+            Self::Graphcut => cut(),
+            Self::Random | Self::Map(_) => Bytes(0),
+        }
+    }
+
+    /// Makes it; `None` for what is not made by a method.
+    pub(super) fn made(
+        &self,
+        exemplars: &Exemplars<2>,
+        output: Domain<2>,
+        run: &Run<'_, 2>,
+    ) -> Result<Option<Woven<SourceMap<2>, ()>>, Failure> {
+        Ok(match self {
+            Self::Quilt => {
+                let woven = selvedge_quilting::quilt(exemplars, output, &Default::default(), run)?;
+                Some(Woven { result: woven.result, stats: (), complete: woven.complete })
+            }
+            Self::Graphcut => {
+                let woven = selvedge_graphcut_textures::graphcut(exemplars, output, &Default::default(), run)?;
+                Some(Woven { result: woven.result, stats: (), complete: woven.complete })
+            }
+            Self::Auto | Self::Random | Self::Map(_) => None,
+        })
+    }
+}

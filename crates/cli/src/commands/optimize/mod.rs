@@ -1,0 +1,249 @@
+//! `selvedge optimize`: texture optimization. `[Kwatra05 3]`
+
+mod init;
+mod levels;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Bytes, Domain, SourceMap};
+use selvedge_texture_optimization::{Level, LevelStats, Options, Plan, Stats, estimate};
+use serde_json::{Value, json};
+
+use self::init::{Init, init};
+use self::levels::{Levels, levels, typed};
+use crate::failure::{Failure, n};
+use crate::inputs::{Input, ReadMap};
+use crate::method::{Method, OutputSize};
+use crate::report::Done;
+use crate::session::Session;
+use crate::starting::{check_size, rebased};
+use crate::used::Used;
+use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+
+/// Options of `optimize`.
+#[derive(Args, Debug)]
+pub(crate) struct Optimize {
+    #[command(flatten)]
+    weaving: Weaving,
+    #[command(flatten)]
+    sizing: Sizing,
+    /// What is optimised, at the resolution where the schedule begins: auto, quilt, graphcut, random, or a source map of the
+    /// same exemplars. auto is a graph cut of exemplars that repeat themselves, of others a quilt.
+    #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = init)]
+    init: Init,
+    /// Polish a source map of the same exemplars: what of the schedule is at full resolution.
+    #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath, conflicts_with = "init")]
+    start: Option<PathBuf>,
+    /// Resolutions and sizes of neighborhoods from coarse to fine: 4:8 is 8 px at a fourth of the resolution. What does
+    /// not fit is left out.
+    #[arg(long, value_name = "SCALE:SIZE,...", default_value_t = typed(&Options::default().schedule))]
+    schedule: String,
+    /// Iterations at a level, if it does not settle before.
+    #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
+    iterations: u32,
+    /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.
+    #[arg(long, value_name = "R", default_value_t = Options::default().robust)]
+    robust: f64,
+    /// The paper to the letter: --init random --iterations 100 --robust 0.8.
+    #[arg(long, conflicts_with_all = ["init", "start", "iterations", "robust"])]
+    paper: bool,
+}
+
+/// A run whose options were understood, and whose map was read.
+struct Job<'a> {
+    args: &'a Optimize,
+    options: Options,
+    init: Init,
+    map: Option<ReadMap>,
+    domain: &'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
+}
+
+impl Optimize {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let options = self.options(levels(&self.schedule).map_err(wrong)?)?;
+        let init = match &self.start {
+            Some(path) => Init::Map(path.clone()),
+            None if self.paper => Init::Random,
+            None => self.init.clone(),
+        };
+        let map = match &init {
+            Init::Map(path) => Some(Input::new(session, path)?.read_map(session)?),
+            _ => None,
+        };
+        let of_map = map.as_ref().map(|map| map.file.map.domain());
+        let domain = |exemplars: &[Domain<2>]| {
+            let first = exemplars[0].shape;
+            let (Some(of_map), Init::Map(path)) = (of_map, &init) else {
+                return Ok(self.weaving.tiled(self.sizing.shape(first)));
+            };
+            check_size(path, of_map.shape, self.sizing.typed(first), "--size asks for", "leave --size out")?;
+            let mut output = self.weaving.tiled(of_map.shape);
+            (0..2).for_each(|axis| output.periodic[axis] |= of_map.periodic[axis]);
+            Ok(output)
+        };
+        Job { args: self, options, init: init.clone(), map, domain: &domain }.run(session)
+    }
+
+    fn options(&self, Levels(mut schedule): Levels) -> Result<Options, Failure> {
+        if self.start.is_some() {
+            schedule.retain(|level| level.scale == 1);
+        }
+        let chosen = if self.paper {
+            Options { schedule, ..Options::paper() }
+        } else {
+            Options { schedule, iterations: self.iterations, robust: self.robust, ..Options::default() }
+        };
+        chosen.validate()?;
+        Ok(chosen)
+    }
+}
+
+fn wrong(wrong: crate::wrong::Wrong) -> Failure {
+    Failure::new(2, wrong.what).remedy(wrong.remedy)
+}
+
+impl Method for Job<'_> {
+    /// The map to start from, if that was read.
+    type Read = Option<SourceMap<2>>;
+
+    fn name(&self) -> &'static str {
+        "optimize"
+    }
+
+    fn weaving(&self) -> &Weaving {
+        &self.args.weaving
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        Ok(self.options.validate()?)
+    }
+
+    fn size(&self) -> OutputSize<'_> {
+        OutputSize::Start(self.domain)
+    }
+
+    fn others(&self) -> Vec<PathBuf> {
+        match &self.init {
+            Init::Map(path) => vec![path.clone()],
+            _ => Vec::new(),
+        }
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+        let map = Bytes::of_samples(output, 4);
+        let method = Bytes(estimate(sources, channels, output, &self.options));
+        self.init.bytes(sources, channels, output).then(method + map).0
+    }
+
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Self::Read, Failure> {
+        let (Some(read), Init::Map(path)) = (&self.map, &self.init) else { return Ok(None) };
+        loom.note(read);
+        let mut map = rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?;
+        map.ids = map.ids.with_periodic(loom.domain.periodic);
+        Ok(Some(map))
+    }
+
+    fn plan(&self, loom: &Loom<'_>, _: Self::Read) -> Result<(Used, String), Failure> {
+        let plan = self.planned(loom)?;
+        let init = self.init.chosen(&loom.loaded.exemplars)?;
+        let how = format!("from {} at {}", told(&init), n("level", plan.levels().len()));
+        Ok((self.used(loom, &init), how))
+    }
+
+    fn weave(&self, loom: &Loom<'_>, read: Self::Read) -> Result<Outcome, Failure> {
+        let (plan, run) = (self.planned(loom)?, loom.session.run());
+        let exemplars = &loom.loaded.exemplars;
+        let init = self.init.chosen(exemplars)?;
+        let outcome = |woven, complete, stats: &Stats| Outcome {
+            woven,
+            complete,
+            kept: None,
+            options: self.used(loom, &init),
+            stats: counts(stats),
+            how: how(&init, stats),
+            course: None,
+        };
+        let start = match init.made(exemplars, loom.domain, &run)? {
+            Some(made) if !made.complete => {
+                return Ok(outcome(Box::new(made.result), false, &Stats::default()));
+            }
+            Some(made) => Some(made.result),
+            None => read,
+        };
+        let woven = plan.weave(start.as_ref(), &run).map_err(|e| failure(loom, e))?;
+        Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
+    }
+}
+
+impl Job<'_> {
+    fn planned<'l>(&self, loom: &'l Loom<'_>) -> Result<Plan<'l>, Failure> {
+        let run = loom.session.run();
+        Plan::new(&loom.loaded.exemplars, loom.domain, &self.options, &run).map_err(|e| failure(loom, e))
+    }
+
+    /// The options as used: what was left to the program, and what --paper stands for.
+    fn used(&self, loom: &Loom<'_>, init: &Init) -> Used {
+        let used = loom
+            .used()
+            .set("schedule", typed(&self.options.schedule))
+            .set("iterations", self.options.iterations)
+            .set("robust", self.options.robust);
+        match &self.args.start {
+            Some(_) => used.without("init"),
+            None => used.set("init", init.typed()),
+        }
+    }
+}
+
+/// For people.
+fn told(init: &Init) -> &'static str {
+    match init {
+        Init::Quilt => "a quilt",
+        Init::Graphcut => "a graph cut",
+        Init::Random => "noise",
+        Init::Auto | Init::Map(_) => "a map",
+    }
+}
+
+fn counts(stats: &Stats) -> Value {
+    let level = |l: &LevelStats| {
+        json!({
+            "level": typed(&[l.level]),
+            "neighborhoods": l.neighborhoods,
+            "energy": l.energy,
+            "robust_energy": l.robust,
+            "searched": l.searched,
+            "rises": l.rises,
+            "settled": l.settled,
+        })
+    };
+    json!({
+        "levels": stats.levels.iter().map(level).collect::<Vec<_>>(),
+        "left_out": stats.left_out.iter().map(|l: &Level| typed(&[*l])).collect::<Vec<_>>(),
+    })
+}
+
+fn how(init: &Init, stats: &Stats) -> String {
+    let (iterations, levels) = (n("iteration", stats.iterations()), n("level", stats.levels.len()));
+    let energy = stats.energy().map_or(String::new(), |e| format!(", energy {e:.1}"));
+    format!("from {} by {iterations} at {levels}{energy}", told(init))
+}
+
+/// Errors about exemplars name the file, and options by their flags.
+fn failure(loom: &Loom<'_>, error: selvedge_texture_optimization::Error) -> Failure {
+    use selvedge_texture_optimization::Error;
+    match &error {
+        Error::NothingFits { output: false, .. } => {
+            let remedy = "use a larger exemplar, mask less, or add a smaller size to --schedule, such as 1:4";
+            loom.loaded.about(Failure::from(error).remedy(remedy))
+        }
+        Error::NothingFits { least, .. } => {
+            let remedy = format!("use --size {least} or more, or a smaller size in --schedule, such as 1:4");
+            Failure::from(error).remedy(remedy)
+        }
+        Error::Masked { .. } => loom.loaded.about(Failure::from(error)),
+        _ => Failure::from(error),
+    }
+}

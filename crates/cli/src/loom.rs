@@ -1,0 +1,247 @@
+//! A run whose exemplars were read: what a method makes of them is rendered, laid over other planes, and written.
+
+use std::path::PathBuf;
+
+use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Role};
+use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
+use serde_json::Value;
+
+use crate::args::NonFiniteArg;
+use crate::blending::Blending;
+use crate::course::Course;
+use crate::exemplars::Loaded;
+use crate::explain::explain;
+use crate::failure::{Failure, shown};
+use crate::inputs::{self, Input, ReadMap};
+use crate::outputs::{self, Outputs};
+use crate::page;
+use crate::planes::{Ready, roles_typed};
+use crate::report::{Done, Report};
+use crate::session::Session;
+use crate::size::Tile;
+use crate::stdio::STREAM;
+use crate::used::Used;
+use crate::weaving::{Weaving, Written};
+use crate::with::without_planes;
+
+/// A run that was checked and whose exemplars were read.
+pub(crate) struct Loom<'a> {
+    pub(crate) session: &'a Session<'a>,
+    pub(crate) args: &'a Weaving,
+    pub(crate) written: Written,
+    pub(crate) format: Format,
+    pub(crate) report: Report,
+    pub(crate) loaded: Loaded,
+    /// Planes of --with.
+    pub(crate) layers: Vec<Ready>,
+    /// Shape and topology of the output.
+    pub(crate) domain: Domain<2>,
+    /// What was read besides the exemplars and their masks.
+    pub(crate) others: Vec<Fingerprint>,
+    /// How seams are hidden.
+    pub(crate) blending: Blending,
+    /// The command and the seed that make the picture, where they are not this run's own.
+    pub(crate) made_by: Option<(&'static str, u64)>,
+    /// Files that the command was given where others are given their exemplars, if it was given more.
+    pub(crate) files: Option<Vec<PathBuf>>,
+}
+
+/// What a method made, and how it is laid over the payload.
+pub(crate) struct Outcome {
+    pub(crate) woven: Box<dyn Render<2>>,
+    /// False if it was interrupted.
+    pub(crate) complete: bool,
+    /// Positions that no blending changes.
+    pub(crate) kept: Option<Grid<bool, 2>>,
+    /// The options as used.
+    pub(crate) options: Used,
+    pub(crate) stats: serde_json::Value,
+    /// How it was made, for people.
+    pub(crate) how: String,
+    /// How its seams became cheaper, for the page of `--report`.
+    pub(crate) course: Option<Course>,
+}
+
+/// Some methods answer with averages, which no map describes.
+fn averaged() -> Failure {
+    let what = "samples were averaged, so that there is no source map to write or to explain";
+    Failure::new(2, what).remedy("leave --map, --explain and --report out")
+}
+
+impl Loom<'_> {
+    /// True if nothing is to be woven.
+    pub(crate) fn is_dry(&self) -> bool {
+        self.session.global.dry_run
+    }
+
+    /// Reads a picture besides the exemplars.
+    pub(crate) fn read(&mut self, input: &Input) -> Result<Plane<2>, Failure> {
+        let picture = input.read(self.session, &self.args.read_options(self.session), &mut self.report)?;
+        self.others.push(inputs::fingerprint(&input.path, &picture));
+        Ok(picture.plane)
+    }
+
+    /// Notes a source map that was read.
+    pub(crate) fn note(&mut self, map: &ReadMap) {
+        self.report.inputs.push(map.entry.clone());
+        self.others.push(map.fingerprint.clone());
+    }
+
+    /// The options as used, but for what a method chooses.
+    pub(crate) fn used(&self) -> Used {
+        let [h, w] = self.domain.shape;
+        let used = self.session.options.clone().set("tile", Tile::of(self.domain).map(crate::args::typed_name));
+        let used = if used.has("size") { used.set("size", format!("{w}x{h}")) } else { used };
+        let used = if self.args.quality.is_none() { used.without("quality") } else { used };
+        // It acts on odd pictures alone.
+        let odd = self.args.input.nonfinite != NonFiniteArg::Error;
+        let used = if odd { used } else { used.set("nonfinite", Value::Null) };
+        let planes: Vec<PathBuf> = self.layers.iter().flat_map(|ready| ready.layer.planes.clone()).collect();
+        let roles: Vec<Role> = self.layers.iter().flat_map(|ready| ready.layer.roles.clone()).collect();
+        self.args.with.used(used, roles_typed(&planes, &roles))
+    }
+
+    /// Ends a dry run: what would be done, in a line that begins with the output's name.
+    pub(crate) fn would(mut self, options: Used, how: &str) -> Done {
+        let [h, w] = self.domain.shape;
+        let needed = Bytes(self.report.estimate.unwrap_or_default());
+        let name = self.names();
+        let line = format!("{name}: would be {w}x{h} px {how}, with about {needed} of memory");
+        self.report.options = options;
+        Done::would(self.report, line)
+    }
+
+    /// Renders what was woven, to be written; a run that was interrupted ends here.
+    pub(crate) fn finish(mut self, outcome: Outcome) -> Result<Done, Failure> {
+        self.session.watch.finish();
+        self.report.stage("synthesis");
+        self.report.options = outcome.options.clone();
+        self.report.stats = outcome.stats.clone();
+        if !outcome.complete {
+            return Err(self.interrupted(outcome));
+        }
+        self.session.check_signal()?;
+        let ([h, w], name, how) = (self.domain.shape, self.names(), outcome.how.clone());
+        let outputs = self.make(outcome)?;
+        let line = format!("{name}: {w}x{h} px {how}, in {:.2} s", self.report.elapsed());
+        Ok(Done::made(self.report, line, outputs))
+    }
+
+    /// Names of the pictures, for people.
+    fn names(&self) -> String {
+        let layers = self.layers.iter().map(|ready| &ready.layer.output);
+        let all: Vec<String> = std::iter::once(&self.written.output).chain(layers).map(|path| shown(path)).collect();
+        all.join(", ")
+    }
+
+    fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
+        let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
+        let Outcome { woven, kept, complete, course, .. } = outcome;
+        // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
+        // command makes it again.
+        let blending = if complete { self.blending } else { Blending::default() };
+        let provenance = complete.then(|| self.provenance());
+        let plane = match woven.as_map() {
+            Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
+            None => woven.render(&payload)?,
+        };
+        self.report.stage("render");
+        let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
+        let mut outputs = Outputs::with_quality(self.args.quality);
+        let name = |path: &PathBuf| if complete { path.clone() } else { outputs::partial(path) };
+        outputs.picture(&name(&self.written.output), self.format, &plane, &metadata)?;
+        for mut ready in std::mem::take(&mut self.layers) {
+            ready.layer.blending = if complete { ready.layer.blending } else { Blending::default() };
+            let laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
+            let provenance = complete.then(|| self.provenance_of(&ready));
+            let metadata = Metadata { provenance, ..ready.metadata };
+            outputs.picture(&name(&ready.layer.output), ready.layer.format, &laid, &metadata)?;
+        }
+        // Of a partial result there is nothing to explain.
+        let explains = self.written.explain.is_some() || self.written.report.is_some();
+        let shown = provenance.as_ref().filter(|_| explains);
+        let shown = shown
+            .map(|made| {
+                Ok::<_, Failure>((made.command.clone(), explain(woven.as_map().ok_or_else(averaged)?, &plane)?))
+            })
+            .transpose()?;
+        if let (Some(path), Some((_, explained))) = (&self.written.explain, &shown) {
+            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
+            outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
+        }
+        if let Some(path) = &self.written.map {
+            let metadata = Metadata { provenance, ..Metadata::default() };
+            let map = woven.into_map().ok_or_else(averaged)?;
+            outputs.map(&name(path), &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
+        }
+        self.report.stage("encode");
+        if let (Some(folder), Some((command, explained))) = (&self.written.report, &shown) {
+            let page = self.page(command, &outputs, &[&plane, explained], course.as_ref())?;
+            outputs.bytes(&page::file(folder), page.into_bytes());
+        }
+        Ok(outputs)
+    }
+
+    /// The page of `--report`.
+    fn page(
+        &self,
+        command: &str,
+        outputs: &Outputs,
+        [picture, explained]: &[&Plane<2>; 2],
+        course: Option<&Course>,
+    ) -> Result<String, Failure> {
+        let threads = rayon::current_num_threads();
+        let mut run = self.report.json(self.session.global.seed, threads, false);
+        run["outputs"] = outputs.noted().into();
+        run["made"] = ["version", "seed", "threads", "peak_memory_bytes"]
+            .into_iter()
+            .map(|key| (key.to_owned(), run[key].clone()))
+            .collect::<serde_json::Map<_, _>>()
+            .into();
+        let what = "Seams; the places that each part came from; the exemplars in the colours of those places";
+        if let (Some(_), Some(stats)) = (course, run["stats"].as_object_mut()) {
+            // Drawn, not listed.
+            stats.remove("energy");
+        }
+        let course = course.map_or(Ok(String::new()), Course::html)?;
+        page::page(&run, command, &[("The output", picture), (what, explained)], &course)
+    }
+
+    /// How the picture was made: nothing that differs between equal runs.
+    fn provenance(&self) -> Provenance {
+        self.made(without_planes(self.report.options.clone()), &[])
+    }
+
+    /// How the output of a plane of --with was made.
+    fn provenance_of(&self, ready: &Ready) -> Provenance {
+        let planes: Vec<String> = ready.layer.planes.iter().map(|path| selvedge_io::display_name(path)).collect();
+        let own = self.report.options.clone().set("with", planes).set("role", ready.layer.roles_typed());
+        self.made(own, &ready.fingerprints)
+    }
+
+    fn made(&self, options: Used, planes: &[Fingerprint]) -> Provenance {
+        let own = (self.report.command(), self.session.global.seed);
+        let (command, seed) = self.made_by.unwrap_or(own);
+        let inputs = self.loaded.all_fingerprints().into_iter().chain(self.others.iter().chain(planes).cloned());
+        Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed,
+            inputs: inputs.collect(),
+            command: options.with("seed", seed).command(command, self.files.as_deref().unwrap_or(self.loaded.given())),
+        }
+    }
+
+    /// Keeps the best so far if that is wanted.
+    fn interrupted(&mut self, outcome: Outcome) -> Failure {
+        let signal = self.session.watch.signal().unwrap_or(2);
+        let failure = Failure::interrupted(signal);
+        if !self.session.global.keep_partial || self.written.output.as_os_str() == STREAM {
+            return failure;
+        }
+        let partial = outputs::partial(&self.written.output);
+        match self.make(outcome).and_then(|outputs| outputs.write(self.session)) {
+            Ok(()) => Failure::kept(signal, &partial),
+            Err(e) => e,
+        }
+    }
+}

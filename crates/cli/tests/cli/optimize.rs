@@ -1,0 +1,41 @@
+//! `selvedge optimize` from outside.
+
+use crate::program::Folder;
+
+#[test]
+fn what_cannot_be_is_refused_with_what_can() {
+    let folder = Folder::new("optimize-refused");
+    let refused = [
+        ("--schedule 1:10", 2, "use a multiple of 4"),
+        ("--schedule eight", 2, "'eight' is no schedule; write"),
+        ("--schedule 3:8,1:8", 2, "1/3"),
+        ("--robust 3", 2, "exponent of 3"),
+        ("--iterations 0", 2, "use at least 1"),
+        ("--init noise", 2, "'noise' is nothing to start from; write auto, quilt"),
+        ("--paper --init quilt", 2, "--init"),
+        ("--size 5", 3, "use --size 8 or more"),
+        ("--schedule 1:256", 3, "no neighborhood of 256 px"),
+        ("--start @/scales-hdr.exr", 3, "scales-hdr.exr"),
+        ("--start missing.exr", 4, "'missing.exr'"),
+        ("--size 64 --init random --map m.exr", 2, "averaged"),
+    ];
+    for (options, exit, named) in refused {
+        folder.run(&format!("optimize @/scales.png -o a.png {options}")).refused(exit, &[named]);
+    }
+    assert!(folder.names().is_empty(), "{:?}", folder.names());
+}
+
+#[test]
+fn a_dry_run_tells_what_would_be_done_and_the_options_make_it_again() {
+    let folder = Folder::new("optimize-again");
+    let line = "optimize @/scales.png --size 48x40 --schedule 2:8,1:8 --iterations 2 --seed 3";
+    let dry = folder.run(&format!("{line} -o dry.png --dry-run --json")).done().json();
+    let made = folder.run(&format!("{line} -o a.png --json")).done().json();
+    assert_eq!(dry["options"], made["options"]);
+    assert_eq!(made["stats"]["levels"].as_array().map(Vec::len), Some(2), "{made}");
+    let init = made["options"]["init"].as_str().unwrap().to_owned();
+    assert!(["quilt", "graphcut"].contains(&init.as_str()), "{init}");
+    folder.run(&format!("{line} -o b.png --init {init}")).done();
+    assert_eq!(std::fs::read(folder.path("a.png")).unwrap(), std::fs::read(folder.path("b.png")).unwrap());
+    assert!(!folder.path("dry.png").exists());
+}

@@ -1,0 +1,133 @@
+//! What a place is likely to hold, by what stands around it: samples that continue its neighbours'. (Ashikhmin 2001; Tong et
+//! al. 2002)
+
+use crate::{Domain, Exemplars, SampleId, SourceMap};
+
+/// Proposes samples for single places of a map: a neighbour's patch, continued, and with it places of the exemplars that look
+/// like the neighbour's. An exhaustive search mostly ends at one of these, and looks at a thousand times as many.
+///
+/// ```
+/// use selvedge_core::{Coherence, Domain, Exemplars, Grid, Plane, Role, SampleId, Samples, SourceMap};
+/// # fn main() -> Result<(), selvedge_core::Error> {
+/// let plane = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(Domain::open([1, 9]), 1, (0..9).collect())?));
+/// let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;
+/// let mut map = SourceMap::unassigned(&exemplars, Domain::open([1, 4]))?;
+/// map.ids.plane_mut(0)[..2].copy_from_slice(&[SampleId::new(3), SampleId::new(7)]);
+/// let mut found = Vec::new();
+/// // Of its neighbours within two samples 7 goes on in 8, and 3 two samples on in 5.
+/// Coherence::new(&exemplars).around(&map, [0, 2], 2, |_| true, &mut found);
+/// assert_eq!(found, [SampleId::new(8), SampleId::new(5)]);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Coherence<'e, const D: usize> {
+    exemplars: &'e Exemplars<D>,
+    /// For each sample the ones that look like it, as many for each.
+    alike: Vec<SampleId>,
+    each: usize,
+}
+
+impl<'e, const D: usize> Coherence<'e, D> {
+    /// Proposes continuations alone.
+    pub fn new(exemplars: &'e Exemplars<D>) -> Self {
+        Self { exemplars, alike: Vec::new(), each: 0 }
+    }
+
+    /// Proposes the continuations of similar samples as well: `each` of them a sample, in the order of the samples' numbers;
+    /// unassigned ones are passed over.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    #[must_use]
+    pub fn with_alike(self, alike: Vec<SampleId>, each: usize) -> Self {
+        assert_eq!(alike.len(), self.exemplars.table().len() as usize * each, "as many for each sample");
+        Self { alike, each, ..self }
+    }
+
+    /// The samples that continue what is known within `radius` of a place along each axis, valid ones, each once: those of the
+    /// nearest neighbours first, then by position, and each neighbour's own before those that look like it, which are
+    /// asked of neighbours next to the place alone. `is_known` is asked by place in the map's buffer.
+    ///
+    /// Time `O((2 radius + 1)^D * found)`.
+    pub fn around(
+        &self,
+        map: &SourceMap<D>,
+        at: [u32; D],
+        radius: u32,
+        is_known: impl Fn(usize) -> bool,
+        found: &mut Vec<SampleId>,
+    ) {
+        found.clear();
+        let (domain, ids, r) = (map.domain(), map.ids.plane(0), radius as i32);
+        let around = Domain::<D>::open([2 * radius + 1; D]);
+        for distance in 1..=r {
+            for by in around.positions().map(|p| p.map(|v| v as i32 - r)) {
+                if by.iter().map(|v| v.abs()).max() != Some(distance) {
+                    continue;
+                }
+                let Some(place) = domain.step(at, by).map(|p| domain.index(p)).filter(|&p| is_known(p)) else {
+                    continue;
+                };
+                let id = ids[place];
+                if !id.is_assigned() {
+                    continue;
+                }
+                let back = by.map(|v| -v);
+                self.propose(id, back, found);
+                if distance == 1 {
+                    let alike = &self.alike[id.get() as usize * self.each..][..self.each];
+                    alike.iter().filter(|id| id.is_assigned()).for_each(|&id| self.propose(id, back, found));
+                }
+            }
+        }
+    }
+
+    fn propose(&self, id: SampleId, by: [i32; D], found: &mut Vec<SampleId>) {
+        let Some(to) = self.exemplars.step(id, by) else { return };
+        if !found.contains(&to) && self.is_valid(to) {
+            found.push(to);
+        }
+    }
+
+    fn is_valid(&self, id: SampleId) -> bool {
+        self.exemplars.locate(id).is_some_and(|(source, at)| {
+            self.exemplars.sources()[source].valid.as_ref().is_none_or(|valid| valid.get(0, at))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Grid, Origin, Source, Transform};
+
+    #[test]
+    fn what_is_masked_or_outside_is_not_proposed_and_what_is_alike_is() {
+        let source = Source {
+            features: Grid::try_filled(Domain::open([1, 8]), 1, 0).unwrap(),
+            valid: Some(Grid::from_vec(Domain::open([1, 8]), 1, (0..8).map(|x| x != 3).collect()).unwrap()),
+            origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
+        };
+        let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let mut map = SourceMap::unassigned(&exemplars, Domain { shape: [1, 5], periodic: [false, true] }).unwrap();
+        map.ids.plane_mut(0)[..4].copy_from_slice(&[2, 6, 7, 5].map(SampleId::new));
+        let mut found = Vec::new();
+        let mut around = |coherence: &Coherence<'_, 2>, x, known: &dyn Fn(usize) -> bool| {
+            coherence.around(&map, [0, x], 1, known, &mut found);
+            found.iter().map(|id| id.get()).collect::<Vec<_>>()
+        };
+        let plain = Coherence::new(&exemplars);
+        assert_eq!(around(&plain, 1, &|_| true), [6], "3 is masked, and 7 goes back to 6");
+        assert_eq!(
+            around(&plain, 3, &|_| true),
+            Vec::<u32>::new(),
+            "7 ends the source, and nothing stands on the right"
+        );
+        assert_eq!(around(&plain, 4, &|_| true), [6, 1], "around the border");
+        assert_eq!(around(&plain, 4, &|place| place != 3), [1]);
+        let alike = (0..8).map(|i| if i == 5 { SampleId::UNASSIGNED } else { SampleId::new((i + 4) % 8) }).collect();
+        let both = Coherence::new(&exemplars).with_alike(alike, 1);
+        assert_eq!(around(&both, 4, &|_| true), [6, 1, 5]);
+    }
+}

@@ -1,0 +1,88 @@
+//! What can be wrong.
+
+use selvedge_core::ErrorKind;
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A start block's side is no power of two.
+    #[error("a block of {width}x{height} px cannot be halved down to single pixels")]
+    Block {
+        /// Its height.
+        height: u32,
+        /// Its width.
+        width: u32,
+    },
+    /// An option is out of its range.
+    #[error("{option} is {value}, which is out of range")]
+    Range {
+        /// The option's name.
+        option: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What it may be, in words.
+        range: &'static str,
+    },
+    /// No exemplar holds a start block.
+    #[error("{width}x{height} px is smaller than the block of {block_width}x{block_height} px")]
+    BlockExceedsExemplar {
+        /// The block's height.
+        block_height: u32,
+        /// The block's width.
+        block_width: u32,
+        /// The largest exemplar's height.
+        height: u32,
+        /// The largest exemplar's width.
+        width: u32,
+        /// The largest power of two that fits.
+        limit: u32,
+    },
+    /// The output has no samples.
+    #[error("an output of {width}x{height} px holds nothing")]
+    EmptyOutput {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+    },
+    /// A guide's target is no map of the output.
+    #[error("the guide's target is {found:?}, but the output is {expected:?}")]
+    Guide {
+        /// The output's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The target's shape.
+        found: Vec<u32>,
+    },
+    /// Blocks are searched and cut by quilting.
+    #[error(transparent)]
+    Quilting(#[from] selvedge_quilting::Error),
+    /// An error of the core.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Block { .. } | Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::BlockExceedsExemplar { .. } | Self::Guide { .. } => ErrorKind::Input,
+            Self::Quilting(error) => error.kind(),
+            Self::Core(error) => error.kind(),
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Block { .. } => "use powers of two up to 4096, such as 32 or 64x32".into(),
+            Self::Range { range, .. } => format!("use {range}"),
+            Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
+            Self::EmptyOutput { .. } => "use at least 1x1".into(),
+            Self::Guide { .. } => "give a target of the output's size".into(),
+            Self::Quilting(error) => error.remedy(),
+            Self::Core(error) => error.remedy(),
+        }
+    }
+}

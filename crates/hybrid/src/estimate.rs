@@ -1,0 +1,54 @@
+//! How much memory a run will need.
+
+use selvedge_core::{Bytes, Domain};
+use selvedge_fft_ssd::{Placement, Sizes};
+
+use crate::layout::{grown, power_of_two};
+use crate::options::Options;
+
+/// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
+const A_CANDIDATE: u64 = 40;
+/// Bytes of the error of a place.
+const AN_ERROR: u64 = 8;
+/// Bytes that tell of a place how much of a mask lies before it, twice.
+const A_MASK: u64 = 8;
+/// Bytes for each sample of the largest exemplar while its structures are measured for the automatic block.
+const A_MEASURED: u64 = 640;
+/// Bytes for each sample of a grown block: its look, errors and cut.
+const A_CUT: u64 = 64;
+/// Bytes for each output sample: its number, whether it waits, and what it costs to order those that do.
+const A_SAMPLE: u64 = 4 + 1 + 32;
+
+/// An upper bound of the bytes that [`hybrid`](crate::hybrid()) holds beside the exemplars' features, known before anything is
+/// read: shapes of the exemplars, feature channels, the output. It holds for flat exemplars, of which every place is a
+/// candidate; of others less is held.
+pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
+    let samples = exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum::<Bytes>();
+    let channels_of = channels as u64;
+    let measured = if options.block.is_none() { samples * A_MEASURED } else { Bytes(0) };
+    let side = exemplars.iter().map(|e| e.shape[0].min(e.shape[1])).max().unwrap_or(1);
+    // Three eighths of the largest square, and a third more.
+    let block = options.block.unwrap_or([power_of_two((side / 2).max(4)); 2]);
+    // Searches of small blocks have the most places, those of large ones the largest transforms. Spectra for cropped blocks are
+    // kept as well.
+    let templates = [grown(block), grown(block), grown(block), grown(block.map(|n| (n / 4).max(1))), [7, 7]];
+    let search = templates.map(|template| search(exemplars, channels, template, options)).into_iter().sum::<Bytes>();
+    // Features side by side, links and weights of seams, and the exemplars once more if they go around.
+    let features = samples * (2 * channels_of + 2 + if options.circular { channels_of + 1 } else { 0 });
+    let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
+    let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);
+    let woven = search + features + lists + cut + Bytes::of_samples(output, A_SAMPLE);
+    measured.then(woven).0
+}
+
+fn search(exemplars: &[Domain<2>], channels: usize, template: [u32; 2], options: &Options) -> Bytes {
+    let weights = vec![255; channels];
+    let samples = u64::from(template[0]) * u64::from(template[1]);
+    let domains: Vec<Domain<2>> = exemplars
+        .iter()
+        .map(|e| Domain { periodic: if options.circular { [true; 2] } else { e.periodic }, ..*e })
+        .collect();
+    let sizes = Sizes { sources: &domains, weights: &weights, holes: true, template, samples, noisy_masks: true };
+    let bytes = selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &selvedge_fft_ssd::Options::default());
+    Bytes(bytes.unwrap_or(u64::MAX))
+}

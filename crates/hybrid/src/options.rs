@@ -1,0 +1,165 @@
+//! What the caller chooses.
+
+use selvedge_quilting::Continuation;
+
+use crate::error::Error;
+
+/// How large an error may be, per sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Threshold {
+    /// A fraction of the error of two random samples of the exemplar that suits most exemplars.
+    #[default]
+    Auto,
+    /// This fraction of the error of two random samples. From 0.
+    OfRandom(f64),
+    /// The paper's: a weighted squared difference of samples in `[0, 1]`. `[Ding eq. 1]`
+    Absolute(f64),
+}
+
+/// How start blocks lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Layout {
+    /// In rows and columns.
+    #[default]
+    Grid,
+    /// Every other row is moved by half a block.
+    Brick,
+}
+
+/// Which samples a pixel that is re-synthesised is chosen from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PixelSearch {
+    /// Those that continue what is around it, and those like them.
+    #[default]
+    Coherent,
+    /// All of the exemplar.
+    Exact,
+}
+
+/// What of a block is re-synthesised where its overlap fits badly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Resynthesize {
+    /// What lies near the boundary cut where that shows.
+    #[default]
+    Seam,
+    /// All of the overlap whose samples differ by more than the pixel error: the paper's.
+    Overlap,
+}
+
+/// Options of [`hybrid`](crate::hybrid()).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Height and width of the start blocks in samples, powers of two. Default: the largest power of two that is at most four thirds of the
+    /// [block that quilting suggests](selvedge_quilting::suggest_block), so that blocks split where they do not fit instead
+    /// of being small everywhere.
+    pub block: Option<[u32; 2]>,
+    /// A block is split while its overlap's mean error is larger. `[Ding 3.2]`
+    pub max_error: Threshold,
+    /// A sample whose error is larger is re-synthesised. `[Ding 3.3]`
+    pub pixel_error: Threshold,
+    /// Below this part of `max_error` an overlap is cut, from it on re-synthesised: 1 never re-synthesises, 0 always.
+    /// `[Ding 3.3]`
+    pub k: f64,
+    /// How start blocks lie.
+    pub layout: Layout,
+    /// Which samples pixels are chosen from.
+    pub search: PixelSearch,
+    /// What is re-synthesised.
+    pub resynthesize: Resynthesize,
+    /// Blocks are drawn among those whose error (as an L2 norm) is up to this fraction above the least. From 0 (the
+    /// best, as in the paper) to 100.
+    pub tolerance: f64,
+    /// How evenly the exemplar is used; see [`selvedge_quilting::Options::spread`]. From 0 to 10.
+    pub spread: f64,
+    /// Whether start blocks may continue what is around them verbatim; what they split into always may.
+    pub continuation: Continuation,
+    /// Blocks may reach around the borders of the exemplars: the paper's, for exemplars that tile.
+    pub circular: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let quilting = selvedge_quilting::Options::default();
+        Self {
+            block: None,
+            max_error: Threshold::Auto,
+            pixel_error: Threshold::Auto,
+            k: 0.5,
+            layout: Layout::Grid,
+            search: PixelSearch::Coherent,
+            resynthesize: Resynthesize::Seam,
+            tolerance: quilting.tolerance,
+            spread: quilting.spread,
+            continuation: quilting.continuation,
+            circular: false,
+        }
+    }
+}
+
+/// No block has a longer side: what splits at every level of it still has a number.
+const LARGEST: u32 = 1 << 12;
+
+impl Options {
+    /// The paper to the letter, with the thresholds of its first case: blocks of 32, the best one, circular shifts, overlaps
+    /// re-synthesised from all of the exemplar. `[Ding Table 1, 2, 3]`
+    ///
+    /// But for one thing of which it says nothing: around its borders an exemplar always continues perfectly, so that the best block
+    /// of all would show the exemplar again and again, and no block would ever be cut. So blocks continue nothing.
+    pub fn paper() -> Self {
+        Self {
+            block: Some([32, 32]),
+            max_error: Threshold::Absolute(0.04),
+            pixel_error: Threshold::Absolute(0.02),
+            k: 0.5,
+            layout: Layout::Grid,
+            search: PixelSearch::Exact,
+            resynthesize: Resynthesize::Overlap,
+            tolerance: 0.0,
+            spread: 0.0,
+            continuation: Continuation::Avoid,
+            circular: true,
+        }
+    }
+
+    /// Checks what can be checked without an exemplar.
+    ///
+    /// # Errors
+    /// [`Error::Block`] and [`Error::Range`].
+    pub fn validate(&self) -> Result<(), Error> {
+        if let Some([height, width]) = self.block
+            && [height, width].iter().any(|side| !side.is_power_of_two() || LARGEST < *side)
+        {
+            return Err(Error::Block { height, width });
+        }
+        for (option, threshold) in [("max_error", self.max_error), ("pixel_error", self.pixel_error)] {
+            match threshold {
+                Threshold::Absolute(value) if !(0.0..=1.0).contains(&value) => {
+                    return Err(Error::Range { option, value, range: "0 to 1" });
+                }
+                Threshold::OfRandom(value) if !(0.0..=1000.0).contains(&value) => {
+                    return Err(Error::Range { option, value, range: "0 to 1000 times the error of random samples" });
+                }
+                _ => {}
+            }
+        }
+        for (option, value, most, range) in [
+            ("k", self.k, 1.0, "0 (always re-synthesise) to 1 (never)"),
+            ("tolerance", self.tolerance, 100.0, "0 to 100"),
+            ("spread", self.spread, 10.0, "0 (whatever fits best) to 10"),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(Error::Range { option, value, range });
+            }
+        }
+        Ok(())
+    }
+
+    /// The tolerance on squared errors, in thousandths, as quilting has it.
+    pub(crate) fn per_mille(&self) -> u32 {
+        let factor = 1.0 + self.tolerance;
+        ((factor * factor - 1.0) * 1000.0).round() as u32
+    }
+}

@@ -1,0 +1,283 @@
+//! The choice of single samples: of its candidates the one whose neighborhood agrees best with what is known around.
+//! `[Ding 3.3]`
+
+use selvedge_core::{Coherence, Error, Exemplars, Grid, SampleId, par, reserve, try_vec};
+
+use crate::canvas::Canvas;
+use crate::dilation;
+use crate::options::PixelSearch;
+use crate::options::Threshold;
+use crate::thresholds::{Limit, Of};
+
+/// Neighborhoods reach so far on each side: 7 by 7 samples.
+pub(crate) const REACH: i32 = 3;
+/// Candidates continue neighbours up to so far away. Further ones mostly belong to the same patches.
+const COHERENT: u32 = 2;
+/// What the difference at a neighbour counts, by the squared distance: near `48 / (1 + d^2)`, so that the eight next
+/// neighbours count about as much as all others together.
+const FALL_OFF: [u64; 19] = [0, 24, 16, 0, 10, 8, 0, 0, 5, 5, 4, 0, 0, 3, 0, 0, 0, 0, 3];
+/// Samples that are looked at together by an exact search.
+const TOGETHER: usize = 1 << 10;
+
+/// One known neighbour of a place.
+#[derive(Clone, Copy, Debug)]
+struct Neighbor {
+    by: [i32; 2],
+    weight: u64,
+    /// Where its features begin.
+    features: usize,
+}
+
+/// Chooses samples for places.
+pub(crate) struct Pixels<'e> {
+    exemplars: &'e Exemplars<2>,
+    coherence: Coherence<'e, 2>,
+    search: PixelSearch,
+    /// All channels of a sample side by side, sources one after the other.
+    features: Vec<u8>,
+    weights: Vec<u64>,
+    /// What a neighbour costs that a candidate's source does not have: as much as a random sample.
+    missing: u64,
+    neighbors: Vec<Neighbor>,
+    candidates: Vec<SampleId>,
+}
+
+/// What was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Choice {
+    /// Weighted squared differences of the neighborhoods.
+    pub(crate) error: u64,
+    pub(crate) id: SampleId,
+}
+
+impl<'e> Pixels<'e> {
+    pub(crate) fn new(exemplars: &'e Exemplars<2>, search: PixelSearch) -> Result<Self, Error> {
+        let channels = exemplars.channels();
+        let mut features = try_vec(exemplars.table().len() as usize * channels, 0)?;
+        for (s, source) in exemplars.sources().iter().enumerate() {
+            let first = exemplars.table().first(s) as usize * channels;
+            for c in 0..channels {
+                let to = features[first + c..].iter_mut().step_by(channels);
+                to.zip(source.features.plane(c)).for_each(|(to, &from)| *to = from);
+            }
+        }
+        Ok(Self {
+            exemplars,
+            coherence: Coherence::new(exemplars),
+            search,
+            features,
+            weights: exemplars.weights().iter().map(|&w| w.into()).collect(),
+            missing: Limit::of(Threshold::OfRandom(1.0), Of::Pixel, exemplars).whole(),
+            neighbors: Vec::new(),
+            candidates: Vec::new(),
+        })
+    }
+
+    /// Re-synthesises the waiting samples of `places`, from what is known inwards, and returns how many; those that nothing
+    /// known reaches keep what they have.
+    pub(crate) fn resynthesize(&mut self, canvas: &mut Canvas, places: &[usize]) -> Result<u64, Error> {
+        let order = dilation::order(canvas, places);
+        let mut done = 0;
+        for (place, _) in order {
+            let choice = match self.search {
+                PixelSearch::Coherent => self.coherent(canvas, place)?,
+                PixelSearch::Exact => None,
+            };
+            let choice = choice.map_or_else(|| self.exact(canvas, place), |choice| Ok(Some(choice)))?;
+            if let Some(Choice { id, .. }) = choice {
+                canvas.set(place, id);
+                done += 1;
+            }
+        }
+        places.iter().for_each(|&place| canvas.accept(place));
+        Ok(done)
+    }
+
+    /// The best of the samples that continue what is known around; `None` if there is none.
+    pub(crate) fn coherent(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
+        let mut candidates = std::mem::take(&mut self.candidates);
+        let at = canvas.domain().position(place);
+        self.coherence.around(&canvas.map, at, COHERENT, |place| canvas.is_known(place), &mut candidates);
+        self.look(canvas, place)?;
+        let mut best: Option<Choice> = None;
+        for &id in &candidates {
+            let bound = best.map_or(u64::MAX, |b| b.error);
+            // Of equal ones the first: it continues a nearer neighbour.
+            best = self.error(id, bound).map(|error| Choice { error, id }).or(best);
+        }
+        self.candidates = candidates;
+        Ok(best)
+    }
+
+    /// The best of all valid samples, the first of equal ones.
+    pub(crate) fn exact(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
+        self.look(canvas, place)?;
+        let this = &*self;
+        let n = this.exemplars.table().len() as usize;
+        let best = par::fold_blocks(
+            n,
+            TOGETHER,
+            |range| {
+                let mut best: Option<Choice> = None;
+                for id in range.map(|i| SampleId::new(i as u32)).filter(|&id| this.is_valid(id)) {
+                    let bound = best.map_or(u64::MAX, |b| b.error);
+                    best = this.error(id, bound).map(|error| Choice { error, id }).or(best);
+                }
+                best
+            },
+            |a, b| match (a, b) {
+                (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
+                (a, b) => a.or(b),
+            },
+        );
+        Ok(best.flatten())
+    }
+
+    /// Notes what is known around a place.
+    fn look(&mut self, canvas: &Canvas, place: usize) -> Result<(), Error> {
+        let (domain, channels) = (canvas.domain(), self.weights.len());
+        let at = domain.position(place);
+        self.neighbors.clear();
+        reserve(&mut self.neighbors, ((2 * REACH + 1) * (2 * REACH + 1)) as usize)?;
+        for y in -REACH..=REACH {
+            for x in -REACH..=REACH {
+                let Some(to) = domain.step(at, [y, x]).map(|to| domain.index(to)).filter(|_| (y, x) != (0, 0)) else {
+                    continue;
+                };
+                if canvas.is_known(to) {
+                    let features = canvas.id(to).get() as usize * channels;
+                    let weight = FALL_OFF[(y * y + x * x) as usize];
+                    self.neighbors.push(Neighbor { by: [y, x], weight, features });
+                }
+            }
+        }
+        // The nearest tell soonest that a candidate is worse than another.
+        self.neighbors.sort_by_key(|n| n.by[0] * n.by[0] + n.by[1] * n.by[1]);
+        Ok(())
+    }
+
+    /// The error of a candidate at the place looked at last, if it is below a bound.
+    fn error(&self, id: SampleId, bound: u64) -> Option<u64> {
+        let (source, at) = self.exemplars.locate(id)?;
+        let (first, source) = (self.exemplars.table().first(source) as usize, &self.exemplars.sources()[source]);
+        let (domain, valid, channels) = (source.domain(), source.valid.as_ref().map(Grid::samples), self.weights.len());
+        let [h, w] = domain.shape;
+        let reach = REACH as u32;
+        let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
+        let mut sum = 0;
+        for &Neighbor { by, weight, features } in &self.neighbors {
+            let index = if inside {
+                Some((at[0] as i32 + by[0]) as usize * w as usize + (at[1] as i32 + by[1]) as usize)
+            } else {
+                domain.step(at, by).map(|to| domain.index(to))
+            };
+            sum += match index.filter(|&i| valid.is_none_or(|valid| valid[i])) {
+                None => weight * self.missing,
+                Some(index) => {
+                    let (a, b) = (&self.features[features..][..channels], &self.features[(first + index) * channels..]);
+                    let squares = a.iter().zip(b).zip(&self.weights);
+                    weight * squares.map(|((a, b), &w)| w * u64::from(u32::from(a.abs_diff(*b)).pow(2))).sum::<u64>()
+                }
+            };
+            if bound <= sum {
+                return None;
+            }
+        }
+        (sum < bound).then_some(sum)
+    }
+
+    fn is_valid(&self, id: SampleId) -> bool {
+        self.exemplars.locate(id).is_some_and(|(source, at)| {
+            self.exemplars.sources()[source].valid.as_ref().is_none_or(|valid| valid.get(0, at))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Origin, Seed, Source, SourceMap, Start, Transform};
+
+    /// A map of random samples with holes, and its exemplars.
+    fn state(valid: bool) -> (Exemplars<2>, Canvas) {
+        let mut rng = Seed(3).rng();
+        let source = |exemplar, shape: [u32; 2], periodic: bool, rng: &mut selvedge_core::Rng| {
+            let domain = Domain { shape, periodic: [periodic; 2] };
+            Source {
+                features: Grid::from_vec(domain, 2, (0..2 * domain.len()).map(|_| rng.below(256) as u8).collect())
+                    .unwrap(),
+                valid: valid
+                    .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| i % 5 != 2).collect()).unwrap()),
+                origin: Origin { exemplar, transform: Transform::IDENTITY },
+            }
+        };
+        let sources = vec![source(0, [9, 12], false, &mut rng), source(1, [6, 5], true, &mut rng)];
+        let exemplars = Exemplars::from_sources(sources, vec![3, 1]).unwrap();
+        let output = Domain { shape: [15, 12], periodic: [true, false] };
+        let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
+        // Two by two samples that continue each other, so that there is something to continue.
+        for at in output.positions() {
+            let mut drawn = Seed(7).derive("cell", u64::from(at[0] / 2 * 100 + at[1] / 2)).rng();
+            let first = SampleId::new(drawn.below(exemplars.table().len()));
+            let id = exemplars.step(first, [at[0] as i32 % 2, at[1] as i32 % 2]);
+            if let Some(id) = id.filter(|_| 0 < drawn.below(4)) {
+                map.ids.set(0, at, id);
+            }
+        }
+        let mut canvas = Canvas::new(Start { map, fixed: None, sources: None }).unwrap();
+        (0..output.len()).filter(|i| i % 7 == 3).for_each(|place| canvas.wait(place));
+        (exemplars, canvas)
+    }
+
+    /// The definition: neighborhood against neighborhood.
+    fn error(exemplars: &Exemplars<2>, canvas: &Canvas, at: [u32; 2], id: SampleId, missing: u64) -> u64 {
+        let near = (-REACH..=REACH).flat_map(|y| (-REACH..=REACH).map(move |x| [y, x])).filter(|&by| by != [0, 0]);
+        let here = |by| canvas.domain().step(at, by).map(|p| canvas.domain().index(p)).filter(|&p| canvas.is_known(p));
+        let is_valid = |id: &SampleId| {
+            let (s, at) = exemplars.locate(*id).unwrap();
+            exemplars.sources()[s].valid.as_ref().is_none_or(|v| v.get(0, at))
+        };
+        let feature = |id: SampleId, c: usize| {
+            let (s, at) = exemplars.locate(id).unwrap();
+            exemplars.sources()[s].features.get(c, at)
+        };
+        let of = |by: [i32; 2]| {
+            let Some(place) = here(by) else { return 0 };
+            let weight = FALL_OFF[(by[0] * by[0] + by[1] * by[1]) as usize];
+            let Some(to) = exemplars.step(id, by).filter(is_valid) else { return weight * missing };
+            let square = |c: usize| u64::from(feature(to, c).abs_diff(feature(canvas.id(place), c))).pow(2);
+            weight * (3 * square(0) + square(1))
+        };
+        near.map(of).sum()
+    }
+
+    #[test]
+    fn the_exact_search_finds_the_best_by_definition_and_the_coherent_one_is_never_better() {
+        for valid in [false, true] {
+            let (exemplars, canvas) = state(valid);
+            let mut pixels = Pixels::new(&exemplars, PixelSearch::Exact).unwrap();
+            let (mut coherent, mut worse, missing) = (0, 0, pixels.missing);
+            for (place, at) in canvas.domain().positions().enumerate() {
+                let exact = pixels.exact(&canvas, place).unwrap().unwrap();
+                let all = (0..exemplars.table().len()).map(SampleId::new).filter(|&id| pixels.is_valid(id));
+                let by_definition = |id| Choice { error: error(&exemplars, &canvas, at, id, missing), id };
+                assert_eq!(all.map(by_definition).min_by_key(|c| (c.error, c.id)), Some(exact), "{at:?}");
+                if let Some(choice) = pixels.coherent(&canvas, place).unwrap() {
+                    assert_eq!(by_definition(choice.id), choice);
+                    assert!(exact.error <= choice.error && pixels.is_valid(choice.id));
+                    (coherent, worse) = (coherent + 1, worse + u32::from(exact.error < choice.error));
+                }
+            }
+            assert!(100 < coherent && 20 < worse, "{coherent} {worse}");
+        }
+    }
+
+    #[test]
+    fn fall_off_is_near_its_formula() {
+        for (y, x) in (0..=REACH).flat_map(|y| (0..=REACH).map(move |x| (y, x))).filter(|p| *p != (0, 0)) {
+            let d = y * y + x * x;
+            let formula = 48.0 / f64::from(1 + d);
+            assert!((FALL_OFF[d as usize] as f64 - formula).abs() <= 0.6, "{d} {formula}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What a run will do: options checked, and what they leave open chosen.
+
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, Source, SourceMap, SourceTable, Start, Woven};
+use selvedge_quilting::suggest_block;
+
+use crate::error::Error;
+use crate::estimate::estimate;
+use crate::layout::{Blocks, power_of_two};
+use crate::options::Options;
+use crate::stats::Stats;
+use crate::weave::Weaver;
+
+/// What [`hybrid`](crate::hybrid()) will do: options checked against exemplars, output and limits, and what they leave open
+/// chosen.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// As they are searched: around their borders, if that was asked for.
+    pub(crate) exemplars: Exemplars<2>,
+    /// Of the exemplars as they are.
+    table: SourceTable<2>,
+    pub(crate) output: Domain<2>,
+    pub(crate) options: Options,
+    pub(crate) block: [u32; 2],
+}
+
+impl Plan {
+    /// Checks the options, then exemplars and output, then the run's limits, before anything is measured; then chooses the block,
+    /// if it is left open.
+    ///
+    /// # Errors
+    /// Those of [`hybrid`](crate::hybrid()).
+    pub fn new(
+        exemplars: &Exemplars<2>,
+        output: Domain<2>,
+        options: &Options,
+        run: &Run<'_, 2>,
+    ) -> Result<Self, Error> {
+        options.validate()?;
+        if output.is_empty() {
+            return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
+        }
+        check_fit(exemplars, options.block)?;
+        let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+        run.limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
+        let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
+        let table = exemplars.table().clone();
+        let exemplars = if options.circular { around(exemplars)? } else { exemplars.clone() };
+        Ok(Self { exemplars, table, output, options: *options, block })
+    }
+
+    /// Height and width of the start blocks in samples.
+    pub fn block(&self) -> [u32; 2] {
+        self.block
+    }
+
+    /// How many start blocks the output has.
+    pub fn len(&self) -> u64 {
+        self.blocks().len()
+    }
+
+    /// False: an output has at least one.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    pub(crate) fn blocks(&self) -> Blocks {
+        Blocks::new(self.output, self.block, self.options.layout)
+    }
+
+    /// Lays the blocks, from nothing.
+    ///
+    /// # Errors
+    /// What only the work can show: no memory.
+    pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        let ids = Grid::try_filled(self.output, 1, SampleId::UNASSIGNED)?;
+        let map = SourceMap { ids, table: self.table.clone() };
+        self.weave_from(Start { map, fixed: None, sources: None }, run)
+    }
+
+    /// Lays the blocks where something is missing.
+    ///
+    /// # Errors
+    /// Those of [`Start::check`], and no memory.
+    pub fn weave_from(&self, start: Start<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        let weaver = Weaver::new(&self.exemplars, self.block, &self.options, start, run)?;
+        weaver.weave(self.blocks())
+    }
+}
+
+/// A start block that an exemplar holds.
+fn check_fit(exemplars: &Exemplars<2>, block: Option<[u32; 2]>) -> Result<(), Error> {
+    let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
+    let Some([block_height, block_width]) = block else { return Ok(()) };
+    if shapes().any(|[h, w]| block_height <= h && block_width <= w) {
+        return Ok(());
+    }
+    let [height, width] = shapes().max_by_key(|s| s[0].min(s[1])).unwrap_or([0, 0]);
+    let limit = power_of_two(height.min(width));
+    Err(Error::BlockExceedsExemplar { block_height, block_width, height, width, limit })
+}
+
+/// The block of an automatic size: as large as quilting's, and up to a third more, for it splits where it does not fit.
+fn suggested(exemplars: &Exemplars<2>) -> Result<[u32; 2], Error> {
+    let quilted = suggest_block(exemplars)?;
+    Ok([power_of_two(quilted + quilted / 3); 2])
+}
+
+/// The same exemplars, each going on around its borders.
+fn around(exemplars: &Exemplars<2>) -> Result<Exemplars<2>, Error> {
+    let periodic = |s: &Source<2>| -> Result<Source<2>, selvedge_core::Error> {
+        let valid =
+            s.valid.as_ref().map(|v| Ok::<_, selvedge_core::Error>(Grid::map(v, |v| v)?.with_periodic([true; 2])));
+        Ok(Source {
+            features: s.features.map(|v| v)?.with_periodic([true; 2]),
+            valid: valid.transpose()?,
+            origin: s.origin,
+        })
+    };
+    let sources = exemplars.sources().iter().map(|s| periodic(s)).collect::<Result<_, _>>()?;
+    Ok(Exemplars::from_sources(sources, exemplars.weights().to_vec())?)
+}

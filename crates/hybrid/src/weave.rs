@@ -1,0 +1,280 @@
+//! Block after block: searched, split while it does not fit, laid where it does. `[Ding 3]`
+
+use selvedge_core::{
+    Event, Exemplars, Look, Patch, Run, SeamCosts, SeamMeasure, SourceMap, Start, Usage, Window, Woven, try_vec,
+};
+use selvedge_quilting::Continuation;
+use selvedge_quilting::search::{BlockScratch, BlockSearch, Candidate, Continued, Preference, Space, Term};
+
+use crate::canvas::Canvas;
+use crate::composite::{Compositor, Laying};
+use crate::error::Error;
+use crate::layout::{Block, Blocks};
+use crate::options::Options;
+use crate::pixel::Pixels;
+use crate::stats::{Level, Stats};
+use crate::thresholds::{Limit, Of, largest};
+
+/// Blocks of these levels and larger ones count as uses of the exemplar: smaller ones take whatever there is.
+const COUNTED_LEVELS: usize = 2;
+
+/// An output in the making.
+pub(crate) struct Weaver<'a> {
+    options: &'a Options,
+    run: &'a Run<'a, 2>,
+    exemplars: &'a Exemplars<2>,
+    search: BlockSearch<'a>,
+    scratch: BlockScratch,
+    under: Look,
+    usage: Usage<2>,
+    pub(crate) canvas: Canvas,
+    compositor: Compositor<'a>,
+    /// A block is split while its error is larger.
+    max: Limit,
+    /// Sums of errors, and samples they are of, by level.
+    errors: Vec<(u64, u64)>,
+    pub(crate) stats: Stats,
+}
+
+impl<'a> Weaver<'a> {
+    pub(crate) fn new(
+        exemplars: &'a Exemplars<2>,
+        block: [u32; 2],
+        options: &'a Options,
+        start: Start<2>,
+        run: &'a Run<'a, 2>,
+    ) -> Result<Self, Error> {
+        let max = Limit::of(options.max_error, Of::Block, exemplars);
+        let pixel = Limit::of(options.pixel_error, Of::Pixel, exemplars);
+        let compositor = Compositor {
+            exemplars,
+            pixels: Pixels::new(exemplars, options.search)?,
+            costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
+            resynthesize: options.resynthesize,
+            // 1 never re-synthesises, also what fits worse than the largest error allowed.
+            recut: (options.k < 1.0).then(|| max.part(options.k)),
+            pixel,
+        };
+        let stats =
+            Stats { block, max_error: max.shown(exemplars), pixel_error: pixel.shown(exemplars), ..Stats::default() };
+        Ok(Self {
+            options,
+            run,
+            exemplars,
+            search: BlockSearch::new(exemplars, None, run.simd)?,
+            scratch: BlockScratch::default(),
+            under: Look::new(),
+            usage: Usage::new(exemplars, block, options.spread)?,
+            canvas: Canvas::new(start)?,
+            compositor,
+            max,
+            errors: Vec::new(),
+            stats,
+        })
+    }
+
+    /// Lays all blocks.
+    pub(crate) fn weave(mut self, blocks: Blocks) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        let (of, mut complete) = (blocks.len(), true);
+        for (done, block) in blocks.iter().enumerate() {
+            if !self.lay(&block)? {
+                complete = false;
+                break;
+            }
+            let step = Event::step("hybrid", done as u64 + 1, of);
+            self.run.observer.event(&Event { so_far: Some(&self.canvas.map), ..step });
+        }
+        let whole = largest(self.exemplars) as f64;
+        for (level, &(error, samples)) in self.stats.levels.iter_mut().zip(&self.errors) {
+            level.error = error as f64 / (samples.max(1) as f64 * whole);
+        }
+        Ok(Woven { result: self.canvas.map, stats: self.stats, complete })
+    }
+
+    /// Lays a block, or what it splits into; false if the run was cancelled.
+    fn lay(&mut self, block: &Block) -> Result<bool, Error> {
+        let Some(core) = block.core() else { return Ok(true) };
+        let domain = self.canvas.domain();
+        if core.places(domain).flatten().all(|place| self.canvas.id(place).is_assigned()) {
+            return Ok(true);
+        }
+        if self.run.observer.cancelled() {
+            return Ok(false);
+        }
+        if self.stats.levels.len() <= block.level {
+            self.stats.levels.resize(block.level + 1, Level::default());
+            self.errors.resize(block.level + 1, (0, 0));
+        }
+        self.stats.levels[block.level].blocks += 1;
+        let (window, before, after) = self.canvas.grown(&core, block.overlap);
+        self.under.at_map(self.exemplars, &self.canvas.map, &window, |_| true)?;
+        let found = self.search(block, &window)?;
+        let laying = match found {
+            Some(chosen) => {
+                let errors = self.errors_of(&window, chosen)?;
+                Some(Laying { core, window, before, after, chosen, errors })
+            }
+            None => None,
+        };
+        let samples = self.under.samples() as u64;
+        let fits = laying.as_ref().is_some_and(|laying| !self.max.is_passed(laying.errors.iter().sum(), samples));
+        if !fits && block.is_splittable() {
+            self.stats.levels[block.level].splits += 1;
+            for part in block.split() {
+                if !self.lay(&part)? {
+                    return Ok(false);
+                }
+            }
+            return Ok(true);
+        }
+        self.stats.unsplittable += u64::from(!fits);
+        match laying {
+            None => self.lay_sample(&core)?,
+            Some(laying) => {
+                let sums = &mut self.errors[block.level];
+                *sums = (sums.0 + laying.errors.iter().sum::<u64>(), sums.1 + samples);
+                self.compositor.lay(&laying, &self.under, &mut self.canvas, &mut self.stats)?;
+                if block.level < COUNTED_LEVELS {
+                    self.usage.note(laying.chosen.source, laying.chosen.at);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// A place for a grown block: drawn among those near the best.
+    fn search(&mut self, block: &Block, window: &Window<2>) -> Result<Option<Candidate>, Error> {
+        let terms = [Term::new(Space::Texture, window.shape, &self.under)];
+        let continued = self.continuations(block, window);
+        let preference = Preference { per_mille: self.options.per_mille(), usage: &self.usage, continued: &continued };
+        let mut rng = self.run.seed.derive("hybrid/block", block.number).derive("hybrid/split", block.path).rng();
+        Ok(self.search.draw(&terms, &preference, &mut rng, &mut self.scratch)?.map(|(chosen, _)| chosen))
+    }
+
+    /// Where the patches under a window would go on: no start block is to lie there, if they are to be avoided.
+    fn continuations(&self, block: &Block, window: &Window<2>) -> Vec<Continued> {
+        if block.level != 0 || self.options.continuation == Continuation::Allow {
+            return Vec::new();
+        }
+        let patches = self.canvas.map.patches(window);
+        let go_on = |patch: &Patch<2>| {
+            let source = self.exemplars.sources()[patch.source].domain();
+            let at = |a: usize| {
+                let at = i64::from(window.start[a]) - i64::from(patch.offset[a]);
+                if source.periodic[a] { at.rem_euclid(source.shape[a].into()) } else { at }
+            };
+            Continued { source: patch.source, at: [at(0), at(1)] }
+        };
+        patches.iter().map(go_on).collect()
+    }
+
+    /// By sample of a window, how much the chosen place differs from what is known; 0 elsewhere.
+    fn errors_of(&self, window: &Window<2>, chosen: Candidate) -> Result<Vec<u64>, Error> {
+        let source = &self.exemplars.sources()[chosen.source];
+        let (local, domain) = (window.local(), source.domain());
+        let mut errors = try_vec(local.len(), 0_u64)?;
+        for (c, &weight) in self.exemplars.weights().iter().enumerate() {
+            let (old, new) = (&self.under.features()[c * local.len()..], source.features.plane(c));
+            let places = Window { start: chosen.at.map(|v| v as i32), shape: window.shape }.places(domain);
+            for (i, place) in places.enumerate().filter(|&(i, _)| self.under.known()[i]) {
+                let difference = place.map_or(0, |place| u64::from(new[place].abs_diff(old[i])));
+                errors[i] += difference * difference * u64::from(weight);
+            }
+        }
+        Ok(errors)
+    }
+
+    /// A single sample that no source holds with all that is known around it: whichever agrees best with that.
+    fn lay_sample(&mut self, core: &Window<2>) -> Result<(), Error> {
+        for place in core.places(self.canvas.domain()).flatten() {
+            if let Some(choice) = self.compositor.pixels.exact(&self.canvas, place)? {
+                self.canvas.set(place, choice.id);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+    use selvedge_core::{Domain, Grid, Origin, Rng, SampleId, Seed, Source, Transform};
+
+    fn exemplars(rng: &mut Rng, masked: bool) -> Exemplars<2> {
+        let mut source = |exemplar, shape: [u32; 2]| {
+            let domain = Domain::open(shape);
+            Source {
+                features: Grid::from_vec(domain, 3, (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect())
+                    .unwrap(),
+                valid: masked
+                    .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| i % 97 != 50).collect()).unwrap()),
+                origin: Origin { exemplar, transform: Transform::IDENTITY },
+            }
+        };
+        Exemplars::from_sources(vec![source(0, [17, 23]), source(1, [20, 14])], vec![77, 150, 29]).unwrap()
+    }
+
+    /// `[Ding eq. 1]` sample by sample: the least sum over all places whose samples are all there and valid.
+    fn naive(weaver: &Weaver<'_>, window: &Window<2>) -> Option<u64> {
+        let (e, map) = (weaver.exemplars, &weaver.canvas.map);
+        let at_place = |source: &Source<2>, at: [u32; 2]| {
+            let mut sum = 0;
+            for local in window.local().positions() {
+                let from = source.domain().step(at, local.map(|v| v as i32))?;
+                if source.valid.as_ref().is_some_and(|v| !v.get(0, from)) {
+                    return None;
+                }
+                let Some(stands) = window.position(map.domain(), local).and_then(|at| e.locate(map.ids.get(0, at)))
+                else {
+                    continue;
+                };
+                for (c, &weight) in e.weights().iter().enumerate() {
+                    let d = e.sources()[stands.0].features.get(c, stands.1).abs_diff(source.features.get(c, from));
+                    sum += u64::from(weight) * u64::from(d).pow(2);
+                }
+            }
+            Some(sum)
+        };
+        let all = e.sources().iter().flat_map(|s| s.domain().positions().map(move |at| (s, at)));
+        all.filter_map(|(s, at)| at_place(s, at)).min()
+    }
+
+    #[test]
+    fn the_search_finds_the_least_weighted_error_over_all_that_stands() {
+        let mut rng = Seed(2).rng();
+        for (masked, circular) in [(false, false), (true, false), (false, true), (true, true)] {
+            let e = exemplars(&mut rng, masked);
+            let options = Options { block: Some([8, 4]), tolerance: 0.0, spread: 0.0, circular, ..Options::default() };
+            let output = Domain { shape: [16, 12], periodic: [false, true] };
+            let run = Run::seeded(1);
+            let plan = Plan::new(&e, output, &options, &run).unwrap();
+            for _ in 0..3 {
+                let mut map = SourceMap::unassigned(&e, output).unwrap();
+                let holes = 1 + rng.below(4);
+                for id in map.ids.plane_mut(0) {
+                    if rng.below(holes) == 0 {
+                        *id = SampleId::new(rng.below(e.table().len()));
+                    }
+                }
+                let mut weaver =
+                    Weaver::new(&plan.exemplars, plan.block, &options, Start { map, fixed: None, sources: None }, &run)
+                        .unwrap();
+                for block in plan.blocks().iter() {
+                    let core = block.core().unwrap();
+                    let (window, ..) = weaver.canvas.grown(&core, block.overlap);
+                    weaver.under.at_map(&e, &weaver.canvas.map, &window, |_| true).unwrap();
+                    let found = weaver.search(&block, &window).unwrap();
+                    let least = naive(&weaver, &window);
+                    assert_eq!(found.map(|c| c.error), least, "{masked} {circular}");
+                    if let Some(chosen) = found {
+                        let errors = weaver.errors_of(&window, chosen).unwrap();
+                        assert_eq!(Some(errors.iter().sum()), least);
+                        let known = weaver.under.known().iter();
+                        assert!(known.zip(&errors).all(|(&known, &error)| known || error == 0));
+                    }
+                }
+            }
+        }
+    }
+}

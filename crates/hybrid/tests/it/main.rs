@@ -1,0 +1,5 @@
+//! Hybrid synthesis from outside. One binary: each is a link.
+#![forbid(unsafe_code)]
+
+mod memory;
+mod properties;

@@ -1,0 +1,73 @@
+//! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a case
+//! held would count in the next.
+
+use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, Transform};
+use selvedge_hybrid::{Options, Threshold, estimate, hybrid};
+use selvedge_testkit::memory;
+
+const TEST: &str = "memory::runs_stay_within_their_estimates";
+
+struct Case {
+    /// Grey levels: of one, every place is a candidate.
+    levels: u32,
+    masked: bool,
+    exemplar: [u32; 2],
+    output: Domain<2>,
+    options: Options,
+}
+
+fn cases() -> Vec<Case> {
+    let block =
+        |block: u32| Options { block: Some([block; 2]), max_error: Threshold::OfRandom(0.8), ..Options::default() };
+    let case = |exemplar, output, options| Case { levels: 256, masked: false, exemplar, output, options };
+    vec![
+        case([192, 192], Domain::open([256, 256]), block(32)),
+        case([192, 192], Domain::periodic([200, 150]), block(64)),
+        case([256, 256], Domain::open([128, 128]), Options { block: None, ..block(1) }),
+        case([64, 64], Domain::open([700, 700]), Options { max_error: Threshold::Absolute(1.0), ..block(32) }),
+        Case { levels: 1, ..case([192, 192], Domain::open([200, 200]), block(32)) },
+        Case { masked: true, ..case([192, 192], Domain::open([130, 130]), Options { circular: true, ..block(32) }) },
+    ]
+}
+
+fn exemplars(case: &Case) -> Exemplars<2> {
+    let (domain, mut rng) = (Domain::open(case.exemplar), Seed(1).rng());
+    let samples = (0..3 * domain.len()).map(|_| rng.below(case.levels) as u8).collect();
+    let valid = domain.positions().map(|[y, x]| y % 70 != 1 && x % 80 != 1).collect();
+    let valid = case.masked.then(|| Grid::from_vec(domain, 1, valid).unwrap());
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid, origin };
+    Exemplars::from_sources(vec![source], vec![77, 150, 29]).unwrap()
+}
+
+/// Runs a case and prints the bytes that it held at its peak.
+fn measure(case: &Case) {
+    let exemplars = exemplars(case);
+    let before = memory::held();
+    let holes = hybrid(&exemplars, case.output, &case.options, &Run::seeded(1)).unwrap().result.holes();
+    assert_eq!(holes, 0);
+    if let (Some(before), Some(peak)) = (before, memory::peak()) {
+        println!("held {}", peak.saturating_sub(before));
+    }
+}
+
+#[test]
+fn runs_stay_within_their_estimates() {
+    let cases = cases();
+    if let Some(number) = memory::case(TEST) {
+        return measure(&cases[number.parse::<usize>().unwrap()]);
+    }
+    for (number, case) in cases.iter().enumerate() {
+        let said = memory::alone(TEST, &number.to_string());
+        let Some((_, held)) = said.split_once("held ") else {
+            eprintln!("skipped: this system does not tell how much memory a process had at its peak");
+            return;
+        };
+        let held: u64 = held.lines().next().unwrap().parse().unwrap();
+        let estimate = estimate(&[Domain::open(case.exemplar)], 3, case.output, &case.options);
+        println!("case {number}: held {held}, estimated {estimate}");
+        assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");
+        // It counts on flat exemplars, of which every place is a candidate, and on any number of threads.
+        assert!(estimate <= 6 * held + (16 << 20), "case {number}: held {held} bytes, estimated {estimate}");
+    }
+}

@@ -1,0 +1,117 @@
+//! The texture that is nearest to all neighborhoods that were found: the E-step. `[Kwatra05 3]`
+
+use selvedge_core::{Exemplars, Grid, par};
+
+use crate::Error;
+use crate::assignment::Place;
+use crate::falloff::Falloff;
+use crate::neighborhoods::Neighborhoods;
+
+/// `x`: each sample the average of the samples that neighborhoods have there, by their weights and the fall-off. That minimises
+/// `sum of omega_p G(k - p) (x(k) - z_p(k))^2`.
+///
+/// Time `O(samples * channels * 16)`, in the caller's pool. Each sample is summed in the order of neighborhoods.
+pub(crate) fn average(
+    exemplars: &Exemplars<2>,
+    all: &Neighborhoods,
+    found: &[Place],
+    weights: &[f64],
+    falloff: &Falloff,
+) -> Result<Grid<f64, 2>, Error> {
+    let (domain, channels) = (all.domain, exemplars.channels());
+    let width = domain.shape[1] as usize;
+    let mut rows = Grid::try_filled(domain, channels, 0.0)?.into_vec();
+    // Row by row, channels within: each row is one thread's.
+    par::for_rows(&mut rows, width * channels, |y, row| {
+        let mut sums = vec![0.0; width];
+        for (j, by) in all.holding(0, y as u32) {
+            for i in 0..all.firsts[1].len() {
+                let number = j * all.firsts[1].len() + i;
+                let weight = weights[number] * falloff.along()[by as usize];
+                add(exemplars, all, found[number], (i, by), (weight, falloff), (row, &mut sums));
+            }
+        }
+        for values in row.chunks_exact_mut(width) {
+            values.iter_mut().zip(&sums).for_each(|(v, s)| *v /= s);
+        }
+    });
+    let mut planar = Grid::try_filled(domain, channels, 0.0)?;
+    for c in 0..channels {
+        for (to, from) in planar.plane_mut(c).chunks_exact_mut(width).zip(rows.chunks_exact(width * channels)) {
+            to.copy_from_slice(&from[c * width..][..width]);
+        }
+    }
+    Ok(planar)
+}
+
+/// One row of a neighborhood, added to a row of the output and to the sums of weights.
+fn add(
+    exemplars: &Exemplars<2>,
+    all: &Neighborhoods,
+    place: Place,
+    (column, by): (usize, u32),
+    (weight, falloff): (f64, &Falloff),
+    (row, sums): (&mut [f64], &mut [f64]),
+) {
+    let source = &exemplars.sources()[place.source as usize].features;
+    let from = place.sample(exemplars, [by, 0]);
+    let (first, n) = (all.firsts[1][column] as usize, sums.len());
+    let (line, length) = (source.domain().index([from[0], 0]), source.domain().shape[1] as usize);
+    let mut done = 0;
+    let size = all.size as usize;
+    // Both may wrap: pieces that neither of them breaks.
+    while done < size {
+        let (to, at) = ((first + done) % n, (from[1] as usize + done) % length);
+        let piece = (size - done).min(n - to).min(length - at);
+        let falloff = &falloff.along()[done..done + piece];
+        for (sum, g) in sums[to..to + piece].iter_mut().zip(falloff) {
+            *sum += weight * g;
+        }
+        for (c, values) in row.chunks_exact_mut(n).enumerate() {
+            let from = &source.plane(c)[line + at..][..piece];
+            for ((v, &z), g) in values[to..to + piece].iter_mut().zip(from).zip(falloff) {
+                *v += weight * g * f64::from(z);
+            }
+        }
+        done += piece;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{exemplars, output};
+    use selvedge_core::{Domain, Seed};
+
+    #[test]
+    fn the_average_is_the_least_squares_texture() {
+        for case in 0..40 {
+            let mut rng = Seed(case).rng();
+            let exemplars = exemplars(&mut rng, [12, 15], false);
+            let all = Neighborhoods::new(output(&mut rng, 8), 8);
+            let found = crate::assignment::random(&exemplars, &all, Seed(case)).unwrap();
+            let weights: Vec<f64> = (0..all.len()).map(|_| 0.25 + f64::from(rng.below(100))).collect();
+            let falloff = Falloff::new(8);
+            let x = average(&exemplars, &all, &found, &weights, &falloff).unwrap();
+            let n = all.domain.shape;
+            // By their definition: numerator and denominator of each sample, neighborhood by neighborhood.
+            let mut sums = vec![[0.0; 3]; all.domain.len()];
+            for (number, place) in found.iter().enumerate() {
+                let source = &exemplars.sources()[place.source as usize];
+                for by in Domain::open([8, 8]).positions() {
+                    let to = [0, 1].map(|a| (all.first(number)[a] + by[a]) % n[a]);
+                    let from = [0, 1].map(|a| (place.at[a] + by[a]) % source.domain().shape[a]);
+                    let g = weights[number] * falloff.along()[by[0] as usize] * falloff.along()[by[1] as usize];
+                    let sums = &mut sums[all.domain.index(to)];
+                    (0..2).for_each(|c| sums[c] += g * f64::from(source.features.get(c, from)));
+                    sums[2] += g;
+                }
+            }
+            for (i, [a, b, all]) in sums.into_iter().enumerate() {
+                for (c, sum) in [a, b].into_iter().enumerate() {
+                    assert!((x.plane(c)[i] - sum / all).abs() < 1e-9, "{case} {c} {i}");
+                }
+            }
+        }
+    }
+}

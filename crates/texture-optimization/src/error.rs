@@ -1,0 +1,124 @@
+//! What can be wrong.
+
+use crate::level::Level;
+use selvedge_core::ErrorKind;
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A size that is not made of four by four cells, or is too large.
+    #[error("neighborhoods of {size} px are not possible")]
+    Size {
+        /// The size asked for.
+        size: u32,
+    },
+    /// A resolution that no pyramid has.
+    #[error("a resolution of 1/{scale} is not possible")]
+    Scale {
+        /// The scale asked for.
+        scale: u32,
+    },
+    /// Levels that do not lead to the full resolution.
+    #[error("the schedule does not go from coarse to fine and end at full resolution")]
+    Schedule,
+    /// The exponent is out of range.
+    #[error("an exponent of {robust} is out of range")]
+    Robust {
+        /// The exponent asked for.
+        robust: f64,
+    },
+    /// No iteration at all.
+    #[error("0 iterations make nothing")]
+    Iterations,
+    /// No level at full resolution fits.
+    #[error("no neighborhood of {least} px fits into {width}x{height} px at full resolution")]
+    NothingFits {
+        /// The smallest of the schedule at full resolution.
+        least: u32,
+        /// Width of what is too small, or too much masked.
+        width: u32,
+        /// Its height.
+        height: u32,
+        /// Whether that is the output.
+        output: bool,
+    },
+    /// Masks leave no place for a neighborhood where one fitted before.
+    #[error("no neighborhood of {} px at a resolution of 1/{} is free of masked samples", level.size, level.scale)]
+    Masked {
+        /// The level.
+        level: Level,
+    },
+    /// The output has no samples.
+    #[error("an output of {width}x{height} px holds nothing")]
+    EmptyOutput {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+    },
+    /// The map to start from has other sources than the exemplars.
+    #[error("the map to start from was made from other exemplars")]
+    ForeignMap,
+    /// The map to start from is of another size than the output.
+    #[error("the map to start from is {found:?}, and the output {expected:?}")]
+    MapShape {
+        /// The output's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The map's.
+        found: Vec<u32>,
+    },
+    /// The map to start from has holes.
+    #[error("the map to start from has {holes} holes")]
+    Holes {
+        /// Samples with nothing.
+        holes: usize,
+    },
+    /// An error of the core.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+    /// An error of the search.
+    #[error(transparent)]
+    Search(#[from] selvedge_fft_ssd::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Size { .. }
+            | Self::Scale { .. }
+            | Self::Schedule
+            | Self::Robust { .. }
+            | Self::Iterations
+            | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::NothingFits { .. }
+            | Self::Masked { .. }
+            | Self::ForeignMap
+            | Self::MapShape { .. }
+            | Self::Holes { .. } => ErrorKind::Input,
+            Self::Core(error) => error.kind(),
+            Self::Search(error) => error.kind(),
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Size { .. } => "use a multiple of 4 from 4 to 256".into(),
+            Self::Scale { .. } => "use 1, 2, 4, 8, 16, 32 or 64".into(),
+            Self::Schedule => "let no level be coarser than the one before, and the last have a scale of 1".into(),
+            Self::Robust { .. } => "use more than 0 and at most 2 (all weigh the same)".into(),
+            Self::Iterations => "use at least 1".into(),
+            Self::NothingFits { output: true, least, .. } => format!("make an output of at least {least}x{least}"),
+            Self::NothingFits { .. } => "use a larger exemplar, mask less, or add a smaller size".into(),
+            Self::Masked { .. } => "leave the level out or mask less".into(),
+            Self::EmptyOutput { .. } => "use at least 1x1".into(),
+            Self::ForeignMap => "give the exemplars that it was made from".into(),
+            Self::MapShape { .. } => "give a map of the output's size".into(),
+            Self::Holes { .. } => "fill them first".into(),
+            Self::Core(error) => error.remedy(),
+            Self::Search(error) => error.remedy(),
+        }
+    }
+}

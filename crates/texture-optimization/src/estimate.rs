@@ -1,0 +1,36 @@
+//! How much memory a run will need.
+
+use selvedge_core::{Bytes, Domain};
+
+use crate::neighborhoods::CELLS;
+use crate::{Level, Options};
+
+/// Bytes of a channel of a sample of the output: the average twice while it is brought into order, and rounded twice.
+const A_VALUE: u64 = 2 * 8 + 2;
+/// Bytes that the search needs for each channel of a sample, of output and exemplars alike: words of pairs, padded.
+const A_WORD: u64 = 8;
+/// Bytes of a vote with its part of a list that grows.
+const A_VOTE: u64 = 2 * 8;
+/// Bytes for each neighborhood: its places before and now, distances, weights, answers.
+const A_NEIGHBORHOOD: u64 = 160;
+
+/// An upper bound of the bytes that [`optimize`](crate::optimize()) holds beside the exemplars' features: from shapes of the
+/// exemplars, feature channels, and the output.
+pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
+    let channels = channels as u64;
+    let (samples, offered): (Bytes, Bytes) =
+        (Bytes::of_samples(output, 1), exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum());
+    // Halved exemplars together are a third of them.
+    let sources = offered * (A_WORD * channels + 4 + channels);
+    let votes = samples * u64::from(CELLS * CELLS) * A_VOTE + samples * 8;
+    let x = samples * ((A_VALUE + A_WORD) * channels);
+    let all: Bytes = options.schedule.iter().map(|level| windows(output, *level)).max().unwrap_or_default();
+    (sources + votes + x + all * A_NEIGHBORHOOD).0
+}
+
+/// Neighborhoods of a level at most.
+fn windows(output: Domain<2>, level: Level) -> Bytes {
+    let step = (level.scale.saturating_mul(level.size) / CELLS).max(1);
+    let along = |n: u32| u64::from(n.div_ceil(step)) + 1;
+    Bytes(along(output.shape[0])) * along(output.shape[1])
+}

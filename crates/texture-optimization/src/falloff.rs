@@ -1,0 +1,36 @@
+//! How much each sample of a neighborhood counts. `[Kwatra05 3.1]`
+
+/// The Gaussian's deviation as a part of the neighborhood's size. The paper gives none. At a fourth a corner weighs a fiftieth of
+/// the middle, so that where a neighborhood ends nobody sees; narrower ones would leave few votes a sample.
+const DEVIATION: f64 = 0.25;
+
+/// The weight of samples along one axis, by their distance from the first; that of a sample is the product over both axes.
+#[derive(Clone, Debug)]
+pub(crate) struct Falloff(Vec<f64>);
+
+impl Falloff {
+    pub(crate) fn new(size: u32) -> Self {
+        let (middle, deviation) = (f64::from(size - 1) / 2.0, DEVIATION * f64::from(size));
+        let weight = |i: u32| {
+            let by = (f64::from(i) - middle) / deviation;
+            libm::exp(-by * by / 2.0)
+        };
+        Self((0..size).map(weight).collect())
+    }
+
+    /// All samples alike.
+    #[cfg(test)]
+    pub(crate) fn flat(size: u32) -> Self {
+        Self(vec![1.0; size as usize])
+    }
+
+    pub(crate) fn along(&self) -> &[f64] {
+        &self.0
+    }
+
+    /// The sum over a neighborhood.
+    pub(crate) fn sum(&self) -> f64 {
+        let along: f64 = self.0.iter().sum();
+        along * along
+    }
+}

@@ -1,0 +1,57 @@
+//! Texture optimization: synthesis of a whole texture at once, by minimising how far each of its neighborhoods is from the nearest
+//! one of the exemplars (Kwatra, Essa, Bobick, Kwatra 2005).
+//!
+//! # Usage
+//! Encode one or more exemplars, choose the output's domain, call [`optimize`], and render what it answers with.
+//!
+//! ```
+//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_texture_optimization::{Options, optimize};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // Stripes of two samples.
+//! let domain = Domain::open([24, 24]);
+//! let samples = domain.positions().map(|[_, x]| if x / 2 % 2 == 0 { b'#' } else { b'.' }).collect();
+//! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//!
+//! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
+//! let woven = optimize(&exemplars, Domain::open([8, 12]), &Options::default(), &Run::seeded(0))?;
+//! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
+//! let row = String::from_utf8_lossy(&out.plane(0)[..12]);
+//! assert!("#..##..##..##..#".contains(&*row), "{row}");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//! `rayon` (default): averages and searches run on the caller's pool; the output is the same either way.
+//!
+//! # Papers
+//! `[Kwatra05]`: V. Kwatra, I. Essa, A. Bobick, N. Kwatra, *Texture Optimization for Example-based Synthesis*, SIGGRAPH 2005.
+#![forbid(unsafe_code)]
+
+mod assignment;
+mod average;
+mod error;
+mod estimate;
+mod falloff;
+mod level;
+mod neighborhoods;
+mod optimize;
+mod optimized;
+mod options;
+mod picture;
+mod robust;
+mod schedule;
+mod search;
+mod stats;
+#[cfg(test)]
+mod testing;
+
+pub use error::Error;
+pub use estimate::estimate;
+pub use level::Level;
+pub use optimize::{Plan, optimize, optimize_from};
+pub use optimized::Optimized;
+pub use options::{Options, Search};
+
+pub use stats::{LevelStats, Stats};

@@ -1,0 +1,18 @@
+//! The nearest neighborhoods of the exemplars: the M-step. `[Kwatra05 3]`
+
+mod exact;
+pub(crate) mod reference;
+
+pub(crate) use exact::Exact;
+
+use crate::assignment::Place;
+
+/// What a search answers for all neighborhoods, in their order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Found {
+    pub(crate) places: Vec<Place>,
+    /// Mean squared distances, in squared grey levels, channels by their weights.
+    pub(crate) distances: Vec<f64>,
+    /// How many neighborhoods were looked for, those that kept what they had not counted.
+    pub(crate) searched: usize,
+}

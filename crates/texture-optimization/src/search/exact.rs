@@ -1,0 +1,198 @@
+//! All places by displacement, on samples rounded to 8 bits.
+
+use std::ops::Range;
+
+use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, par};
+use selvedge_fft_ssd::{Field, Neighbor, Windows, nearest};
+
+use super::Found;
+use crate::Error;
+use crate::assignment::Place;
+use crate::neighborhoods::Neighborhoods;
+
+/// Neighborhoods along a side of what is searched together where some have not changed. Smaller parts would spend more on
+/// what lies around them, larger ones look for more that is known.
+const PART: usize = 8;
+
+/// The search of one level. It remembers what it saw, since a neighborhood that did not change keeps its answer.
+#[derive(Debug)]
+pub(crate) struct Exact<'a> {
+    exemplars: &'a Exemplars<2>,
+    all: &'a Neighborhoods,
+    simd: SimdLevel,
+    before: Option<(Grid<u8, 2>, Vec<Neighbor>)>,
+}
+
+impl<'a> Exact<'a> {
+    pub(crate) fn new(exemplars: &'a Exemplars<2>, all: &'a Neighborhoods, simd: SimdLevel) -> Self {
+        Self { exemplars, all, simd, before: None }
+    }
+
+    /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
+    ///
+    /// Time `O(changed samples * samples of the exemplars * channels)`, whatever the size.
+    pub(crate) fn search(&mut self, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
+        let seen = x.map(|v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
+        let (neighbors, searched) = match self.before.take() {
+            None => (self.part(&seen, [0, 1].map(|a| 0..self.all.shape()[a]))?, self.all.len()),
+            Some((before, neighbors)) => self.again(&before, &seen, neighbors.into_iter().map(Some).collect())?,
+        };
+        let Some(neighbors) = neighbors.into_iter().collect::<Option<Vec<Neighbor>>>() else { return Ok(None) };
+        let places = neighbors.iter().map(|n| Place { source: n.source, at: n.position }).collect();
+        let distances = neighbors.iter().map(|n| n.error as f64 / self.compared()).collect();
+        self.before = Some((seen, neighbors));
+        Ok(Some(Found { places, distances, searched }))
+    }
+
+    /// What an error is divided by to be a mean: samples times the weights of channels.
+    fn compared(&self) -> f64 {
+        let weights: f64 = self.exemplars.weights().iter().map(|&w| f64::from(w)).sum();
+        f64::from(self.all.size) * f64::from(self.all.size) * weights
+    }
+
+    /// The same after some samples changed.
+    fn again(
+        &self,
+        before: &Grid<u8, 2>,
+        seen: &Grid<u8, 2>,
+        mut neighbors: Vec<Option<Neighbor>>,
+    ) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
+        let columns = self.all.shape()[1];
+        let parts: Vec<[Range<usize>; 2]> = self.parts().filter(|part| self.changed(before, seen, part)).collect();
+        let found = par::map_indexed(parts.len(), |i| self.part(seen, parts[i].clone()));
+        let mut searched = 0;
+        for (part, found) in parts.into_iter().zip(found) {
+            let found = found?;
+            searched += found.len();
+            for (row, found) in part[0].clone().zip(found.chunks(part[1].len())) {
+                neighbors[row * columns..][part[1].clone()].copy_from_slice(found);
+            }
+        }
+        Ok((neighbors, searched))
+    }
+
+    fn parts(&self) -> impl Iterator<Item = [Range<usize>; 2]> + use<> {
+        let [rows, columns] = self.all.shape();
+        let along = |n: usize| (0..n).step_by(PART).map(move |from| from..n.min(from + PART));
+        along(rows).flat_map(move |y| along(columns).map(move |x| [y.clone(), x]))
+    }
+
+    /// Whether any sample of a part's neighborhoods changed.
+    fn changed(&self, before: &Grid<u8, 2>, seen: &Grid<u8, 2>, part: &[Range<usize>; 2]) -> bool {
+        let covered = [0, 1].map(|a| self.covered(a, &part[a]));
+        let shape = self.all.domain.shape;
+        (0..seen.channels()).any(|c| {
+            let at = |y: u32, x: u32| self.all.domain.index([y % shape[0], x % shape[1]]);
+            let rows = covered[0].clone();
+            rows.flat_map(|y| covered[1].clone().map(move |x| at(y, x))).any(|i| before.plane(c)[i] != seen.plane(c)[i])
+        })
+    }
+
+    /// Samples that some neighborhoods of an axis hold.
+    fn covered(&self, axis: usize, part: &Range<usize>) -> Range<u32> {
+        let firsts = &self.all.firsts[axis];
+        firsts[part.start]..firsts[part.end - 1] + self.all.size
+    }
+
+    /// The nearest of the neighborhoods in some rows and columns: all that are evenly spaced at once, those that are
+    /// flush with an edge by themselves.
+    fn part(&self, seen: &Grid<u8, 2>, part: [Range<usize>; 2]) -> Result<Vec<Option<Neighbor>>, Error> {
+        let [rows, columns] = [0, 1].map(|a| self.even(a, part[a].clone()));
+        let width = part[1].len();
+        let mut all = vec![None; part[0].len() * width];
+        for y in &rows {
+            for x in &columns {
+                let found = self.evenly(seen, [y.clone(), x.clone()])?;
+                for (row, found) in y.clone().zip(found.chunks(x.len())) {
+                    let to = (row - part[0].start) * width + x.start - part[1].start;
+                    all[to..to + x.len()].copy_from_slice(found);
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Neighborhoods of an axis in runs that are evenly spaced.
+    fn even(&self, axis: usize, part: Range<usize>) -> Vec<Range<usize>> {
+        let (firsts, last) = (&self.all.firsts[axis], part.end - 1);
+        if part.start < last && firsts[last] - firsts[last - 1] != self.all.step() {
+            vec![part.start..last, last..last + 1]
+        } else {
+            vec![part]
+        }
+    }
+
+    fn evenly(&self, seen: &Grid<u8, 2>, part: [Range<usize>; 2]) -> Result<Vec<Option<Neighbor>>, Error> {
+        let domain = self.all.domain;
+        let whole = |a: usize| part[a].len() == self.all.firsts[a].len() && self.even(a, part[a].clone()).len() == 1;
+        let windows = Windows { side: self.all.size, step: self.all.step() };
+        let cut;
+        let field = if whole(0) && whole(1) {
+            Field::new(seen)
+        } else {
+            let covered = [0, 1].map(|a| self.covered(a, &part[a]));
+            cut = cropped(seen, covered, domain)?;
+            Field::new(&cut)
+        };
+        let found = nearest(field, &Field::all(self.exemplars), self.exemplars.weights(), windows, self.simd)?;
+        debug_assert_eq!(found.domain().shape.map(|n| n as usize), [part[0].len(), part[1].len()]);
+        Ok(found.into_vec())
+    }
+}
+
+/// A part of a picture, around its periodic axes.
+fn cropped(seen: &Grid<u8, 2>, [rows, columns]: [Range<u32>; 2], domain: Domain<2>) -> Result<Grid<u8, 2>, Error> {
+    let part = Domain::open([rows.len() as u32, columns.len() as u32]);
+    let mut out = Grid::try_filled(part, seen.channels(), 0)?;
+    for c in 0..seen.channels() {
+        for (to, at) in out.plane_mut(c).iter_mut().zip(part.positions()) {
+            let [y, x] = [(rows.start + at[0]) % domain.shape[0], (columns.start + at[1]) % domain.shape[1]];
+            *to = seen.get(c, [y, x]);
+        }
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::falloff::Falloff;
+    use crate::search::reference;
+    use crate::testing::{exemplars, output};
+    use selvedge_core::{Rng, Seed};
+
+    fn noise(rng: &mut Rng, domain: Domain<2>) -> Grid<f64, 2> {
+        let samples = (0..domain.len() * 2).map(|_| f64::from(rng.below(256))).collect();
+        Grid::from_vec(domain, 2, samples).unwrap()
+    }
+
+    const LEVELS: [SimdLevel; 4] = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Auto];
+
+    #[test]
+    fn found_neighborhoods_are_those_of_the_definition_and_kept_ones_are_those_found() {
+        let mut kept = 0;
+        for case in 0..24 {
+            let mut rng = Seed(case).derive("exact", 0).rng();
+            let size = [8, 12][case as usize % 2];
+            let exemplars = exemplars(&mut rng, [14, 17], true);
+            let mut domain = output(&mut rng, size);
+            domain.shape[1] += 20;
+            let all = Neighborhoods::new(domain, size);
+            let simd = LEVELS[case as usize / 2 % 4];
+            let mut exact = Exact::new(&exemplars, &all, simd);
+            let mut x = noise(&mut rng, all.domain);
+            for step in 0..3 {
+                let found = exact.search(&x).unwrap().unwrap();
+                let plain = reference::search(&exemplars, &all, &Falloff::flat(size), &x).unwrap();
+                assert_eq!(found.places, plain.places, "{case} {step}");
+                let apart = found.distances.iter().zip(&plain.distances).map(|(a, b)| (a - b).abs());
+                assert!(apart.fold(0.0, f64::max) < 1e-9);
+                assert!(0 < step || found.searched == all.len());
+                kept += all.len() - found.searched;
+                // One corner of the output changes.
+                (0..2).for_each(|c| x.set(c, [rng.below(2), rng.below(3)], f64::from(rng.below(256))));
+            }
+        }
+        assert!(500 < kept, "most neighborhoods are far from what changed: {kept}");
+    }
+}

@@ -1,0 +1,59 @@
+//! What is refused, and in which words.
+
+use selvedge_core::{Domain, ErrorKind, Exemplars, Grid, Limits, Plane, Role, Run, Samples, SourceMap};
+use selvedge_texture_optimization::{Error, Level, Options, optimize, optimize_from};
+
+fn exemplars(shape: [u32; 2]) -> Exemplars<2> {
+    let domain = Domain::open(shape);
+    let noise = (0..domain.len()).map(|i| (i * i / 7) as u8).collect();
+    let plane = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, noise).unwrap()));
+    Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap()
+}
+
+fn refused(options: Options) -> Error {
+    optimize(&exemplars([20, 20]), Domain::open([20, 20]), &options, &Run::seeded(0)).unwrap_err()
+}
+
+#[test]
+fn options_out_of_range_are_named_with_their_numbers() {
+    let with = |scale, size| Options { schedule: vec![Level { scale, size }], ..Options::default() };
+    assert_eq!(refused(with(1, 10)), Error::Size { size: 10 });
+    assert_eq!(refused(with(3, 8)), Error::Scale { scale: 3 });
+    assert_eq!(refused(with(2, 8)), Error::Schedule);
+    assert_eq!(refused(Options { schedule: Vec::new(), ..Options::default() }), Error::Schedule);
+    for robust in [0.0, -1.0, 2.1, f64::NAN] {
+        let error = refused(Options { robust, ..Options::default() });
+        assert!(matches!(error, Error::Robust { .. }));
+        assert_eq!(error.kind(), ErrorKind::Option);
+    }
+    assert_eq!(refused(Options { iterations: 0, ..Options::default() }), Error::Iterations);
+}
+
+#[test]
+fn what_is_too_small_is_said_to_be() {
+    let of = |exemplar, output| {
+        let exemplars = exemplars(exemplar);
+        optimize(&exemplars, Domain::open(output), &Options::default(), &Run::seeded(0)).unwrap_err()
+    };
+    let small = of([7, 30], [30, 30]);
+    assert_eq!(small.to_string(), "no neighborhood of 8 px fits into 30x7 px at full resolution");
+    assert_eq!((small.kind(), small.remedy().contains("larger exemplar")), (ErrorKind::Input, true));
+    assert_eq!(of([30, 30], [5, 30]).remedy(), "make an output of at least 8x8");
+    assert_eq!(of([30, 30], [0, 30]), Error::EmptyOutput { width: 30, height: 0 });
+}
+
+#[test]
+fn starts_that_do_not_fit_are_refused() {
+    let (own, other) = (exemplars([20, 20]), exemplars([20, 21]));
+    let of = |map: &SourceMap<2>| optimize_from(&own, map, &Options::default(), &Run::seeded(0)).unwrap_err();
+    let output = Domain::open([10, 10]);
+    assert_eq!(of(&SourceMap::unassigned(&other, output).unwrap()), Error::ForeignMap);
+    assert_eq!(of(&SourceMap::unassigned(&own, output).unwrap()), Error::Holes { holes: 100 });
+}
+
+#[test]
+fn a_budget_that_does_not_suffice_is_known_before_the_work() {
+    let run = Run { limits: Limits { memory: 1 << 16, ..Limits::default() }, ..Run::seeded(0) };
+    let refused = optimize(&exemplars([20, 20]), Domain::open([500, 500]), &Options::default(), &run);
+    assert_eq!(refused.unwrap_err().kind(), ErrorKind::Memory);
+}

@@ -1,0 +1,143 @@
+//! Whole runs.
+
+use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap};
+use selvedge_testkit::from_png;
+use selvedge_texture_optimization::{Level, Optimized, Options, Plan, Search, optimize, optimize_from};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+const SCALES: &[u8] = include_bytes!("../../../../fixtures/scales.png");
+
+/// A part of the scales: small enough for searches by the definition.
+fn scales(side: u32) -> Plane<2> {
+    let Samples::U8(whole) = from_png(Role::Color, SCALES).unwrap().samples else { panic!("8 bits") };
+    let domain = Domain::open([side, side]);
+    let part = (0..whole.channels()).flat_map(|c| domain.positions().map(move |at| (c, at)));
+    let part = part.map(|(c, at)| whole.get(c, at)).collect();
+    Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, whole.channels(), part).unwrap()))
+}
+
+fn exemplars(plane: &Plane<2>) -> Exemplars<2> {
+    Exemplars::of(&[std::slice::from_ref(plane)]).unwrap()
+}
+
+fn levels(all: &[(u32, u32)]) -> Vec<Level> {
+    all.iter().map(|&(scale, size)| Level { scale, size }).collect()
+}
+
+fn bytes(result: &Optimized, plane: &Plane<2>) -> Vec<u8> {
+    let Samples::U8(out) = result.render(&[plane]).unwrap().samples else { panic!("8 bits") };
+    out.into_vec()
+}
+
+#[test]
+fn the_robust_energy_never_rises_where_search_and_average_agree() {
+    let plane = scales(26);
+    let exemplars = exemplars(&plane);
+    for (seed, robust) in [(1, 0.8), (2, 0.8), (3, 2.0), (4, 1.5)] {
+        let schedule = levels(&[(2, 8), (1, 12), (1, 8)]);
+        let options = Options { schedule, robust, search: Search::Reference, ..Options::paper() };
+        let output = Domain { shape: [29, 33], periodic: [seed % 2 == 0, false] };
+        let woven = optimize(&exemplars, output, &options, &Run::seeded(seed)).unwrap();
+        for level in &woven.stats.levels {
+            assert!(level.settled, "{level:?}");
+            assert_eq!(level.rises, 0, "{level:?}");
+            assert!(level.robust.windows(2).all(|e| e[1] <= e[0] * (1.0 + 1e-12)), "{level:?}");
+        }
+        let falls = woven.stats.levels.iter().map(|l| l.robust.len()).sum::<usize>();
+        assert!(5 < falls, "a run that ends at once shows nothing: {falls}");
+    }
+}
+
+#[test]
+fn threads_and_instructions_change_nothing() {
+    let plane = scales(40);
+    let exemplars = exemplars(&plane);
+    let output = Domain { shape: [50, 61], periodic: [false, true] };
+    let of = |threads: usize, simd| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let run = Run { simd, ..Run::seeded(5) };
+        let woven = pool.install(|| optimize(&exemplars, output, &Options::default(), &run)).unwrap();
+        (bytes(&woven.result, &plane), woven.result, woven.stats)
+    };
+    let one = of(1, selvedge_core::SimdLevel::Auto);
+    assert_eq!(one.2.levels.len(), 6);
+    for (threads, simd) in [(2, selvedge_core::SimdLevel::Avx2), (3, selvedge_core::SimdLevel::Scalar)] {
+        assert!(of(threads, simd) == one, "{threads} threads");
+    }
+}
+
+#[test]
+fn a_copy_of_the_exemplar_stays_what_it_is() {
+    let plane = scales(40);
+    let exemplars = exemplars(&plane);
+    let mut map = SourceMap::unassigned(&exemplars, Domain::open([24, 30])).unwrap();
+    for at in map.domain().positions() {
+        map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
+    }
+    let options = Options { schedule: levels(&[(1, 16), (1, 8)]), ..Options::default() };
+    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    assert_eq!(bytes(&woven.result, &plane), bytes(&Optimized::Map(map), &plane));
+    assert_eq!(woven.stats.energy(), Some(0.0));
+}
+
+#[test]
+fn odd_samples_at_the_edges_are_mended() {
+    let plane = scales(40);
+    let exemplars = exemplars(&plane);
+    let copy = |at: [u32; 2]| exemplars.table().id(0, at);
+    let mut map = SourceMap::unassigned(&exemplars, Domain::open([29, 31])).unwrap();
+    for at in map.domain().positions() {
+        map.ids.set(0, at, copy(at));
+    }
+    let clean = bytes(&Optimized::Map(map.clone()), &plane);
+    // The lightest sample, where the picture is darkest, in all corners.
+    let light = |id: u32| {
+        let (_, at) = exemplars.locate(SampleId::new(id)).unwrap();
+        (0..exemplars.channels()).map(|c| u32::from(exemplars.sources()[0].features.get(c, at))).sum::<u32>()
+    };
+    let lightest = (0..exemplars.table().len()).max_by_key(|&id| light(id)).unwrap();
+    for at in [[0, 0], [0, 30], [28, 0], [28, 30]] {
+        map.ids.set(0, at, SampleId::new(lightest));
+    }
+    let options = Options { schedule: levels(&[(1, 8)]), ..Options::default() };
+    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    assert_ne!(bytes(&Optimized::Map(map), &plane), clean);
+    assert_eq!(bytes(&woven.result, &plane), clean);
+}
+
+/// Cancels after so many looks.
+struct After(AtomicU32, u32);
+
+impl Observer<2> for After {
+    fn event(&self, _: &Event<'_, 2>) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+    fn cancelled(&self) -> bool {
+        self.1 <= self.0.load(Ordering::Relaxed)
+    }
+}
+
+#[test]
+fn a_run_that_is_cancelled_answers_with_what_there_is() {
+    let plane = scales(40);
+    let exemplars = exemplars(&plane);
+    let output = Domain::open([50, 61]);
+    for events in [1, 6, 1000] {
+        let observer = After(AtomicU32::new(0), events);
+        let run = Run { observer: &observer, ..Run::seeded(5) };
+        let woven = optimize(&exemplars, output, &Options::default(), &run).unwrap();
+        assert_eq!(woven.complete, events == 1000);
+        assert_eq!(woven.result.domain(), output);
+        assert_eq!(matches!(woven.result, Optimized::Map(_)), !woven.complete);
+        assert!(woven.result.as_map().is_none_or(|map| map.holes() == 0));
+    }
+}
+
+#[test]
+fn a_plan_names_the_levels_that_fit() {
+    let plane = scales(30);
+    let exemplars = exemplars(&plane);
+    let plan = Plan::new(&exemplars, Domain::open([64, 64]), &Options::paper(), &Run::seeded(0)).unwrap();
+    assert_eq!(plan.levels(), levels(&[(2, 8), (1, 16), (1, 8)]));
+    assert_eq!(plan.left_out(), levels(&[(4, 8), (2, 16), (1, 32)]));
+}
