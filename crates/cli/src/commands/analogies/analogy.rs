@@ -1,4 +1,4 @@
-//! `selvedge analogy`: A is to A' as B is to B'. `[CMS III, V-D]`
+//! `selvedge analogy`: A is to A' as B is to B'. `[CMS V-D]`
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::weaving::{Loom, Weaving};
 
-/// The paper's for filters. `[CMS fig. 8B]`
+/// The paper's for filters. `[CMS V-D]`
 const TASK: Task = Task { weight: 20.0, neighborhood: 5 };
 
 /// Options of `analogy`.

@@ -16,7 +16,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::weaving::{Loom, Weaving};
 
-/// The paper's for carpet and brick is 7 and 7, for curved cloth 7 and 3. `[CMS fig. 7]`
+/// The paper's for carpet and brick is 7 and 7, for curved cloth 7 and 3. `[CMS V-B]`
 const TASK: Task = Task { weight: 7.0, neighborhood: 3 };
 
 /// Options of `detail`.
