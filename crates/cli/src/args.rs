@@ -39,7 +39,7 @@ pub(crate) struct Global {
     /// When interrupted, write what there is to OUT.partial.EXT.
     #[arg(long, global = true)]
     pub(crate) keep_partial: bool,
-    /// Check everything and say what would be done; write nothing.
+    /// Check everything and say what would be done; write nothing but the file of --save-config.
     #[arg(long, global = true, alias = "pretend")]
     pub(crate) dry_run: bool,
     /// Take options from a TOML file; what is typed goes before it.

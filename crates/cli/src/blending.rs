@@ -13,6 +13,7 @@ use crate::wrong::Wrong;
 
 /// How seams are hidden. Samples that no seam is near are exact.
 #[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = "How seams are hidden")]
 pub(crate) struct Blending {
     /// Feather seams with a Gaussian kernel of this many pixels (its sigma), up to 16.
     #[arg(long, value_name = "SIGMA", conflicts_with_all = ["spline", "fuse"])]

@@ -1,5 +1,7 @@
 //! The program's command line as a whole: the one place that knows every command.
 
+use std::ffi::OsString;
+
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::args::Global;
@@ -54,6 +56,9 @@ pub(crate) enum Command {
     /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
     #[command(after_help = APPLY)]
     Apply(commands::apply::Apply),
+    /// Run the command that a picture carries once more, over the same files.
+    #[command(after_help = AGAIN)]
+    Again(commands::again::Again),
     /// Tell what is in a picture or a source map, and how it was made.
     #[command(after_help = INFO)]
     Info(commands::info::Info),
@@ -79,8 +84,12 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Runs the command.
-    pub(crate) fn execute(&self, session: &Session<'_>) -> Result<Done, Failure> {
+    /// Runs the command; `run` runs other words.
+    pub(crate) fn execute(
+        &self,
+        session: &Session<'_>,
+        run: &dyn Fn(&[OsString]) -> Result<Done, Failure>,
+    ) -> Result<Done, Failure> {
         match self {
             Self::Synthesize(synthesize) => synthesize.run(session),
             Self::Quilt(quilt) => quilt.run(session),
@@ -92,6 +101,7 @@ impl Command {
             Self::Hybrid(hybrid) => hybrid.run(session),
             Self::Optimize(optimize) => optimize.run(session),
             Self::Apply(apply) => apply.run(session),
+            Self::Again(again) => again.run(session, run),
             Self::Info(info) => info.run(session),
             Self::Inspect(inspect) => inspect.run(session),
             Self::Compare(compare) => compare.run(session),
@@ -143,6 +153,10 @@ const APPLY: &str = "\
 Examples:
   selvedge apply wall-map.exr bricks-height.png -o wall-height.png --role height
   selvedge apply wall-map.exr normal.png roughness.png --role normal,scalar -o wall-{name}";
+const AGAIN: &str = "\
+Examples:
+  selvedge again wall.png -o wall-again.png
+  selvedge again wall.png -o wall-again.png --look-in ~/textures scans";
 const INFO: &str = "\
 Examples:
   selvedge info wall.png

@@ -3,12 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use selvedge_core::{Association, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
+use selvedge_core::{Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
 use crate::args::{DepthArg, NonFiniteArg};
+use crate::backdrop::{Backdrop, spare_holes};
 use crate::failure::{Failure, n};
-use crate::harmonise::{Layout, common_depth, common_layout, widened};
+use crate::harmonise::{
+    Layout, alike, associated, common_association, common_depth, common_layout, converted, widened,
+};
 use crate::inputs::{self, Input};
 use crate::outputs;
 use crate::planes::check_size;
@@ -35,13 +38,6 @@ pub(crate) struct ExemplarArgs {
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     pub(crate) nonfinite: NonFiniteArg,
-}
-
-/// A picture that is one more exemplar, after all others and only as it is, used where its mask is white.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Backdrop<'a> {
-    pub(crate) picture: &'a Path,
-    pub(crate) mask: Option<&'a Path>,
 }
 
 /// Exemplars of which the headers were read.
@@ -227,8 +223,11 @@ impl Headers {
         if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
             session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
         }
-        let (masks, mut other_fingerprints) = self.read_masks(session, &planes, report)?;
+        let (mut masks, mut other_fingerprints) = self.read_masks(session, &planes, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
+        if self.given < planes.len() {
+            spare_holes(session, &paths, &planes, &mut masks)?;
+        }
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
         let matched = self.read_matched(session, report, &mut other_fingerprints)?;
         let weights: Vec<f64> = std::iter::once(1.0).chain(self.matched.iter().map(|matched| matched.weight)).collect();
@@ -340,70 +339,6 @@ fn named(paths: &[PathBuf], error: selvedge_core::Error) -> Failure {
     match exemplar.and_then(|e| paths.get(e)) {
         Some(path) => failure.about(path),
         None => failure,
-    }
-}
-
-/// A plane in another depth; says how much was lost.
-pub(crate) fn converted(
-    session: &Session<'_>,
-    path: &Path,
-    plane: Plane<2>,
-    depth: Depth,
-    metadata: &Metadata,
-) -> Result<Plane<2>, Failure> {
-    if plane.samples.depth() == depth {
-        return Ok(plane);
-    }
-    let converted = selvedge_io::convert(&plane, depth, metadata).map_err(|p| Failure::from_problem(path, p))?;
-    if converted.clipped != 0 {
-        let what = format!("{} sample(s) are beyond what {} holds and were clipped", converted.clipped, depth.name());
-        session.warn(path, &what);
-    }
-    converted.warnings.iter().for_each(|warning| session.warn(path, warning));
-    Ok(converted.plane)
-}
-
-/// How colour and alpha go together in pictures that are to be alike, by whether they have alpha: multiplied if that is so
-/// in all, since light without alpha cannot be told otherwise.
-pub(crate) fn common_association(all: impl IntoIterator<Item = (bool, Association)>) -> Association {
-    let mut with_alpha = all.into_iter().filter(|(alpha, _)| *alpha).map(|(_, association)| association).peekable();
-    let multiplied = with_alpha.peek().is_some() && with_alpha.all(|a| a == Association::Premultiplied);
-    if multiplied { Association::Premultiplied } else { Association::Straight }
-}
-
-/// Planes whose colours stand to alpha in the same way.
-pub(crate) fn alike(session: &Session<'_>, paths: &[PathBuf], planes: Vec<Plane<2>>) -> Result<Vec<Plane<2>>, Failure> {
-    let common = common_association(planes.iter().map(|plane| (plane.alpha, plane.association)));
-    paths.iter().zip(planes).map(|(path, plane)| associated(session, path, plane, common)).collect()
-}
-
-fn associated(session: &Session<'_>, path: &Path, plane: Plane<2>, to: Association) -> Result<Plane<2>, Failure> {
-    if !plane.alpha || plane.association == to {
-        return Ok(plane);
-    }
-    // An opaque picture is both.
-    let alpha = plane.color_channels();
-    let opaque = (0..plane.domain().len()).all(|i| plane.samples.value(alpha, i) == opaque(plane.samples.depth()));
-    if opaque {
-        return Ok(Plane { association: to, ..plane });
-    }
-    session.warn(
-        path,
-        &match to {
-            Association::Straight => "its colours were divided by alpha, to be straight as those of the others",
-            Association::Premultiplied => "its colours were multiplied by alpha, as those of the others",
-        },
-    );
-    let associated = selvedge_io::associate(&plane, to).map_err(|p| Failure::from_problem(path, p))?;
-    Ok(associated.plane)
-}
-
-/// The greatest alpha.
-fn opaque(depth: Depth) -> f64 {
-    match depth {
-        Depth::U8 => 255.0,
-        Depth::U16 => 65_535.0,
-        Depth::F16 | Depth::F32 => 1.0,
     }
 }
 

@@ -1,11 +1,12 @@
 //! Exemplars of different depths and channels made alike, without loss.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use selvedge_core::{Depth, Grid, Plane, Samples};
-use selvedge_io::Info;
+use selvedge_core::{Association, Depth, Grid, Plane, Samples};
+use selvedge_io::{Info, Metadata};
 
 use crate::failure::{Failure, shown};
+use crate::session::Session;
 
 /// The depth that holds the samples of all pictures as they are: the deeper of two integers or of two floats.
 ///
@@ -91,6 +92,75 @@ fn channels<T: Copy>(
         out.plane_mut(to.colors).copy_from_slice(grid.plane(colors));
     }
     Ok(out)
+}
+
+/// A plane in another depth; says how much was lost.
+pub(crate) fn converted(
+    session: &Session<'_>,
+    path: &Path,
+    plane: Plane<2>,
+    depth: Depth,
+    metadata: &Metadata,
+) -> Result<Plane<2>, Failure> {
+    if plane.samples.depth() == depth {
+        return Ok(plane);
+    }
+    let converted = selvedge_io::convert(&plane, depth, metadata).map_err(|p| Failure::from_problem(path, p))?;
+    if converted.clipped != 0 {
+        let what = format!("{} sample(s) are beyond what {} holds and were clipped", converted.clipped, depth.name());
+        session.warn(path, &what);
+    }
+    converted.warnings.iter().for_each(|warning| session.warn(path, warning));
+    Ok(converted.plane)
+}
+
+/// How colour and alpha go together in pictures that are to be alike, by whether they have alpha: multiplied if that is so
+/// in all, since light without alpha cannot be told otherwise.
+pub(crate) fn common_association(all: impl IntoIterator<Item = (bool, Association)>) -> Association {
+    let mut with_alpha = all.into_iter().filter(|(alpha, _)| *alpha).map(|(_, association)| association).peekable();
+    let multiplied = with_alpha.peek().is_some() && with_alpha.all(|a| a == Association::Premultiplied);
+    if multiplied { Association::Premultiplied } else { Association::Straight }
+}
+
+/// Planes whose colours stand to alpha in the same way.
+pub(crate) fn alike(session: &Session<'_>, paths: &[PathBuf], planes: Vec<Plane<2>>) -> Result<Vec<Plane<2>>, Failure> {
+    let common = common_association(planes.iter().map(|plane| (plane.alpha, plane.association)));
+    paths.iter().zip(planes).map(|(path, plane)| associated(session, path, plane, common)).collect()
+}
+
+pub(crate) fn associated(
+    session: &Session<'_>,
+    path: &Path,
+    plane: Plane<2>,
+    to: Association,
+) -> Result<Plane<2>, Failure> {
+    if !plane.alpha || plane.association == to {
+        return Ok(plane);
+    }
+    // An opaque picture is both.
+    let alpha = plane.color_channels();
+    let opaque = (0..plane.domain().len()).all(|i| plane.samples.value(alpha, i) == opaque(plane.samples.depth()));
+    if opaque {
+        return Ok(Plane { association: to, ..plane });
+    }
+    session.warn(
+        path,
+        &match to {
+            Association::Straight => "its colours were divided by alpha, to be straight as those of the others",
+            Association::Premultiplied => "its colours were multiplied by alpha, as those of the others",
+        },
+    );
+    let associated = selvedge_io::associate(&plane, to).map_err(|p| Failure::from_problem(path, p))?;
+    Ok(associated.plane)
+}
+
+/// The greatest alpha.
+fn opaque(depth: Depth) -> f64 {
+    match depth {
+        Depth::U8 => 255.0,
+        Depth::U16 => 65_535.0,
+        Depth::F16 | Depth::F32 => 1.0,
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 mod args;
 mod available;
+mod backdrop;
 mod blending;
 mod cli;
 mod commands;
@@ -19,7 +20,9 @@ mod method;
 mod names;
 mod outputs;
 mod page;
+mod plan;
 mod planes;
+mod repairing;
 mod report;
 mod roles;
 mod run;

@@ -5,14 +5,16 @@ use std::path::PathBuf;
 
 use selvedge_core::{Domain, Transform};
 
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
-use crate::exemplars::Backdrop;
 use crate::failure::Failure;
 use crate::inputs::Input;
+use crate::loom::{Loom, Outcome};
+use crate::plan::Plan;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// What the size of an output follows from.
 pub(crate) enum OutputSize<'a> {

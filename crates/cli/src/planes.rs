@@ -8,9 +8,8 @@ use selvedge_io::{Fingerprint, Format, Info, Metadata};
 
 use crate::args::{NonFiniteArg, RoleArg, typed_name};
 use crate::blending::Blending;
-use crate::exemplars::{alike, converted};
 use crate::failure::{Failure, n as count, shown};
-use crate::harmonise::{Layout, common_depth, common_layout, widened};
+use crate::harmonise::{Layout, alike, common_depth, common_layout, converted, widened};
 use crate::inputs::{self, Input};
 use crate::report::Report;
 use crate::roles;

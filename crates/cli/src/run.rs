@@ -1,12 +1,15 @@
 //! What every command goes through: threads, signals, and the end, at which all that it makes is written at once.
 
+use std::ffi::OsString;
+
 use selvedge_io::Staged;
 
+use crate::args::Global;
 use crate::failure::Failure;
 use crate::report::Done;
 use crate::session::Session;
 use crate::stdio;
-use crate::typed::Typed;
+use crate::typed::{self, Stop, Typed};
 use crate::watch;
 
 /// More threads than this help nobody.
@@ -37,11 +40,23 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     let global = &typed.cli.global;
     // What cannot be saved is known before the work.
     let saved = global.save_config.as_ref().map(|_| typed.saved()).transpose()?;
-    let mut done = typed.cli.command.execute(session)?;
-    if let (Some(path), Some(text), false) = (&global.save_config, saved, global.dry_run) {
+    let mut done = typed.cli.command.execute(session, &|words| again(session, words))?;
+    // A dry run is how options are tried: what they are is all that it writes.
+    if let (Some(path), Some(text)) = (&global.save_config, saved) {
         done.outputs.bytes(path, text.into_bytes());
     }
     Ok(done)
+}
+
+/// Runs the words that a picture carries: with its seed, and else as the session does.
+fn again(session: &Session<'_>, words: &[OsString]) -> Result<Done, Failure> {
+    let typed = typed::parse(words).map_err(|stop| match stop {
+        Stop::Wrong(failure) => failure,
+        Stop::Answer(_) => Failure::new(3, "the picture carries no run").remedy("give another picture"),
+    })?;
+    let global = Global { seed: typed.cli.global.seed, ..session.global.clone() };
+    let nothing = |_: &[OsString]| Err(Failure::new(3, "the picture carries no run").remedy("give another picture"));
+    typed.cli.command.execute(&Session::new(&global, typed.used()), &nothing)
 }
 
 /// Says what a command has to say, and gives its files their names once standard output has taken its part.

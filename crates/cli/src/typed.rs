@@ -234,6 +234,7 @@ mod tests {
             ("quilt", "a -o b"),
             ("transfer", "a -o b"),
             ("graphcut", "a -o b"),
+            ("hybrid", "a -o b"),
             ("apply", "m a -o b"),
             ("compare", "a b"),
         ] {

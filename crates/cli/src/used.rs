@@ -71,7 +71,12 @@ impl Used {
     /// output or anything else that leaves the samples as they are.
     pub(crate) fn command(&self, name: &str, files: &[PathBuf]) -> String {
         let mut words = vec!["selvedge".to_owned(), name.to_owned()];
-        words.extend(files.iter().map(|path| selvedge_io::display_name(path)));
+        // A name that begins with a dash is no option.
+        let name_of = |path: &PathBuf| match selvedge_io::display_name(path) {
+            name if name.starts_with('-') && name != "-" => format!("./{name}"),
+            name => name,
+        };
+        words.extend(files.iter().map(name_of));
         for (name, value) in &self.0 {
             words.extend(typed(name, value));
         }
@@ -158,6 +163,8 @@ mod tests {
             .with("tolerance", 0.1)
             .with("mask", vec!["m 1.png", "none"])
             .with("guide", vec![vec!["a.png", "b.png"], vec!["c.png", "d.png"]]);
+        let dashed = Used::default().command("quilt", &["in/-a.png".into(), "-".into()]);
+        assert_eq!(dashed, "selvedge quilt ./-a.png -");
         let files = ["some/where/it's.png".into(), "b.png".into()];
         assert_eq!(
             used.command("quilt", &files),

@@ -15,6 +15,7 @@ use crate::used::Used;
 
 /// Options about other planes of the exemplars.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Other planes of the exemplars")]
 pub(crate) struct With {
     /// Lay the same weave over other planes of the exemplars, such as the normals and heights of a material: a plane for
     /// each exemplar, in order (and for the picture of --over, after them); more of them make more outputs. '{name}' and

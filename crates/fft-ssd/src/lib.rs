@@ -132,7 +132,7 @@ pub use candidates::{Candidates, Tolerance};
 pub use costs::{Costs, Errors, Positioned};
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
-pub use nearest::{Field, Neighbor, Windows, alike, nearest};
+pub use nearest::{Coverage, Field, Neighbor, Windows, alike, nearest};
 pub use pick::Candidate;
 pub use placement::{Cover, Placement, Positions};
 pub use scratch::Scratch;

@@ -5,7 +5,7 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::plan::{largest_region, reach};
+use crate::plan::{largest_region, longest, reach};
 use crate::weaver::{BATCH, at_once};
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never below, and
@@ -36,10 +36,15 @@ pub fn estimate<const D: usize>(
     let shortest = sources.iter().map(|s| s.shape.into_iter().min().unwrap_or(0)).max().unwrap_or(0);
     // No less than what the run may choose.
     let sides = options.region.unwrap_or_else(|| [largest_region(shortest); D]);
-    let reach = reach(options, options.placement, sides);
+    let longest = longest(sources.iter().copied());
+    let reach = reach(options, options.placement, sides, longest);
     let region: [u32; D] = std::array::from_fn(|a| output.shape[a].min(sides[a]).max(1));
-    let window: [u32; D] =
-        std::array::from_fn(|a| region[a].saturating_add(reach[a].min(output.shape[a]).saturating_mul(2)));
+    // No window is longer than two sources side by side.
+    let window: [u32; D] = std::array::from_fn(|a| {
+        region[a]
+            .saturating_add(reach[a].min(output.shape[a]).saturating_mul(2))
+            .min(longest[a].saturating_mul(2).max(region[a]))
+    });
     // The map, and the costs of its seams by cells.
     let cell = len(sides.map(|n| (n / CELLS_A_REGION).max(1)));
     let map = len(output.shape).saturating_mul(5).saturating_add(len(output.shape) / cell * 42);

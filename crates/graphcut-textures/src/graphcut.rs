@@ -55,7 +55,7 @@ pub fn plan<const D: usize>(
     if output.is_empty() {
         return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
     }
-    measured(exemplars, field, options)
+    measured(exemplars, output, field, options)
 }
 
 /// Like [`graphcut`], going on from what is there.
@@ -83,7 +83,7 @@ fn weave<const D: usize>(
         return Err(Error::EmptyOutput { shape: start.map.domain().shape.to_vec() });
     }
     start.check(exemplars)?;
-    let plan = measured(exemplars, start.sources.as_ref(), options)?;
+    let plan = measured(exemplars, start.map.domain(), start.sources.as_ref(), options)?;
     let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
     let mut weaver = Weaver::new(exemplars, &singles, &plan, start, options, run)?;
     let outcome = weaver.weave();

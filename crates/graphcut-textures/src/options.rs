@@ -13,7 +13,8 @@ const MOST_TRIES: u32 = 64;
 #[non_exhaustive]
 pub enum Placement {
     /// [`Entire`](Self::Entire) where the exemplar has a lattice, even a weak one, or lines of text
-    /// ([`is_orderly`](selvedge_analysis::Texture::is_orderly)), [`Sub`](Self::Sub) where it has not.
+    /// ([`is_orderly`](selvedge_analysis::Texture::is_orderly)), and for pictures of at most six times the exemplar's
+    /// samples, which show few copies, unless a region or a reach is given; else [`Sub`](Self::Sub).
     #[default]
     Auto,
     /// Anywhere over the error region: fast, for random textures.
@@ -39,7 +40,7 @@ pub struct Options<const D: usize> {
     /// How far a patch may reach beyond the error region on both sides of each axis, in samples; 0 lays the region alone.
     /// Large patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's sides on,
     /// patches are whole exemplars, as in the paper. Default: half of a region that is given, else the region's
-    /// sides, and half as much again for [`Placement::Entire`].
+    /// sides, and as far as the exemplar goes for [`Placement::Entire`].
     pub reach: Option<[u32; D]>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.

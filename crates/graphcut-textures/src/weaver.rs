@@ -9,7 +9,7 @@ use crate::error_cells::CELLS_A_REGION;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single};
 use crate::options::{Options, Placement};
-use crate::plan::Plan;
+use crate::plan::{Plan, longest};
 use crate::stats::Stats;
 
 /// A run: the output in the making, and what is needed to go on.
@@ -81,7 +81,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             placement: plan.placement,
             region,
             reach: plan.reach,
-            longest: std::array::from_fn(|axis| longest(exemplars, axis)),
+            longest: longest(exemplars.sources().iter().map(|s| s.domain())),
             scale: plan.scale,
             variety: plan.variety,
             history: History::default(),
@@ -194,15 +194,6 @@ impl<'a, const D: usize> Weaver<'a, D> {
         }
         near
     }
-}
-
-/// The longest side of sources along an axis.
-fn longest<const D: usize>(exemplars: &Exemplars<D>, axis: usize) -> u32 {
-    let sides = exemplars.sources().iter().map(|source| {
-        let domain = source.domain();
-        if domain.periodic[axis] { u32::MAX } else { domain.shape[axis] }
-    });
-    sides.max().unwrap_or(0)
 }
 
 /// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it.

@@ -46,14 +46,9 @@ pub enum Error {
         /// Its height.
         height: u32,
     },
-    /// A guide's target is no map of the output.
-    #[error("the guide's target is {found:?}, but the output is {expected:?}")]
-    Guide {
-        /// The output's shape, slowest axis first.
-        expected: Vec<u32>,
-        /// The target's shape.
-        found: Vec<u32>,
-    },
+    /// A field of sources allows none everywhere that something is missing.
+    #[error("no source may be used at all places that are missing")]
+    MixedSources,
     /// Blocks are searched and cut by quilting.
     #[error(transparent)]
     Quilting(#[from] selvedge_quilting::Error),
@@ -67,7 +62,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Block { .. } | Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
-            Self::BlockExceedsExemplar { .. } | Self::Guide { .. } => ErrorKind::Input,
+            Self::BlockExceedsExemplar { .. } | Self::MixedSources => ErrorKind::Input,
             Self::Quilting(error) => error.kind(),
             Self::Core(error) => error.kind(),
         }
@@ -80,7 +75,7 @@ impl Error {
             Self::Range { range, .. } => format!("use {range}"),
             Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
             Self::EmptyOutput { .. } => "use at least 1x1".into(),
-            Self::Guide { .. } => "give a target of the output's size".into(),
+            Self::MixedSources => "allow the same ones everywhere".into(),
             Self::Quilting(error) => error.remedy(),
             Self::Core(error) => error.remedy(),
         }

@@ -41,6 +41,13 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     measured.then(woven).0
 }
 
+/// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map.
+pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    let features = exemplars.iter().map(|&e| Bytes::of_samples(e, 2 * channels as u64 + 2)).sum::<Bytes>();
+    // The map before, what waits, and where all of it is bad: seams, places and their order.
+    (features + Bytes::of_samples(output, A_SAMPLE + 80)).0
+}
+
 fn search(exemplars: &[Domain<2>], channels: usize, template: [u32; 2], options: &Options) -> Bytes {
     let weights = vec![255; channels];
     let samples = u64::from(template[0]) * u64::from(template[1]);

@@ -48,7 +48,5 @@ pub fn hybrid_from(
     options: &Options,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-    let plan = Plan::new(exemplars, start.map.domain(), options, run)?;
-    start.check(exemplars)?;
-    plan.weave_from(start, run)
+    Plan::new(exemplars, start.map.domain(), options, run)?.weave_from(start, run)
 }

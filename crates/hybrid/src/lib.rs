@@ -45,14 +45,17 @@ mod layout;
 mod options;
 mod pixel;
 mod plan;
+mod repair;
 mod stats;
 mod thresholds;
+mod usable;
 mod weave;
 
 pub use error::Error;
-pub use estimate::estimate;
+pub use estimate::{estimate, estimate_repair};
 pub use hybrid::{hybrid, hybrid_from};
 pub use options::{Layout, Options, PixelSearch, Resynthesize, Threshold};
 pub use plan::Plan;
+pub use repair::{RepairOptions, RepairStats, repair};
 pub use stats::{Level, Stats};
 pub use thresholds::weighed;

@@ -33,6 +33,8 @@ pub(crate) struct Pixels<'e> {
     exemplars: &'e Exemplars<2>,
     coherence: Coherence<'e, 2>,
     search: PixelSearch,
+    /// By source, whether its samples may be chosen.
+    allowed: Vec<bool>,
     /// All channels of a sample side by side, sources one after the other.
     features: Vec<u8>,
     weights: Vec<u64>,
@@ -51,7 +53,8 @@ pub(crate) struct Choice {
 }
 
 impl<'e> Pixels<'e> {
-    pub(crate) fn new(exemplars: &'e Exemplars<2>, search: PixelSearch) -> Result<Self, Error> {
+    /// `allowed` says by source whether its samples may be chosen.
+    pub(crate) fn new(exemplars: &'e Exemplars<2>, allowed: Vec<bool>, search: PixelSearch) -> Result<Self, Error> {
         let channels = exemplars.channels();
         let mut features = try_vec(exemplars.table().len() as usize * channels, 0)?;
         for (s, source) in exemplars.sources().iter().enumerate() {
@@ -65,6 +68,7 @@ impl<'e> Pixels<'e> {
             exemplars,
             coherence: Coherence::new(exemplars),
             search,
+            allowed,
             features,
             weights: exemplars.weights().iter().map(|&w| w.into()).collect(),
             missing: Limit::of(Threshold::OfRandom(1.0), Of::Pixel, exemplars).whole(),
@@ -100,7 +104,7 @@ impl<'e> Pixels<'e> {
         self.coherence.around(&canvas.map, at, COHERENT, |place| canvas.is_known(place), &mut candidates);
         self.look(canvas, place)?;
         let mut best: Option<Choice> = None;
-        for &id in &candidates {
+        for &id in candidates.iter().filter(|&&id| self.is_allowed(id)) {
             let bound = best.map_or(u64::MAX, |b| b.error);
             // Of equal ones the first: it continues a nearer neighbour.
             best = self.error(id, bound).map(|error| Choice { error, id }).or(best);
@@ -119,7 +123,8 @@ impl<'e> Pixels<'e> {
             TOGETHER,
             |range| {
                 let mut best: Option<Choice> = None;
-                for id in range.map(|i| SampleId::new(i as u32)).filter(|&id| this.is_valid(id)) {
+                for id in range.map(|i| SampleId::new(i as u32)).filter(|&id| this.is_allowed(id) && this.is_valid(id))
+                {
                     let bound = best.map_or(u64::MAX, |b| b.error);
                     best = this.error(id, bound).map(|error| Choice { error, id }).or(best);
                 }
@@ -184,6 +189,10 @@ impl<'e> Pixels<'e> {
             }
         }
         (sum < bound).then_some(sum)
+    }
+
+    fn is_allowed(&self, id: SampleId) -> bool {
+        self.exemplars.table().source(id).is_some_and(|source| self.allowed[source])
     }
 
     fn is_valid(&self, id: SampleId) -> bool {
@@ -255,7 +264,7 @@ mod tests {
     fn the_exact_search_finds_the_best_by_definition_and_the_coherent_one_is_never_better() {
         for valid in [false, true] {
             let (exemplars, canvas) = state(valid);
-            let mut pixels = Pixels::new(&exemplars, PixelSearch::Exact).unwrap();
+            let mut pixels = Pixels::new(&exemplars, vec![true; 2], PixelSearch::Exact).unwrap();
             let (mut coherent, mut worse, missing) = (0, 0, pixels.missing);
             for (place, at) in canvas.domain().positions().enumerate() {
                 let exact = pixels.exact(&canvas, place).unwrap().unwrap();

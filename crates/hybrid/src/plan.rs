@@ -1,6 +1,6 @@
 //! What a run will do: options checked, and what they leave open chosen.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, Source, SourceMap, SourceTable, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
 use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
@@ -8,6 +8,7 @@ use crate::estimate::estimate;
 use crate::layout::{Blocks, power_of_two};
 use crate::options::Options;
 use crate::stats::Stats;
+use crate::usable::Usable;
 use crate::weave::Weaver;
 
 /// What [`hybrid`](crate::hybrid()) will do: options checked against exemplars, output and limits, and what they leave open
@@ -16,8 +17,8 @@ use crate::weave::Weaver;
 pub struct Plan {
     /// As they are searched: around their borders, if that was asked for.
     pub(crate) exemplars: Exemplars<2>,
-    /// Of the exemplars as they are.
-    table: SourceTable<2>,
+    /// As they are.
+    given: Exemplars<2>,
     pub(crate) output: Domain<2>,
     pub(crate) options: Options,
     pub(crate) block: [u32; 2],
@@ -43,9 +44,9 @@ impl Plan {
         let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
         run.limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
-        let table = exemplars.table().clone();
+        let given = exemplars.clone();
         let exemplars = if options.circular { around(exemplars)? } else { exemplars.clone() };
-        Ok(Self { exemplars, table, output, options: *options, block })
+        Ok(Self { exemplars, given, output, options: *options, block })
     }
 
     /// Height and width of the start blocks in samples.
@@ -72,17 +73,19 @@ impl Plan {
     /// # Errors
     /// What only the work can show: no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        let ids = Grid::try_filled(self.output, 1, SampleId::UNASSIGNED)?;
-        let map = SourceMap { ids, table: self.table.clone() };
+        let map = SourceMap::unassigned(&self.given, self.output)?;
         self.weave_from(Start { map, fixed: None, sources: None }, run)
     }
 
     /// Lays the blocks where something is missing.
     ///
     /// # Errors
-    /// Those of [`Start::check`], and no memory.
-    pub fn weave_from(&self, start: Start<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        let weaver = Weaver::new(&self.exemplars, self.block, &self.options, start, run)?;
+    /// Those of [`Start::check`], [`Error::MixedSources`], and no memory.
+    pub fn weave_from(&self, mut start: Start<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        start.check(&self.given)?;
+        let sources = start.sources.take();
+        let usable = Usable::new(&self.exemplars, &start.map, sources.as_ref())?;
+        let weaver = Weaver::new(&usable, self.block, &self.options, start, run)?;
         weaver.weave(self.blocks())
     }
 }

@@ -14,6 +14,7 @@ use crate::options::Options;
 use crate::pixel::Pixels;
 use crate::stats::{Level, Stats};
 use crate::thresholds::{Limit, Of, largest};
+use crate::usable::Usable;
 
 /// Blocks of these levels and larger ones count as uses of the exemplar: smaller ones take whatever there is.
 const COUNTED_LEVELS: usize = 2;
@@ -23,6 +24,8 @@ pub(crate) struct Weaver<'a> {
     options: &'a Options,
     run: &'a Run<'a, 2>,
     exemplars: &'a Exemplars<2>,
+    /// The sources that are searched, by their numbers among all.
+    numbers: &'a [usize],
     search: BlockSearch<'a>,
     scratch: BlockScratch,
     under: Look,
@@ -38,17 +41,18 @@ pub(crate) struct Weaver<'a> {
 
 impl<'a> Weaver<'a> {
     pub(crate) fn new(
-        exemplars: &'a Exemplars<2>,
+        usable: &'a Usable<'a>,
         block: [u32; 2],
         options: &'a Options,
         start: Start<2>,
         run: &'a Run<'a, 2>,
     ) -> Result<Self, Error> {
+        let exemplars = usable.all;
         let max = Limit::of(options.max_error, Of::Block, exemplars);
         let pixel = Limit::of(options.pixel_error, Of::Pixel, exemplars);
         let compositor = Compositor {
             exemplars,
-            pixels: Pixels::new(exemplars, options.search)?,
+            pixels: Pixels::new(exemplars, usable.flags(), options.search)?,
             costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
             resynthesize: options.resynthesize,
             // 1 never re-synthesises, also what fits worse than the largest error allowed.
@@ -61,10 +65,11 @@ impl<'a> Weaver<'a> {
             options,
             run,
             exemplars,
-            search: BlockSearch::new(exemplars, None, run.simd)?,
+            numbers: &usable.numbers,
+            search: BlockSearch::new(&usable.some, None, run.simd)?,
             scratch: BlockScratch::default(),
             under: Look::new(),
-            usage: Usage::new(exemplars, block, options.spread)?,
+            usage: Usage::new(&usable.some, block, options.spread)?,
             canvas: Canvas::new(start)?,
             compositor,
             max,
@@ -135,7 +140,8 @@ impl<'a> Weaver<'a> {
                 *sums = (sums.0 + laying.errors.iter().sum::<u64>(), sums.1 + samples);
                 self.compositor.lay(&laying, &self.under, &mut self.canvas, &mut self.stats)?;
                 if block.level < COUNTED_LEVELS {
-                    self.usage.note(laying.chosen.source, laying.chosen.at);
+                    let searched = self.numbers.iter().position(|&s| s == laying.chosen.source);
+                    searched.into_iter().for_each(|source| self.usage.note(source, laying.chosen.at));
                 }
             }
         }
@@ -148,7 +154,10 @@ impl<'a> Weaver<'a> {
         let continued = self.continuations(block, window);
         let preference = Preference { per_mille: self.options.per_mille(), usage: &self.usage, continued: &continued };
         let mut rng = self.run.seed.derive("hybrid/block", block.number).derive("hybrid/split", block.path).rng();
-        Ok(self.search.draw(&terms, &preference, &mut rng, &mut self.scratch)?.map(|(chosen, _)| chosen))
+        Ok(self
+            .search
+            .draw(&terms, &preference, &mut rng, &mut self.scratch)?
+            .map(|(found, _)| Candidate { source: self.numbers[found.source], ..found }))
     }
 
     /// Where the patches under a window would go on: no start block is to lie there, if they are to be avoided.
@@ -163,9 +172,10 @@ impl<'a> Weaver<'a> {
                 let at = i64::from(window.start[a]) - i64::from(patch.offset[a]);
                 if source.periodic[a] { at.rem_euclid(source.shape[a].into()) } else { at }
             };
-            Continued { source: patch.source, at: [at(0), at(1)] }
+            let number = self.numbers.iter().position(|&s| s == patch.source)?;
+            Some(Continued { source: number, at: [at(0), at(1)] })
         };
-        patches.iter().map(go_on).collect()
+        patches.iter().filter_map(go_on).collect()
     }
 
     /// By sample of a window, how much the chosen place differs from what is known; 0 elsewhere.
@@ -257,9 +267,9 @@ mod tests {
                         *id = SampleId::new(rng.below(e.table().len()));
                     }
                 }
-                let mut weaver =
-                    Weaver::new(&plan.exemplars, plan.block, &options, Start { map, fixed: None, sources: None }, &run)
-                        .unwrap();
+                let usable = Usable::new(&plan.exemplars, &map, None).unwrap();
+                let start = Start { map, fixed: None, sources: None };
+                let mut weaver = Weaver::new(&usable, plan.block, &options, start, &run).unwrap();
                 for block in plan.blocks().iter() {
                     let core = block.core().unwrap();
                     let (window, ..) = weaver.canvas.grown(&core, block.overlap);

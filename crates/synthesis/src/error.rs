@@ -12,9 +12,9 @@ pub enum Error {
         /// The effort.
         effort: u8,
     },
-    /// What quilting says.
+    /// What the analysis of the exemplars says.
     #[error(transparent)]
-    Quilt(#[from] selvedge_quilting::Error),
+    Analysis(#[from] selvedge_analysis::Error),
     /// What graph cuts say.
     #[error(transparent)]
     Graphcut(#[from] selvedge_graphcut_textures::Error),
@@ -31,7 +31,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Effort { .. } => ErrorKind::Option,
-            Self::Quilt(e) => e.kind(),
+            Self::Analysis(e) => e.kind(),
             Self::Graphcut(e) => e.kind(),
             Self::Metrics(e) => e.kind(),
             Self::Core(e) => e.kind(),
@@ -42,7 +42,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::Effort { .. } => "use 1 to 9".to_owned(),
-            Self::Quilt(e) => e.remedy(),
+            Self::Analysis(e) => e.remedy(),
             Self::Graphcut(e) => e.remedy(),
             Self::Metrics(e) => e.remedy(),
             Self::Core(e) => e.remedy(),

@@ -1,6 +1,7 @@
-//! A larger texture without knobs: several methods with several settings make it, each is scored, and the best is kept.
+//! A larger texture without knobs: several settings and seeds make drafts of it, each is scored, the best are finished, and the
+//! best of these is kept.
 //!
-//! The work is bounded by [`Options::effort`], never by a clock, so the same seed and effort give the same map on any
+//! The work follows from [`Options::effort`], never from a clock, so the same seed and effort give the same map on any
 //! machine and any number of threads. A [`Candidate`] is a trait: what else makes a texture may join. What is kept can be made
 //! again by its method alone, with the options and the seed that [`Stats`] tell.
 //!
@@ -11,7 +12,7 @@
 mod candidate;
 mod error;
 
-pub use candidate::{Candidate, Graphcut, Quilt, Used, candidates};
+pub use candidate::{Candidate, Graphcut, Used, candidates};
 pub use error::Error;
 
 use selvedge_core::{
@@ -22,14 +23,25 @@ use selvedge_metrics::{Columns, Judge, preference};
 /// Options of [`synthesize`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// How much work may be done: 1 makes one candidate and scores nothing, 5 takes about a second for 512^2 from 192^2 on
-    /// two cores, each step beyond twice as much; 9 tens of candidates. Default: 5.
+    /// How much work is done: 1 makes one candidate and scores nothing, 3 three drafts of which the best is finished, 9 forty
+    /// of which twelve are. Default: 3, about a second for 512^2 from 192^2 on two cores.
     pub effort: u8,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { effort: 5 }
+        Self { effort: 3 }
+    }
+}
+
+impl Options {
+    /// Drafts that are made, and how many of them are finished. Drafts are what chance gains most by: a finished one takes six
+    /// times as long.
+    const STEPS: [[usize; 2]; 9] = [[0, 1], [2, 1], [3, 1], [4, 1], [6, 1], [8, 2], [14, 4], [24, 7], [40, 12]];
+
+    fn steps(self) -> Result<[usize; 2], Error> {
+        let steps = usize::from(self.effort).checked_sub(1).and_then(|i| Self::STEPS.get(i));
+        steps.copied().ok_or(Error::Effort { effort: self.effort })
     }
 }
 
@@ -42,6 +54,8 @@ pub struct Tried {
     pub used: Used,
     /// Its seed.
     pub seed: Seed,
+    /// True if it only told what its candidate would be worth.
+    pub draft: bool,
     /// Its columns and preference; `None` where nothing was compared.
     pub scored: Option<(Columns, f64)>,
 }
@@ -55,103 +69,142 @@ pub struct Stats {
     pub kept: usize,
 }
 
-/// Scoring takes about so many steps of a nanosecond an output sample, for exemplars of 192^2.
-const SCORING: u64 = 1000;
-/// Steps an output sample at the default effort: some 2.5 s on one thread for 512^2 from 192^2.
-const STEPS: u64 = 12_000;
-/// The default effort, from which the budget doubles and halves.
-const MIDDLE: u8 = 5;
-/// No more candidates than this, whatever they cost.
-const MOST: usize = 60;
-
 /// Makes a texture of several candidates and keeps the best.
 ///
-/// Candidates are taken in order, and again with the next seed, as long as their work and their scoring fit what the effort
-/// leaves; at least one. Exemplars and outputs that are too small to be compared have one candidate. One whose method
-/// refuses the exemplars is left out.
+/// Candidates are taken in turns, each time with the next seed. Exemplars and outputs that are too small to be compared have
+/// one. One whose method refuses the exemplars is left out.
 ///
 /// # Errors
-/// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`] and [`Error::Metrics`] if memory is short.
+/// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`], [`Error::Analysis`] and [`Error::Metrics`] if memory is
+/// short.
 ///
 /// # Events
-/// `"synthesize"` after each round of candidates, with how many are done.
+/// `"synthesize"` after each round, with how many drafts and candidates are done.
 ///
 /// # Determinism
-/// The map follows from exemplars, domain, options and seed alone. Candidate `i` of a list of `n` has the seed `seed + i / n`.
+/// The map follows from exemplars, domain, options and seed alone. Draft `i` of `n` candidates has the seed `seed + i / n`.
 pub fn synthesize(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
     options: &Options,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-    if !(1..=9).contains(&options.effort) {
-        return Err(Error::Effort { effort: options.effort });
-    }
+    let [drafts, finished] = options.steps()?;
     let judge = match Judge::new(exemplars, run.simd) {
-        Ok(judge) if options.effort != 1 && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n) => Some(judge),
+        Ok(judge) if 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n) => Some(judge),
         Err(e) if !matches!(e, selvedge_metrics::Error::TooSmall { .. }) => return Err(e.into()),
         _ => None,
     };
-    let all = candidates(exemplars);
-    let plan = plan(&all, exemplars, output, if judge.is_some() { options.effort } else { 1 });
-    let quiet = Quiet(run.observer);
-    let mut best = Best { tried: Vec::new(), kept: None, refused: None };
-    for (round, some) in plan.chunks(par::threads().max(1)).enumerate() {
+    let all = candidates(exemplars)?;
+    let mut bench = Bench { exemplars, output, run, judge, done: 0, of: (drafts + finished) as u64 };
+    let turns: Vec<Turn> = (0..drafts.max(1)).map(|i| Turn::new(i, all.len(), run.seed)).collect();
+    let mut best = Best::default();
+    if bench.judge.is_none() {
+        // Nothing to choose by: the likeliest.
+        bench.of = 1;
+        bench.finish(&all, &turns[..1], &mut best)?;
+        return best.answer();
+    }
+    let mut drafted = bench.draft(&all, &turns, &mut best)?;
+    drafted.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let chosen: Vec<Turn> = drafted.into_iter().take(finished).map(|(turn, _)| turn).collect();
+    bench.finish(&all, &chosen, &mut best)?;
+    best.answer()
+}
+
+/// A candidate's number and the seed that it is made with.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    which: usize,
+    seed: Seed,
+}
+
+impl Turn {
+    fn new(number: usize, candidates: usize, seed: Seed) -> Self {
+        Self { which: number % candidates, seed: Seed(seed.0.wrapping_add((number / candidates) as u64)) }
+    }
+}
+
+/// Where candidates are made and scored.
+struct Bench<'a> {
+    exemplars: &'a Exemplars<2>,
+    output: Domain<2>,
+    run: &'a Run<'a, 2>,
+    judge: Option<Judge>,
+    done: u64,
+    of: u64,
+}
+
+impl Bench<'_> {
+    /// Makes and scores drafts: turns with the preference of what they made, those left out that were refused or cancelled.
+    fn draft(
+        &mut self,
+        all: &[Box<dyn Candidate>],
+        turns: &[Turn],
+        best: &mut Best,
+    ) -> Result<Vec<(Turn, f64)>, Error> {
+        let drafts: Vec<Option<Box<dyn Candidate>>> = all.iter().map(|candidate| candidate.draft()).collect();
+        let of = |turn: &Turn| (drafts[turn.which].as_ref().unwrap_or(&all[turn.which]).as_ref(), turn.seed);
+        let mut drafted = Vec::new();
+        for some in turns.chunks(par::threads().max(1)) {
+            for (made, &turn) in self.round(&some.iter().map(of).collect::<Vec<_>>()).into_iter().zip(some) {
+                let preference = best.take(made, drafts[turn.which].is_some())?;
+                drafted.extend(preference.map(|preference| (turn, preference)));
+            }
+            if best.is_cancelled(self.run) {
+                break;
+            }
+        }
+        Ok(drafted)
+    }
+
+    /// Makes and scores whole candidates.
+    fn finish(&mut self, all: &[Box<dyn Candidate>], turns: &[Turn], best: &mut Best) -> Result<(), Error> {
+        for some in turns.chunks(par::threads().max(1)) {
+            if best.is_cancelled(self.run) {
+                break;
+            }
+            let some: Vec<_> = some.iter().map(|turn| (all[turn.which].as_ref(), turn.seed)).collect();
+            self.round(&some).into_iter().try_for_each(|made| best.take(made, false).map(|_| ()))?;
+        }
+        Ok(())
+    }
+
+    /// Some at once, each on a thread.
+    fn round(&mut self, some: &[(&dyn Candidate, Seed)]) -> Vec<Made> {
+        let (exemplars, quiet) = (self.exemplars, Quiet(self.run.observer));
         let made = par::map_indexed(some.len(), |i| {
-            let (which, seed) = (some[i] % all.len(), Seed(run.seed.0.wrapping_add((some[i] / all.len()) as u64)));
-            let woven = all[which].weave(exemplars, output, &Run { seed, observer: &quiet, ..*run })?;
-            let scored = match &judge {
+            let (candidate, seed) = some[i];
+            let woven = candidate.weave(exemplars, self.output, &Run { seed, observer: &quiet, ..*self.run })?;
+            let scored = match &self.judge {
                 Some(judge) if woven.complete => {
                     let columns = judge.columns(&shown(exemplars, &woven.result)?, Some(&woven.result))?;
                     Some((columns, preference(&columns)))
                 }
                 _ => None,
             };
-            Ok((all[which].method(), seed, woven, scored))
+            Ok((candidate.method(), seed, woven, scored))
         });
-        made.into_iter().try_for_each(|one| best.take(one))?;
-        let done = (round * par::threads().max(1) + some.len()) as u64;
-        run.observer.event(&Event::step("synthesize", done, plan.len() as u64));
-        if run.observer.cancelled() && best.kept.is_some() {
-            break;
-        }
+        self.done += some.len() as u64;
+        self.run.observer.event(&Event::step("synthesize", self.done, self.of));
+        made
     }
-    best.answer()
 }
 
 /// Bytes that [`synthesize`] needs at most, on `threads` threads: what their candidates and comparisons hold at once, and the best map.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, threads: usize) -> u64 {
     let len = |d: &Domain<2>| d.shape.iter().fold(1_u64, |n, &side| n.saturating_mul(u64::from(side)));
-    let quilt = Quilt(selvedge_quilting::Options::default()).memory(exemplars, channels, output);
-    let graphcut = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output);
+    // Any region and any reach that a candidate may have.
+    let entire = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output);
+    let side = exemplars.iter().map(|d| d.shape[0].min(d.shape[1])).max().unwrap_or(1) * 3 / 8;
+    let (region, reach) = (Some([side.max(1); 2]), Some([side.max(1); 2]));
+    let options = selvedge_graphcut_textures::Options { region, reach, ..Default::default() };
+    let between = Graphcut(options).memory(exemplars, channels, output);
     let sources = exemplars.iter().map(len).fold(0, u64::saturating_add);
     // Features, half and quarter sizes, words, running answers: what the measures hold.
     let scoring = len(&output).saturating_mul(12 + 4 * channels as u64) + sources.saturating_mul(40);
-    let each = quilt.max(graphcut).saturating_add(scoring).saturating_add(len(&output).saturating_mul(8));
+    let each = entire.max(between).saturating_add(scoring).saturating_add(len(&output).saturating_mul(8));
     each.saturating_mul(threads.max(1) as u64)
-}
-
-/// Which candidates are made: numbers that count through the list again and again.
-fn plan(all: &[Box<dyn Candidate>], exemplars: &Exemplars<2>, output: Domain<2>, effort: u8) -> Vec<usize> {
-    if effort == 1 {
-        return vec![0];
-    }
-    let area: u64 = output.shape.iter().map(|&n| u64::from(n)).product();
-    let scoring = area * SCORING * u64::from(exemplars.table().len()) / (192 * 192);
-    let steps = area * STEPS * u64::from(exemplars.table().len()) / (192 * 192);
-    let mut left = if effort < MIDDLE { steps >> (MIDDLE - effort) } else { steps << (effort - MIDDLE) };
-    let mut plan = Vec::new();
-    for number in 0..all.len() * MOST {
-        let work = all[number % all.len()].work(exemplars, output).saturating_add(scoring);
-        if number == 0 || work <= left {
-            left = left.saturating_sub(work);
-            plan.push(number);
-        }
-        if plan.len() == MOST {
-            break;
-        }
-    }
-    plan
 }
 
 /// The features that a map shows.
@@ -173,6 +226,7 @@ fn shown(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Grid<u8, 2>, Er
 type Made = Result<(&'static str, Seed, Woven<SourceMap<2>, Used>, Option<(Columns, f64)>), Error>;
 
 /// The best so far.
+#[derive(Default)]
 struct Best {
     tried: Vec<Tried>,
     kept: Option<(usize, SourceMap<2>, bool)>,
@@ -180,25 +234,31 @@ struct Best {
 }
 
 impl Best {
-    /// Keeps one that is preferred, or more complete; of equals the first.
-    fn take(&mut self, made: Made) -> Result<(), Error> {
+    /// Keeps one that is preferred, or finished, or more complete; of equals the first. Answers with its preference.
+    fn take(&mut self, made: Made, draft: bool) -> Result<Option<f64>, Error> {
         let (method, seed, woven, scored) = match made {
             Ok(made) => made,
             Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {
                 self.refused.get_or_insert(e);
-                return Ok(());
+                return Ok(None);
             }
             Err(e) => return Err(e),
         };
-        let value = |complete: bool, scored: &Option<(Columns, f64)>| (complete, scored.map(|(_, p)| p));
+        let preference = scored.map(|(_, preference)| preference);
         let is_better = self.kept.as_ref().is_none_or(|(kept, _, complete)| {
-            value(*complete, &self.tried[*kept].scored) < value(woven.complete, &scored)
+            let kept = &self.tried[*kept];
+            (*complete, !kept.draft, kept.scored.map(|(_, p)| p)) < (woven.complete, !draft, preference)
         });
         if is_better {
             self.kept = Some((self.tried.len(), woven.result, woven.complete));
         }
-        self.tried.push(Tried { method, used: woven.stats, seed, scored });
-        Ok(())
+        self.tried.push(Tried { method, used: woven.stats, seed, draft, scored });
+        Ok(preference)
+    }
+
+    /// True if the run was cancelled and something was made.
+    fn is_cancelled(&self, run: &Run<'_, 2>) -> bool {
+        self.kept.is_some() && run.observer.cancelled()
     }
 
     fn answer(self) -> Result<Woven<SourceMap<2>, Stats>, Error> {

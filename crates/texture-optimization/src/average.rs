@@ -10,6 +10,8 @@ use crate::neighborhoods::Neighborhoods;
 /// `x`: each sample the average of the samples that neighborhoods have there, by their weights and the fall-off. That minimises
 /// `sum of omega_p G(k - p) (x(k) - z_p(k))^2`.
 ///
+/// Answers with `x` and the sums of weights.
+///
 /// Time `O(samples * channels * 16)`, in the caller's pool. Each sample is summed in the order of neighborhoods.
 pub(crate) fn average(
     exemplars: &Exemplars<2>,
@@ -17,31 +19,35 @@ pub(crate) fn average(
     found: &[Place],
     weights: &[f64],
     falloff: &Falloff,
-) -> Result<Grid<f64, 2>, Error> {
+) -> Result<[Grid<f64, 2>; 2], Error> {
     let (domain, channels) = (all.domain, exemplars.channels());
     let width = domain.shape[1] as usize;
-    let mut rows = Grid::try_filled(domain, channels, 0.0)?.into_vec();
-    // Row by row, channels within: each row is one thread's.
-    par::for_rows(&mut rows, width * channels, |y, row| {
-        let mut sums = vec![0.0; width];
+    let mut rows = Grid::try_filled(domain, channels + 1, 0.0)?.into_vec();
+    // Row by row, channels within, sums of weights last: each row is one thread's.
+    par::for_rows(&mut rows, width * (channels + 1), |y, row| {
+        let (row, sums) = row.split_at_mut(width * channels);
         for (j, by) in all.holding(0, y as u32) {
             for i in 0..all.firsts[1].len() {
                 let number = j * all.firsts[1].len() + i;
                 let weight = weights[number] * falloff.along()[by as usize];
-                add(exemplars, all, found[number], (i, by), (weight, falloff), (row, &mut sums));
+                add(exemplars, all, found[number], (i, by), (weight, falloff), (row, sums));
             }
         }
         for values in row.chunks_exact_mut(width) {
-            values.iter_mut().zip(&sums).for_each(|(v, s)| *v /= s);
+            values.iter_mut().zip(&*sums).for_each(|(v, s)| *v /= s);
         }
     });
-    let mut planar = Grid::try_filled(domain, channels, 0.0)?;
-    for c in 0..channels {
-        for (to, from) in planar.plane_mut(c).chunks_exact_mut(width).zip(rows.chunks_exact(width * channels)) {
-            to.copy_from_slice(&from[c * width..][..width]);
+    let planar = |of: std::ops::Range<usize>| -> Result<Grid<f64, 2>, Error> {
+        let mut planar = Grid::try_filled(domain, of.len(), 0.0)?;
+        for (c, from) in of.enumerate() {
+            let rows = rows.chunks_exact(width * (channels + 1));
+            for (to, row) in planar.plane_mut(c).chunks_exact_mut(width).zip(rows) {
+                to.copy_from_slice(&row[from * width..][..width]);
+            }
         }
-    }
-    Ok(planar)
+        Ok(planar)
+    };
+    Ok([planar(0..channels)?, planar(channels..channels + 1)?])
 }
 
 /// One row of a neighborhood, added to a row of the output and to the sums of weights.
@@ -92,7 +98,7 @@ mod tests {
             let found = crate::assignment::random(&exemplars, &all, Seed(case)).unwrap();
             let weights: Vec<f64> = (0..all.len()).map(|_| 0.25 + f64::from(rng.below(100))).collect();
             let falloff = Falloff::new(8);
-            let x = average(&exemplars, &all, &found, &weights, &falloff).unwrap();
+            let [x, weighed] = average(&exemplars, &all, &found, &weights, &falloff).unwrap();
             let n = all.domain.shape;
             // By their definition: numerator and denominator of each sample, neighborhood by neighborhood.
             let mut sums = vec![[0.0; 3]; all.domain.len()];
@@ -108,6 +114,7 @@ mod tests {
                 }
             }
             for (i, [a, b, all]) in sums.into_iter().enumerate() {
+                assert!((weighed.plane(0)[i] - all).abs() < 1e-9);
                 for (c, sum) in [a, b].into_iter().enumerate() {
                     assert!((x.plane(c)[i] - sum / all).abs() < 1e-9, "{case} {c} {i}");
                 }

@@ -28,6 +28,31 @@ pub enum Error {
         /// The exponent asked for.
         robust: f64,
     },
+    /// The part of the mean that is added to a score is out of range.
+    #[error("a completeness of {alpha} is out of range")]
+    Complete {
+        /// The part asked for.
+        alpha: f64,
+    },
+    /// A wish that weighs less than nothing, or no number.
+    #[error("a wish with a lambda of {lambda} is out of range")]
+    Lambda {
+        /// The weight asked for.
+        lambda: f32,
+    },
+    /// A constraint of another shape than the output.
+    #[error("the {what} is {found:?}, and {expected:?} is needed")]
+    Control {
+        /// What it is.
+        what: &'static str,
+        /// Height, width and channels needed.
+        expected: Vec<u32>,
+        /// Those found.
+        found: Vec<u32>,
+    },
+    /// Samples are fixed, but nothing stands there.
+    #[error("samples are fixed, and nothing is there to stay")]
+    NothingFixed,
     /// No iteration at all.
     #[error("0 iterations make nothing")]
     Iterations,
@@ -90,10 +115,14 @@ impl Error {
             | Self::Scale { .. }
             | Self::Schedule
             | Self::Robust { .. }
+            | Self::Complete { .. }
+            | Self::Lambda { .. }
+            | Self::NothingFixed
             | Self::Iterations
             | Self::EmptyOutput { .. } => ErrorKind::Option,
             Self::NothingFits { .. }
             | Self::Masked { .. }
+            | Self::Control { .. }
             | Self::ForeignMap
             | Self::MapShape { .. }
             | Self::Holes { .. } => ErrorKind::Input,
@@ -109,6 +138,10 @@ impl Error {
             Self::Scale { .. } => "use 1, 2, 4, 8, 16, 32 or 64".into(),
             Self::Schedule => "let no level be coarser than the one before, and the last have a scale of 1".into(),
             Self::Robust { .. } => "use more than 0 and at most 2 (all weigh the same)".into(),
+            Self::Complete { .. } => "use 0 (as complete as can be) to 100 (hardly)".into(),
+            Self::Lambda { .. } => "use 0 (no wish) or more".into(),
+            Self::Control { .. } => "give one of the output's size".into(),
+            Self::NothingFixed => "start from a map".into(),
             Self::Iterations => "use at least 1".into(),
             Self::NothingFits { output: true, least, .. } => format!("make an output of at least {least}x{least}"),
             Self::NothingFits { .. } => "use a larger exemplar, mask less, or add a smaller size".into(),

@@ -14,13 +14,21 @@
 //! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
 //!
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
-//! let woven = optimize(&exemplars, Domain::open([8, 12]), &Options::default(), &Run::seeded(0))?;
+//! let woven = optimize(&exemplars, Domain::open([8, 12]), &Options::paper(), &Run::seeded(0))?;
 //! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
 //! let row = String::from_utf8_lossy(&out.plane(0)[..12]);
 //! assert!("#..##..##..##..#".contains(&*row), "{row}");
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! [`optimize_from`] goes on from a map of any method, which is what the defaults are for: a quilt mended by neighborhoods is better
+//! than one made of noise. [`Control`] asks for colours and keeps samples.
+//!
+//! `DESIGN.md` tells why the crate is made as it is, and what each default is worth.
+//!
+//! # Current state
+//! Sections 3 and 4 of the paper but for gradients, flow, and the tree, which the exact search replaces. Guides are not searched yet.
 //!
 //! # Features
 //! `rayon` (default): averages and searches run on the caller's pool; the output is the same either way.
@@ -31,9 +39,11 @@
 
 mod assignment;
 mod average;
+mod control;
 mod error;
 mod estimate;
 mod falloff;
+mod finish;
 mod level;
 mod neighborhoods;
 mod optimize;
@@ -46,12 +56,14 @@ mod search;
 mod stats;
 #[cfg(test)]
 mod testing;
+mod weaver;
 
+pub use control::{Control, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
 pub use level::Level;
 pub use optimize::{Plan, optimize, optimize_from};
 pub use optimized::Optimized;
-pub use options::{Options, Search};
+pub use options::{Finish, Options, Search};
 
 pub use stats::{LevelStats, Stats};

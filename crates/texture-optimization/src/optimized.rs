@@ -1,6 +1,6 @@
 //! What a run answers with: votes, or a map.
 
-use selvedge_core::{Domain, Error, Exemplars, Plane, Render, SampleId, SourceMap, Votes};
+use selvedge_core::{Domain, Error, Exemplars, Grid, Plane, Render, SampleId, SourceMap, Votes};
 
 use crate::assignment::Place;
 use crate::falloff::Falloff;
@@ -48,6 +48,28 @@ impl Render<2> for Optimized {
     }
 }
 
+/// Samples that stay.
+#[derive(Clone, Copy)]
+pub(crate) struct Held<'a> {
+    pub(crate) map: &'a SourceMap<2>,
+    pub(crate) fixed: &'a Grid<bool, 2>,
+}
+
+impl Held<'_> {
+    /// The sample that stays at a position.
+    pub(crate) fn at(&self, at: [u32; 2]) -> Option<SampleId> {
+        self.fixed.get(0, at).then(|| self.map.ids.get(0, at))
+    }
+
+    /// Puts them where they were.
+    pub(crate) fn lay(&self, map: &mut SourceMap<2>) {
+        let kept = self.fixed.plane(0).iter().zip(self.map.ids.plane(0));
+        for (id, (_, &own)) in map.ids.plane_mut(0).iter_mut().zip(kept).filter(|(_, (fixed, _))| **fixed) {
+            *id = own;
+        }
+    }
+}
+
 /// What neighborhoods have at each sample, and how much each weighs: of that, [`average`](crate::average::average) is the mean.
 pub(crate) struct Pulls<'a> {
     pub(crate) exemplars: &'a Exemplars<2>,
@@ -70,8 +92,12 @@ impl Pulls<'_> {
         })
     }
 
-    pub(crate) fn votes(&self) -> Result<Votes<2>, Error> {
-        let places = self.all.domain.positions().map(|at| self.at(at).map(|(id, weight)| (id, weight as f32)));
+    pub(crate) fn votes(&self, held: Option<Held<'_>>) -> Result<Votes<2>, Error> {
+        let places = self.all.domain.positions().map(|at| {
+            let kept = held.and_then(|held| held.at(at)).map(|id| (id, 1.0_f32));
+            let voted = kept.is_none().then(|| self.at(at).map(|(id, weight)| (id, weight as f32)));
+            kept.into_iter().chain(voted.into_iter().flatten())
+        });
         Votes::new(self.all.domain, self.exemplars.table().clone(), places)
     }
 

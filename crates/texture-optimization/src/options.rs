@@ -15,6 +15,17 @@ pub enum Search {
     Reference,
 }
 
+/// What the result is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Finish {
+    /// Averages of samples, the paper's: [`Optimized::Votes`](crate::Optimized::Votes).
+    Average,
+    /// Samples of the exemplars, which continue each other as far as they fit: sharp, and an exact
+    /// [`Optimized::Map`](crate::Optimized::Map).
+    #[default]
+    Coherent,
+}
+
 /// Options of [`optimize`](crate::optimize()).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -24,28 +35,43 @@ pub struct Options {
     /// The exponent `r` of the robust energy, from above 0 to 2, where all neighborhoods weigh the same. Default: 0.8, as in the
     /// paper.
     pub robust: f64,
-    /// Iterations at a level before it ends, if it does not end by itself. At least 1. Default: 10.
+    /// Iterations at a level before it ends, if it does not end by itself. At least 1. Default: 5, as the paper
+    /// found to be enough.
     pub iterations: u32,
     /// How neighborhoods are found. Default: [`Search::Exact`].
     pub search: Search,
+    /// How much parts of the exemplars that the output lacks are preferred: the error of a neighborhood is divided by how near
+    /// the output comes to it, plus this part of the mean; the less, the more complete. `None` takes whatever is nearest, as
+    /// in the paper. From 0 to 100. Default: 0.2. [`Search::Reference`] has none.
+    pub complete: Option<f64>,
+    /// What the result is made of. Default: [`Finish::Coherent`].
+    pub finish: Finish,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { schedule: paper_schedule(), robust: 0.8, iterations: 10, search: Search::Exact }
+        Self {
+            schedule: paper_schedule(),
+            robust: 0.8,
+            iterations: 5,
+            search: Search::Exact,
+            complete: Some(0.2),
+            finish: Finish::Coherent,
+        }
     }
 }
 
 impl Options {
     /// The paper, to the letter: iterations end when nothing changes. They are bounded by a number that is not met in practice.
     pub fn paper() -> Self {
-        Self { iterations: 100, ..Self::default() }
+        Self { iterations: 100, complete: None, finish: Finish::Average, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Robust`], [`Error::Iterations`].
+    /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Robust`], [`Error::Complete`],
+    /// [`Error::Iterations`].
     pub fn validate(&self) -> Result<(), Error> {
         self.schedule.iter().try_for_each(|&level| check(level))?;
         let is_finer = |pair: &[Level]| pair[1].scale <= pair[0].scale;
@@ -54,6 +80,9 @@ impl Options {
         }
         if !(0.0 < self.robust && self.robust <= 2.0) {
             return Err(Error::Robust { robust: self.robust });
+        }
+        if let Some(alpha) = self.complete.filter(|alpha| !(0.0..=100.0).contains(alpha)) {
+            return Err(Error::Complete { alpha });
         }
         if self.iterations == 0 { Err(Error::Iterations) } else { Ok(()) }
     }

@@ -21,7 +21,16 @@ const EDGES: [(&str, &[&str]); 17] = [
     ("texture-optimization", &["core", "fft-ssd", "guides", "analysis"]),
     (
         "synthesis",
-        &["core", "metrics", "quilting", "hybrid", "graphcut-textures", "cms-analogies", "texture-optimization"],
+        &[
+            "core",
+            "analysis",
+            "metrics",
+            "quilting",
+            "hybrid",
+            "graphcut-textures",
+            "cms-analogies",
+            "texture-optimization",
+        ],
     ),
     ("testkit", &["core"]),
     ("cli", &["*"]),

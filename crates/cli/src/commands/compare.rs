@@ -8,9 +8,8 @@ use selvedge_io::{Format, Metadata};
 use serde_json::json;
 
 use crate::args::NonFiniteArg;
-use crate::exemplars::{alike, converted};
 use crate::failure::{Failure, shown};
-use crate::harmonise::{Layout, common_layout, widened};
+use crate::harmonise::{Layout, alike, common_layout, converted, widened};
 use crate::inputs::{self, Input};
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};

@@ -1,5 +1,6 @@
 //! The commands, a file each.
 
+pub(crate) mod again;
 pub(crate) mod analogies;
 pub(crate) mod apply;
 pub(crate) mod compare;

@@ -7,9 +7,11 @@ use serde_json::json;
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
+use crate::repairing::{self, Repairing, with_repair};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
 
 /// Options of `quilt`.
@@ -40,6 +42,8 @@ pub(crate) struct Quilt {
     /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
     #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread"])]
     paper: bool,
+    #[command(flatten)]
+    repairing: Repairing,
     #[command(flatten)]
     blending: Blending,
 }
@@ -107,7 +111,8 @@ impl Method for Quilt {
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options().validate()?)
+        self.options().validate()?;
+        self.repairing.validate()
     }
 
     fn blending(&self) -> Blending {
@@ -119,7 +124,8 @@ impl Method for Quilt {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        estimate(sources, channels, output, &self.options())
+        let method = estimate(sources, channels, output, &self.options());
+        method.saturating_add(self.repairing.bytes(sources, channels, output))
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
@@ -133,14 +139,15 @@ impl Method for Quilt {
 
     fn weave(&self, loom: &Loom<'_>, (): ()) -> Result<Outcome, Failure> {
         let plan = self.planned(loom)?;
-        let woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+        let mut woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+        let repair = self.repairing.mend(loom.session, &loom.loaded.exemplars, &mut woven, (None, None))?;
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             kept: None,
             options: self.used(loom, &plan),
-            stats: counts(&woven.stats),
-            how: how(&woven.stats),
+            stats: with_repair(counts(&woven.stats), repair.as_ref()),
+            how: how(&woven.stats) + &repairing::how(repair.as_ref()),
             course: None,
         })
     }
@@ -163,7 +170,7 @@ impl Quilt {
             .set("stage", lower(format!("{:?}", options.stage)))
             .set("continuation", lower(format!("{:?}", options.continuation)))
             .set("spread", options.spread);
-        self.blending.used_if_any(used)
+        self.blending.used_if_any(self.repairing.used_if_any(used))
     }
 
     fn options(&self) -> Options {

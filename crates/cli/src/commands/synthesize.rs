@@ -8,10 +8,12 @@ use serde_json::{Value, json};
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
+use crate::plan::Plan;
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Plan, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `synthesize`.
 #[derive(Args, Debug)]
@@ -20,7 +22,7 @@ pub(crate) struct Synthesize {
     weaving: Weaving,
     #[command(flatten)]
     sizing: Sizing,
-    /// How much may be tried: 1 is one run, 5 takes about a second for 512x512, each step beyond twice as long.
+    /// How much is tried: 1 is one run, 3 finishes the best of three drafts, 9 the best twelve of forty.
     #[arg(long, value_name = "1..9", default_value_t = Options::default().effort,
         value_parser = clap::value_parser!(u8).range(1..=9))]
     effort: u8,
@@ -95,6 +97,7 @@ fn candidate(tried: &Tried) -> Value {
         "method": tried.method,
         "options": options,
         "seed": tried.seed.0,
+        "draft": tried.draft,
         "preference": tried.scored.map(|(_, preference)| preference),
         "columns": columns,
     })
@@ -115,7 +118,7 @@ fn how(stats: &Stats) -> String {
     };
     format!(
         "{by}, the best of {}: seams cost {:.2} (median {:.2}), worst places {:.2} (median {:.2})",
-        n("candidate", stats.tried.len()),
+        n("draft", stats.tried.iter().filter(|t| t.draft).count()),
         energy(&columns),
         median(&energy),
         columns.worst,

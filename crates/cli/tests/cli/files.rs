@@ -1,6 +1,7 @@
 //! What is written where, and what is left alone.
 
 use std::fs;
+use std::path::Path;
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
@@ -49,7 +50,7 @@ fn a_dry_run_writes_nothing_and_tells_what_it_would_do() {
     folder.run("quilt @/stars.png -o map.png --size 40 --map map.exr").done();
     let before = folder.files();
     let lines = [
-        "quilt @/stars.png -o a.png --map m.exr --save-config c.toml",
+        "quilt @/stars.png -o a.png --map m.exr",
         "graphcut @/stars.png -o a.png --size 20",
         "apply map.exr @/stars.png -o a.png",
         "compare @/stars.png @/stars.png --diff a.png",
@@ -63,6 +64,12 @@ fn a_dry_run_writes_nothing_and_tells_what_it_would_do() {
     let object = folder.run("quilt @/stars.png -o a.png --dry-run --json").done().json();
     assert!(1 << 20 < object["estimated_memory_bytes"].as_u64().unwrap(), "{object}");
     assert_eq!(object["outputs"].as_array().map(Vec::len), Some(0));
+    folder.run("quilt @/stars.png -o a.png --size 40 --dry-run --save-config c.toml").done();
+    let written: Vec<String> =
+        folder.names().into_iter().filter(|name| !before.contains_key(Path::new(name))).collect();
+    assert_eq!(written, ["c.toml"]);
+    folder.run("quilt @/stars.png -o a.png --config c.toml --dry-run").done();
+    fs::remove_file(folder.path("c.toml")).unwrap();
     // What a run would refuse, a dry run refuses too.
     folder.run("quilt @/stars.png -o a.png --dry-run --block 200").refused(3, &["200 px"]);
     folder.run("quilt @/stars.png -o a.png --dry-run --max-memory 1MiB").refused(6, &["1.0 MiB"]);

@@ -20,7 +20,13 @@ pub(crate) fn map(folder: &Folder, name: &str) -> MapFile {
 }
 
 /// A picture of bytes.
-fn write(folder: &Folder, name: &str, shape: [u32; 2], channels: usize, value: impl Fn(usize, [u32; 2]) -> u8) {
+pub(crate) fn write(
+    folder: &Folder,
+    name: &str,
+    shape: [u32; 2],
+    channels: usize,
+    value: impl Fn(usize, [u32; 2]) -> u8,
+) {
     let domain = Domain::open(shape);
     let all = (0..channels).flat_map(|c| domain.positions().map(move |at| (c, at)));
     let grid = Grid::from_vec(domain, channels, all.map(|(c, at)| value(c, at)).collect()).unwrap();
@@ -187,41 +193,6 @@ fn what_is_fixed_stays_to_the_bit() {
     refused.refused(3, &["'b.exr'", "2 exemplar(s)", "1 mask(s)"]);
 }
 
-#[test]
-fn holes_of_a_picture_are_filled() {
-    let folder = Folder::new("graphcut-over");
-    write(&folder, "over.png", [50, 40], 4, |c, [y, x]| match c {
-        3 => {
-            if y.abs_diff(25) < 12 && x.abs_diff(20) < 9 {
-                0
-            } else {
-                255
-            }
-        }
-        c => (y * 5 + x * 3 + c as u32 * 40) as u8,
-    });
-    folder.run("graphcut @/cobbles.png -o out.png --map m.exr --over over.png --region 16 --reach 4 --refine 3").done();
-    let (over, out) = (samples(&folder, "over.png"), samples(&folder, "out.png"));
-    let opaque = |i: usize| over.value(3, i) == 255.0;
-    assert!((0..50 * 40).all(|i| out.value(3, i) == 255.0));
-    // Seams may eat into the picture, but only from the hole on; what is left of it is where it was.
-    let kept = |i: usize| (0..3).all(|c| over.value(c, i) == out.value(c, i));
-    let made = map(&folder, "m.exr").map;
-    for i in (0..50 * 40).filter(|i| opaque(*i)) {
-        let (source, from) = made.locate(made.domain().position(i)).unwrap();
-        assert!(source == 0 || kept(i) && made.domain().index(from) == i);
-    }
-    assert!((0..50 * 40).any(|i| opaque(i) && kept(i)));
-    folder.run("apply m.exr @/cobbles.png over.png -o again.png").done();
-    assert_eq!(samples(&folder, "again.png"), out);
-    folder.run("graphcut @/cobbles.png -o more.png --over over.png --start m.exr --region 16 --refine 9").done();
-    folder.run("graphcut @/cobbles.png -o n.png --start m.exr").refused(3, &["'m.exr'", "'over.png'", "--over"]);
-    let refused = folder.run("graphcut @/cobbles.png -o n.png --over over.png --size 64");
-    refused.refused(3, &["'over.png'", "40x50 px", "64x64 px"]);
-    let refused = folder.run("graphcut @/cobbles.png -o n.png --over over.png --fixed @/stars.png");
-    refused.refused(3, &["stars.png'", "128x128 px", "40x50 px"]);
-}
-
 /// The scale wanted at a part of the way down and across.
 type Field = fn(f64, f64) -> f64;
 
@@ -351,6 +322,20 @@ fn what_cannot_be_done_is_refused_in_one_line() {
         let said = folder.run(&format!("graphcut small.png -o a.png {region} {options}")).refused(exit, parts);
         assert!(said.stdout.is_empty());
         assert_eq!(folder.names(), before, "{options}");
+    }
+}
+
+#[test]
+fn a_dry_run_tells_what_the_run_will_choose() {
+    let folder = Folder::new("graphcut-dry");
+    for line in
+        ["@/cobbles.png --size 60 --refine 1", "@/weave.png --size 40x30 --refine 1 --scale-field top=0.8,bottom=1.2"]
+    {
+        let line = format!("graphcut {line} --json -o");
+        let dry = folder.run(&format!("{line} dry.png --dry-run")).done();
+        assert!(dry.stderr.contains(" px, ") && dry.stderr.contains(" placement, with about "), "{dry:?}");
+        let made = folder.run(&format!("{line} made.png")).done().json();
+        assert_eq!(dry.json()["options"], made["options"], "{line}");
     }
 }
 

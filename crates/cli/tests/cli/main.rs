@@ -1,6 +1,7 @@
 //! The program from outside: exit codes, streams, files, options in files, signals, and samples bit for bit.
 #![forbid(unsafe_code)]
 
+mod again;
 mod blending;
 mod config;
 mod course;
@@ -9,6 +10,7 @@ mod exit_codes;
 mod files;
 mod graphcut;
 mod optimize;
+mod over;
 mod planes;
 mod program;
 mod safety;
@@ -18,3 +20,4 @@ mod score;
 mod signals;
 mod streams;
 mod synthesize;
+mod transfer;

@@ -17,7 +17,13 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--schedule 1:256", 3, "no neighborhood of 256 px"),
         ("--start @/scales-hdr.exr", 3, "scales-hdr.exr"),
         ("--start missing.exr", 4, "'missing.exr'"),
-        ("--size 64 --init random --map m.exr", 2, "averaged"),
+        ("--size 64 --paper --map m.exr", 2, "averaged"),
+        ("--fixed @/weave.png", 2, "--fixed has nothing to fix"),
+        ("--want @/weave.png --lambda -1 --size 192", 2, "lambda of -1"),
+        ("--lambda 2", 2, "--want"),
+        ("--want @/stars.png --size 96 --iterations 1", 3, "the output has 96x96 px"),
+        ("--complete -1", 2, "completeness of -1"),
+        ("--complete much", 2, "'much' is no completeness; write a number"),
     ];
     for (options, exit, named) in refused {
         folder.run(&format!("optimize @/scales.png -o a.png {options}")).refused(exit, &[named]);

@@ -14,7 +14,7 @@ fn the_kept_candidate_is_made_again_by_its_own_command() {
     let info = String::from_utf8(folder.run("info a.png --json").done().stdout).unwrap();
     let start = info.find("selvedge ").expect("a picture tells its command");
     let command: String = info[start + 9..].chars().take_while(|c| *c != '"').collect();
-    assert!(command.starts_with("graphcut weave.png") || command.starts_with("quilt weave.png"), "{command}");
+    assert!(command.starts_with("graphcut weave.png"), "{command}");
     let again = command.replacen("weave.png", "@/weave.png", 1);
     folder.run(&format!("{again} -o c.png --map c.exr")).done();
     assert_eq!((read("a.png"), read("a.exr")), (read("c.png"), read("c.exr")), "{command}");
@@ -28,6 +28,6 @@ fn all_candidates_are_told_and_one_run_scores_nothing() {
     assert!(1 < text.matches("\"preference\"").count() && text.contains("\"seam_energy\""), "{text}");
     assert!(said.stderr.contains("the best of"), "{}", said.stderr);
     let one = folder.run("synthesize @/weave.png -o b.png --size 64 --effort 1").done();
-    assert!(one.stderr.contains("by quilt") && !one.stderr.contains("the best of"), "{}", one.stderr);
+    assert!(one.stderr.contains("by graphcut") && !one.stderr.contains("the best of"), "{}", one.stderr);
     folder.run("synthesize @/weave.png -o b.png --effort 0").refused(2, &["0"]);
 }

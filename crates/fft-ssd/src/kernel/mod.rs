@@ -246,6 +246,31 @@ impl Kernel {
             level => x86::count(level, windows, skip, most, counts),
         }
     }
+
+    /// For window `i` of `n`, `least[step * i..]` becomes its sum and marks where these are less: what is nearest to each place.
+    pub(crate) fn lower_places(self, windows: &Windows<'_>, n: usize, least: &mut [u32]) {
+        match self.0 {
+            Level::Scalar => scalar::lower_places(windows, n, least),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::lower_places(level, windows, n, least),
+        }
+    }
+
+    /// As [`lower`](Self::lower), of sums times `factors[step * i..]`, which are infinite where a window must not stand.
+    pub(crate) fn lower_scaled(
+        self,
+        windows: &Windows<'_>,
+        factors: &[f32],
+        code: u32,
+        best: &mut [[f32; SHIFTS]],
+        codes: &mut [Lanes],
+    ) {
+        match self.0 {
+            Level::Scalar => scalar::lower_scaled(windows, factors, code, best, codes),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::lower_scaled(level, windows, factors, code, best, codes),
+        }
+    }
 }
 
 /// Cells of one picture, each against [`SHIFTS`] places of another.

@@ -215,3 +215,37 @@ pub(super) fn count(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut
         }
     });
 }
+
+/// See [`super::Kernel::lower_places`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn lower_places(windows: &Windows<'_>, n: usize, least: &mut [u32]) {
+    each_window(windows, n, |w, sums| {
+        let least = &mut least[w * windows.step..][..SHIFTS];
+        for i in 0..SHIFTS {
+            least[i] = least[i].min(sums[i]);
+        }
+    });
+}
+
+/// See [`super::Kernel::lower_scaled`]. Compiled once for each level.
+#[inline(always)]
+pub(super) fn lower_scaled(
+    windows: &Windows<'_>,
+    factors: &[f32],
+    code: u32,
+    best: &mut [[f32; SHIFTS]],
+    codes: &mut [Lanes],
+) {
+    assert_eq!(best.len(), codes.len());
+    each_window(windows, best.len(), |w, sums| {
+        let (best, codes) = (&mut best[w], &mut codes[w]);
+        let factors = &factors[w * windows.step..][..SHIFTS];
+        for i in 0..SHIFTS {
+            // Marked sums are far more than any other, and below infinity.
+            let scaled = sums[i] as f32 * factors[i];
+            let is_less = scaled < best[i];
+            codes[i] = if is_less { code } else { codes[i] };
+            best[i] = if is_less { scaled } else { best[i] };
+        }
+    });
+}

@@ -170,7 +170,17 @@ impl Barred {
 
     /// The marks of lanes whose first is column `x`, which may lie up to a vector left of the source.
     pub(super) fn row(&self, y: usize, x: isize) -> &[u32] {
-        &self.marks[y * self.width + (x + SHIFTS as isize) as usize..]
+        &self.marks[self.at(y, x)..]
+    }
+
+    /// The marks of all positions, in an order that [`at`](Self::at) tells.
+    pub(super) fn marks(&self) -> &[u32] {
+        &self.marks
+    }
+
+    /// Where the mark of a position lies.
+    pub(super) fn at(&self, y: usize, x: isize) -> usize {
+        y * self.width + (x + SHIFTS as isize) as usize
     }
 }
 

@@ -7,13 +7,16 @@
 //! propagation is exact, and none is faster at the sizes of textures.
 
 mod bound;
+mod coverage;
 mod field;
 mod one_by_one;
+mod scale;
 mod walk;
 
 use crate::kernel::Kernel;
 use crate::{Error, memory};
 use bound::Bound;
+pub use coverage::Coverage;
 use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, Source};
 
 /// A picture whose windows are compared: 8-bit features, and which samples count.

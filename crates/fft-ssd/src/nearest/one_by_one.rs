@@ -1,8 +1,10 @@
 //! Window by window through the search at every position: for windows that cells do not tile, and errors beyond 32 bits.
 
+use super::scale::{Best as Scaled, factor};
 use super::{Best, Field, Windows, joined};
 use crate::{Costs, Error, Options, Placement, Scratch, SsdSearcher, Template};
 use selvedge_core::{Grid, SimdLevel, par, try_vec};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// See [`super::walk::nearest`].
 pub(super) fn nearest(
@@ -16,6 +18,49 @@ pub(super) fn nearest(
     let stands = !windows.over(source.features.domain()).is_empty();
     each(picture, source, weights, windows, simd, |_, costs| {
         costs.best().filter(|_| stands).map(|c| (c.error, c.position.map(|p| p as u32)))
+    })
+}
+
+/// See [`super::walk::least`].
+pub(super) fn least(
+    picture: Field<'_>,
+    source: Field<'_>,
+    weights: &[u8],
+    windows: Windows,
+    simd: SimdLevel,
+) -> Result<Vec<u64>, Error> {
+    let over = Windows { step: 1, ..windows }.over(source.features.domain());
+    let least: Vec<AtomicU64> = (0..over.len()).map(|_| AtomicU64::new(u64::MAX)).collect();
+    if !over.is_empty() {
+        each(picture, source, weights, windows, simd, |_, costs| {
+            for c in costs.iter() {
+                // The least of all is the same in any order.
+                least[over.index(c.position.map(|p| p as u32))].fetch_min(c.error, Ordering::Relaxed);
+            }
+        })?;
+    }
+    Ok(least.into_iter().map(AtomicU64::into_inner).collect())
+}
+
+/// See [`super::walk::scaled`].
+pub(super) fn scaled(
+    picture: Field<'_>,
+    source: Field<'_>,
+    weights: &[u8],
+    windows: Windows,
+    (least, added): (&[u64], f64),
+    simd: SimdLevel,
+) -> Result<Vec<Scaled>, Error> {
+    let over = Windows { step: 1, ..windows }.over(source.features.domain());
+    if over.is_empty() {
+        return Ok(vec![None; windows.over(picture.features.domain()).len()]);
+    }
+    each(picture, source, weights, windows, simd, |_, costs| {
+        let all = costs.iter().map(|c| {
+            let at = c.position.map(|p| p as u32);
+            (c.error as f32 * factor(least[over.index(at)], added), at)
+        });
+        all.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
     })
 }
 

@@ -1,5 +1,9 @@
 //! All windows against all positions, displacement by displacement.
 
+mod scaled;
+
+pub(super) use scaled::{least, scaled};
+
 use super::field::{Asked, Barred, Continued, Offered, groups};
 use super::{Best, Field, Windows, joined};
 use crate::Error;
@@ -233,14 +237,16 @@ impl Walk {
 
     /// The best of all lanes of a window; of equal ones the first position.
     fn answer(&self, row: usize, column: usize, best: &Lanes, codes: &Lanes) -> Best {
-        let (first, vectors) = self.shifts();
-        let lane = |lane: usize| {
-            let code = codes[lane] as usize;
-            let y = (row * self.step + code / vectors) as isize + first[0];
-            let x = (column * self.step + code % vectors * SHIFTS + lane) as isize + first[1];
-            (u64::from(best[lane]), [y as u32, x as u32])
-        };
+        let lane = |lane: usize| (u64::from(best[lane]), self.place(row, column, codes[lane], lane));
         (0..SHIFTS).filter(|&l| best[l] != u32::MAX).map(lane).min()
+    }
+
+    /// The position in the source that a window has at a displacement.
+    fn place(&self, row: usize, column: usize, code: u32, lane: usize) -> [u32; 2] {
+        let (first, vectors) = self.shifts();
+        let y = (row * self.step + code as usize / vectors) as isize + first[0];
+        let x = (column * self.step + code as usize % vectors * SHIFTS + lane) as isize + first[1];
+        [y as u32, x as u32]
     }
 }
 

@@ -1,7 +1,7 @@
 //! Nearest and similar windows against plain loops, with all instructions and on several threads.
 
 use selvedge_core::{Domain, Grid, Rng, Seed, SimdLevel};
-use selvedge_fft_ssd::{Field, Neighbor, Windows, alike, nearest};
+use selvedge_fft_ssd::{Coverage, Field, Neighbor, Windows, alike, nearest};
 
 const LEVELS: [SimdLevel; 4] = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Avx512];
 
@@ -101,6 +101,39 @@ impl Case {
         found.expect("the case is well formed").into_vec()
     }
 
+    /// The definition of the score: every window against every other.
+    fn most_complete(&self, alpha: f64) -> Vec<Option<Neighbor>> {
+        let (side, asked) = (self.windows.side, self.asked());
+        let error = |at: [u32; 2], source: usize, to: [u32; 2]| {
+            self.picture.error(at, &self.sources[source], to, side, &self.weights)
+        };
+        let places = |source: usize| self.sources[source].positions(side).into_iter().map(move |at| (source, at));
+        let places: Vec<(usize, [u32; 2])> = (0..self.sources.len()).flat_map(places).collect();
+        let least = |&(source, to): &(usize, [u32; 2])| asked.iter().filter_map(|&at| error(at, source, to)).min();
+        let leasts: Vec<Option<u64>> = places.iter().map(least).collect();
+        let known: Vec<u64> = leasts.iter().flatten().copied().collect();
+        let added = (alpha * (known.iter().sum::<u64>() as f64 / known.len() as f64)).max(1.0);
+        let of = |&at: &[u32; 2]| {
+            let scored = places.iter().zip(&leasts).filter_map(|(&(source, position), least)| {
+                let error = error(at, source, position)?;
+                let score = error as f32 * (1.0 / ((*least)? as f64 + added)) as f32;
+                Some((score, Neighbor { source: source as u32, position, error }))
+            });
+            let first = |n: &Neighbor| (n.source, n.position);
+            scored.min_by(|a, b| a.0.total_cmp(&b.0).then(first(&a.1).cmp(&first(&b.1)))).map(|(_, n)| n)
+        };
+        asked.iter().map(of).collect()
+    }
+
+    fn complete(&self, alpha: f64, simd: SimdLevel) -> Vec<Option<Neighbor>> {
+        let sources: Vec<Field<'_>> = self.sources.iter().map(Picture::field).collect();
+        let (picture, weights, windows) = (self.picture.field(), &self.weights, self.windows);
+        let coverage = Coverage::of(picture, &sources, weights, windows, simd).expect("the case is well formed");
+        let coverage = coverage.clone().and(&coverage);
+        let found = coverage.nearest(picture, &sources, weights, windows, alpha, simd);
+        found.expect("the case is well formed").into_vec()
+    }
+
     fn counts(&self, error: u64, apart: u32, simd: SimdLevel) -> Vec<u32> {
         let found = alike(self.picture.field(), &self.weights, self.windows, error, apart, simd);
         found.expect("the case is well formed").into_vec()
@@ -135,6 +168,26 @@ fn nearest_windows_are_those_of_plain_loops() {
         tied += expected.iter().flatten().filter(|n| n.error == 0).count();
     }
     assert!(1000 < found && 0 < none && 100 < tied, "{found} {none} {tied}");
+}
+
+#[test]
+fn complete_windows_are_those_of_the_definition() {
+    let mut rng = Seed(17).rng();
+    let (mut answered, mut other) = (0, 0);
+    for number in 0..40 {
+        let case = Case::random(&mut rng);
+        if case.asked().len() * case.sources[0].features.domain().len() > 150_000 {
+            continue;
+        }
+        let alpha = f64::from(rng.below(3)) / 10.0;
+        let expected = case.most_complete(alpha);
+        answered += expected.iter().flatten().count();
+        other += case.nearest(SimdLevel::Auto).iter().zip(&expected).filter(|(a, b)| a != b).count();
+        for simd in [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::Auto] {
+            assert!(case.complete(alpha, simd) == expected, "{number} {simd:?}");
+        }
+    }
+    assert!(500 < answered && 100 < other, "{answered} windows, {other} of them not the nearest");
 }
 
 #[test]

@@ -69,8 +69,17 @@ fn regular_exemplars_are_matched_whole_and_scattered_ones_in_part() {
     let output = Domain::open([70, 70]);
     let (_, regular) = weave(&of(&board), output, &Options::default());
     assert_eq!(regular.placement, Placement::Entire);
-    let (_, scattered) = weave(&of(&blobs([64, 64], 4)), output, &Options::default());
-    assert_eq!(scattered.placement, Placement::Sub);
+    let blobs = of(&blobs([64, 64], 4));
+    // An output of six times the samples still shows few copies, if they are laid by no region of one's own.
+    for (shape, region, placement) in [
+        ([128, 192], None, Placement::Entire),
+        ([128, 193], None, Placement::Sub),
+        ([70, 70], Some([16; 2]), Placement::Sub),
+    ] {
+        let options = Options { region, refine: Some(0), ..Options::default() };
+        let planned = plan(&blobs, Domain::open(shape), None, &options, &Run::<2>::seeded(0).limits).unwrap();
+        assert_eq!(planned.placement, placement, "{shape:?} {region:?}");
+    }
 }
 
 #[test]

@@ -9,34 +9,41 @@ fn weave() -> Exemplars<2> {
     Exemplars::of(&[&[exemplars::weave()]]).unwrap()
 }
 
-fn preferences(stats: &Stats) -> Vec<f64> {
-    stats.tried.iter().map(|t| t.scored.unwrap().1).collect()
+/// Preferences of drafts, or of what was finished.
+fn preferences(stats: &Stats, draft: bool) -> Vec<f64> {
+    stats.tried.iter().filter(|t| t.draft == draft).map(|t| t.scored.unwrap().1).collect()
 }
 
 #[test]
-fn the_preferred_candidate_is_kept() {
+fn the_best_drafts_are_finished_and_the_preferred_is_kept() {
     let of = weave();
-    let woven = synthesize(&of, Domain::periodic([64, 80]), &Options { effort: 4 }, &Run::seeded(3)).unwrap();
-    let found = preferences(&woven.stats);
-    assert!(2 < found.len(), "{:?}", woven.stats);
-    assert_eq!(found[woven.stats.kept], found.iter().copied().fold(f64::MIN, f64::max));
+    let woven = synthesize(&of, Domain::periodic([64, 80]), &Options { effort: 6 }, &Run::seeded(3)).unwrap();
+    let (tried, kept) = (&woven.stats.tried, &woven.stats.tried[woven.stats.kept]);
+    let (mut drafts, finished) = (preferences(&woven.stats, true), preferences(&woven.stats, false));
+    assert_eq!((drafts.len(), finished.len(), kept.draft), (8, 2, false));
+    assert_eq!(kept.scored.unwrap().1, finished.iter().copied().fold(f64::MIN, f64::max));
+    drafts.sort_by(|a, b| b.total_cmp(a));
+    for done in tried.iter().filter(|t| !t.draft) {
+        let draft = tried.iter().find(|t| t.draft && t.seed == done.seed && t.used[2] == done.used[2]).unwrap();
+        assert!(drafts[1] <= draft.scored.unwrap().1, "{tried:?}");
+    }
     assert_eq!((woven.result.domain(), woven.result.holes()), (Domain::periodic([64, 80]), 0));
 }
 
 #[test]
-fn threads_change_nothing_and_effort_adds_candidates() {
+fn threads_change_nothing_and_effort_adds_drafts() {
     let of = weave();
     let ask = |effort, threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let run = Run::seeded(7);
         pool.install(|| synthesize(&of, Domain::open([60, 60]), &Options { effort }, &run)).unwrap()
     };
-    let (one, three) = (ask(5, 1), ask(5, 3));
+    let (one, three) = (ask(4, 1), ask(4, 3));
     assert_eq!((&one.result, &one.stats), (&three.result, &three.stats));
-    let more = ask(6, 3);
+    let more = ask(5, 3);
     assert!(one.stats.tried.len() < more.stats.tried.len());
     let single = ask(1, 1).stats;
-    assert!(single.tried.len() == 1 && single.tried[0].scored.is_none());
+    assert!(single.tried.len() == 1 && single.tried[0].scored.is_none() && !single.tried[0].draft);
 }
 
 #[test]

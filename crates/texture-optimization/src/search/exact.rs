@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, par};
-use selvedge_fft_ssd::{Field, Neighbor, Windows, nearest};
+use selvedge_fft_ssd::{Coverage, Field, Neighbor, Windows, nearest};
 
 use super::Found;
 use crate::Error;
@@ -20,12 +20,19 @@ pub(crate) struct Exact<'a> {
     exemplars: &'a Exemplars<2>,
     all: &'a Neighborhoods,
     simd: SimdLevel,
+    /// See [`Options::complete`](crate::Options::complete).
+    alpha: Option<f64>,
     before: Option<(Grid<u8, 2>, Vec<Neighbor>)>,
 }
 
 impl<'a> Exact<'a> {
-    pub(crate) fn new(exemplars: &'a Exemplars<2>, all: &'a Neighborhoods, simd: SimdLevel) -> Self {
-        Self { exemplars, all, simd, before: None }
+    pub(crate) fn new(
+        exemplars: &'a Exemplars<2>,
+        all: &'a Neighborhoods,
+        alpha: Option<f64>,
+        simd: SimdLevel,
+    ) -> Self {
+        Self { exemplars, all, simd, alpha, before: None }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
@@ -33,9 +40,13 @@ impl<'a> Exact<'a> {
     /// Time `O(changed samples * samples of the exemplars * channels)`, whatever the size.
     pub(crate) fn search(&mut self, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
         let seen = x.map(|v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
-        let (neighbors, searched) = match self.before.take() {
-            None => (self.part(&seen, [0, 1].map(|a| 0..self.all.shape()[a]))?, self.all.len()),
-            Some((before, neighbors)) => self.again(&before, &seen, neighbors.into_iter().map(Some).collect())?,
+        let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
+        let (neighbors, searched) = match (self.before.take(), self.alpha) {
+            (_, Some(alpha)) => (self.complete(&seen, whole, alpha)?, self.all.len()),
+            (None, None) => (self.part(&seen, whole)?, self.all.len()),
+            (Some((before, neighbors)), None) => {
+                self.again(&before, &seen, neighbors.into_iter().map(Some).collect())?
+            }
         };
         let Some(neighbors) = neighbors.into_iter().collect::<Option<Vec<Neighbor>>>() else { return Ok(None) };
         let places = neighbors.iter().map(|n| Place { source: n.source, at: n.position }).collect();
@@ -97,19 +108,60 @@ impl<'a> Exact<'a> {
     /// The nearest of the neighborhoods in some rows and columns: all that are evenly spaced at once, those that are
     /// flush with an edge by themselves.
     fn part(&self, seen: &Grid<u8, 2>, part: [Range<usize>; 2]) -> Result<Vec<Option<Neighbor>>, Error> {
-        let [rows, columns] = [0, 1].map(|a| self.even(a, part[a].clone()));
+        let (sources, weights) = (Field::all(self.exemplars), self.exemplars.weights());
+        self.by_runs(seen, part, |field, windows| Ok(nearest(field, &sources, weights, windows, self.simd)?))
+    }
+
+    /// The same by their scores, for which all must be known.
+    fn complete(
+        &self,
+        seen: &Grid<u8, 2>,
+        whole: [Range<usize>; 2],
+        alpha: f64,
+    ) -> Result<Vec<Option<Neighbor>>, Error> {
+        let (sources, weights) = (Field::all(self.exemplars), self.exemplars.weights());
+        let mut all: Option<Coverage> = None;
+        for run in self.runs(&whole) {
+            let cut = self.covering(seen, &run)?;
+            let field = Field::new(cut.as_ref().unwrap_or(seen));
+            let here = Coverage::of(field, &sources, weights, self.windows(), self.simd)?;
+            all = Some(all.map_or(here.clone(), |all| all.and(&here)));
+        }
+        let all = all.expect("there are neighborhoods");
+        self.by_runs(
+            seen,
+            whole,
+            |field, windows| Ok(all.nearest(field, &sources, weights, windows, alpha, self.simd)?),
+        )
+    }
+
+    fn by_runs(
+        &self,
+        seen: &Grid<u8, 2>,
+        part: [Range<usize>; 2],
+        search: impl Fn(Field<'_>, Windows) -> Result<Grid<Option<Neighbor>, 2>, Error>,
+    ) -> Result<Vec<Option<Neighbor>>, Error> {
         let width = part[1].len();
         let mut all = vec![None; part[0].len() * width];
-        for y in &rows {
-            for x in &columns {
-                let found = self.evenly(seen, [y.clone(), x.clone()])?;
-                for (row, found) in y.clone().zip(found.chunks(x.len())) {
-                    let to = (row - part[0].start) * width + x.start - part[1].start;
-                    all[to..to + x.len()].copy_from_slice(found);
-                }
+        for run in self.runs(&part) {
+            let cut = self.covering(seen, &run)?;
+            let found = search(Field::new(cut.as_ref().unwrap_or(seen)), self.windows())?.into_vec();
+            for (row, found) in run[0].clone().zip(found.chunks(run[1].len())) {
+                let to = (row - part[0].start) * width + run[1].start - part[1].start;
+                all[to..to + run[1].len()].copy_from_slice(found);
             }
         }
         Ok(all)
+    }
+
+    fn windows(&self) -> Windows {
+        Windows { side: self.all.size, step: self.all.step() }
+    }
+
+    /// Rows and columns that are evenly spaced.
+    fn runs(&self, part: &[Range<usize>; 2]) -> Vec<[Range<usize>; 2]> {
+        let [rows, columns] = [0, 1].map(|a| self.even(a, part[a].clone()));
+        rows.iter().flat_map(|y| columns.iter().map(move |x| [y.clone(), x.clone()])).collect()
     }
 
     /// Neighborhoods of an axis in runs that are evenly spaced.
@@ -122,21 +174,13 @@ impl<'a> Exact<'a> {
         }
     }
 
-    fn evenly(&self, seen: &Grid<u8, 2>, part: [Range<usize>; 2]) -> Result<Vec<Option<Neighbor>>, Error> {
-        let domain = self.all.domain;
-        let whole = |a: usize| part[a].len() == self.all.firsts[a].len() && self.even(a, part[a].clone()).len() == 1;
-        let windows = Windows { side: self.all.size, step: self.all.step() };
-        let cut;
-        let field = if whole(0) && whole(1) {
-            Field::new(seen)
-        } else {
-            let covered = [0, 1].map(|a| self.covered(a, &part[a]));
-            cut = cropped(seen, covered, domain)?;
-            Field::new(&cut)
-        };
-        let found = nearest(field, &Field::all(self.exemplars), self.exemplars.weights(), windows, self.simd)?;
-        debug_assert_eq!(found.domain().shape.map(|n| n as usize), [part[0].len(), part[1].len()]);
-        Ok(found.into_vec())
+    /// What neighborhoods that are evenly spaced cover of a picture; `None` if these are all of it.
+    fn covering(&self, seen: &Grid<u8, 2>, run: &[Range<usize>; 2]) -> Result<Option<Grid<u8, 2>>, Error> {
+        if (0..2).all(|a| run[a].len() == self.all.firsts[a].len()) {
+            return Ok(None);
+        }
+        let covered = [0, 1].map(|a| self.covered(a, &run[a]));
+        cropped(seen, covered, self.all.domain).map(Some)
     }
 }
 
@@ -179,7 +223,7 @@ mod tests {
             domain.shape[1] += 20;
             let all = Neighborhoods::new(domain, size);
             let simd = LEVELS[case as usize / 2 % 4];
-            let mut exact = Exact::new(&exemplars, &all, simd);
+            let mut exact = Exact::new(&exemplars, &all, None, simd);
             let mut x = noise(&mut rng, all.domain);
             for step in 0..3 {
                 let found = exact.search(&x).unwrap().unwrap();

@@ -1,7 +1,7 @@
 //! What is refused, and in which words.
 
 use selvedge_core::{Domain, ErrorKind, Exemplars, Grid, Limits, Plane, Role, Run, Samples, SourceMap};
-use selvedge_texture_optimization::{Error, Level, Options, optimize, optimize_from};
+use selvedge_texture_optimization::{Control, Error, Level, Options, Plan, Wanted, optimize, optimize_from};
 
 fn exemplars(shape: [u32; 2]) -> Exemplars<2> {
     let domain = Domain::open(shape);
@@ -26,6 +26,8 @@ fn options_out_of_range_are_named_with_their_numbers() {
         assert!(matches!(error, Error::Robust { .. }));
         assert_eq!(error.kind(), ErrorKind::Option);
     }
+    let complete = refused(Options { complete: Some(-0.5), ..Options::default() });
+    assert_eq!(complete.to_string(), "a completeness of -0.5 is out of range");
     assert_eq!(refused(Options { iterations: 0, ..Options::default() }), Error::Iterations);
 }
 
@@ -45,7 +47,9 @@ fn what_is_too_small_is_said_to_be() {
 #[test]
 fn starts_that_do_not_fit_are_refused() {
     let (own, other) = (exemplars([20, 20]), exemplars([20, 21]));
-    let of = |map: &SourceMap<2>| optimize_from(&own, map, &Options::default(), &Run::seeded(0)).unwrap_err();
+    let of = |map: &SourceMap<2>| {
+        optimize_from(&own, map, &Control::default(), &Options::default(), &Run::seeded(0)).unwrap_err()
+    };
     let output = Domain::open([10, 10]);
     assert_eq!(of(&SourceMap::unassigned(&other, output).unwrap()), Error::ForeignMap);
     assert_eq!(of(&SourceMap::unassigned(&own, output).unwrap()), Error::Holes { holes: 100 });
@@ -56,4 +60,24 @@ fn a_budget_that_does_not_suffice_is_known_before_the_work() {
     let run = Run { limits: Limits { memory: 1 << 16, ..Limits::default() }, ..Run::seeded(0) };
     let refused = optimize(&exemplars([20, 20]), Domain::open([500, 500]), &Options::default(), &run);
     assert_eq!(refused.unwrap_err().kind(), ErrorKind::Memory);
+}
+
+#[test]
+fn constraints_that_do_not_fit_are_refused() {
+    let own = exemplars([20, 20]);
+    let output = Domain::open([12, 12]);
+    let plan = Plan::new(&own, output, &Options::default(), &Run::seeded(0)).unwrap();
+    let of = |control: Control| plan.weave(None, &control, &Run::seeded(0)).unwrap_err();
+    let wanted = |shape: Domain<2>, channels, lambda: f32| {
+        let features = Grid::try_filled(shape, channels, 0).unwrap();
+        let weight = Grid::try_filled(output, 1, lambda).unwrap();
+        Control { wanted: Some(Wanted { features, weight }), fixed: None }
+    };
+    let small = of(wanted(Domain::open([9, 12]), 1, 1.0));
+    assert_eq!(small.to_string(), "the picture that is wanted is [9, 12, 1], and [12, 12, 1] is needed");
+    assert!(matches!(of(wanted(output, 2, 1.0)), Error::Control { .. }));
+    assert_eq!(of(wanted(output, 1, -1.0)), Error::Lambda { lambda: -1.0 });
+    assert!(matches!(of(wanted(output, 1, f32::NAN)), Error::Lambda { .. }));
+    let fixed = Some(Grid::try_filled(output, 1, true).unwrap());
+    assert_eq!(of(Control { fixed, wanted: None }), Error::NothingFixed);
 }

@@ -1,8 +1,11 @@
 //! Whole runs.
 
 use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap};
+use selvedge_fft_ssd::{Field, Windows, nearest};
 use selvedge_testkit::from_png;
-use selvedge_texture_optimization::{Level, Optimized, Options, Plan, Search, optimize, optimize_from};
+use selvedge_texture_optimization::{
+    Control, Finish, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
+};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const SCALES: &[u8] = include_bytes!("../../../../fixtures/scales.png");
@@ -54,9 +57,10 @@ fn threads_and_instructions_change_nothing() {
     let exemplars = exemplars(&plane);
     let output = Domain { shape: [50, 61], periodic: [false, true] };
     let of = |threads: usize, simd| {
+        let options = Options { iterations: 4, ..Options::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let run = Run { simd, ..Run::seeded(5) };
-        let woven = pool.install(|| optimize(&exemplars, output, &Options::default(), &run)).unwrap();
+        let woven = pool.install(|| optimize(&exemplars, output, &options, &run)).unwrap();
         (bytes(&woven.result, &plane), woven.result, woven.stats)
     };
     let one = of(1, selvedge_core::SimdLevel::Auto);
@@ -74,8 +78,8 @@ fn a_copy_of_the_exemplar_stays_what_it_is() {
     for at in map.domain().positions() {
         map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
     }
-    let options = Options { schedule: levels(&[(1, 16), (1, 8)]), ..Options::default() };
-    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    let options = Options { schedule: levels(&[(1, 16), (1, 8)]), ..Options::paper() };
+    let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
     assert_eq!(bytes(&woven.result, &plane), bytes(&Optimized::Map(map), &plane));
     assert_eq!(woven.stats.energy(), Some(0.0));
 }
@@ -99,8 +103,8 @@ fn odd_samples_at_the_edges_are_mended() {
     for at in [[0, 0], [0, 30], [28, 0], [28, 30]] {
         map.ids.set(0, at, SampleId::new(lightest));
     }
-    let options = Options { schedule: levels(&[(1, 8)]), ..Options::default() };
-    let woven = optimize_from(&exemplars, &map, &options, &Run::seeded(0)).unwrap();
+    let options = Options { schedule: levels(&[(1, 8)]), ..Options::paper() };
+    let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
     assert_ne!(bytes(&Optimized::Map(map), &plane), clean);
     assert_eq!(bytes(&woven.result, &plane), clean);
 }
@@ -125,7 +129,7 @@ fn a_run_that_is_cancelled_answers_with_what_there_is() {
     for events in [1, 6, 1000] {
         let observer = After(AtomicU32::new(0), events);
         let run = Run { observer: &observer, ..Run::seeded(5) };
-        let woven = optimize(&exemplars, output, &Options::default(), &run).unwrap();
+        let woven = optimize(&exemplars, output, &Options { iterations: 10, ..Options::paper() }, &run).unwrap();
         assert_eq!(woven.complete, events == 1000);
         assert_eq!(woven.result.domain(), output);
         assert_eq!(matches!(woven.result, Optimized::Map(_)), !woven.complete);
@@ -140,4 +144,95 @@ fn a_plan_names_the_levels_that_fit() {
     let plan = Plan::new(&exemplars, Domain::open([64, 64]), &Options::paper(), &Run::seeded(0)).unwrap();
     assert_eq!(plan.levels(), levels(&[(2, 8), (1, 16), (1, 8)]));
     assert_eq!(plan.left_out(), levels(&[(4, 8), (2, 16), (1, 32)]));
+}
+
+/// The part of the exemplar's neighborhoods, a step apart, of which an output has nothing near: by mean squared distance.
+fn lacking(plane: &Plane<2>, result: &Optimized) -> f64 {
+    let (Samples::U8(there), Samples::U8(here)) = (result.render(&[plane]).unwrap().samples, &plane.samples) else {
+        panic!("8 bits")
+    };
+    let windows = Windows { side: 8, step: 4 };
+    let simd = selvedge_core::SimdLevel::Auto;
+    let found = nearest(Field::new(here), &[Field::new(&there)], &[1; 3], windows, simd).unwrap();
+    let errors: Vec<f64> = found.samples().iter().flatten().map(|n| n.error as f64 / 192.0).collect();
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+#[test]
+fn completeness_brings_in_what_an_output_lacks_and_the_finish_is_made_of_samples() {
+    let plane = scales(48);
+    let exemplars = exemplars(&plane);
+    let output = Domain { shape: [75, 66], periodic: [false, true] };
+    let of = |complete, finish| {
+        let options = Options { complete, finish, iterations: 4, ..Options::default() };
+        optimize(&exemplars, output, &options, &Run::seeded(2)).unwrap()
+    };
+    let [plain, complete] = [None, Some(0.1)].map(|complete| of(complete, Finish::Average));
+    let [without, with] = [&plain, &complete].map(|woven| lacking(&plane, &woven.result));
+    assert!(with < 0.9 * without, "{with} of {without}");
+    let sharp = of(Some(0.1), Finish::Coherent);
+    let map = sharp.result.as_map().expect("samples that continue each other are a map");
+    assert_eq!(map.holes(), 0);
+    // Averages have less contrast than what they are averages of.
+    let contrast = |result: &Optimized| {
+        let bytes = bytes(result, &plane);
+        bytes.windows(2).map(|p| f64::from(p[0].abs_diff(p[1]))).sum::<f64>() / bytes.len() as f64
+    };
+    let (before, after) = (contrast(&complete.result), contrast(&sharp.result));
+    assert!(before < after, "{after} of {before}");
+    // Most samples go on with their neighbour's patch.
+    let seams = map.domain().positions().filter(|&at| map.is_seam(at, 1)).count();
+    assert!(seams * 5 < map.domain().len(), "{seams} seams");
+}
+
+#[test]
+fn a_copy_of_the_exemplar_is_finished_as_itself() {
+    let plane = scales(40);
+    let exemplars = exemplars(&plane);
+    let mut map = SourceMap::unassigned(&exemplars, Domain::open([24, 30])).unwrap();
+    for at in map.domain().positions() {
+        map.ids.set(0, at, exemplars.table().id(0, [at[0] + 3, at[1] + 7]));
+    }
+    let options = Options { schedule: levels(&[(1, 8)]), complete: None, ..Options::default() };
+    let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
+    assert_eq!(woven.result, Optimized::Map(map));
+}
+
+#[test]
+fn wished_colours_come_where_they_are_wanted_and_fixed_samples_stay() {
+    let plane = scales(48);
+    let exemplars = exemplars(&plane);
+    let output = Domain::open([64, 64]);
+    let run = Run::seeded(4);
+    let of_exemplar = |at: [u32; 2]| exemplars.table().id(0, [at[0] % 48, at[1] % 48]);
+    let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
+    output.positions().for_each(|at| map.ids.set(0, at, of_exemplar(at)));
+    // Light in the middle, dark nowhere.
+    let inside = |at: [u32; 2]| at.iter().all(|p| (24..40).contains(p));
+    let features = Grid::try_filled(output, exemplars.channels(), 250).unwrap();
+    let weight = |lambda: f32| {
+        let of = output.positions().map(|at| if inside(at) { lambda } else { 0.0 }).collect();
+        Grid::from_vec(output, 1, of).unwrap()
+    };
+    let fixed = Grid::from_vec(output, 1, output.positions().map(|at| at[0] < 9).collect()).unwrap();
+    let light = |lambda: f32, finish| {
+        let wanted = Some(Wanted { features: features.clone(), weight: weight(lambda) });
+        let control = Control { wanted, fixed: Some(fixed.clone()) };
+        let options = Options { finish, iterations: 4, ..Options::default() };
+        let woven = optimize_from(&exemplars, &map, &control, &options, &run).unwrap();
+        let (shown, before) = (bytes(&woven.result, &plane), bytes(&Optimized::Map(map.clone()), &plane));
+        for (i, at) in output.positions().enumerate().filter(|(_, at)| at[0] < 9) {
+            assert_eq!(shown[i], before[i], "{at:?}");
+        }
+        let all: Vec<u32> = (0..output.len())
+            .filter(|&i| inside(output.position(i)))
+            .map(|i| (0..3).map(|c| u32::from(shown[c * output.len() + i])).sum())
+            .collect();
+        f64::from(all.iter().sum::<u32>()) / all.len() as f64 / 3.0
+    };
+    for finish in [Finish::Average, Finish::Coherent] {
+        let [without, little, much] = [0.0, 0.3, 3.0].map(|lambda| light(lambda, finish));
+        // The lightest of these scales is not far from what a little brings.
+        assert!(without + 20.0 < little && without + 20.0 < much, "{without} {little} {much}");
+    }
 }

@@ -11,10 +11,11 @@ use super::{Job, Knobs, Task};
 use crate::commands::transfer::{Pair, guide_of, pairs};
 use crate::failure::Failure;
 use crate::inputs::Input;
+use crate::loom::Loom;
 use crate::method::Method as _;
 use crate::report::Done;
 use crate::session::Session;
-use crate::weaving::{Loom, Weaving};
+use crate::weaving::Weaving;
 
 /// The paper's for filters. `[CMS V-D]`
 const TASK: Task = Task { weight: 20.0, neighborhood: 5 };

@@ -11,10 +11,11 @@ use super::{Job, Knobs, Task};
 use crate::commands::transfer::pairs;
 use crate::failure::Failure;
 use crate::inputs::Input;
+use crate::loom::Loom;
 use crate::method::Method as _;
 use crate::report::Done;
 use crate::session::Session;
-use crate::weaving::{Loom, Weaving};
+use crate::weaving::Weaving;
 
 /// The paper's for carpet and brick is 7 and 7, for curved cloth 7 and 3. `[CMS V-B]`
 const TASK: Task = Task { weight: 7.0, neighborhood: 3 };

@@ -16,9 +16,10 @@ use crate::blending::Blending;
 use crate::commands::transfer::{Pair, guide_of, named};
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Weaving};
+use crate::weaving::Weaving;
 
 /// Options of all commands of constrained synthesis.
 #[derive(Args, Debug)]

@@ -12,10 +12,11 @@ use super::{Job, Knobs, Task};
 use crate::commands::transfer::{check_shape, listed, pairs};
 use crate::failure::{Failure, n, shown};
 use crate::inputs::Input;
+use crate::loom::Loom;
 use crate::method::Method as _;
 use crate::report::Done;
 use crate::session::Session;
-use crate::weaving::{Loom, Weaving};
+use crate::weaving::Weaving;
 
 /// Between the paper's 0.5, 10 and 0.6, and its 9, 2 and 1. Of brick, grass and wall, 2 / 2 follows borders best, but of the
 /// bricks hardly a joint is left; with 0.5 / 9 joints are there and broken; 2 / 4 keeps most of them whole.

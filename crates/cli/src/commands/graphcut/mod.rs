@@ -2,29 +2,30 @@
 
 mod choices;
 mod scales;
-mod start;
+mod sources;
+pub(crate) mod start;
 
 use std::path::PathBuf;
 
 use clap::Args;
-use selvedge_core::{Domain, Grid, Observer, Run, Source, Transform};
-use selvedge_graphcut_textures::{Error, Options, Start, Stats, estimate, graphcut, graphcut_from};
+use selvedge_core::{Domain, Observer, Run, Transform};
+use selvedge_graphcut_textures::{Error, Options, Placement, Plan, Start, Stats, estimate, graphcut_from, plan};
 use serde_json::json;
-use std::sync::Arc;
 
 use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
 use self::start::{Begun, StartArgs};
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::course::{self, Film};
-use crate::exemplars::Backdrop;
 use crate::failure::Failure;
-use crate::inputs::Input;
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
+use crate::repairing::{self, Repairing, with_repair};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
 
 /// Options of `graphcut`.
@@ -68,6 +69,8 @@ pub(crate) struct Graphcut {
     paper: bool,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    repairing: Repairing,
     #[command(flatten)]
     blending: Blending,
     /// Turn exemplars by quarter turns as well.
@@ -114,9 +117,6 @@ fn angle(text: &str) -> Result<f64, Wrong> {
     let angle = text.parse().ok().filter(|a: &f64| a.is_finite());
     angle.ok_or_else(|| Wrong::new(format!("'{text}' is no angle"), "write degrees, such as 30"))
 }
-
-/// One way to turn exemplars: clockwise degrees, and whether they are mirrored before.
-type Orientation = (f64, bool);
 
 /// A run whose options were understood, and whose map was read.
 struct Job<'a> {
@@ -175,7 +175,8 @@ impl Method for Job<'_> {
         let filmed = self.args.weaving.report.is_some();
         let film = if filmed { course::memory(sources, channels, output) } else { 0 };
         let method = estimate(sources, channels, output, &self.options);
-        method.saturating_add(field).saturating_add(film)
+        let repair = self.args.repairing.bytes(sources, channels, output);
+        method.saturating_add(field).saturating_add(film).saturating_add(repair)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
@@ -183,33 +184,37 @@ impl Method for Job<'_> {
         Ok(Start { map, fixed, sources: self.args.sources(loom, self.field)? })
     }
 
-    fn plan(&self, loom: &Loom<'_>, _: Start<2>) -> Result<(Used, String), Failure> {
-        // The least output tells whether options and exemplars go together.
-        let one = graphcut(&loom.loaded.exemplars, Domain::open([1, 1]), &self.options, &Run::seeded(0));
-        one.map_err(|e| failure(loom, e))?;
-        Ok((self.args.used(loom, self.field, &self.options, None), "from patches".into()))
+    fn plan(&self, loom: &Loom<'_>, start: Start<2>) -> Result<(Used, String), Failure> {
+        let (exemplars, limits) = (&loom.loaded.exemplars, &loom.session.limits);
+        let plan = plan(exemplars, loom.domain, start.sources.as_ref(), &self.options, limits);
+        let chosen = Chosen::from(&plan.map_err(|e| failure(loom, e))?);
+        let [height, width] = chosen.region;
+        let placement = format!("{:?}", chosen.placement).to_lowercase();
+        let how = format!("from patches for regions of {width}x{height} px, {placement} placement");
+        Ok((self.args.used(loom, self.field, &chosen), how))
     }
 
     fn weave(&self, loom: &Loom<'_>, start: Start<2>) -> Result<Outcome, Failure> {
         let (args, exemplars, session) = (self.args, &loom.loaded.exemplars, loom.session);
-        let kept = start.fixed.clone();
+        let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| args.repairing.is_on()));
         let filmed = args.weaving.report.is_some();
         let film = filmed.then(|| Film::new(&session.watch, exemplars, self.options.seam)).transpose()?;
         let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
         let run = Run { observer, ..session.run() };
-        let woven = graphcut_from(exemplars, start, &self.options, &run).map_err(|e| failure(loom, e))?;
+        let mut woven = graphcut_from(exemplars, start, &self.options, &run).map_err(|e| failure(loom, e))?;
         args.warn_of_small(loom, woven.stats.region);
         let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
+        let repair = args.repairing.mend(session, exemplars, &mut woven, (kept.as_ref(), sources))?;
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
             kept,
-            options: args.used(loom, self.field, &self.options, Some(&woven.stats)),
-            stats: counts(&woven.stats),
+            options: args.used(loom, self.field, &Chosen::from(&woven.stats)),
+            stats: with_repair(counts(&woven.stats), repair.as_ref()),
             how: if self.backdrop().is_some() && woven.stats.patches == 0 {
                 "as it was: the picture has no holes, and no --fixed makes some".to_owned()
             } else {
-                how(&woven.stats)
+                how(&woven.stats) + &repairing::how(repair.as_ref())
             },
             course,
         })
@@ -233,38 +238,11 @@ impl Graphcut {
         Options { reach: self.reach.0, variety: self.variety.0, tries: self.tries, ..options }
     }
 
-    /// The orientations asked for, each once, as they are first.
-    fn orientations(&self) -> Vec<Orientation> {
-        let mut all: Vec<Orientation> = Vec::new();
-        for degrees in std::iter::once(0.0).chain(self.rotate.iter().copied()) {
-            for turn in if self.turn { 0..4 } else { 0..1 } {
-                for mirror in if self.mirror { vec![false, true] } else { vec![false] } {
-                    let orientation = ((degrees + 90.0 * f64::from(turn)).rem_euclid(360.0), mirror);
-                    if !all.contains(&orientation) {
-                        all.push(orientation);
-                    }
-                }
-            }
-        }
-        all
-    }
-
-    /// Every orientation at every scale, scale by scale.
-    fn transforms(&self, scales: &[f64]) -> Vec<Transform> {
-        let mut all: Vec<Transform> = Vec::new();
-        for scale in scales {
-            let turned =
-                self.orientations().into_iter().map(|(degrees, mirror)| Transform::new(degrees, *scale, mirror));
-            let fresh: Vec<Transform> = turned.filter(|transform| !all.contains(transform)).collect();
-            all.extend(fresh);
-        }
-        all
-    }
-
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         self.options().validate()?;
         self.blending.validate()?;
+        self.repairing.validate()?;
         let field = self.scale_field.clone().map(|f| Scales::new(f, self.scale_range, self.scale_step)).transpose()?;
         let levels = match &field {
             Some(field) => field.levels(),
@@ -285,68 +263,42 @@ impl Graphcut {
         Job { args: self, options, field: field.as_ref(), levels: &levels, begun: &begun, domain: &domain }.run(session)
     }
 
-    /// By position, which sources may be copied from; `None` for all everywhere.
-    fn sources(&self, loom: &mut Loom<'_>, field: Option<&Scales>) -> Result<Option<Grid<u64, 2>>, Failure> {
-        let Some(field) = field else {
-            if self.start.backdrop().is_none() {
-                return Ok(None);
-            }
-            // It stands where it is, and nowhere else.
-            let others = loom.loaded.exemplars.sources().len() - 1;
-            return Ok(Some(Grid::try_filled(loom.domain, 1, (1 << others) - 1)?));
-        };
-        let picture = field.file().map(|path| loom.read(&Input::new(loom.session, path)?)).transpose()?;
-        let mut allowed = field.allowed(loom.domain, picture.as_ref())?;
-        let of_levels: Vec<u64> = field.levels().into_iter().map(|scale| self.of_scale(loom, scale)).collect();
-        for bits in allowed.plane_mut(0) {
-            let set = (0..of_levels.len()).filter(|level| *bits >> level & 1 == 1);
-            *bits = set.fold(0, |sources, level| sources | of_levels[level]);
-        }
-        Ok(Some(allowed))
-    }
-
-    /// Exemplars that no region fits into are laid where nothing larger may be.
-    fn warn_of_small(&self, loom: &Loom<'_>, [height, width]: [u32; 2]) {
-        let sources = loom.loaded.exemplars.sources();
-        for (number, path) in loom.loaded.given().iter().enumerate() {
-            let mut own = sources.iter().filter(|s| usize::from(s.origin.exemplar) == number).map(|s| s.domain().shape);
-            if own.all(|[h, w]| h < height || w < width) {
-                let what = format!(
-                    "smaller than the regions of {width}x{height} px; use a smaller --region to see more of it"
-                );
-                loom.session.warn(path, &what);
-            }
-        }
-    }
-
-    /// The sources of a scale, but for the picture that is gone on from. What is the same at several scales is one source.
-    fn of_scale(&self, loom: &Loom<'_>, scale: f64) -> u64 {
-        let (given, turned) = (loom.loaded.given().len(), self.transforms(&[scale]));
-        let sources = loom.loaded.exemplars.sources().iter().enumerate();
-        let here = |(number, s): (usize, &Arc<Source<2>>)| {
-            let laid = usize::from(s.origin.exemplar) < given && turned.contains(&s.origin.transform);
-            if laid { 1 << number } else { 0_u64 }
-        };
-        sources.map(here).fold(0, |all, bit| all | bit)
-    }
-
-    /// The options as used; what the program chose is known after the run.
-    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, options: &Options<2>, stats: Option<&Stats<2>>) -> Used {
-        let lower = |name: String| name.to_lowercase();
-        let placement = stats.map_or(options.placement, |s| s.placement);
+    /// The options as used.
+    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, chosen: &Chosen) -> Used {
         let used = loom
             .used()
-            .set("placement", lower(format!("{placement:?}")))
-            .set("region", stats.map_or(options.region, |s| Some(s.region)).map(typed))
-            .set("reach", stats.map_or(options.reach, |s| Some(s.reach)).map(typed))
-            .set("variety", stats.map_or(options.variety, |s| Some(s.variety)))
-            .set("refine", options.refine)
-            .set("tries", options.tries);
-        let used = self.blending.used(used);
+            .set("placement", format!("{:?}", chosen.placement).to_lowercase())
+            .set("region", typed(chosen.region))
+            .set("reach", typed(chosen.reach))
+            .set("variety", chosen.variety)
+            .set("refine", self.refine.0)
+            .set("tries", self.options().tries);
+        let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
+        let used = self.repairing.used_if_any(self.blending.used(used));
         match field {
             Some(field) => field.used(used),
             None => used.without("scale-field").without("scale-range").without("scale-step"),
         }
+    }
+}
+
+/// What was left to the program.
+struct Chosen {
+    placement: Placement,
+    region: [u32; 2],
+    reach: [u32; 2],
+    variety: f64,
+}
+
+impl From<&Plan<2>> for Chosen {
+    fn from(plan: &Plan<2>) -> Self {
+        Self { placement: plan.placement, region: plan.region, reach: plan.reach, variety: plan.variety }
+    }
+}
+
+impl From<&Stats<2>> for Chosen {
+    fn from(stats: &Stats<2>) -> Self {
+        Self { placement: stats.placement, region: stats.region, reach: stats.reach, variety: stats.variety }
     }
 }
 
@@ -371,7 +323,7 @@ fn counts(stats: &Stats<2>) -> serde_json::Value {
 fn how(stats: &Stats<2>) -> String {
     let placement = format!("{:?}", stats.placement).to_lowercase();
     let (patches, improvements) = (stats.patches, stats.improvements);
-    let why = stats.regularity.map_or(String::new(), |r| format!(" by a regularity of {r}"));
+    let why = stats.regularity.map_or(String::new(), |r| format!(" at a regularity of {r}"));
     format!("from {patches} patches and {improvements} refinements, {placement} placement{why}")
 }
 

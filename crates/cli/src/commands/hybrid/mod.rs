@@ -2,18 +2,26 @@
 
 mod choices;
 
+use std::path::PathBuf;
+
 use clap::Args;
-use selvedge_core::{Domain, Exemplars, Role, Transform};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Role, Start, Transform};
 use selvedge_hybrid::{Error, Options, Plan, Stats, estimate, weighed};
 use serde_json::json;
 
 use self::choices::{Block, LayoutArg, ResynthesizeArg, SearchArg, block, error, typed};
+use super::graphcut::start::{Begun, StartArgs};
 use super::quilt::ContinuationArg;
+use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
+use crate::repairing::{self, Repairing, with_repair};
+use crate::report::Done;
+use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `hybrid`.
 #[derive(Args, Debug)]
@@ -68,69 +76,126 @@ pub(crate) struct Hybrid {
     #[arg(long)]
     mirror: bool,
     #[command(flatten)]
+    start: StartArgs,
+    #[command(flatten)]
+    repairing: Repairing,
+    #[command(flatten)]
     blending: Blending,
 }
 
-impl Method for Hybrid {
-    type Read = ();
+/// A run whose map to begin with was read.
+struct Job<'a> {
+    args: &'a Hybrid,
+    begun: &'a Begun<'a>,
+    domain: &'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
+}
+
+impl Method for Job<'_> {
+    type Read = Start<2>;
 
     fn name(&self) -> &'static str {
         "hybrid"
     }
 
     fn weaving(&self) -> &Weaving {
-        &self.weaving
+        &self.args.weaving
     }
 
     fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options().validate()?)
+        self.args.options().validate()?;
+        self.args.repairing.validate()
     }
 
     fn blending(&self) -> Blending {
-        self.blending
+        self.args.blending
+    }
+
+    fn keeps(&self) -> bool {
+        true
     }
 
     fn size(&self) -> OutputSize<'_> {
-        OutputSize::Exemplar(self.sizing)
+        OutputSize::Start(self.domain)
+    }
+
+    fn others(&self) -> Vec<PathBuf> {
+        self.args.start.files()
     }
 
     fn transforms(&self) -> Vec<Transform> {
-        let turns = if self.turn { 0..4 } else { 0..1 };
-        let mirrors = if self.mirror { &[false, true][..] } else { &[false] };
-        turns
-            .flat_map(|quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror }))
-            .collect()
+        let turns = if self.args.turn { 0..4 } else { 0..1 };
+        let mirrors = if self.args.mirror { &[false, true][..] } else { &[false] };
+        let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
+        turns.flat_map(exact).collect()
+    }
+
+    fn backdrop(&self) -> Option<Backdrop<'_>> {
+        self.args.start.backdrop()
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        estimate(sources, channels, output, &self.options())
+        let method = Bytes(estimate(sources, channels, output, &self.args.options()));
+        let field = if self.backdrop().is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
+        let repair = Bytes(self.args.repairing.bytes(sources, channels, output));
+        (method.then(repair) + field).0
     }
 
-    fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
-        Ok(())
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
+        let (map, fixed) = self.begun.stand(loom)?;
+        // A picture stands where it is, and nowhere else.
+        let others = loom.loaded.exemplars.sources().len() - 1;
+        let sources = self.backdrop().map(|_| Grid::try_filled(loom.domain, 1, (1 << others) - 1)).transpose()?;
+        Ok(Start { map, fixed, sources })
     }
 
-    fn plan(&self, loom: &Loom<'_>, (): ()) -> Result<(Used, String), Failure> {
-        let plan = self.planned(loom)?;
-        Ok((self.used(loom, &plan), format!("from blocks of {} px", typed(plan.block()))))
+    fn plan(&self, loom: &Loom<'_>, _: Start<2>) -> Result<(Used, String), Failure> {
+        let plan = self.args.planned(loom)?;
+        Ok((self.args.used(loom, &plan), format!("from blocks of {} px", typed(plan.block()))))
     }
 
-    fn weave(&self, loom: &Loom<'_>, (): ()) -> Result<Outcome, Failure> {
-        let plan = self.planned(loom)?;
-        let woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+    fn weave(&self, loom: &Loom<'_>, start: Start<2>) -> Result<Outcome, Failure> {
+        let (args, plan) = (self.args, self.args.planned(loom)?);
+        let (kept, sources) = (start.fixed.clone(), start.sources.clone());
+        let whole = start.map.holes() == 0;
+        let mut woven = plan.weave_from(start, &loom.session.run()).map_err(|e| failure(loom, e))?;
+        let repair = args.repairing.mend(loom.session, &exemplars(loom)?, &mut woven, (kept.as_ref(), sources))?;
+        let how = match (&repair, whole) {
+            (None, true) => "as it was: nothing is missing, and no --fixed makes holes".to_owned(),
+            (Some(_), true) => format!("as it was{}", repairing::how(repair.as_ref())),
+            _ => how(&woven.stats) + &repairing::how(repair.as_ref()),
+        };
         Ok(Outcome {
             woven: Box::new(woven.result),
             complete: woven.complete,
-            kept: None,
-            options: self.used(loom, &plan),
-            stats: counts(&woven.stats),
-            how: how(&woven.stats),
+            kept,
+            options: args.used(loom, &plan),
+            stats: with_repair(counts(&woven.stats), repair.as_ref()),
+            how,
             course: None,
         })
     }
 }
 
 impl Hybrid {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        self.options().validate()?;
+        self.blending.validate()?;
+        self.repairing.validate()?;
+        let sources =
+            self.weaving.input.exemplars.len() * if self.turn { 4 } else { 1 } * if self.mirror { 2 } else { 1 };
+        if self.start.backdrop().is_some() && 63 < sources {
+            let what = format!("{sources} exemplars and orientations are more than --over tells apart");
+            return Err(Failure::new(2, what).remedy("use at most 63"));
+        }
+        let begun = self.start.begin(session)?;
+        let domain = |exemplars: &[Domain<2>]| {
+            let (first, sizing) = (exemplars[0].shape, self.sizing);
+            begun.domain(exemplars, sizing.typed(first), self.weaving.tiled(sizing.shape(first)))
+        };
+        Job { args: self, begun: &begun, domain: &domain }.run(session)
+    }
+
     fn planned(&self, loom: &Loom<'_>) -> Result<Plan, Failure> {
         let plan = Plan::new(&exemplars(loom)?, loom.domain, &self.options(), &loom.session.run());
         plan.map_err(|e| failure(loom, e))
@@ -150,7 +215,8 @@ impl Hybrid {
             .set("spread", options.spread)
             .set("continuation", lower(format!("{:?}", options.continuation)))
             .set("circular", options.circular);
-        self.blending.used_if_any(used)
+        let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
+        self.blending.used_if_any(self.repairing.used_if_any(used))
     }
 
     fn options(&self) -> Options {

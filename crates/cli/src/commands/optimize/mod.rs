@@ -1,25 +1,30 @@
 //! `selvedge optimize`: texture optimization. `[Kwatra05 3]`
 
+mod control;
 mod init;
 mod levels;
 
+use std::fmt;
 use std::path::PathBuf;
 
-use clap::{Args, ValueHint};
+use clap::{Args, ValueEnum, ValueHint};
 use selvedge_core::{Bytes, Domain, SourceMap};
-use selvedge_texture_optimization::{Level, LevelStats, Options, Plan, Stats, estimate};
+use selvedge_texture_optimization::{Control, Finish, Level, LevelStats, Options, Plan, Stats, estimate};
 use serde_json::{Value, json};
 
+use self::control::ControlArgs;
 use self::init::{Init, init};
 use self::levels::{Levels, levels, typed};
 use crate::failure::{Failure, n};
 use crate::inputs::{Input, ReadMap};
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::report::Done;
 use crate::session::Session;
 use crate::starting::{check_size, rebased};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
+use crate::wrong::Wrong;
 
 /// Options of `optimize`.
 #[derive(Args, Debug)]
@@ -42,12 +47,62 @@ pub(crate) struct Optimize {
     /// Iterations at a level, if it does not settle before.
     #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
     iterations: u32,
+    /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly, none
+    /// takes whatever is nearest.
+    #[arg(long, value_name = "A|none", default_value_t = Complete(Options::default().complete),
+        value_parser = complete, allow_negative_numbers = true)]
+    complete: Complete,
+    /// What the output is made of: samples of the exemplars, which makes it sharp and gives it a source map, or averages.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = FinishArg::Coherent)]
+    finish: FinishArg,
     /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.
     #[arg(long, value_name = "R", default_value_t = Options::default().robust)]
     robust: f64,
-    /// The paper to the letter: --init random --iterations 100 --robust 0.8.
-    #[arg(long, conflicts_with_all = ["init", "start", "iterations", "robust"])]
+    #[command(flatten)]
+    control: ControlArgs,
+    /// The paper to the letter: --init random --iterations 100 --complete none --finish average --robust 0.8.
+    #[arg(long, conflicts_with_all = ["init", "start", "iterations", "complete", "finish", "robust"])]
     paper: bool,
+}
+
+/// How complete the output becomes; `None` for as it comes.
+#[derive(Clone, Copy, Debug)]
+struct Complete(Option<f64>);
+
+fn complete(text: &str) -> Result<Complete, Wrong> {
+    match text {
+        "none" => Ok(Complete(None)),
+        _ => text
+            .parse()
+            .map(|v| Complete(Some(v)))
+            .map_err(|_| Wrong::new(format!("'{text}' is no completeness"), "write a number from 0 on, or none")),
+    }
+}
+
+impl fmt::Display for Complete {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(alpha) => write!(f, "{alpha}"),
+            None => f.write_str("none"),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FinishArg {
+    /// Samples that continue each other.
+    Coherent,
+    /// Averages, as the paper has it.
+    Average,
+}
+
+impl From<FinishArg> for Finish {
+    fn from(finish: FinishArg) -> Self {
+        match finish {
+            FinishArg::Coherent => Self::Coherent,
+            FinishArg::Average => Self::Average,
+        }
+    }
 }
 
 /// A run whose options were understood, and whose map was read.
@@ -93,20 +148,27 @@ impl Optimize {
         let chosen = if self.paper {
             Options { schedule, ..Options::paper() }
         } else {
-            Options { schedule, iterations: self.iterations, robust: self.robust, ..Options::default() }
+            Options {
+                schedule,
+                iterations: self.iterations,
+                complete: self.complete.0,
+                finish: self.finish.into(),
+                robust: self.robust,
+                ..Options::default()
+            }
         };
         chosen.validate()?;
         Ok(chosen)
     }
 }
 
-fn wrong(wrong: crate::wrong::Wrong) -> Failure {
+fn wrong(wrong: Wrong) -> Failure {
     Failure::new(2, wrong.what).remedy(wrong.remedy)
 }
 
 impl Method for Job<'_> {
-    /// The map to start from, if that was read.
-    type Read = Option<SourceMap<2>>;
+    /// The map to start from, if that was read, and constraints.
+    type Read = (Option<SourceMap<2>>, Control);
 
     fn name(&self) -> &'static str {
         "optimize"
@@ -117,6 +179,7 @@ impl Method for Job<'_> {
     }
 
     fn validate(&self) -> Result<(), Failure> {
+        self.args.control.validate(matches!(self.init, Init::Map(_)))?;
         Ok(self.options.validate()?)
     }
 
@@ -125,24 +188,27 @@ impl Method for Job<'_> {
     }
 
     fn others(&self) -> Vec<PathBuf> {
-        match &self.init {
-            Init::Map(path) => vec![path.clone()],
-            _ => Vec::new(),
-        }
+        let map = match &self.init {
+            Init::Map(path) => Some(path.clone()),
+            _ => None,
+        };
+        map.into_iter().chain(self.args.control.files()).collect()
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
         let map = Bytes::of_samples(output, 4);
         let method = Bytes(estimate(sources, channels, output, &self.options));
-        self.init.bytes(sources, channels, output).then(method + map).0
+        let wishes = self.args.control.bytes(channels, output);
+        (self.init.bytes(sources, channels, output).then(method + map) + wishes).0
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Self::Read, Failure> {
-        let (Some(read), Init::Map(path)) = (&self.map, &self.init) else { return Ok(None) };
+        let control = self.args.control.read(loom)?;
+        let (Some(read), Init::Map(path)) = (&self.map, &self.init) else { return Ok((None, control)) };
         loom.note(read);
         let mut map = rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?;
         map.ids = map.ids.with_periodic(loom.domain.periodic);
-        Ok(Some(map))
+        Ok((Some(map), control))
     }
 
     fn plan(&self, loom: &Loom<'_>, _: Self::Read) -> Result<(Used, String), Failure> {
@@ -152,7 +218,7 @@ impl Method for Job<'_> {
         Ok((self.used(loom, &init), how))
     }
 
-    fn weave(&self, loom: &Loom<'_>, read: Self::Read) -> Result<Outcome, Failure> {
+    fn weave(&self, loom: &Loom<'_>, (read, control): Self::Read) -> Result<Outcome, Failure> {
         let (plan, run) = (self.planned(loom)?, loom.session.run());
         let exemplars = &loom.loaded.exemplars;
         let init = self.init.chosen(exemplars)?;
@@ -172,7 +238,7 @@ impl Method for Job<'_> {
             Some(made) => Some(made.result),
             None => read,
         };
-        let woven = plan.weave(start.as_ref(), &run).map_err(|e| failure(loom, e))?;
+        let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| failure(loom, e))?;
         Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
     }
 }
@@ -189,7 +255,10 @@ impl Job<'_> {
             .used()
             .set("schedule", typed(&self.options.schedule))
             .set("iterations", self.options.iterations)
+            .set("complete", self.options.complete.map_or_else(|| Value::from("none"), Value::from))
+            .set("finish", if self.options.finish == Finish::Coherent { "coherent" } else { "average" })
             .set("robust", self.options.robust);
+        let used = self.args.control.used(used);
         match &self.args.start {
             Some(_) => used.without("init"),
             None => used.set("init", init.typed()),

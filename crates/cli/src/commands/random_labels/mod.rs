@@ -7,9 +7,10 @@ use selvedge_expansion::{Error, Frame, Holes, Scratch, expand};
 use serde_json::json;
 
 use crate::failure::Failure;
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Sizing, Weaving};
+use crate::weaving::{Sizing, Weaving};
 
 /// Options of `random-labels`.
 #[derive(Args, Debug)]

@@ -3,7 +3,7 @@
 
 mod windows;
 
-pub(super) use windows::{cells, count, lower, slide};
+pub(super) use windows::{cells, count, lower, lower_places, lower_scaled, slide};
 
 use super::{Block, CHUNK, Level, Row, scalar};
 use crate::taps::{Phase, Tap};

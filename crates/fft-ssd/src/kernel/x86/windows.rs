@@ -162,3 +162,64 @@ fn count_avx2(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lane
 fn count_avx512(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]) {
     scalar::count(windows, skip, most, counts);
 }
+
+pub(in crate::kernel) fn lower_places(level: Level, windows: &Windows<'_>, n: usize, least: &mut [u32]) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::lower_places(windows, n, least),
+            Level::Avx2 | Level::AvxVnni => lower_places_avx2(windows, n, least),
+            Level::Avx512 => lower_places_avx512(windows, n, least),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn lower_places_avx2(windows: &Windows<'_>, n: usize, least: &mut [u32]) {
+    scalar::lower_places(windows, n, least);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn lower_places_avx512(windows: &Windows<'_>, n: usize, least: &mut [u32]) {
+    scalar::lower_places(windows, n, least);
+}
+
+pub(in crate::kernel) fn lower_scaled(
+    level: Level,
+    windows: &Windows<'_>,
+    factors: &[f32],
+    code: u32,
+    best: &mut [[f32; SHIFTS]],
+    codes: &mut [Lanes],
+) {
+    // SAFETY: a level is only made where its features were detected.
+    unsafe {
+        match level {
+            Level::Scalar => scalar::lower_scaled(windows, factors, code, best, codes),
+            Level::Avx2 | Level::AvxVnni => lower_scaled_avx2(windows, factors, code, best, codes),
+            Level::Avx512 => lower_scaled_avx512(windows, factors, code, best, codes),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn lower_scaled_avx2(
+    windows: &Windows<'_>,
+    factors: &[f32],
+    code: u32,
+    best: &mut [[f32; SHIFTS]],
+    codes: &mut [Lanes],
+) {
+    scalar::lower_scaled(windows, factors, code, best, codes);
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+fn lower_scaled_avx512(
+    windows: &Windows<'_>,
+    factors: &[f32],
+    code: u32,
+    best: &mut [[f32; SHIFTS]],
+    codes: &mut [Lanes],
+) {
+    scalar::lower_scaled(windows, factors, code, best, codes);
+}

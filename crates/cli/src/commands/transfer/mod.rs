@@ -1,7 +1,8 @@
 //! `selvedge transfer`: texture transfer. `[Efros01 3]`
 
+mod followed;
+
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Guide, Plane};
@@ -9,16 +10,17 @@ use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, 
 use selvedge_quilting::{TransferOptions, TransferPlan, TransferStats, estimate_transfer};
 use serde_json::json;
 
+use self::followed::{Correspondence, What, spread};
 use crate::blending::Blending;
 use crate::commands::quilt::{Auto, auto_or_number, failure};
 use crate::failure::{Failure, n, shown};
 use crate::inputs::Input;
+use crate::loom::{Loom, Outcome};
 use crate::method::{Method, OutputSize};
 use crate::report::Done;
 use crate::session::Session;
 use crate::used::Used;
-use crate::weaving::{Loom, Outcome, Weaving};
-use crate::wrong::Wrong;
+use crate::weaving::Weaving;
 
 /// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
 const LEAST_AVERAGE: f64 = 2.0;
@@ -65,41 +67,6 @@ pub(crate) struct Transfer {
     paper: bool,
     #[command(flatten)]
     blending: Blending,
-}
-
-/// What of the target is followed, and how much it counts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Correspondence {
-    what: What,
-    weight: f64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum What {
-    Luminance,
-    Orientation,
-}
-
-impl FromStr for Correspondence {
-    type Err = Wrong;
-
-    fn from_str(text: &str) -> Result<Self, Wrong> {
-        let remedy = "write luminance, orientation, or either with =WEIGHT";
-        let wrong = || Wrong::new(format!("'{text}' is no correspondence"), remedy);
-        let (what, weight) = text.split_once('=').unwrap_or((text, "1"));
-        let what = match what {
-            "luminance" => What::Luminance,
-            "orientation" => What::Orientation,
-            _ => return Err(wrong()),
-        };
-        Ok(Self { what, weight: weight.parse().map_err(|_| wrong())? })
-    }
-}
-
-impl std::fmt::Display for Correspondence {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}={}", format!("{:?}", self.what).to_lowercase(), self.weight)
-    }
 }
 
 /// Files of one `--guide`.
@@ -281,6 +248,14 @@ impl Transfer {
             maps.push(luminance(&features)?);
         }
         let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
+        if !self.match_histogram && self.followed().iter().any(|c| c.what == What::Luminance) {
+            let (own, wanted) = (spread(maps.iter()), spread(std::iter::once(&target)));
+            if own < wanted * 2 / 3 {
+                let what =
+                    format!("its light spans {wanted} levels, that of the exemplar {own}: --match-histogram fits them");
+                loom.session.warn(path, &what);
+            }
+        }
         let light = Guide::new(&loom.loaded.exemplars, &maps, target)?;
         let of = |c: &Correspondence| -> Result<(Guide<2>, f64), Failure> {
             let guide = match c.what {

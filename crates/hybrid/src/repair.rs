@@ -1,0 +1,255 @@
+//! Repair: bad seams of any map, whoever made it, chosen anew sample by sample. (Nealen and Alexa 2004)
+
+use selvedge_core::{
+    Bytes, Domain, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve,
+};
+
+use crate::canvas::Canvas;
+use crate::composite::{beside, seam_limit};
+use crate::error::Error;
+use crate::estimate::estimate_repair;
+use crate::options::{PixelSearch, Threshold};
+use crate::pixel::Pixels;
+use crate::thresholds::{Limit, Of};
+
+/// Options of [`repair`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RepairOptions {
+    /// A seam is bad if its price exceeds that of two samples of this error. Default: [`Threshold::Auto`].
+    pub pixel_error: Threshold,
+    /// How far around bad seams samples are chosen anew, from 1 to 64.
+    pub radius: u32,
+    /// Passes over the map at most; it ends sooner where nothing becomes better. At least 1.
+    pub passes: u32,
+    /// Which samples are tried.
+    pub search: PixelSearch,
+}
+
+/// Regions grow by so much where the first attempt made nothing better: more room for a transition.
+const LARGER: u32 = 2;
+/// Attempts at a region.
+const ATTEMPTS: u32 = 3;
+
+impl Default for RepairOptions {
+    fn default() -> Self {
+        Self { pixel_error: Threshold::Auto, radius: 2, passes: 4, search: PixelSearch::Coherent }
+    }
+}
+
+impl RepairOptions {
+    /// Checks what can be checked without a map.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let outside = |option, value: f64, range| Err(Error::Range { option, value, range });
+        match self.pixel_error {
+            Threshold::Absolute(value) if !(0.0..=1.0).contains(&value) => {
+                return outside("pixel_error", value, "0 to 1");
+            }
+            Threshold::OfRandom(value) if !(0.0..=1000.0).contains(&value) => {
+                return outside("pixel_error", value, "0 to 1000 times the error of random samples");
+            }
+            _ => {}
+        }
+        if !(1..=64).contains(&self.radius) {
+            return outside("radius", self.radius.into(), "1 to 64");
+        }
+        if self.passes == 0 { outside("passes", 0.0, "at least 1") } else { Ok(()) }
+    }
+}
+
+/// Counts of a repair.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RepairStats {
+    /// Price of all seams ([`SeamMeasure::Difference`]), before and after each pass; it never rises.
+    pub costs: Vec<i64>,
+    /// Bad seams before and after, between neighbours.
+    pub bad: [u64; 2],
+    /// Regions around bad seams that were chosen anew, and those of them that became better.
+    pub regions: [u64; 2],
+    /// Samples that differ from what was there.
+    pub pixels: u64,
+}
+
+/// Chooses samples around bad seams of a map anew, region by region, from what is known around inwards. What makes the
+/// region's seams no cheaper in sum is undone, so that the price of all seams never rises and a map without bad seams stays as
+/// it is. Fixed samples and holes stay.
+///
+/// # Errors
+/// Wrong options ([`RepairOptions::validate`]), those of [`Start::check`], one over the run's limits, no memory.
+///
+/// # Complexity
+/// Time `O(output + samples around bad seams)`. Space `O(output + c * n)`.
+///
+/// # Events
+/// `"repair"` after each pass, with the price of all seams and the map so far.
+///
+/// # Determinism
+/// The map follows from exemplars, start and options alone; nothing is drawn.
+pub fn repair(
+    exemplars: &Exemplars<2>,
+    mut start: Start<2>,
+    options: &RepairOptions,
+    run: &Run<'_, 2>,
+) -> Result<Woven<SourceMap<2>, RepairStats>, Error> {
+    options.validate()?;
+    let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let needed = estimate_repair(&domains, exemplars.channels(), start.map.domain());
+    run.limits.admit(start.map.domain(), Bytes(needed))?;
+    start.check(exemplars)?;
+    // Samples of sources that may not be used at all places stay, but are chosen nowhere else.
+    let allowed = everywhere(exemplars, start.sources.take().as_ref());
+    let limit = Limit::of(options.pixel_error, Of::Pixel, exemplars);
+    let mut mender = Mender {
+        canvas: Canvas::new(start)?,
+        pixels: Pixels::new(exemplars, allowed, options.search)?,
+        costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
+        limit: seam_limit(&limit),
+        stats: RepairStats::default(),
+    };
+    let before = mender.canvas.map.ids.plane(0).to_vec();
+    let complete = mender.mend(options, run)?;
+    let Mender { canvas, mut stats, .. } = mender;
+    stats.pixels = before.iter().zip(canvas.map.ids.plane(0)).filter(|(a, b)| a != b).count() as u64;
+    Ok(Woven { result: canvas.map, stats, complete })
+}
+
+/// By source, whether a field (see [`Start::sources`]) allows it everywhere.
+fn everywhere(exemplars: &Exemplars<2>, field: Option<&Grid<u64, 2>>) -> Vec<bool> {
+    let bits = field.map_or(u64::MAX, |field| field.plane(0).iter().fold(u64::MAX, |all, bits| all & bits));
+    (0..exemplars.sources().len()).map(|s| field.is_none() || bits >> s & 1 == 1).collect()
+}
+
+/// A map that is mended.
+struct Mender<'a> {
+    canvas: Canvas,
+    pixels: Pixels<'a>,
+    costs: SeamCosts<2>,
+    /// A seam that costs more is bad.
+    limit: i64,
+    stats: RepairStats,
+}
+
+impl Mender<'_> {
+    /// Pass after pass; false if the run was cancelled.
+    fn mend(&mut self, options: &RepairOptions, run: &Run<'_, 2>) -> Result<bool, Error> {
+        self.stats.costs.push(self.costs.total(&self.canvas.map));
+        let mut bad = self.bad();
+        self.stats.bad = [bad.len() as u64; 2];
+        for pass in 0..options.passes {
+            let regions = self.regions(&bad, options.radius)?;
+            let mut better = 0;
+            for region in regions {
+                if run.observer.cancelled() {
+                    return Ok(false);
+                }
+                better += u64::from(self.attempt(region, options.radius)?);
+            }
+            let total = self.costs.total(&self.canvas.map);
+            self.stats.costs.push(total);
+            bad = self.bad();
+            self.stats.bad[1] = bad.len() as u64;
+            let step = Event::step("repair", u64::from(pass) + 1, options.passes.into());
+            run.observer.event(&Event { energy: Some(total), so_far: Some(&self.canvas.map), ..step });
+            if better == 0 {
+                break;
+            }
+        }
+        Ok(true)
+    }
+
+    /// All bad seams: a position and the axis along which the next one follows.
+    fn bad(&self) -> Vec<([u32; 2], usize)> {
+        let map = &self.canvas.map;
+        let seams = map.domain().positions().flat_map(|at| [(at, 0), (at, 1)]);
+        seams.filter(|&(at, axis)| self.limit < i64::from(self.costs.at(map, at, axis))).collect()
+    }
+
+    /// The places near bad seams, those that touch together.
+    fn regions(&self, bad: &[([u32; 2], usize)], radius: u32) -> Result<Vec<Vec<usize>>, Error> {
+        let domain = self.canvas.domain();
+        let mut near = selvedge_core::try_vec(domain.len(), false)?;
+        let mut places = Vec::new();
+        for &(at, axis) in bad {
+            places.clear();
+            beside(&self.canvas, at, axis, radius, &mut places);
+            places.iter().filter(|&&place| !self.canvas.is_fixed(place)).for_each(|&place| near[place] = true);
+        }
+        let mut regions = Vec::new();
+        for first in 0..near.len() {
+            if !std::mem::take(&mut near[first]) {
+                continue;
+            }
+            let (mut region, mut next) = (vec![first], 0);
+            while next < region.len() {
+                let at = domain.position(region[next]);
+                next += 1;
+                for i in 0..9 {
+                    let Some(to) = domain.step(at, [i / 3 - 1, i % 3 - 1]).map(|to| domain.index(to)) else { continue };
+                    if std::mem::take(&mut near[to]) {
+                        reserve(&mut region, 1)?;
+                        region.push(to);
+                    }
+                }
+            }
+            region.sort_unstable();
+            regions.push(region);
+        }
+        Ok(regions)
+    }
+
+    /// Chooses a region anew, and a larger one where that made nothing better; true if something did.
+    fn attempt(&mut self, mut region: Vec<usize>, radius: u32) -> Result<bool, Error> {
+        self.stats.regions[0] += 1;
+        for attempt in 0..ATTEMPTS {
+            if 0 < attempt {
+                region = self.grown(&region, if attempt == 1 { LARGER.min(radius) } else { LARGER });
+            }
+            let before = self.price(&region);
+            let ids: Vec<_> = region.iter().map(|&place| self.canvas.id(place)).collect();
+            region.iter().for_each(|&place| self.canvas.wait(place));
+            self.pixels.resynthesize(&mut self.canvas, &region)?;
+            if self.price(&region) < before {
+                self.stats.regions[1] += 1;
+                return Ok(true);
+            }
+            region.iter().zip(ids).for_each(|(&place, id)| self.canvas.set(place, id));
+        }
+        Ok(false)
+    }
+
+    /// A region and what lies around it, but for fixed samples and holes.
+    fn grown(&self, region: &[usize], by: u32) -> Vec<usize> {
+        let (domain, by) = (self.canvas.domain(), by as i32);
+        let side = 2 * by + 1;
+        let around = |&place: &usize| {
+            let at = domain.position(place);
+            (0..side * side).filter_map(move |i| domain.step(at, [i / side - by, i % side - by]))
+        };
+        let mut grown: Vec<usize> = region.iter().flat_map(around).map(|at| domain.index(at)).collect();
+        grown.sort_unstable();
+        grown.dedup();
+        grown.retain(|&place| !self.canvas.is_fixed(place) && self.canvas.id(place).is_assigned());
+        grown
+    }
+
+    /// What all seams cost that a sorted region's samples have a part in, each once.
+    fn price(&self, region: &[usize]) -> i64 {
+        let (map, domain) = (&self.canvas.map, self.canvas.domain());
+        let mut sum = 0;
+        for &place in region {
+            let at = domain.position(place);
+            for axis in 0..2 {
+                sum += i64::from(self.costs.at(map, at, axis));
+                let mut back = [0; 2];
+                back[axis] = -1;
+                let Some(before) = domain.step(at, back) else { continue };
+                if region.binary_search(&domain.index(before)).is_err() {
+                    sum += i64::from(self.costs.at(map, before, axis));
+                }
+            }
+        }
+        sum
+    }
+}

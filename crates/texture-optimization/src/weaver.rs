@@ -1,0 +1,146 @@
+//! Algorithm 1 at one level. `[Kwatra05 3]`
+
+use selvedge_core::{Domain, Event, Exemplars, Grid, Run};
+
+use crate::assignment::{self, Place};
+use crate::average::average;
+use crate::control::Wishes;
+use crate::error::Error;
+use crate::falloff::Falloff;
+use crate::level::Level;
+use crate::neighborhoods::Neighborhoods;
+use crate::optimized::Pulls;
+use crate::options::{Options, Search};
+use crate::robust;
+use crate::search::{Exact, Found, reference};
+use crate::stats::{LevelStats, Stats};
+
+/// What a level ends with.
+pub(crate) struct Ended {
+    pub(crate) x: Grid<f64, 2>,
+    /// What `x` is the average of.
+    pub(crate) places: Vec<Place>,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) complete: bool,
+}
+
+/// The work at one level.
+pub(crate) struct Weaver<'a> {
+    options: &'a Options,
+    exemplars: &'a Exemplars<2>,
+    all: Neighborhoods,
+    falloff: Falloff,
+    pub(crate) level: Level,
+    wishes: Option<&'a Wishes>,
+    /// Its number, and how many there are.
+    number: (usize, usize),
+    run: &'a Run<'a, 2>,
+}
+
+impl<'a> Weaver<'a> {
+    /// For an output and exemplars of the level's resolution.
+    pub(crate) fn new(
+        options: &'a Options,
+        (exemplars, output): (&'a Exemplars<2>, Domain<2>),
+        (level, number): (Level, (usize, usize)),
+        wishes: Option<&'a Wishes>,
+        run: &'a Run<'_, 2>,
+    ) -> Self {
+        let (all, falloff) = (Neighborhoods::new(output, level.size), Falloff::new(level.size));
+        Self { options, exemplars, all, falloff, level, wishes, number, run }
+    }
+
+    pub(crate) fn pulls<'b>(&'b self, found: &'b [Place], weights: &'b [f64]) -> Pulls<'b> {
+        Pulls { exemplars: self.exemplars, all: &self.all, found, weights, falloff: &self.falloff }
+    }
+
+    /// Algorithm 1: from a texture with the search, else from random neighborhoods with the average.
+    pub(crate) fn run(&self, begun: Option<Grid<f64, 2>>, stats: &mut Stats) -> Result<Ended, Error> {
+        let mut search = Exact::new(self.exemplars, &self.all, self.options.complete, self.run.simd);
+        let mut counts = self.counts();
+        let mut weights = vec![1.0; self.all.len()];
+        let (mut x, mut places) = match begun {
+            Some(x) => (x, None),
+            None => {
+                let seed = self.run.seed.derive("texture-optimization/level", self.number.0 as u64);
+                let places = assignment::random(self.exemplars, &self.all, seed).ok_or_else(|| self.masked())?;
+                (self.average(&places, &weights)?, Some(places))
+            }
+        };
+        let mut complete = true;
+        for _ in 0..self.options.iterations {
+            let found = self.search(&mut search, &x)?;
+            self.note(&mut counts, &found);
+            counts.settled = places.as_ref() == Some(&found.places);
+            if counts.settled {
+                break;
+            }
+            weights = robust::weights(&found.distances, self.options.robust);
+            x = self.average(&found.places, &weights)?;
+            places = Some(found.places);
+            complete = !self.run.observer.cancelled();
+            if !complete {
+                break;
+            }
+        }
+        stats.levels.push(counts);
+        Ok(Ended { x, places: places.expect("there is an iteration"), weights, complete })
+    }
+
+    fn average(&self, places: &[Place], weights: &[f64]) -> Result<Grid<f64, 2>, Error> {
+        let [mut x, votes] = average(self.exemplars, &self.all, places, weights, &self.falloff)?;
+        if let Some(wishes) = self.wishes {
+            // Neighborhoods of weight 1 have together a weight of 1 over a sample, as far as it lies within the grid.
+            let step = f64::from(self.all.step());
+            let whole = self.falloff.sum() / (step * step);
+            wishes.weigh(&mut x, Some(&votes.map(|v| v / whole)?));
+        }
+        Ok(x)
+    }
+
+    /// Of what is there and what is wanted. `[Kwatra05 4]`
+    fn search(&self, exact: &mut Exact<'_>, x: &Grid<f64, 2>) -> Result<Found, Error> {
+        let mut both;
+        let x = match self.wishes {
+            Some(wishes) => {
+                both = x.map(|v| v)?;
+                wishes.weigh(&mut both, None);
+                &both
+            }
+            None => x,
+        };
+        let found = match self.options.search {
+            Search::Exact => exact.search(x)?,
+            Search::Reference => reference::search(self.exemplars, &self.all, &self.falloff, x),
+        };
+        found.ok_or_else(|| self.masked())
+    }
+
+    fn masked(&self) -> Error {
+        Error::Masked { level: self.level }
+    }
+
+    fn counts(&self) -> LevelStats {
+        LevelStats {
+            level: self.level,
+            neighborhoods: self.all.len() as u64,
+            energy: Vec::new(),
+            robust: Vec::new(),
+            searched: 0,
+            rises: 0,
+            settled: false,
+        }
+    }
+
+    fn note(&self, counts: &mut LevelStats, found: &Found) {
+        let energy = robust::energy(&found.distances, self.options.robust);
+        // Sums differ in their last bits.
+        let rose = counts.robust.last().is_some_and(|&before| before * (1.0 + 1e-12) < energy);
+        counts.rises += u32::from(rose);
+        counts.robust.push(energy);
+        counts.energy.push(robust::mean(&found.distances));
+        counts.searched += found.searched as u64;
+        let (done, of) = (self.number.0 as u64, self.number.1 as u64);
+        self.run.observer.event(&Event::step("optimizing", done, of));
+    }
+}
