@@ -38,6 +38,15 @@ pub(crate) enum Command {
     /// Graphcut textures: a larger texture from patches cut along the best seams.
     #[command(after_help = GRAPHCUT)]
     Graphcut(commands::graphcut::Graphcut),
+    /// Texture by numbers: a picture of several textures, arranged like a map of labels.
+    #[command(after_help = NUMBERS)]
+    Numbers(commands::analogies::numbers::Numbers),
+    /// Image analogies: what makes A' of A is done to B.
+    #[command(after_help = ANALOGY)]
+    Analogy(commands::analogies::analogy::Analogy),
+    /// Detail synthesis: a picture of low resolution, enlarged with the detail of exemplars.
+    #[command(after_help = DETAIL)]
+    Detail(commands::analogies::detail::Detail),
     /// Hybrid synthesis: blocks that split where they do not fit, down to pixels.
     #[command(after_help = HYBRID)]
     Hybrid(commands::hybrid::Hybrid),
@@ -86,6 +95,9 @@ impl Command {
             Self::Quilt(quilt) => quilt.run(session),
             Self::Transfer(transfer) => transfer.run(session),
             Self::Graphcut(graphcut) => graphcut.run(session),
+            Self::Numbers(numbers) => numbers.run(session),
+            Self::Analogy(analogy) => analogy.run(session),
+            Self::Detail(detail) => detail.run(session),
             Self::Hybrid(hybrid) => hybrid.run(session),
             Self::Optimize(optimize) => optimize.run(session),
             Self::Apply(apply) => apply.run(session),
@@ -117,6 +129,17 @@ Examples:
   selvedge graphcut bricks.png -o wall.png --size 1024
   selvedge graphcut grass.png -o meadow.png --scale-field top=0.5,bottom=1.5
   selvedge graphcut photo.png --over photo.png --fixed keep.png -o mended.png";
+const NUMBERS: &str = "\
+Examples:
+  selvedge numbers shore.png --labels shore-labels.png --target plan.png -o new-shore.png";
+const ANALOGY: &str = "\
+Examples:
+  selvedge analogy photo.png painting.png other-photo.png -o other-painting.png
+  selvedge analogy flat.png style.png render.png --guide style-light.png light.png --weight 0.5 -o styled.png";
+const DETAIL: &str = "\
+Examples:
+  selvedge detail brick-close.png --low wall.png --scale 8 -o wall-8x.png
+  selvedge detail brick.png --low wall.png --scale 8 --guide brick-grout.png lines.png -o wall-8x.png";
 const HYBRID: &str = "\
 Examples:
   selvedge hybrid scales.png -o skin.png --size 512

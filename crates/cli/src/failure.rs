@@ -169,6 +169,7 @@ macro_rules! from_errors {
 }
 from_errors!(
     selvedge_blending::Error,
+    selvedge_cms_analogies::Error,
     selvedge_core::Error,
     selvedge_analysis::Error,
     selvedge_guides::Error,

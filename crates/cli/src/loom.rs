@@ -42,6 +42,8 @@ pub(crate) struct Loom<'a> {
     pub(crate) blending: Blending,
     /// The command and the seed that make the picture, where they are not this run's own.
     pub(crate) made_by: Option<(&'static str, u64)>,
+    /// Files that the command was given where others are given their exemplars, if it was given more.
+    pub(crate) files: Option<Vec<PathBuf>>,
 }
 
 /// What a method made, and how it is laid over the payload.
@@ -225,7 +227,7 @@ impl Loom<'_> {
             version: env!("CARGO_PKG_VERSION").into(),
             seed,
             inputs: inputs.collect(),
-            command: options.with("seed", seed).command(command, self.loaded.given()),
+            command: options.with("seed", seed).command(command, self.files.as_deref().unwrap_or(self.loaded.given())),
         }
     }
 

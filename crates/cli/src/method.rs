@@ -20,8 +20,8 @@ use crate::weaving::{Sizing, Weaving};
 pub(crate) enum OutputSize<'a> {
     /// What is typed, or a multiple of the first exemplar.
     Exemplar(Sizing),
-    /// A picture, of which the header is read.
-    Picture(&'a Input),
+    /// A picture, of which the header is read, so many times larger.
+    Picture(&'a Input, u32),
     /// What was there before, with which the size typed must agree: domains of the exemplars, the backdrop last.
     Start(&'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>),
 }
@@ -96,9 +96,9 @@ pub(crate) trait Method {
             domain: &|exemplars| match &size {
                 OutputSize::Exemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
                 OutputSize::Start(domain) => domain(exemplars),
-                OutputSize::Picture(picture) => {
+                OutputSize::Picture(picture, times) => {
                     let info = picture.probe(&weaving.read_options(session))?;
-                    Ok(weaving.tiled([info.height, info.width]))
+                    Ok(weaving.tiled([info.height, info.width].map(|side| side.saturating_mul(*times))))
                 }
             },
             transforms: &self.transforms(),
@@ -108,7 +108,7 @@ pub(crate) trait Method {
             estimate: &|sources, channels, output| self.bytes(sources, channels, output),
         };
         let mut loom = match size {
-            OutputSize::Picture(_) => weaving.begin_of_fixed_size(session, &plan),
+            OutputSize::Picture(..) => weaving.begin_of_fixed_size(session, &plan),
             _ => weaving.begin(session, &plan),
         }?;
         let read = self.read(&mut loom)?;

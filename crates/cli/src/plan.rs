@@ -121,6 +121,7 @@ impl Weaving {
             others,
             blending,
             made_by: None,
+            files: None,
         })
     }
 

@@ -1,6 +1,7 @@
 //! The commands, a file each.
 
 pub(crate) mod again;
+pub(crate) mod analogies;
 pub(crate) mod apply;
 pub(crate) mod compare;
 pub(crate) mod completions;

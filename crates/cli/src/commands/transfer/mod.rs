@@ -70,11 +70,11 @@ pub(crate) struct Transfer {
 }
 
 /// Files of one `--guide`.
-struct Pair {
+pub(super) struct Pair {
     /// One an exemplar.
-    sources: Vec<PathBuf>,
-    target: PathBuf,
-    weight: f64,
+    pub(super) sources: Vec<PathBuf>,
+    pub(super) target: PathBuf,
+    pub(super) weight: f64,
 }
 
 /// A transfer whose options were understood, and the picture that the output has the size of.
@@ -109,7 +109,7 @@ impl Method for Job<'_> {
     }
 
     fn size(&self) -> OutputSize<'_> {
-        OutputSize::Picture(&self.first)
+        OutputSize::Picture(&self.first, 1)
     }
 
     fn others(&self) -> Vec<PathBuf> {
@@ -163,7 +163,7 @@ impl Transfer {
         self.blending.validate()?;
         self.check_followed()?;
         self.check_weights()?;
-        let pairs = self.pairs()?;
+        let pairs = pairs(&self.guide, &self.weaving)?;
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
         let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
         let first = Input::new(session, first.ok_or_else(nothing)?)?;
@@ -214,26 +214,6 @@ impl Transfer {
         TransferOptions { tolerance: self.tolerance, spread: self.spread, ..options }
     }
 
-    fn pairs(&self) -> Result<Vec<Pair>, Failure> {
-        self.weaving.with.validate(self.weaving.input.exemplars.len(), self.guide.len() / 2)?;
-        let exemplars = self.weaving.input.exemplars.len();
-        let pair = |(i, files): (usize, &[PathBuf])| {
-            let sources = listed(&files[0], exemplars);
-            if sources.len() != exemplars {
-                let what = format!(
-                    "'{}' names {} for {}",
-                    shown(&files[0]),
-                    n("file", sources.len()),
-                    n("exemplar", exemplars)
-                );
-                return Err(Failure::new(2, what).remedy("give --guide one SRC for each, separated by commas"));
-            }
-            let weight = self.weaving.with.weight.get(i).copied().unwrap_or(1.0);
-            Ok(Pair { sources, target: files[1].clone(), weight })
-        };
-        self.guide.chunks(2).enumerate().map(pair).collect()
-    }
-
     /// Everything that is followed, as one guide. `first` is the target, or that of the first pair.
     fn guides(&self, loom: &mut Loom<'_>, first: &Input, pairs: &[Pair]) -> Result<Guide<2>, Failure> {
         let session = loom.session;
@@ -252,7 +232,7 @@ impl Transfer {
                 Some(input) => loom.read(input),
                 None => loom.read(&open(&pair.target)?),
             }?;
-            let guide = self.of_pair(loom, pair, &sources, target)?;
+            let guide = guide_of(loom, pair, &sources, target)?.derive(|map| blur(map, self.blur))?;
             guides.push((guide, pair.weight));
         }
         Guide::join(&guides).map_err(|e| Failure::from(e).remedy("change --weight or --correspondence"))
@@ -290,32 +270,9 @@ impl Transfer {
         self.followed().iter().map(of).collect()
     }
 
-    /// A pair of the user's.
-    fn of_pair(
-        &self,
-        loom: &Loom<'_>,
-        pair: &Pair,
-        sources: &[Plane<2>],
-        target: Plane<2>,
-    ) -> Result<Guide<2>, Failure> {
-        for (i, plane) in sources.iter().enumerate() {
-            let exemplar = loom.loaded.payload[i].domain().shape;
-            check_shape(&pair.sources[i], plane, exemplar, &shown(&loom.loaded.paths[i]))?;
-        }
-        check_shape(&pair.target, &target, loom.domain.shape, "the output")?;
-        let planes: Vec<&Plane<2>> = sources.iter().chain(std::iter::once(&target)).collect();
-        let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&pair.target))?;
-        let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
-        let guide = Guide::new(&loom.loaded.exemplars, &maps, target)?;
-        Ok(guide.derive(|map| blur(map, self.blur))?)
-    }
-
     /// The options as used.
     fn used(&self, loom: &Loom<'_>, sides: &[u32]) -> Used {
-        let name = |path: &PathBuf| selvedge_io::display_name(path);
-        let names =
-            |list: &PathBuf| listed(list, loom.loaded.paths.len()).iter().map(name).collect::<Vec<_>>().join(",");
-        let guides: Vec<Vec<String>> = self.guide.chunks(2).map(|g| vec![names(&g[0]), name(&g[1])]).collect();
+        let guides = named(&self.guide, loom.loaded.paths.len());
         let followed: Vec<String> = self.followed().iter().map(ToString::to_string).collect();
         // Weights of guides count even where no plane decides with the exemplars.
         let used = loom.used();
@@ -330,15 +287,56 @@ impl Transfer {
     }
 }
 
+/// The pairs that were typed, each with its weight.
+pub(super) fn pairs(guide: &[PathBuf], weaving: &Weaving) -> Result<Vec<Pair>, Failure> {
+    let exemplars = weaving.input.exemplars.len();
+    weaving.with.validate(exemplars, guide.len() / 2)?;
+    let pair = |(i, files): (usize, &[PathBuf])| {
+        let sources = listed(&files[0], exemplars);
+        if sources.len() != exemplars {
+            let what =
+                format!("'{}' names {} for {}", shown(&files[0]), n("file", sources.len()), n("exemplar", exemplars));
+            return Err(Failure::new(2, what).remedy("give --guide one SRC for each, separated by commas"));
+        }
+        Ok(Pair { sources, target: files[1].clone(), weight: weaving.with.weight.get(i).copied().unwrap_or(1.0) })
+    };
+    guide.chunks(2).enumerate().map(pair).collect()
+}
+
+/// The guide that a pair of pictures makes.
+pub(super) fn guide_of(
+    loom: &Loom<'_>,
+    pair: &Pair,
+    sources: &[Plane<2>],
+    target: Plane<2>,
+) -> Result<Guide<2>, Failure> {
+    for (i, plane) in sources.iter().enumerate() {
+        let exemplar = loom.loaded.payload[i].domain().shape;
+        check_shape(&pair.sources[i], plane, exemplar, &shown(&loom.loaded.paths[i]))?;
+    }
+    check_shape(&pair.target, &target, loom.domain.shape, "the output")?;
+    let planes: Vec<&Plane<2>> = sources.iter().chain(std::iter::once(&target)).collect();
+    let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&pair.target))?;
+    let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
+    Ok(Guide::new(&loom.loaded.exemplars, &maps, target)?)
+}
+
+/// Pairs by the names of their files, as pictures carry them.
+pub(super) fn named(guide: &[PathBuf], exemplars: usize) -> Vec<Vec<String>> {
+    let name = |path: &PathBuf| selvedge_io::display_name(path);
+    let names = |list: &PathBuf| listed(list, exemplars).iter().map(name).collect::<Vec<_>>().join(",");
+    guide.chunks(2).map(|g| vec![names(&g[0]), name(&g[1])]).collect()
+}
+
 /// The files of a SRC: a list with several exemplars, for one exemplar the name as it is.
-fn listed(sources: &Path, exemplars: usize) -> Vec<PathBuf> {
+pub(super) fn listed(sources: &Path, exemplars: usize) -> Vec<PathBuf> {
     match sources.to_str() {
         Some(text) if exemplars != 1 => text.split(',').map(PathBuf::from).collect(),
         _ => vec![sources.to_path_buf()],
     }
 }
 
-fn check_shape(path: &Path, plane: &Plane<2>, expected: [u32; 2], of: &str) -> Result<(), Failure> {
+pub(super) fn check_shape(path: &Path, plane: &Plane<2>, expected: [u32; 2], of: &str) -> Result<(), Failure> {
     let ([h, w], [eh, ew]) = (plane.domain().shape, expected);
     if [h, w] == [eh, ew] {
         return Ok(());

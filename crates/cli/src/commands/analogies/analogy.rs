@@ -1,0 +1,112 @@
+//! `selvedge analogy`: A is to A' as B is to B'. `[CMS V-D]`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use selvedge_cms_analogies::Constraint;
+use selvedge_core::{Grid, Guide};
+use selvedge_guides::luminance;
+
+use super::{Job, Knobs, Task};
+use crate::commands::transfer::{Pair, guide_of, pairs};
+use crate::failure::Failure;
+use crate::inputs::Input;
+use crate::loom::Loom;
+use crate::method::Method as _;
+use crate::report::Done;
+use crate::session::Session;
+use crate::weaving::Weaving;
+
+/// The paper's for filters. `[CMS V-D]`
+const TASK: Task = Task { weight: 20.0, neighborhood: 5 };
+
+/// Options of `analogy`.
+#[derive(Args, Debug)]
+#[command(mut_arg("exemplars", |arg| arg
+    .value_names(["A", "A'", "B"])
+    .num_args(3..)
+    .help("A picture before and after, and the one to do the same to; several pairs may come before the last")))]
+pub(crate) struct Analogy {
+    #[command(flatten)]
+    weaving: Weaving,
+    /// Compare luminance alone, B's brought to A's mean and spread: where their colours have nothing in common.
+    #[arg(long)]
+    luminance: bool,
+    #[command(flatten)]
+    knobs: Knobs,
+}
+
+impl Analogy {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let files = &self.weaving.input.exemplars;
+        let Some((target, before_and_after)) = files.split_last().filter(|(_, pairs)| pairs.len().is_multiple_of(2))
+        else {
+            let what = format!("{} pictures are no pairs and one more", files.len());
+            return Err(Failure::new(2, what).remedy("give A and A' of each pair, and B last"));
+        };
+        let [before, after] = [0, 1].map(|k| before_and_after.iter().skip(k).step_by(2).cloned().collect::<Vec<_>>());
+        let mut weaving = self.weaving.clone();
+        weaving.input.exemplars = after;
+        let pair = Pair { sources: before, target: target.clone(), weight: 1.0 };
+        let options = self.knobs.options(TASK);
+        Job {
+            name: "analogy",
+            weaving: &weaving,
+            knobs: &self.knobs,
+            options,
+            pairs: pairs(&self.knobs.guide, &weaving)?,
+            first: Input::new(session, target)?,
+            ratio: 1,
+            channels: 3,
+            others: pair.sources.iter().chain(std::iter::once(target)).cloned().collect(),
+            read: &|loom, target| Ok(vec![self.constraint(loom, &pair, target)?]),
+            files: Some(files.clone()),
+        }
+        .run(session)
+    }
+
+    fn constraint(&self, loom: &mut Loom<'_>, pair: &Pair, target: &Input) -> Result<Constraint, Failure> {
+        let session = loom.session;
+        let open = |path: &PathBuf| Input::new(session, path);
+        let sources = pair.sources.iter().map(|p| loom.read(&open(p)?)).collect::<Result<Vec<_>, Failure>>()?;
+        let target = loom.read(target)?;
+        let guide = guide_of(loom, pair, &sources, target)?;
+        Ok(Constraint::new(if self.luminance { matched(&guide)? } else { guide }))
+    }
+}
+
+/// Luminance, the target's mean and spread those of the sources.
+fn matched(guide: &Guide<2>) -> Result<Guide<2>, Failure> {
+    let light = guide.derive(luminance)?;
+    let sources: Vec<&Grid<u8, 2>> = light.exemplars().sources().iter().map(|s| &s.features).collect();
+    let (own, theirs) = (moments(&sources), moments(&[light.target()]));
+    let by = if 0.0 < theirs.1 { own.1 / theirs.1 } else { 1.0 };
+    let target = light.target().map(|v| ((f64::from(v) - theirs.0) * by + own.0 + 0.5).clamp(0.0, 255.0) as u8)?;
+    Ok(light.with_target(target)?)
+}
+
+/// Mean and standard deviation.
+fn moments(maps: &[&Grid<u8, 2>]) -> (f64, f64) {
+    let all = || maps.iter().flat_map(|map| map.samples()).map(|&v| u64::from(v));
+    let (n, sum, squares) = all().fold((0_u64, 0_u64, 0_u64), |(n, s, q), v| (n + 1, s + v, q + v * v));
+    let mean = sum as f64 / n.max(1) as f64;
+    (mean, (squares as f64 / n.max(1) as f64 - mean * mean).max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Exemplars, Plane, Role, Samples};
+
+    #[test]
+    fn targets_get_the_sources_mean_and_spread() {
+        let row = |samples: &[u8]| Grid::from_vec(Domain::open([1, 4]), 1, samples.to_vec()).unwrap();
+        let plane = [Plane::new(Role::Scalar, Samples::U8(row(&[1, 2, 3, 4])))];
+        let exemplars = Exemplars::of(&[&plane[..]]).unwrap();
+        let guide = Guide::new(&exemplars, &[row(&[0, 100, 0, 100])], row(&[20, 30, 20, 30])).unwrap();
+        assert_eq!(matched(&guide).unwrap().target().samples(), [0, 100, 0, 100]);
+        let flat = guide.with_target(row(&[7; 4])).unwrap();
+        assert_eq!(matched(&flat).unwrap().target().samples(), [50; 4]);
+    }
+}

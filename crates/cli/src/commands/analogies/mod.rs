@@ -1,0 +1,246 @@
+//! What the commands of constrained synthesis share: knobs, the run, what is told of it. `[CMS]`
+
+pub(crate) mod analogy;
+pub(crate) mod detail;
+pub(crate) mod numbers;
+mod palette;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, Stats, estimate};
+use selvedge_core::{Domain, Transform};
+use serde_json::json;
+
+use crate::blending::Blending;
+use crate::commands::transfer::{Pair, guide_of, named};
+use crate::failure::{Failure, n};
+use crate::inputs::Input;
+use crate::loom::{Loom, Outcome};
+use crate::method::{Method, OutputSize};
+use crate::used::Used;
+use crate::weaving::Weaving;
+
+/// Options of all commands of constrained synthesis.
+#[derive(Args, Debug)]
+pub(crate) struct Knobs {
+    /// How much the constraints count against seams: large values follow them, small ones keep the texture whole.
+    #[arg(short = 'K', long, value_name = "K")]
+    constraint_weight: Option<f64>,
+    /// Half the side of the neighborhoods that are compared, in pixels of the constraint: large ones keep structures, small
+    /// ones follow curves.
+    #[arg(short = 'N', long, value_name = "N")]
+    neighborhood: Option<u32>,
+    /// Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With several
+    /// exemplars write theirs as one list, separated by commas. May be given several times.
+    #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
+    guide: Vec<PathBuf>,
+    /// Use exemplars as they are; by default they are turned by quarter turns as well.
+    #[arg(long)]
+    no_turn: bool,
+    /// Labels that are tried for a bad place.
+    #[arg(long, value_name = "N", default_value_t = Options::paper().candidates)]
+    candidates: u32,
+    /// Least distance of these labels in pixels.
+    #[arg(long, value_name = "N", default_value_t = Options::paper().apart)]
+    apart: u32,
+    /// Bad places in a row that are tried in vain before the run ends.
+    #[arg(long, value_name = "N", default_value_t = Options::paper().history)]
+    history: u32,
+    /// What an improvement has to gain. Default: 5 (K + 2).
+    #[arg(long, value_name = "T")]
+    tolerance: Option<f64>,
+    /// Draw this many labels at random instead of searching for them, to compare with.
+    #[arg(long, value_name = "N")]
+    random_labels: Option<u32>,
+    #[command(flatten)]
+    blending: Blending,
+}
+
+/// `K` and `N` where they are not typed.
+#[derive(Clone, Copy)]
+struct Task {
+    weight: f64,
+    neighborhood: u32,
+}
+
+impl Knobs {
+    fn options(&self, task: Task) -> Options {
+        Options {
+            constraint_weight: self.constraint_weight.unwrap_or(task.weight),
+            neighborhood: self.neighborhood.unwrap_or(task.neighborhood),
+            candidates: self.candidates,
+            apart: self.apart,
+            history: self.history,
+            tolerance: self.tolerance,
+            random_labels: self.random_labels,
+            ..Options::paper()
+        }
+    }
+}
+
+/// Makes the constraints of a command; the picture has the output's size, or follows from it.
+type Read<'a> = dyn Fn(&mut Loom<'_>, &Input) -> Result<Vec<Constraint>, Failure> + 'a;
+
+/// A command of constrained synthesis whose options were understood.
+struct Job<'a> {
+    name: &'static str,
+    weaving: &'a Weaving,
+    knobs: &'a Knobs,
+    options: Options,
+    /// Of `--guide`.
+    pairs: Vec<Pair>,
+    /// The command's own constraint.
+    first: Input,
+    /// How many times larger the output is than that.
+    ratio: u32,
+    /// Channels of its own constraint at most.
+    channels: usize,
+    /// All other files.
+    others: Vec<PathBuf>,
+    read: &'a Read<'a>,
+    /// What its canonical command has where other commands have their exemplars.
+    files: Option<Vec<PathBuf>>,
+}
+
+impl Method for Job<'_> {
+    type Read = Vec<Constraint>;
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn weaving(&self) -> &Weaving {
+        self.weaving
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        Ok(self.options.validate()?)
+    }
+
+    fn blending(&self) -> Blending {
+        self.knobs.blending
+    }
+
+    fn guides(&self) -> usize {
+        self.pairs.len()
+    }
+
+    fn size(&self) -> OutputSize<'_> {
+        OutputSize::Picture(&self.first, self.ratio)
+    }
+
+    fn others(&self) -> Vec<PathBuf> {
+        let of_pairs = self.pairs.iter().flat_map(|p| p.sources.iter().chain(std::iter::once(&p.target)));
+        self.others.iter().chain(of_pairs).cloned().collect()
+    }
+
+    fn transforms(&self) -> Vec<Transform> {
+        let turns = if self.knobs.no_turn { 0..1 } else { 0..4 };
+        turns.map(|turn| Transform::new(90.0 * f64::from(turn), 1.0, false)).collect()
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+        let own = (self.channels, self.ratio);
+        let constraints: Vec<_> = std::iter::once(own).chain(self.pairs.iter().map(|_| (3, 1))).collect();
+        let sizes = Sizes { sources, channels, constraints: &constraints, output };
+        let samples = |d: &Domain<2>| u64::from(d.shape[0]).saturating_mul(d.shape[1].into());
+        let area = sources.iter().chain(std::iter::once(&output)).map(samples).fold(0, u64::saturating_add);
+        // Maps of constraints, and the pictures that they are made of.
+        let maps: u64 = constraints.iter().map(|&(channels, _)| area.saturating_mul(channels as u64 + 4)).sum();
+        estimate(&sizes, &self.options).saturating_add(maps)
+    }
+
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> {
+        loom.files.clone_from(&self.files);
+        let mut constraints = (self.read)(loom, &self.first)?;
+        let session = loom.session;
+        for pair in &self.pairs {
+            let open = |path: &PathBuf| Input::new(session, path);
+            let sources = pair.sources.iter().map(|p| loom.read(&open(p)?)).collect::<Result<Vec<_>, Failure>>()?;
+            let target = loom.read(&open(&pair.target)?)?;
+            let guide = guide_of(loom, pair, &sources, target)?;
+            constraints.push(Constraint { guide, ratio: 1, weight: pair.weight });
+        }
+        Ok(constraints)
+    }
+
+    fn plan(&self, loom: &Loom<'_>, constraints: Vec<Constraint>) -> Result<(Used, String), Failure> {
+        self.planned(loom, &constraints)?;
+        let how = format!("under {}", n("constraint", constraints.len()));
+        Ok((self.used(loom), how))
+    }
+
+    fn weave(&self, loom: &Loom<'_>, constraints: Vec<Constraint>) -> Result<Outcome, Failure> {
+        let plan = self.planned(loom, &constraints)?;
+        let woven = plan.weave(&loom.session.run()).map_err(failure)?;
+        let stats = &woven.stats;
+        Ok(Outcome {
+            complete: woven.complete,
+            kept: None,
+            options: self.used(loom),
+            stats: counts(stats),
+            how: format!(
+                "from {} of {} labels for {}",
+                stats.improvements,
+                stats.expansions,
+                n("place", stats.searches as usize)
+            ),
+            course: None,
+            woven: Box::new(woven.result),
+        })
+    }
+}
+
+impl Job<'_> {
+    fn planned<'l>(&'l self, loom: &'l Loom<'_>, constraints: &'l [Constraint]) -> Result<Plan<'l>, Failure> {
+        Plan::new(&loom.loaded.exemplars, constraints, &self.options, &loom.session.run()).map_err(failure)
+    }
+
+    /// The options as used.
+    fn used(&self, loom: &Loom<'_>) -> Used {
+        let (knobs, options) = (self.knobs, &self.options);
+        // Weights of guides count even where no plane decides with the exemplars.
+        let used = loom.used();
+        let weights = self.weaving.with.weight.clone();
+        let used = if used.has("weight") || weights.is_empty() { used } else { used.with("weight", weights) };
+        let used = used
+            .set("constraint-weight", options.constraint_weight)
+            .set("neighborhood", options.neighborhood)
+            .set("guide", named(&knobs.guide, loom.loaded.paths.len()));
+        let used = if knobs.tolerance.is_some() { used } else { used.without("tolerance") };
+        let used = if knobs.random_labels.is_some() { used } else { used.without("random-labels") };
+        knobs.blending.used_if_any(used)
+    }
+}
+
+/// Errors with the options that mend them.
+fn failure(error: selvedge_cms_analogies::Error) -> Failure {
+    use selvedge_cms_analogies::Error;
+    let remedy = match &error {
+        Error::Neighborhood { .. } => Some("use a smaller -N, or larger pictures"),
+        Error::Range { option: "weight", .. } => Some("change --weight, or -K"),
+        _ => None,
+    };
+    let failure = Failure::from(error);
+    match remedy {
+        Some(remedy) => failure.remedy(remedy),
+        None => failure,
+    }
+}
+
+fn counts(stats: &Stats) -> serde_json::Value {
+    let parts = |e: selvedge_cms_analogies::Energy| json!({ "agreement": e.agreement, "boundary": e.boundary });
+    json!({
+        "searches": stats.searches,
+        "expansions": stats.expansions,
+        "improvements": stats.improvements,
+        "nodes": stats.nodes,
+        "pruned": stats.pruned,
+        "truncated": stats.truncated,
+        "saturated": stats.saturated,
+        "model": parts(stats.model),
+        "truth": parts(stats.truth),
+        "energy": stats.energy,
+    })
+}

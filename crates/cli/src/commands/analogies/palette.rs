@@ -1,0 +1,186 @@
+//! The colours of maps of labels, also of such that were smoothed or compressed with losses.
+
+use std::collections::BTreeMap;
+
+use selvedge_core::{Domain, Grid, try_vec};
+
+use crate::failure::Failure;
+
+/// Labels at most; a map with more is a picture.
+pub(super) const MOST: usize = 64;
+/// In maps of more colours than that, those that differ by no more than this in any channel are one: the noise of lossy
+/// compression around flat colours.
+const NEAR: u8 = 40;
+/// There, a label has at least one sample of so many: what is rarer is a mixture of two at their border. (Mixtures of the
+/// smoothed and compressed maps that were looked at had up to one sample of 110.)
+const RARE: usize = 100;
+
+type Color = [u8; 3];
+
+/// The labels' colours, the most frequent first, each with its samples.
+#[derive(Debug, PartialEq)]
+pub(super) struct Palette {
+    colors: Vec<(Color, usize)>,
+    /// Whether there are no others.
+    pub(super) is_exact: bool,
+}
+
+impl Palette {
+    /// The colours of maps that go together.
+    pub(super) fn of(maps: &[&Grid<u8, 2>]) -> Result<Self, Failure> {
+        let mut counts: BTreeMap<Color, usize> = BTreeMap::new();
+        for map in maps {
+            (0..map.domain().len()).for_each(|i| *counts.entry(color(map, i)).or_default() += 1);
+        }
+        if counts.len() <= MOST {
+            let mut exact: Vec<(Color, usize)> = counts.into_iter().collect();
+            exact.sort_by_key(|&(color, count)| (std::cmp::Reverse(count), color));
+            return Ok(Self { colors: exact, is_exact: true });
+        }
+        let all: usize = counts.values().sum();
+        let mut counts: Vec<(Color, usize)> = counts.into_iter().collect();
+        counts.sort_by_key(|&(color, count)| (std::cmp::Reverse(count), color));
+        let mut found: Vec<(Color, usize)> = Vec::new();
+        for (color, count) in counts {
+            match found.iter().position(|(other, _)| apart(*other, color) <= NEAR) {
+                Some(known) => found[known].1 += count,
+                // Colours come in falling numbers: past this many nothing can be a label any more.
+                None if found.len() < 16 * MOST => found.push((color, count)),
+                None => {}
+            }
+        }
+        found.retain(|(_, count)| all <= *count * RARE);
+        if found.len() <= MOST {
+            return Ok(Self { colors: found, is_exact: false });
+        }
+        let what = format!("{} colours are more than the {MOST} labels that there may be", found.len());
+        Err(Failure::new(3, what).remedy("give a map of few flat colours, or use 'selvedge analogy'"))
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.colors.len()
+    }
+
+    /// Refuses colours that are wanted but not there. Between maps of more colours than labels nothing is refused: there a
+    /// colour is as near as it is.
+    pub(super) fn check(&self, wanted: &Self) -> Result<(), Failure> {
+        let missing: Vec<&(Color, usize)> = wanted
+            .colors
+            .iter()
+            .filter(|(color, _)| self.colors.iter().all(|(own, _)| NEAR < apart(*own, *color)))
+            .collect();
+        if missing.is_empty() || !self.is_exact || !wanted.is_exact {
+            return Ok(());
+        }
+        let what = format!(
+            "no label of the exemplar has the colour {}; it asks for {}, the exemplar has {}",
+            missing.iter().map(|(c, _)| hex(*c)).collect::<Vec<_>>().join(", "),
+            wanted.listed(),
+            self.listed()
+        );
+        Err(Failure::new(3, what).remedy("use the colours of --labels in --target"))
+    }
+
+    fn listed(&self) -> String {
+        self.colors.iter().map(|(c, count)| format!("{} ({count} px)", hex(*c))).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The label of each sample, and how many samples have another colour than it.
+    pub(super) fn nearest(&self, map: &Grid<u8, 2>) -> Result<(Vec<u8>, usize), Failure> {
+        let mut labels = try_vec(map.domain().len(), 0_u8)?;
+        let mut changed = 0;
+        for (i, label) in labels.iter_mut().enumerate() {
+            let own = color(map, i);
+            let nearest = self.colors.iter().enumerate().min_by_key(|(_, (c, _))| distance(*c, own));
+            let (number, (found, _)) = nearest.expect("a palette has a colour");
+            (*label, changed) = (number as u8, changed + usize::from(*found != own));
+        }
+        Ok((labels, changed))
+    }
+
+    /// Labels as their colours.
+    pub(super) fn colored(&self, domain: Domain<2>, labels: &[u8]) -> Result<Grid<u8, 2>, Failure> {
+        let mut out = Grid::try_filled(domain, 3, 0)?;
+        for c in 0..3 {
+            let of = |label: u8| self.colors[usize::from(label)].0[c];
+            out.plane_mut(c).iter_mut().zip(labels).for_each(|(to, &label)| *to = of(label));
+        }
+        Ok(out)
+    }
+
+    /// Labels as one channel each.
+    pub(super) fn one_hot(&self, domain: Domain<2>, labels: &[u8]) -> Result<Grid<u8, 2>, Failure> {
+        let mut out = Grid::try_filled(domain, self.len(), 0)?;
+        for c in 0..self.len() {
+            out.plane_mut(c)
+                .iter_mut()
+                .zip(labels)
+                .for_each(|(to, &label)| *to = if usize::from(label) == c { 255 } else { 0 });
+        }
+        Ok(out)
+    }
+}
+
+/// A sample's colour; of a grey map thrice its value.
+fn color(map: &Grid<u8, 2>, i: usize) -> Color {
+    std::array::from_fn(|c| map.plane(c.min(map.channels() - 1))[i])
+}
+
+fn apart(a: Color, b: Color) -> u8 {
+    a.into_iter().zip(b).map(|(a, b)| a.abs_diff(b)).max().unwrap_or(0)
+}
+
+fn distance(a: Color, b: Color) -> u32 {
+    a.into_iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum()
+}
+
+fn hex([r, g, b]: Color) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(colors: &[Color]) -> Grid<u8, 2> {
+        let samples = (0..3).flat_map(|c| colors.iter().map(move |color| color[c])).collect();
+        Grid::from_vec(Domain::open([1, colors.len() as u32]), 3, samples).unwrap()
+    }
+
+    #[test]
+    fn mixtures_and_noise_are_no_labels() {
+        let (red, blue) = ([250, 0, 0], [0, 0, 250]);
+        let mixtures: Vec<Color> = (0..80).map(|i| [2 * i + 41, i, 205 - 2 * i]).collect();
+        let colors = [&[red; 5000][..], &[[240, 9, 3]; 5], &mixtures, &[blue; 4000]].concat();
+        let palette = Palette::of(&[&map(&colors)]).unwrap();
+        assert_eq!(palette.colors.iter().map(|(color, _)| *color).collect::<Vec<_>>(), [red, blue]);
+        let (labels, changed) = palette.nearest(&map(&[[240, 9, 3], [120, 0, 130], blue])).unwrap();
+        assert_eq!((labels, changed), (vec![0, 1, 1], 2));
+        assert_eq!(palette.one_hot(Domain::open([1, 2]), &[1, 0]).unwrap().samples(), [0, 255, 255, 0]);
+        assert_eq!(palette.colored(Domain::open([1, 2]), &[1, 0]).unwrap(), map(&[blue, red]));
+    }
+
+    #[test]
+    fn what_is_wanted_and_not_there_is_told_with_both_palettes() {
+        let have = Palette::of(&[&map(&[[250, 0, 0]; 9])]).unwrap();
+        let wanted = Palette::of(&[&map(&[[[0, 250, 0]; 8].as_slice(), &[[250, 0, 0]; 7]].concat())]).unwrap();
+        let failure = have.check(&wanted).unwrap_err();
+        let expected = "no label of the exemplar has the colour #00fa00; it asks for #00fa00 (8 px), #fa0000 (7 px), the \
+                        exemplar has #fa0000 (9 px)";
+        assert_eq!((failure.exit, failure.message.as_str()), (3, expected));
+        assert!(have.check(&have).is_ok());
+    }
+
+    #[test]
+    fn of_a_few_flat_colours_each_is_a_label() {
+        let colors = [&[[9, 9, 9]; 5000][..], &[[12, 9, 9]; 1]].concat();
+        assert_eq!(Palette::of(&[&map(&colors)]).unwrap().len(), 2);
+    }
+
+    #[test]
+    fn pictures_are_no_maps_of_labels() {
+        let colors: Vec<Color> =
+            (0..7000_u32).map(|i| [(i % 5 * 60) as u8, (i / 5 % 5 * 60) as u8, (i / 25 % 4 * 60) as u8]).collect();
+        assert!(Palette::of(&[&map(&colors)]).unwrap_err().message.starts_with("100 colours are more than the 64"));
+    }
+}

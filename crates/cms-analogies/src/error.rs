@@ -1,0 +1,88 @@
+//! What can be wrong.
+
+use selvedge_core::ErrorKind;
+
+/// An error of this crate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An option is out of its range.
+    #[error("{option} is {value}, which is out of range")]
+    Range {
+        /// The option's name.
+        option: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What it may be, in words.
+        range: &'static str,
+    },
+    /// Without a constraint there is nothing to follow.
+    #[error("there is no constraint to follow")]
+    NoConstraint,
+    /// Constraints say what an output is to be like, which has one size.
+    #[error("one constraint lies under an output of {expected:?}, another one under {found:?}")]
+    Target {
+        /// The first one's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The other one's.
+        found: Vec<u32>,
+    },
+    /// Neighborhoods are larger than what they are compared in.
+    #[error("neighborhoods of {side} samples a side do not fit into {what} of {shape:?}")]
+    Neighborhood {
+        /// Their side in samples of the output.
+        side: u32,
+        /// What they do not fit into.
+        what: &'static str,
+        /// Its shape, slowest axis first.
+        shape: Vec<u32>,
+    },
+    /// A map to begin with is not of these exemplars, or of another size.
+    #[error("the map to start from is not one of these exemplars and of {expected:?}")]
+    Start {
+        /// The output's shape, slowest axis first.
+        expected: Vec<u32>,
+    },
+    /// A cut failed.
+    #[error(transparent)]
+    Cut(#[from] selvedge_expansion::Error),
+    /// The search failed.
+    #[error(transparent)]
+    Search(#[from] selvedge_fft_ssd::Error),
+    /// An error of the core.
+    #[error(transparent)]
+    Core(#[from] selvedge_core::Error),
+}
+
+impl Error {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Range { .. } => ErrorKind::Option,
+            Self::Cut(error) => error.kind(),
+            Self::Search(error) => error.kind(),
+            Self::Core(error) => error.kind(),
+            _ => ErrorKind::Input,
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Range { range, .. } => return format!("use {range}"),
+            Self::NoConstraint => "give at least one",
+            Self::Target { .. } => "make all of one size",
+            Self::Neighborhood { .. } => "use smaller neighborhoods or larger pictures",
+            Self::Start { .. } => "give the exemplars and orientations that it was made from",
+            Self::Cut(error) => return error.remedy(),
+            Self::Search(error) => return error.remedy(),
+            Self::Core(error) => return error.remedy(),
+        }
+        .to_owned()
+    }
+
+    /// True if the caller asked to stop.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cut(error) if error.is_cancelled())
+    }
+}

@@ -1,0 +1,183 @@
+//! One alpha-expansion: who of a label's window takes it. `[CMS IV-C step 3]`
+
+use selvedge_core::{Exemplars, Grid, Patch, SampleId, SeamCosts, Window, reserve, try_vec};
+use selvedge_expansion::{Frame, Holes, Pin, Prices, Quad, Scratch, expand};
+
+use crate::agreement::of_label;
+use crate::boxes::Boxes;
+use crate::constraint::DUMMY;
+use crate::error::Error;
+use crate::labelling::Labelling;
+use crate::stats::Stats;
+
+/// Tries labels. Its memory is used again.
+pub(crate) struct Expansions<'a> {
+    exemplars: &'a Exemplars<2>,
+    fixed: Option<&'a Grid<bool, 2>>,
+    /// `A'` of the label, by place of the output; means something in its window.
+    offer: Vec<i32>,
+    /// By place: true where the label could ever be taken.
+    possible: Vec<bool>,
+    boxes: Boxes,
+    scaled: Vec<u64>,
+    costs: Vec<i32>,
+    scratch: Scratch<2>,
+    /// No sample's pairwise prices can fall by more.
+    most_saved: i64,
+    pruning: bool,
+}
+
+/// `A'` and `B`. `[CMS eq. 6]`
+struct Both<'a> {
+    seams: &'a SeamCosts<2>,
+    standing: &'a [SampleId],
+    own: &'a [i32],
+    offer: &'a [i32],
+}
+
+impl Prices<2> for Both<'_> {
+    #[inline]
+    fn pair(&self, axis: usize, here: SampleId, there: SampleId) -> i32 {
+        self.seams.pair(axis, here, there)
+    }
+
+    #[inline]
+    fn unary(&self, place: usize, sample: SampleId) -> i32 {
+        if !sample.is_assigned() {
+            DUMMY
+        } else if self.standing[place] == sample {
+            self.own[place]
+        } else {
+            self.offer[place]
+        }
+    }
+
+    #[inline]
+    fn difference(&self, old: SampleId, new: SampleId) -> u32 {
+        self.seams.difference(old, new)
+    }
+
+    #[inline]
+    fn quad(&self, axis: usize, old: [SampleId; 2], new: [SampleId; 2], differences: [u32; 2]) -> Quad {
+        self.seams.quad(axis, old, new, differences)
+    }
+}
+
+impl<'a> Expansions<'a> {
+    pub(crate) fn new(
+        exemplars: &'a Exemplars<2>,
+        fixed: Option<&'a Grid<bool, 2>>,
+        samples: usize,
+        pruning: bool,
+    ) -> Result<Self, Error> {
+        let weight: u32 = exemplars.weights().iter().map(|&w| u32::from(w)).sum();
+        let norm = (f64::from(weight).sqrt() * 255.0 * f64::from(SeamCosts::<2>::SCALE)).ceil() as i64;
+        Ok(Self {
+            exemplars,
+            fixed,
+            offer: try_vec(samples, 0)?,
+            possible: try_vec(samples, false)?,
+            boxes: Boxes::default(),
+            scaled: Vec::new(),
+            costs: Vec::new(),
+            scratch: Scratch::default(),
+            // Four neighbours, and a seam is two norms.
+            most_saved: 4 * 2 * norm,
+            pruning,
+        })
+    }
+
+    /// Lays the label where that lowers `E'`, and answers what has changed.
+    pub(crate) fn expand(
+        &mut self,
+        labelling: &mut Labelling<'_>,
+        patch: &Patch<2>,
+        stats: &mut Stats,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Option<Window<2>>, Error> {
+        stats.expansions += 1;
+        let output = labelling.map.domain();
+        let mut window = patch.footprint(self.exemplars, &Window::all(output));
+        for a in (0..2).filter(|&a| output.periodic[a]) {
+            window.shape[a] = window.shape[a].min(output.shape[a]);
+        }
+        let window = window.inside(output);
+        if window.is_empty() {
+            return Ok(None);
+        }
+        stats.saturated +=
+            of_label(&labelling.terms, patch, &window, &mut self.boxes, &mut self.scaled, &mut self.costs)?;
+        for (place, &cost) in window.places(output).zip(&self.costs) {
+            if let Some(place) = place {
+                self.offer[place] = cost;
+            }
+        }
+        let Some(window) = self.considered(labelling, patch, &window, stats)? else { return Ok(None) };
+        let frame = Frame::of_patch(self.exemplars, &labelling.map, patch, &window)?;
+        let (fixed, possible) = (self.fixed, &self.possible);
+        let pin = |place: usize| {
+            let kept = !possible[place] || fixed.is_some_and(|f| f.samples()[place] && labelling.own[place] != DUMMY);
+            kept.then_some(Pin::Old)
+        };
+        let choices = frame.choices(Holes::Fill, pin)?;
+        let prices = Both {
+            seams: &labelling.seams,
+            standing: labelling.map.ids.plane(0),
+            own: &labelling.own,
+            offer: &self.offer,
+        };
+        let proposal = expand(&frame, &choices, &prices, &mut self.scratch, cancelled)?;
+        stats.nodes += proposal.free as u64;
+        stats.truncated += proposal.truncated as u64;
+        if proposal.filled == 0 && proposal.gain() <= 0 {
+            return Ok(None);
+        }
+        let changed = labelling.lay(&frame, &proposal.taken, |place| self.offer[place])?;
+        stats.improvements += u64::from(changed.is_some());
+        Ok(changed)
+    }
+
+    /// The box around all samples that could take the label whatever their neighbours do, with one more on every side; `None`
+    /// without any. While there are holes it is the whole window.
+    ///
+    /// Taking the label costs a sample the difference of its agreements and can save no more than all seams around it.
+    /// This is the first, coarsest step of the exact pruning in `selvedge-expansion`: it spares frames and norms of
+    /// windows where next to nothing can happen.
+    fn considered(
+        &mut self,
+        labelling: &Labelling<'_>,
+        patch: &Patch<2>,
+        window: &Window<2>,
+        stats: &mut Stats,
+    ) -> Result<Option<Window<2>>, Error> {
+        let output = labelling.map.domain();
+        let all = labelling.holes != 0 || !self.pruning;
+        let (mut low, mut high, mut left) = ([u32::MAX; 2], [0; 2], 0);
+        let mut defined = Vec::new();
+        reserve(&mut defined, window.len())?;
+        defined.extend(patch.samples(self.exemplars, window).map(SampleId::is_assigned));
+        let wide = window.shape[1].max(1);
+        for (i, (place, defined)) in window.places(output).zip(defined).enumerate() {
+            let Some(place) = place else { continue };
+            let excess = i64::from(self.offer[place]) - i64::from(labelling.own[place]);
+            self.possible[place] = all || defined && excess <= self.most_saved;
+            if self.possible[place] {
+                let at = [i as u32 / wide, i as u32 % wide];
+                low = [0, 1].map(|a| low[a].min(at[a]));
+                high = [0, 1].map(|a| high[a].max(at[a] + 1));
+            } else {
+                left += u64::from(defined);
+            }
+        }
+        stats.pruned += left;
+        if low[0] == u32::MAX {
+            return Ok(None);
+        }
+        let start = [0, 1].map(|a| low[a].saturating_sub(1));
+        let end = [0, 1].map(|a| (high[a] + 1).min(window.shape[a]));
+        Ok(Some(Window {
+            start: [0, 1].map(|a| window.start[a] + start[a] as i32),
+            shape: [0, 1].map(|a| end[a] - start[a]),
+        }))
+    }
+}

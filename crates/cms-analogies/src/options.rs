@@ -1,0 +1,105 @@
+//! What a run may choose.
+
+use crate::error::Error;
+
+/// Most that a constraint may weigh (`K` times its own weight): five hundred times what the paper used, and far from
+/// where squared differences of the largest neighborhood would pass 64 bits.
+pub(crate) const MOST_WEIGHT: f64 = 10_000.0;
+
+/// The largest half-width of a neighborhood: three times the paper's largest.
+pub(crate) const MOST_NEIGHBORHOOD: u32 = 32;
+
+/// Options of [`analogy`](crate::analogy). Default: [`Options::paper`] with `K` and `N` that suit most tasks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// `K`: how much agreement with the constraints counts against seams; the paper used 0.2 to 20. 0 ignores them.
+    pub constraint_weight: f64,
+    /// `N`: half the width of a neighborhood, so that it has `(2 N + 1)^2` taps; the paper used 1 to 9. Large ones keep
+    /// structures, small ones follow curves.
+    pub neighborhood: u32,
+    /// `c`: labels that are tried for a place.
+    pub candidates: u32,
+    /// `d`: least distance of those labels within one source, in samples.
+    pub apart: u32,
+    /// `h`: bad places in a row that are tried in vain before the run ends.
+    pub history: u32,
+    /// `t`: what an improvement has to gain, in the paper's units (differences from 0 to 1). `None`: `5 (K + 2)`.
+    pub tolerance: Option<f64>,
+    /// Resolutions, each half as fine as the next one. 1: all at full size, as the paper.
+    pub levels: u32,
+    /// Draws so many labels at random instead of searching for them: Schödl's baseline.
+    pub random_labels: Option<u32>,
+}
+
+impl Options {
+    /// The paper's: `c = 5`, `d = 20`, `h = 8`, `t = 5 (K + 2)`, one level. `K` and `N` are the user's there; here 1 and 4
+    /// stand in the middle of those of its figures. `[CMS IV-C]`
+    pub const fn paper() -> Self {
+        Self {
+            constraint_weight: 1.0,
+            neighborhood: 4,
+            candidates: 5,
+            apart: 20,
+            history: 8,
+            tolerance: None,
+            levels: 1,
+            random_labels: None,
+        }
+    }
+
+    /// Refuses what is wrong by itself.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let weight = |option, value: f64, range| {
+            let fits = (0.0..=MOST_WEIGHT).contains(&value);
+            if fits { Ok(()) } else { Err(Error::Range { option, value, range }) }
+        };
+        let whole = |option, value: u32, least: u32, most: u32, range| {
+            let fits = (least..=most).contains(&value);
+            if fits { Ok(()) } else { Err(Error::Range { option, value: value.into(), range }) }
+        };
+        weight("constraint_weight", self.constraint_weight, "0 to 10000")?;
+        whole("neighborhood", self.neighborhood, 0, MOST_NEIGHBORHOOD, "0 to 32")?;
+        whole("candidates", self.candidates, 1, 1000, "1 to 1000")?;
+        whole("apart", self.apart, 0, 65_535, "0 to 65535")?;
+        whole("history", self.history, 1, 1000, "1 to 1000")?;
+        whole("levels", self.levels, 1, 8, "1 to 8")?;
+        match self.tolerance {
+            Some(value) if !(0.0..=1e9).contains(&value) => {
+                Err(Error::Range { option: "tolerance", value, range: "0 to 1000000000" })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// `t` in the units of prices. `[CMS IV-C step 4]`
+    pub(crate) fn least_gain(&self) -> i64 {
+        let units = self.tolerance.unwrap_or(5.0 * (self.constraint_weight + 2.0));
+        (units * 255.0 * 16.0).round() as i64
+    }
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self::paper()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_out_of_range_is_refused_with_its_number() {
+        for weight in [-1.0, f64::NAN, f64::INFINITY, 1e5] {
+            let found = Options { constraint_weight: weight, ..Options::paper() }.validate();
+            assert!(matches!(found, Err(Error::Range { option: "constraint_weight", .. })), "{weight}");
+        }
+        let none = Options { candidates: 0, ..Options::paper() };
+        assert_eq!(none.validate(), Err(Error::Range { option: "candidates", value: 0.0, range: "1 to 1000" }));
+        assert_eq!(Options::paper().validate(), Ok(()));
+        assert_eq!(Options::paper().least_gain(), 15 * 255 * 16);
+    }
+}

@@ -1,0 +1,99 @@
+//! A run that was checked: exemplars, constraints and options fit each other, and there is room.
+
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
+
+use crate::agreement::Term;
+use crate::constraint::Constraint;
+use crate::error::Error;
+use crate::estimate::{Sizes, bytes};
+use crate::options::Options;
+use crate::start::Start;
+use crate::stats::Stats;
+use crate::synthesis;
+
+/// A run that was checked, and is then woven.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    exemplars: &'a Exemplars<2>,
+    constraints: &'a [Constraint],
+    options: &'a Options,
+    output: Domain<2>,
+    needed: Bytes,
+}
+
+impl<'a> Plan<'a> {
+    /// Checks options and constraints, and that the run is within its limits.
+    ///
+    /// # Errors
+    /// [`Error::Range`], [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and of the core those of a
+    /// guide that does not fit the exemplars and of limits.
+    pub fn new(
+        exemplars: &'a Exemplars<2>,
+        constraints: &'a [Constraint],
+        options: &'a Options,
+        run: &Run<'_, 2>,
+    ) -> Result<Self, Error> {
+        options.validate()?;
+        let first = constraints.first().ok_or(Error::NoConstraint)?;
+        constraints.iter().try_for_each(|constraint| constraint.check(exemplars, first, options))?;
+        let output = first.guide.target().domain();
+        let sources: Vec<Domain<2>> = exemplars.table().sources().iter().map(|s| s.1).collect();
+        let sizes = Sizes {
+            sources: &sources,
+            channels: exemplars.channels(),
+            constraints: &constraints.iter().map(|c| (c.guide.weights().len(), c.ratio)).collect::<Vec<_>>(),
+            output,
+        };
+        let needed = Bytes(bytes(&sizes, options)?);
+        run.limits.admit(output, needed)?;
+        Ok(Self { exemplars, constraints, options, output, needed })
+    }
+
+    /// The output's shape and topology.
+    pub fn output(&self) -> Domain<2> {
+        self.output
+    }
+
+    /// An upper bound of the memory that the run takes, beside exemplars and constraints.
+    pub fn needed(&self) -> Bytes {
+        self.needed
+    }
+
+    /// Does it, from nothing.
+    ///
+    /// # Errors
+    /// [`Error::Search`], [`Error::Cut`] and [`Error::Core`] if memory is short.
+    pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        let map = SourceMap::unassigned(self.exemplars, self.output)?;
+        self.weave_from(&Start { map, fixed: None }, run)
+    }
+
+    /// Does it, from what is there.
+    ///
+    /// # Errors
+    /// [`Error::Start`], and those of [`weave`](Self::weave).
+    pub fn weave_from(&self, start: &Start, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        self.weave_by(start, run, true)
+    }
+
+    /// The same, with pruning or without.
+    pub(crate) fn weave_by(
+        &self,
+        start: &Start,
+        run: &Run<'_, 2>,
+        pruning: bool,
+    ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+        let known = |map: &SourceMap<2>| {
+            let ids = map.ids.plane(0);
+            map.table == *self.exemplars.table() && ids.iter().all(|id| !id.is_assigned() || id.get() < map.table.len())
+        };
+        let fits = start.map.domain() == self.output
+            && start.fixed.as_ref().is_none_or(|f| f.domain().shape == self.output.shape);
+        if !fits || !known(&start.map) {
+            return Err(Error::Start { expected: self.output.shape.to_vec() });
+        }
+        let terms = Term::list(self.constraints, self.options);
+        let (result, stats, complete) = synthesis::weave(self.exemplars, &terms, start, self.options, run, pruning)?;
+        Ok(Woven { result, stats, complete })
+    }
+}

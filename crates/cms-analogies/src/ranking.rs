@@ -1,0 +1,222 @@
+//! Which labels could improve a place: all of them, ranked exactly. `[CMS eq. 8]`
+
+use selvedge_core::{Exemplars, Patch, SampleId, SimdLevel, Window, par, reserve, try_vec};
+use selvedge_fft_ssd::{Costs, Errors, Options as SearchOptions, Scratch, SsdSearcher, Template};
+
+use crate::boxes::Taps;
+use crate::constraint::Scale;
+use crate::error::Error;
+use crate::labelling::Labelling;
+use crate::options::Options;
+
+/// What no label has.
+const NONE: u64 = u64::MAX;
+
+/// Finds labels. One is made for a run; after the first search of a size no large buffer is allocated.
+pub(crate) struct Ranking<'a> {
+    exemplars: &'a Exemplars<2>,
+    /// `S` against what stands, and each `Q` against its `C`.
+    searches: Vec<Search<'a>>,
+    half: u32,
+    candidates: usize,
+    apart: u32,
+    /// Of all sources, by sample number.
+    totals: Vec<u64>,
+}
+
+struct Search<'a> {
+    searcher: SsdSearcher<'a, 2>,
+    scale: Scale,
+    taps: Taps,
+    scratch: Scratch,
+    costs: Costs<2>,
+    /// The template's features and mask.
+    features: Vec<u8>,
+    mask: Vec<bool>,
+    /// Samples of it that are known.
+    known: u64,
+}
+
+impl<'a> Ranking<'a> {
+    pub(crate) fn new(
+        exemplars: &'a Exemplars<2>,
+        labelling: &Labelling<'a>,
+        options: &Options,
+        simd: SimdLevel,
+    ) -> Result<Self, Error> {
+        let search = SearchOptions { simd, ..SearchOptions::default() };
+        let (half, taps) = (options.neighborhood, u64::from(2 * options.neighborhood + 1).pow(2));
+        let of = |searcher, scale, taps| Search {
+            searcher,
+            scale,
+            taps,
+            scratch: Scratch::new(),
+            costs: Costs::new(),
+            features: Vec::new(),
+            mask: Vec::new(),
+            known: 0,
+        };
+        let own = Scale::new(1.0, exemplars.weights(), taps);
+        let mut searches = vec![of(SsdSearcher::with_options(exemplars, search)?, own, Taps::around(half, 1))];
+        for term in &labelling.terms {
+            searches.push(of(SsdSearcher::of_guide(&term.constraint.guide, search)?, term.scale, term.taps));
+        }
+        let (candidates, apart) = (options.candidates as usize, options.apart);
+        let totals = try_vec(exemplars.table().len() as usize, NONE)?;
+        Ok(Self { exemplars, searches, half, candidates, apart, totals })
+    }
+
+    /// The best labels for a place, best first; that which stands there is left out.
+    pub(crate) fn labels(&mut self, labelling: &Labelling<'_>, at: [u32; 2]) -> Result<Vec<Patch<2>>, Error> {
+        self.template_of_output(labelling, at)?;
+        // What stands nowhere has no colour: it is no missing tap, it does not count.
+        self.searches[0].scale = self.searches[0].scale.over(self.searches[0].known);
+        for (number, term) in labelling.terms.iter().enumerate() {
+            let guide = &term.constraint.guide;
+            let asked = guide.asked().map(|a| a.samples());
+            let target = guide.target();
+            self.searches[number + 1].template(
+                at,
+                target.domain(),
+                guide.weights().len(),
+                |place, features, stride| {
+                    let known = asked.is_none_or(|a| a[place]);
+                    (0..guide.weights().len()).for_each(|c| features[c * stride] = target.plane(c)[place]);
+                    known
+                },
+            )?;
+        }
+        for search in &mut self.searches {
+            search.run()?;
+        }
+        self.sum()?;
+        let standing = labelling.map.ids.get(0, at);
+        if standing.is_assigned() {
+            self.totals[standing.get() as usize] = NONE;
+        }
+        Ok(self.best(at))
+    }
+
+    fn template_of_output(&mut self, labelling: &Labelling<'_>, at: [u32; 2]) -> Result<(), Error> {
+        let (exemplars, ids) = (self.exemplars, labelling.map.ids.plane(0));
+        debug_assert_eq!(self.searches[0].taps, Taps::around(self.half, 1));
+        self.searches[0].template(at, labelling.map.domain(), exemplars.channels(), |place, features, stride| {
+            let Some(source) = exemplars.table().source(ids[place]) else { return false };
+            let index = (ids[place].get() - exemplars.table().first(source)) as usize;
+            let grid = &exemplars.sources()[source].features;
+            (0..exemplars.channels()).for_each(|c| features[c * stride] = grid.plane(c)[index]);
+            true
+        })
+    }
+
+    /// `Imprv` of every sample of every source at the place, [`NONE`] where it is not valid.
+    fn sum(&mut self) -> Result<(), Error> {
+        for (number, source) in self.exemplars.sources().iter().enumerate() {
+            let domain = source.domain();
+            let first = self.exemplars.table().first(number) as usize;
+            let totals = &mut self.totals[first..first + domain.len()];
+            let valid = source.valid.as_ref().map(|v| v.samples());
+            let searches: Vec<&Search<'_>> = self.searches.iter().filter(|s| s.known != 0).collect();
+            let wide = domain.shape[1] as usize;
+            par::for_rows(totals, wide.max(1), |y, row| {
+                row.fill(0);
+                searches.iter().for_each(|search| search.add_row(number, domain, y, row));
+                let excluded = |x: usize| valid.is_some_and(|v| !v[y * wide + x]);
+                row.iter_mut().enumerate().filter(|(x, _)| excluded(*x)).for_each(|(_, to)| *to = NONE);
+            });
+        }
+        Ok(())
+    }
+
+    /// The least, then the least of those apart from it, and so on; of equal ones the first.
+    fn best(&mut self, at: [u32; 2]) -> Vec<Patch<2>> {
+        let mut found = Vec::new();
+        while found.len() < self.candidates {
+            let least = par::fold_blocks(
+                self.totals.len(),
+                1 << 14,
+                |range| range.map(|i| (self.totals[i], i)).min().unwrap_or((NONE, 0)),
+                |a, b| a.min(b),
+            );
+            let Some((_, best)) = least.filter(|&(total, _)| total != NONE) else { break };
+            let Some((source, from)) = self.exemplars.locate(SampleId::new(best as u32)) else { break };
+            found.push(Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) });
+            self.exclude(source, from);
+        }
+        found
+    }
+
+    /// Leaves out what is too near to a sample: as the crow flies, the shorter way around.
+    fn exclude(&mut self, source: usize, from: [u32; 2]) {
+        let domain = self.exemplars.sources()[source].domain();
+        let first = self.exemplars.table().first(source) as usize;
+        let reach = self.apart.saturating_sub(1) as i32;
+        let disc = Window { start: from.map(|p| p as i32 - reach), shape: [2 * reach as u32 + 1; 2] };
+        for (place, at) in disc.places(domain).zip(disc.local().positions()) {
+            let square: u64 = at.iter().map(|&p| i64::from(p as i32 - reach).pow(2) as u64).sum();
+            if let Some(place) = place.filter(|_| square < u64::from(self.apart.max(1)).pow(2)) {
+                self.totals[first + place] = NONE;
+            }
+        }
+    }
+}
+
+impl Search<'_> {
+    /// What is searched for, around a place; `of` writes a sample's features and answers whether it is known.
+    fn template(
+        &mut self,
+        at: [u32; 2],
+        output: selvedge_core::Domain<2>,
+        channels: usize,
+        of: impl Fn(usize, &mut [u8], usize) -> bool,
+    ) -> Result<(), Error> {
+        let window = self.taps.reached(&Window { start: at.map(|p| p as i32), shape: [1, 1] });
+        let (len, wide, ratio) = (window.len(), window.shape[1], self.taps.ratio);
+        self.features.clear();
+        self.mask.clear();
+        reserve(&mut self.features, len * channels)?;
+        reserve(&mut self.mask, len)?;
+        self.features.resize(len * channels, 0);
+        self.mask.resize(len, false);
+        for (i, place) in window.places(output).enumerate() {
+            let (y, x) = (i as u32 / wide, i as u32 % wide);
+            if let Some(place) = place.filter(|_| y.is_multiple_of(ratio) && x.is_multiple_of(ratio)) {
+                self.mask[i] = of(place, &mut self.features[i..], len);
+            }
+        }
+        self.known = self.mask.iter().filter(|&&known| known).count() as u64;
+        Ok(())
+    }
+
+    /// Compares it wherever its middle stands on a valid sample.
+    fn run(&mut self) -> Result<(), Error> {
+        if self.known == 0 {
+            return Ok(());
+        }
+        let side = (self.taps.count[0] - 1) * self.taps.ratio + 1;
+        let template = Template::new([side; 2], &self.features).masked(&self.mask);
+        let middle = [side / 2; 2];
+        Ok(self.searcher.search_part(&template, middle, [1, 1], 1, &mut self.scratch, &mut self.costs)?)
+    }
+
+    /// Adds the errors at a row of a source's samples; where nothing was compared, nothing.
+    fn add_row(&self, number: usize, domain: selvedge_core::Domain<2>, y: usize, row: &mut [u64]) {
+        let found = self.costs.sources()[number];
+        let half = (self.taps.count[0] as i64 - 1) * i64::from(self.taps.ratio) / 2;
+        let place = |p: usize, axis: usize| {
+            let (p, side) = (p as i64 - half - i64::from(found.first[axis]), i64::from(domain.shape[axis]));
+            (if domain.periodic[axis] { p.rem_euclid(side) } else { p }) as usize
+        };
+        let start = place(y, 0) * found.shape[1] as usize;
+        let counts = self.costs.counts(number);
+        for (x, to) in row.iter_mut().enumerate() {
+            let i = start + place(x, 1);
+            let error = match self.costs.errors(number) {
+                Errors::Narrow(errors) => Some(errors[i]).filter(|&e| e != u32::MAX).map(u64::from),
+                Errors::Wide(errors) => Some(errors[i]).filter(|&e| e != u64::MAX),
+            };
+            let compared = counts.map_or(self.known, |c| u64::from(c[i]));
+            *to = to.saturating_add(error.map_or(0, |e| self.scale.of(e, compared)));
+        }
+    }
+}

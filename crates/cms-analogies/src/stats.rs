@@ -1,0 +1,42 @@
+//! Counts of one run.
+
+/// An energy in its two parts, in the units of [`SeamCosts`](selvedge_core::SeamCosts): 16 a grey level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Energy {
+    /// How far the output is from the constraints.
+    pub agreement: i64,
+    /// The price of all seams.
+    pub boundary: i64,
+}
+
+impl Energy {
+    /// Both together.
+    pub fn sum(self) -> i64 {
+        self.agreement + self.boundary
+    }
+}
+
+/// Counts of one run; those of coarser levels are included, but for energies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Places for which labels were searched, or labels drawn at random.
+    pub searches: u64,
+    /// Labels that were tried.
+    pub expansions: u64,
+    /// Those of them that changed the output.
+    pub improvements: u64,
+    /// Samples that could have taken a label, over all expansions.
+    pub nodes: u64,
+    /// Those of them for which costs alone told that they would not.
+    pub pruned: u64,
+    /// Terms that were lowered so that a cut could be made: 0 where seams are a metric.
+    pub truncated: u64,
+    /// Costs of a sample that were too large to be told apart.
+    pub saturated: u64,
+    /// `E'` when everything was covered, and after each expansion that changed something. `[CMS eq. 6]`
+    pub energy: Vec<i64>,
+    /// `E'` at the end, what was minimised. `[CMS eq. 6]`
+    pub model: Energy,
+    /// `E` at the end, what was meant. `[CMS eq. 3]`
+    pub truth: Energy,
+}

@@ -1,0 +1,113 @@
+//! Where the output is worst: match errors, of which the largest of every row is known. `[CMS IV-C step 1]`
+
+use selvedge_core::{Domain, Grid, Window, try_vec};
+
+use crate::error::Error;
+
+/// Match errors by place.
+pub(crate) struct Worst {
+    domain: Domain<2>,
+    errors: Vec<i64>,
+    /// The largest of each row.
+    rows: Vec<i64>,
+    /// Places that nobody may improve.
+    fixed: Vec<bool>,
+}
+
+impl Worst {
+    pub(crate) fn new(domain: Domain<2>, fixed: Option<&Grid<bool, 2>>) -> Result<Self, Error> {
+        let mut of_place = Vec::new();
+        if let Some(fixed) = fixed {
+            of_place = try_vec(domain.len(), false)?;
+            of_place.copy_from_slice(fixed.samples());
+        }
+        let (errors, rows) = (try_vec(domain.len(), 0)?, try_vec(domain.shape[0] as usize, 0)?);
+        Ok(Self { domain, errors, rows, fixed: of_place })
+    }
+
+    /// An error of a place; [`renew`](Self::renew) makes it count.
+    pub(crate) fn set(&mut self, place: usize, error: i64) {
+        let fixed = self.fixed.get(place).is_some_and(|&fixed| fixed);
+        self.errors[place] = if fixed { 0 } else { error };
+    }
+
+    /// After errors of a window have changed.
+    pub(crate) fn renew(&mut self, window: &Window<2>, output: Domain<2>) {
+        let wide = self.domain.shape[1] as usize;
+        for start in window.along(output, 0).flatten() {
+            let row = &self.errors[start as usize..start as usize + wide];
+            self.rows[start as usize / wide] = row.iter().copied().max().unwrap_or(0);
+        }
+    }
+
+    /// The worst place, then the worst that is at least `apart` from it along some axis, and so on, all as far from what is
+    /// `avoided`: places above 0, the first of equal ones.
+    pub(crate) fn places(&self, count: usize, apart: u32, avoided: &[[u32; 2]]) -> Vec<usize> {
+        let mut found = avoided.to_vec();
+        while found.len() < avoided.len() + count
+            && let Some(place) = self.next(&found, apart)
+        {
+            found.push(self.domain.position(place));
+        }
+        found[avoided.len()..].iter().map(|&at| self.domain.index(at)).collect()
+    }
+
+    fn next(&self, found: &[[u32; 2]], apart: u32) -> Option<usize> {
+        let wide = self.domain.shape[1] as usize;
+        let (mut worst, mut best) = (0, None);
+        for (y, _) in self.rows.iter().enumerate().filter(|(_, row)| 0 < **row) {
+            if self.rows[y] <= worst {
+                continue;
+            }
+            let near: Vec<u32> =
+                found.iter().filter(|f| self.distance(f[0], y as u32, 0) < apart).map(|f| f[1]).collect();
+            for (x, &error) in self.errors[y * wide..(y + 1) * wide].iter().enumerate() {
+                if worst < error && near.iter().all(|&f| apart <= self.distance(f, x as u32, 1)) {
+                    (worst, best) = (error, Some(y * wide + x));
+                }
+            }
+        }
+        best
+    }
+
+    /// The shorter way along an axis.
+    fn distance(&self, a: u32, b: u32, axis: usize) -> u32 {
+        let d = a.abs_diff(b);
+        if self.domain.periodic[axis] { d.min(self.domain.shape[axis] - d) } else { d }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::Seed;
+
+    #[test]
+    fn places_are_the_worst_and_apart() {
+        for case in 0..100 {
+            let mut rng = Seed(case).rng();
+            let shape = [1 + rng.below(20), 1 + rng.below(20)];
+            let domain = Domain { shape, periodic: [case % 2 == 0, case % 3 == 0] };
+            let mut worst = Worst::new(domain, None).unwrap();
+            let errors: Vec<i64> = (0..domain.len()).map(|_| i64::from(rng.below(30))).collect();
+            errors.iter().enumerate().for_each(|(place, &e)| worst.set(place, e));
+            worst.renew(&Window::all(domain), domain);
+            let apart = 1 + rng.below(6);
+            let far = |p: usize, q: usize| {
+                let [p, q] = [p, q].map(|p| domain.position(p));
+                (0..2).any(|a| {
+                    let d = p[a].abs_diff(q[a]);
+                    apart <= if domain.periodic[a] { d.min(shape[a] - d) } else { d }
+                })
+            };
+            let avoided: Vec<usize> = (0..rng.below(3)).map(|_| rng.below(domain.len() as u32) as usize).collect();
+            let mut expected = avoided.clone();
+            for _ in 0..5 {
+                let free = (0..errors.len()).filter(|&p| 0 < errors[p] && expected.iter().all(|&q| far(p, q)));
+                expected.extend(free.max_by_key(|&p| (errors[p], usize::MAX - p)));
+            }
+            let at: Vec<[u32; 2]> = avoided.iter().map(|&p| domain.position(p)).collect();
+            assert_eq!(worst.places(5, apart, &at), expected[avoided.len()..], "{domain:?} {apart}");
+        }
+    }
+}
