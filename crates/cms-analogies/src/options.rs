@@ -25,14 +25,12 @@ pub struct Options {
     pub history: u32,
     /// `t`: what an improvement has to gain, in the paper's units (differences from 0 to 1). `None`: `5 (K + 2)`.
     pub tolerance: Option<f64>,
-    /// Resolutions, each half as fine as the next one. 1: all at full size, as the paper.
-    pub levels: u32,
     /// Draws so many labels at random instead of searching for them: Schödl's baseline.
     pub random_labels: Option<u32>,
 }
 
 impl Options {
-    /// The paper's: `c = 5`, `d = 20`, `h = 8`, `t = 5 (K + 2)`, one level. `K` and `N` are the user's there; here 1 and 4
+    /// The paper's: `c = 5`, `d = 20`, `h = 8`, `t = 5 (K + 2)`. `K` and `N` are the user's there; here 1 and 4
     /// stand in the middle of those of its figures. `[CMS IV-C]`
     pub const fn paper() -> Self {
         Self {
@@ -42,7 +40,6 @@ impl Options {
             apart: 20,
             history: 8,
             tolerance: None,
-            levels: 1,
             random_labels: None,
         }
     }
@@ -65,7 +62,6 @@ impl Options {
         whole("candidates", self.candidates, 1, 1000, "1 to 1000")?;
         whole("apart", self.apart, 0, 65_535, "0 to 65535")?;
         whole("history", self.history, 1, 1000, "1 to 1000")?;
-        whole("levels", self.levels, 1, 8, "1 to 8")?;
         match self.tolerance {
             Some(value) if !(0.0..=1e9).contains(&value) => {
                 Err(Error::Range { option: "tolerance", value, range: "0 to 1000000000" })

@@ -16,7 +16,7 @@ impl Energy {
     }
 }
 
-/// Counts of one run; those of coarser levels are included, but for energies.
+/// Counts of one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stats {
     /// Places for which labels were searched, or labels drawn at random.

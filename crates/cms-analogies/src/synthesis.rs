@@ -191,7 +191,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
     }
 }
 
-/// A run over all levels: the coarsest first.
+/// A run: the loop, and what it came to.
 pub(crate) fn weave(
     exemplars: &Exemplars<2>,
     terms: &[Term<'_>],

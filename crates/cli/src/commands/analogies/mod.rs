@@ -74,7 +74,6 @@ impl Knobs {
             history: self.history,
             tolerance: self.tolerance,
             random_labels: self.random_labels,
-            ..Options::paper()
         }
     }
 }

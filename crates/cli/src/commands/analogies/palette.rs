@@ -11,8 +11,8 @@ pub(super) const MOST: usize = 64;
 /// In maps of more colours than that, those that differ by no more than this in any channel are one: the noise of lossy
 /// compression around flat colours.
 const NEAR: u8 = 40;
-/// There, a label has at least one sample of so many: what is rarer is a mixture of two at their border. (Mixtures of the
-/// smoothed and compressed maps that were looked at had up to one sample of 110.)
+/// There, a label has at least one sample of so many: what is rarer is taken for a mixture of two at their border. A guess: smooth
+/// maps have mixtures above it, and are compared as they are (see `MOST`).
 const RARE: usize = 100;
 
 type Color = [u8; 3];
