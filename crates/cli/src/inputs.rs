@@ -59,11 +59,15 @@ impl Input {
 
     /// Reads a source map.
     pub(crate) fn read_map(&self, session: &Session<'_>) -> Result<ReadMap, Failure> {
-        let file = self.map(session)??;
+        Ok(self.noted_map(self.map(session)??))
+    }
+
+    /// A source map by name and content, and as the report has it.
+    fn noted_map(&self, file: MapFile) -> ReadMap {
         let [height, width] = file.map.domain().shape;
         let blake3 = self.hash();
         let entry = noted(&self.path, [width, height], 3, "u32", &blake3);
-        Ok(ReadMap { file, fingerprint: Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }, entry })
+        ReadMap { file, fingerprint: Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }, entry }
     }
 
     /// Reads a source map; the inner error says whether it is one at all.
@@ -82,8 +86,8 @@ impl Input {
         if may_be_map {
             match self.map(session)? {
                 Err(e) if matches!(e.problem, Problem::NotAMap { .. }) => {}
-                _ => {
-                    let map = self.read_map(session)?;
+                found => {
+                    let map = self.noted_map(found?);
                     report.inputs.push(map.entry);
                     return Ok(Either::Map(map.file));
                 }

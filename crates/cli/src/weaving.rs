@@ -198,13 +198,19 @@ impl Weaving {
     fn need(&self, headers: &Headers, plan: &Plan<'_>, domain: Domain<2>) -> Bytes {
         let (sources, resampled) = (headers.sources(plan.transforms), headers.resampled(plan.transforms));
         let (channels, depth) = (headers.layout.channels(), headers.depth);
-        let exemplars = memory::exemplars(&headers.infos, depth)
-            + memory::sources(&sources, headers.layout.colors)
+        let colors = headers.layout.colors;
+        let kept = memory::pictures(&headers.infos, channels, depth)
+            + memory::masks(&headers.mask_infos)
             + memory::shown(&resampled, channels, depth);
+        // Exemplars are read before they become sources, and a method begins when all are made.
+        let read = memory::reading(headers.infos.iter().chain(&headers.mask_infos));
+        let made = memory::making(&sources, colors);
         let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
-        let method = Bytes((plan.estimate)(&sources, headers.layout.colors, domain));
-        exemplars + method.then(memory::outputs(domain, channels, depth, self.map.is_some()) + explained)
+        let method = Bytes((plan.estimate)(&sources, colors, domain));
+        let written = memory::outputs(domain, channels, depth, self.map.is_some()) + explained;
+        let worked = memory::sources(&sources, colors) + method.then(written);
+        memory::PROGRAM + kept + read.then(made).max(worked)
     }
 }
 

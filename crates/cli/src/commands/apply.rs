@@ -94,7 +94,9 @@ impl Apply {
         let mut run = Run { args: self, session, file, map: fingerprint, masks, report };
         // Whatever can be refused is, before the first picture is made, and nothing is written before the last one is.
         let looked = layers.iter().map(|layer| run.look(layer)).collect::<Result<Vec<_>, Failure>>()?;
-        run.check_memory(&looked)?;
+        let needed = run.need(&looked);
+        memory::check_fixed(&session.limits, needed)?;
+        run.report.estimate = Some(needed.0);
         let mut outputs = Outputs::with_quality(self.quality);
         looked.into_iter().try_for_each(|one| run.lay(one, &mut outputs))?;
         session.check_signal()?;
@@ -140,27 +142,29 @@ impl Apply {
             let what = format!("was made from {n} exemplar(s), and {given} mask(s) are given");
             return Err(Failure::new(3, what).about(&self.map).remedy("give one --mask for each, or '--mask none'"));
         }
-        let mut fingerprints = Vec::new();
-        let mut read = |path: &PathBuf| -> Result<Option<Grid<bool, 2>>, Failure> {
+        let (mut fingerprints, mut held) = (Vec::new(), Bytes(0));
+        let mut read = |path: &PathBuf, shape: Option<[u32; 2]>| -> Result<Option<Grid<bool, 2>>, Failure> {
             if path.as_os_str() == NO_MASK {
                 return Ok(None);
             }
             let options = inputs::options(session.limits, Role::Scalar, self.nonfinite);
-            let picture = Input::new(session, path)?.read(session, &options, report)?;
+            let input = Input::new(session, path)?;
+            let info = input.probe(&options)?;
+            if let Some([eh, ew]) = shape.filter(|shape| *shape != [info.height, info.width]) {
+                let what = format!("{}x{} px, but the map has {ew}x{eh} px", info.width, info.height);
+                return Err(Failure::new(3, what).about(path).remedy("give a mask of that size"));
+            }
+            held = held + memory::masks([&info]);
+            let picture = input.read(session, &options, report)?;
             fingerprints.push(inputs::fingerprint(path, &picture));
             let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
             mask.map(Some).map_err(|p| Failure::from_problem(path, p))
         };
-        let of_exemplars = self.mask.iter().map(&mut read).collect::<Result<Vec<_>, _>>()?;
-        let fixed = self.fixed.as_ref().map(&mut read).transpose()?.flatten();
-        if let Some((path, mask)) = self.fixed.as_ref().zip(fixed.as_ref()) {
-            let ([h, w], [eh, ew]) = (mask.domain().shape, file.map.domain().shape);
-            if [h, w] != [eh, ew] {
-                let what = format!("{w}x{h} px, but the map has {ew}x{eh} px");
-                return Err(Failure::new(3, what).about(path).remedy("give a mask of that size"));
-            }
-        }
-        Ok(Masks { of_exemplars, fixed, fingerprints })
+        let of_exemplars = self.mask.iter().map(|path| read(path, None));
+        let of_exemplars = of_exemplars.collect::<Result<Vec<_>, _>>()?;
+        let shape = Some(file.map.domain().shape);
+        let fixed = self.fixed.as_ref().map(|path| read(path, shape)).transpose()?.flatten();
+        Ok(Masks { of_exemplars, fixed, fingerprints, held })
     }
 
     /// The options as used.
@@ -207,6 +211,7 @@ struct Masks {
     /// What is not blended.
     fixed: Option<Grid<bool, 2>>,
     fingerprints: Vec<Fingerprint>,
+    held: Bytes,
 }
 
 /// A map that was read, and what became of it so far.
@@ -235,8 +240,8 @@ impl Run<'_> {
         Ok(Looked { layer, inputs, infos, depth, layout })
     }
 
-    /// Refuses what does not fit: the planes of one output at a time, and all outputs until they are written.
-    fn check_memory(&self, looked: &[Looked<'_>]) -> Result<(), Failure> {
+    /// An upper bound of what it takes: the planes of one output at a time, and all outputs until they are written.
+    fn need(&self, looked: &[Looked<'_>]) -> Bytes {
         let domain = self.file.map.domain();
         let sources = self.file.map.table.sources().iter();
         let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
@@ -244,12 +249,13 @@ impl Run<'_> {
         let made = |l: &Looked<'_>| memory::outputs(domain, l.layout.channels(), l.depth, false);
         let copied = self.masks.fixed.is_some() || 0 < self.file.map.holes();
         let laid = |l: &Looked<'_>| {
-            memory::exemplars(&l.infos, l.depth)
+            memory::pictures(&l.infos, l.layout.channels(), l.depth)
+                + memory::reading(&l.infos)
                 + memory::shown(&resampled, l.layout.channels(), l.depth)
                 + Bytes(self.args.blending(l.layer).memory(domain, l.layout.channels(), copied))
         };
         let read = looked.iter().map(laid).max().unwrap_or_default();
-        memory::check_fixed(&self.session.limits, read + looked.iter().map(made).sum())
+        memory::PROGRAM + self.masks.held + memory::places(domain) + read + looked.iter().map(made).sum()
     }
 
     /// Says where a plane has the name of the map's exemplar but is another file: then the weave may not fit it.
@@ -361,9 +367,13 @@ impl Run<'_> {
     fn done(self, written: &[&Path], outputs: Outputs) -> Done {
         let [h, w] = self.file.map.domain().shape;
         let names: Vec<String> = written.iter().map(|path| shown(path)).collect();
-        let (would, names) = (if self.session.global.dry_run { "would be " } else { "" }, names.join(", "));
-        let (map, seconds) = (shown(&self.args.map), self.report.elapsed());
-        let line = format!("{names}: {would}{w}x{h} px through {map}, in {seconds:.2} s");
+        let (names, map) = (names.join(", "), shown(&self.args.map));
+        if self.session.global.dry_run {
+            let needed = Bytes(self.report.estimate.unwrap_or_default());
+            let line = format!("{names}: would be {w}x{h} px through {map}, with about {needed} of memory");
+            return Done::would(self.report, line);
+        }
+        let line = format!("{names}: {w}x{h} px through {map}, in {:.2} s", self.report.elapsed());
         Done::made(self.report, line, outputs)
     }
 }
