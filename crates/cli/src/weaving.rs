@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Samples, SourceMap, Transform};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance, ReadOptions};
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ use crate::course::Course;
 use crate::exemplars::{Backdrop, ExemplarArgs, Headers, Loaded};
 use crate::explain::{self, explain};
 use crate::failure::{Failure, shown};
-use crate::harmonise::Layout;
+use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::memory::{self, Resized};
 use crate::outputs::{self, Outputs};
@@ -214,6 +214,26 @@ impl Weaving {
     }
 }
 
+/// The same picture with alpha where the format has it: nothing shows where nothing stands in the map.
+fn transparent_holes(plane: Plane<2>, map: &SourceMap<2>, format: Format) -> Result<Plane<2>, Failure> {
+    let (shape, colors, depth) = (plane.domain().shape, plane.color_channels(), plane.samples.depth());
+    if format.check(shape, colors, true, depth).is_err() {
+        return Ok(plane);
+    }
+    let mut plane = widened(plane, Layout { colors, alpha: true })?;
+    let holes = map.ids.plane(0).iter().map(|id| !id.is_assigned());
+    match &mut plane.samples {
+        Samples::U8(grid) => clear(grid.plane_mut(colors), holes),
+        Samples::U16(grid) | Samples::F16(grid) => clear(grid.plane_mut(colors), holes),
+        Samples::F32(grid) => clear(grid.plane_mut(colors), holes),
+    }
+    Ok(plane)
+}
+
+fn clear<T: Default>(alpha: &mut [T], holes: impl Iterator<Item = bool>) {
+    alpha.iter_mut().zip(holes).filter(|(_, hole)| *hole).for_each(|(alpha, _)| *alpha = T::default());
+}
+
 /// Some methods answer with averages, which no map describes.
 fn averaged() -> Failure {
     let what = "samples were averaged, so that there is no source map to write or to explain";
@@ -287,10 +307,14 @@ impl Loom<'_> {
         let Outcome { woven, blending, kept, complete, course, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them.
         let blending = if complete { blending } else { Blending::default() };
-        let plane = match woven.as_map() {
+        let mut plane = match woven.as_map() {
             Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
             None => woven.render(&payload)?,
         };
+        // Beside the partial result black would be as good as any colour of it.
+        if let (false, Some(map)) = (complete, woven.as_map()) {
+            plane = transparent_holes(plane, map, self.format)?;
+        }
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);
