@@ -3,10 +3,7 @@
 use selvedge_core::{Domain, Grid, try_vec};
 use selvedge_fft_ssd::{Costs, Error, Options, Scratch, SsdSearcher, Template};
 
-use crate::memory::collected;
-
-/// At most so many samples around the centre are looked at.
-const SAMPLES: usize = 1 << 20;
+use crate::memory::{SAMPLES, collected};
 
 /// A translation under which an exemplar resembles itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -50,6 +50,8 @@ pub(crate) struct Headers {
     given: usize,
     options: ReadOptions,
     pub(crate) infos: Vec<Info>,
+    /// Of the masks that there are.
+    pub(crate) mask_infos: Vec<Info>,
     /// Whether the depth was typed.
     converts: bool,
     /// Depth of what is rendered from them.
@@ -113,13 +115,20 @@ impl ExemplarArgs {
         let masks = masks.map(|mask| mask.map(open).transpose()).collect::<Result<Vec<_>, _>>()?;
         let infos = inputs.iter().map(|input| input.probe(&options)).collect::<Result<Vec<_>, _>>()?;
         let of_each = || inputs.iter().map(|input| input.path.as_path()).zip(&infos);
+        let mut mask_infos = Vec::new();
+        for (mask, (path, info)) in masks.iter().zip(of_each()) {
+            let Some(mask) = mask else { continue };
+            let found = mask.probe(&options)?;
+            check_mask(&mask.path, [found.width, found.height], path, [info.width, info.height])?;
+            mask_infos.push(found);
+        }
         let depth = match self.depth {
             Some(depth) => depth.into(),
             None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
         let converts = self.depth.is_some();
-        Ok(Headers { given, options, converts, depth, layout, infos, masks, matched: Vec::new(), inputs })
+        Ok(Headers { given, options, converts, depth, layout, infos, mask_infos, masks, matched: Vec::new(), inputs })
     }
 }
 
@@ -223,7 +232,7 @@ impl Headers {
         if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
             session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
         }
-        let (mut masks, mut other_fingerprints) = self.read_masks(session, &planes, report)?;
+        let (mut masks, mut other_fingerprints) = self.read_masks(session, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
         if self.given < planes.len() {
             spare_holes(session, &paths, &planes, &mut masks)?;
@@ -272,17 +281,15 @@ impl Headers {
     fn read_masks(
         &self,
         session: &Session<'_>,
-        planes: &[Plane<2>],
         report: &mut Report,
     ) -> Result<(Vec<Option<Grid<bool, 2>>>, Vec<Fingerprint>), Failure> {
         let (mut masks, mut fingerprints) = (Vec::new(), Vec::new());
-        for (input, (plane, exemplar)) in self.masks.iter().zip(planes.iter().zip(&self.inputs)) {
+        for input in &self.masks {
             let Some(input) = input else {
                 masks.push(None);
                 continue;
             };
             let picture = input.read(session, &self.options, report)?;
-            check_mask(&input.path, &picture.plane, &exemplar.path, plane)?;
             let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
             masks.push(Some(mask.map_err(|p| Failure::from_problem(&input.path, p))?));
             fingerprints.push(inputs::fingerprint(&input.path, &picture));
@@ -291,8 +298,8 @@ impl Headers {
     }
 }
 
-fn check_mask(path: &Path, mask: &Plane<2>, exemplar: &Path, plane: &Plane<2>) -> Result<(), Failure> {
-    let ([h, w], [eh, ew]) = (mask.domain().shape, plane.domain().shape);
+/// Refuses a mask of another size, by width and height.
+fn check_mask(path: &Path, [w, h]: [u32; 2], exemplar: &Path, [ew, eh]: [u32; 2]) -> Result<(), Failure> {
     if [h, w] == [eh, ew] {
         return Ok(());
     }

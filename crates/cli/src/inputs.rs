@@ -14,7 +14,7 @@ use crate::report::Report;
 use crate::session::Session;
 use crate::stdio::{self, STREAM};
 
-/// A file, or standard input, which is read to its end at once.
+/// A file, or standard input or a pipe, which are read to their end at once.
 pub(crate) struct Input {
     pub(crate) path: PathBuf,
     stream: Option<Vec<u8>>,
@@ -23,7 +23,15 @@ pub(crate) struct Input {
 impl Input {
     /// Looks at a name; nothing is read but a stream.
     pub(crate) fn new(session: &Session<'_>, path: &Path) -> Result<Self, Failure> {
-        let stream = (path.as_os_str() == STREAM).then(|| read_stream(session.limits.memory)).transpose()?;
+        let budget = session.limits.memory;
+        let stream = if path.as_os_str() == STREAM {
+            Some(read_stream(path, std::io::stdin().lock(), budget)?)
+        } else if is_pipe(path) {
+            let opened = File::open(path).map_err(|e| unreadable(path, &e))?;
+            Some(read_stream(path, opened, budget)?)
+        } else {
+            None
+        };
         Ok(Self { path: path.to_path_buf(), stream })
     }
 
@@ -59,11 +67,15 @@ impl Input {
 
     /// Reads a source map.
     pub(crate) fn read_map(&self, session: &Session<'_>) -> Result<ReadMap, Failure> {
-        let file = self.map(session)??;
+        Ok(self.noted_map(self.map(session)??))
+    }
+
+    /// A source map by name and content, and as the report has it.
+    fn noted_map(&self, file: MapFile) -> ReadMap {
         let [height, width] = file.map.domain().shape;
         let blake3 = self.hash();
         let entry = noted(&self.path, [width, height], 3, "u32", &blake3);
-        Ok(ReadMap { file, fingerprint: Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }, entry })
+        ReadMap { file, fingerprint: Fingerprint { name: selvedge_io::display_name(&self.path), blake3 }, entry }
     }
 
     /// Reads a source map; the inner error says whether it is one at all.
@@ -82,8 +94,8 @@ impl Input {
         if may_be_map {
             match self.map(session)? {
                 Err(e) if matches!(e.problem, Problem::NotAMap { .. }) => {}
-                _ => {
-                    let map = self.read_map(session)?;
+                found => {
+                    let map = self.noted_map(found?);
                     report.inputs.push(map.entry);
                     return Ok(Either::Map(map.file));
                 }
@@ -149,21 +161,50 @@ pub(crate) fn options(limits: Limits, role: Role, nonfinite: NonFiniteArg) -> Re
     ReadOptions { limits, role, nonfinite: nonfinite.into(), ..ReadOptions::default() }
 }
 
-/// Standard input can be read once.
+/// Standard input and pipes can be read once.
 pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Failure> {
-    let streams = paths.into_iter().filter(|path| path.as_os_str() == STREAM).count();
-    let twice = || Failure::new(2, "standard input is named twice").remedy("give the others as files");
-    if streams < 2 { Ok(()) } else { Err(twice()) }
+    let mut streams: Vec<&PathBuf> = Vec::new();
+    for path in paths {
+        let again = |other: &&PathBuf| path == *other || selvedge_io::same_file(path, other);
+        if streams.iter().any(again) {
+            let twice = if path.as_os_str() == STREAM {
+                Failure::new(2, "standard input is named twice")
+            } else {
+                Failure::new(2, "is a pipe that is named twice").about(path)
+            };
+            return Err(twice.remedy("give the others as files"));
+        }
+        if path.as_os_str() == STREAM || is_pipe(path) {
+            streams.push(path);
+        }
+    }
+    Ok(())
 }
 
-fn read_stream(budget: u64) -> Result<Vec<u8>, Failure> {
-    let failed = |e: std::io::Error| Failure::new(4, stdio::plain(&e)).remedy("give a file").named(STREAM);
+/// Whether a name is that of a pipe, such as `/dev/stdin` behind another program.
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    std::fs::metadata(path).is_ok_and(|m| m.file_type().is_fifo())
+}
+
+/// Elsewhere pipes have no names.
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
+}
+
+fn read_stream(path: &Path, stream: impl std::io::Read, budget: u64) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
-    std::io::stdin().lock().take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    stream.take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| unreadable(path, &e))?;
     if budget < bytes.len() as u64 {
         let budget = Bytes(budget);
         let failure = Failure::new(6, format!("is more than the {budget} allowed"));
-        return Err(failure.remedy("raise --max-memory").named(STREAM));
+        return Err(failure.remedy("raise --max-memory").about(path));
     }
     Ok(bytes)
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::new(4, stdio::plain(error)).remedy("give a file").about(path)
 }

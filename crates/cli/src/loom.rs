@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Role};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Role, Samples, SourceMap};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
 use serde_json::Value;
 
@@ -12,6 +12,7 @@ use crate::course::Course;
 use crate::exemplars::Loaded;
 use crate::explain::explain;
 use crate::failure::{Failure, shown};
+use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::outputs::{self, Outputs};
 use crate::page;
@@ -60,6 +61,26 @@ pub(crate) struct Outcome {
     pub(crate) how: String,
     /// How its seams became cheaper, for the page of `--report`.
     pub(crate) course: Option<Course>,
+}
+
+/// The same picture with alpha where the format has it: nothing shows where nothing stands in the map.
+fn transparent_holes(plane: Plane<2>, map: &SourceMap<2>, format: Format) -> Result<Plane<2>, Failure> {
+    let (shape, colors, depth) = (plane.domain().shape, plane.color_channels(), plane.samples.depth());
+    if format.check(shape, colors, true, depth).is_err() {
+        return Ok(plane);
+    }
+    let mut plane = widened(plane, Layout { colors, alpha: true })?;
+    let holes = map.ids.plane(0).iter().map(|id| !id.is_assigned());
+    match &mut plane.samples {
+        Samples::U8(grid) => clear(grid.plane_mut(colors), holes),
+        Samples::U16(grid) | Samples::F16(grid) => clear(grid.plane_mut(colors), holes),
+        Samples::F32(grid) => clear(grid.plane_mut(colors), holes),
+    }
+    Ok(plane)
+}
+
+fn clear<T: Default>(alpha: &mut [T], holes: impl Iterator<Item = bool>) {
+    alpha.iter_mut().zip(holes).filter(|(_, hole)| *hole).for_each(|(alpha, _)| *alpha = T::default());
 }
 
 /// Some methods answer with averages, which no map describes.
@@ -141,10 +162,14 @@ impl Loom<'_> {
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
         let provenance = complete.then(|| self.provenance());
-        let plane = match woven.as_map() {
+        let mut plane = match woven.as_map() {
             Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
             None => woven.render(&payload)?,
         };
+        // Beside the partial result black would be as good as any colour of it.
+        if let (false, Some(map)) = (complete, woven.as_map()) {
+            plane = transparent_holes(plane, map, self.format)?;
+        }
         self.report.stage("render");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);

@@ -24,24 +24,45 @@ fn bytes_of(depth: Depth) -> u64 {
     }
 }
 
-/// An upper bound of what exemplars take: each file and its samples twice while it is read, then samples in the depth
-/// of the output.
-pub(crate) fn exemplars(infos: &[Info], depth: Depth) -> Bytes {
-    PROGRAM + pictures(infos, depth)
+/// An upper bound of what pictures take that are kept: of so many channels, in a depth that each is converted to by itself,
+/// once all were read.
+pub(crate) fn pictures(infos: &[Info], channels: usize, depth: Depth) -> Bytes {
+    let (before, after): (Vec<Bytes>, Vec<Bytes>) = infos
+        .iter()
+        .map(domain)
+        .zip(infos)
+        .map(|(domain, info)| (picture(domain, channels, info.depth), picture(domain, channels, depth)))
+        .unzip();
+    let converted = infos.iter().zip(&after).filter(|(info, _)| info.depth != depth).map(|(_, bytes)| *bytes).max();
+    before.into_iter().sum::<Bytes>().max(after.into_iter().sum()) + converted.unwrap_or_default()
 }
 
-/// The same without the program itself.
-pub(crate) fn pictures(infos: &[Info], depth: Depth) -> Bytes {
-    let one = |info: &Info| {
-        let domain = Domain::open([info.height, info.width]);
-        picture(domain, info.channels, info.depth) * 3 + picture(domain, info.channels.max(4), depth)
-    };
-    infos.iter().map(one).sum()
+/// An upper bound of what reading takes beside the picture that is kept: the file, and samples that are turned or widened.
+pub(crate) fn reading<'i>(infos: impl IntoIterator<Item = &'i Info>) -> Bytes {
+    infos.into_iter().map(|info| picture(domain(info), info.channels, info.depth) * 2).max().unwrap_or_default()
 }
 
-/// An upper bound of what sources take: features and validity, twice while they are turned.
+/// An upper bound of what masks take that are kept: where they are white.
+pub(crate) fn masks<'i>(infos: impl IntoIterator<Item = &'i Info>) -> Bytes {
+    infos.into_iter().map(|info| Bytes::of_samples(domain(info), 1)).sum()
+}
+
+fn domain(info: &Info) -> Domain<2> {
+    Domain::open([info.height, info.width])
+}
+
+/// An upper bound of what sources take: features and validity.
 pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> Bytes {
-    sources.iter().map(|domain| Bytes::of_samples(*domain, 2 * channels as u64 + 2)).sum()
+    sources.iter().map(|domain| source(*domain, channels)).sum()
+}
+
+/// The same while the largest of them is turned or looked through.
+pub(crate) fn making(sources: &[Domain<2>], channels: usize) -> Bytes {
+    self::sources(sources, channels) + sources.iter().map(|domain| source(*domain, channels)).max().unwrap_or_default()
+}
+
+fn source(domain: Domain<2>, channels: usize) -> Bytes {
+    Bytes::of_samples(domain, channels as u64 + 1)
 }
 
 /// An upper bound of what resampled sources take while a map is rendered: their samples, in the depth of the output.
@@ -49,12 +70,21 @@ pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> B
     resampled.iter().map(|domain| picture(*domain, channels, depth)).sum()
 }
 
-/// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,
-/// and twice the size of each as a file that was not compressed.
-pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> Bytes {
-    let map = Bytes::of_samples(domain, 4 + if map_file { 24 } else { 0 });
-    map + picture(domain, channels, depth) * 3
+/// Bytes of a source map.
+pub(crate) fn places(domain: Domain<2>) -> Bytes {
+    Bytes::of_samples(domain, 4)
 }
+
+/// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,
+/// and the size of each as a file that was not compressed, which grows by up to a quarter too much while it is written.
+pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> Bytes {
+    let picture = picture(domain, channels, depth);
+    let files = picture + if map_file { places(domain) * 3 } else { Bytes(0) };
+    places(domain) + picture + files + Bytes(files.0 / 4) + ENCODER
+}
+
+/// What an encoder and a file that is smaller than that take besides.
+const ENCODER: Bytes = Bytes(6 << 20);
 
 /// An upper bound of what an explanation of that height and width takes: as samples, as a file, and while that is made.
 pub(crate) fn explained(shape: [u64; 2]) -> Bytes {

@@ -141,19 +141,26 @@ impl Weaving {
         let (sources, resampled) = (headers.sources(plan.transforms), headers.resampled(plan.transforms));
         let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
         let matched: Vec<_> = headers.matched_infos().cloned().collect();
-        let exemplars = memory::exemplars(&headers.infos, depth)
-            + memory::pictures(&matched, depth)
-            + memory::sources(&sources, features)
+        // Planes that decide may have four channels, and depths of their own.
+        let matched_held: Bytes =
+            matched.iter().map(|info| memory::pictures(std::slice::from_ref(info), 4, info.depth)).sum();
+        let kept = memory::pictures(&headers.infos, channels, depth)
+            + memory::masks(&headers.mask_infos)
             + memory::shown(&resampled, channels, depth)
             + layers.iter().map(Looked::read_bytes).sum();
+        // Exemplars are read before they become sources, and a method begins when all are made.
+        let read = memory::reading(headers.infos.iter().chain(&headers.mask_infos).chain(&matched))
+            .max(layers.iter().map(Looked::reading_bytes).max().unwrap_or_default());
+        let making = memory::making(&sources, features) + matched_held;
         let explained = [self.explain.is_some(), self.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
-        let (blending, kept) = plan.blending;
+        let (blending, keeps) = plan.blending;
         let method = (plan.estimate)(&sources, features, domain);
-        let method = Bytes(method.saturating_add(blending.memory(domain, headers.layout.colors + 1, kept)));
-        let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &resampled, kept)).max().unwrap_or_default();
+        let method = Bytes(method.saturating_add(blending.memory(domain, headers.layout.colors + 1, keeps)));
+        let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &resampled, keeps)).max().unwrap_or_default();
         let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
-        let outputs = memory::outputs(domain, channels, depth, self.map.is_some()) + explained;
-        exemplars + method.then(outputs + laid + made)
+        let written = memory::outputs(domain, channels, depth, self.map.is_some()) + explained + laid + made;
+        let worked = memory::sources(&sources, features) + method.then(written);
+        memory::PROGRAM + kept + read.then(making).max(worked)
     }
 }

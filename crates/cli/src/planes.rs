@@ -173,7 +173,12 @@ fn role_name(role: Role) -> String {
 impl Looked {
     /// An upper bound of what its planes take once they are read.
     pub(crate) fn read_bytes(&self) -> Bytes {
-        memory::pictures(&self.infos, self.depth)
+        memory::pictures(&self.infos, self.layout.channels(), self.depth)
+    }
+
+    /// An upper bound of what reading them takes besides.
+    pub(crate) fn reading_bytes(&self) -> Bytes {
+        memory::reading(&self.infos)
     }
 
     /// An upper bound of what laying a weave over them takes: sources that are resampled, and blending.

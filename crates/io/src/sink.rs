@@ -9,6 +9,9 @@ use crate::error::Problem;
 /// Bytes that stay free while a file grows: encoders take some for themselves, and cannot be refused them.
 const SPARE: usize = 6 << 20;
 
+/// Files from this size on grow by a quarter.
+const LARGE: usize = 16 << 20;
+
 /// A file in memory. Where the system gives no more of it, writing fails; a plain `Vec` would abort.
 #[derive(Debug, Default)]
 pub(crate) struct Sink {
@@ -38,11 +41,13 @@ impl Sink {
     }
 
     fn reserve(&mut self, more: usize) -> io::Result<()> {
-        // Twice what there is makes writing cheap; what is needed is enough.
         if more <= self.bytes.capacity() - self.bytes.len() {
             return Ok(());
         }
-        let given = self.bytes.try_reserve(more).or_else(|_| self.bytes.try_reserve_exact(more));
+        // Twice what there is makes writing cheap; of large files, which systems move without a copy, a quarter more does.
+        // What is needed is enough.
+        let ahead = if self.bytes.len() < LARGE { self.bytes.len() } else { self.bytes.len() / 4 };
+        let given = self.bytes.try_reserve_exact(more.max(ahead)).or_else(|_| self.bytes.try_reserve_exact(more));
         given.map_err(|_| self.refuse(self.bytes.len().saturating_add(more)))?;
         self.ask_for(SPARE)
     }

@@ -8,6 +8,8 @@ use crate::auto_block::largest_block;
 use crate::options::{Options, Stage};
 use crate::transfer_options::{TransferOptions, suggested};
 
+/// What a run takes however small it is: a searcher of its own for each thread.
+const A_RUN: u64 = 1 << 20;
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
 const A_CANDIDATE: u64 = 40;
 /// Bytes of the error of a place.
@@ -18,9 +20,6 @@ const A_SUM: u64 = 3 * 4 + 8;
 const A_MASK: u64 = 3 * 4;
 /// Bytes for each sample of the largest picture while a correspondence map is made of it.
 const A_MAP: u64 = 64;
-/// Bytes for each sample of the largest exemplar while its structures are measured for the automatic block: some 500 are
-/// seen of masked ones.
-const A_MEASURED: u64 = 640;
 /// Bytes that are kept for each block laid.
 const A_BLOCK: u64 = 48;
 /// Bytes for each sample of a block while it is cut.
@@ -45,6 +44,7 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let workers = at_once(places(exemplars)).min(blocks.at_once);
     let search = Searches { exemplars, at_once: workers, templates: &[template] };
     let searched = [
+        A_RUN,
         search.bytes(channels),
         search.lists(AN_ERROR),
         search.blocks(channels),
@@ -54,8 +54,9 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     ]
     .into_iter()
     .fold(0, u64::saturating_add);
-    let measured = exemplars.iter().map(len).max().filter(|_| options.block.is_none()).unwrap_or(0);
-    stages(measured.saturating_mul(A_MEASURED), searched)
+    // Masks may come to exemplars that have no alpha.
+    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate(*e, channels, true).0).max();
+    stages(measured.filter(|_| options.block.is_none()).unwrap_or(0), searched)
 }
 
 /// Of two stages one after the other: the greater, and some of the other, since not all that is freed is given back.
@@ -84,6 +85,7 @@ pub fn estimate_transfer(
     let pictures = || exemplars.iter().map(len).chain([len(&output)]);
     let maps = pictures().max().unwrap_or(0).saturating_mul(A_MAP);
     let searched = [
+        A_RUN,
         search.bytes(channels),
         search.bytes(guide_channels),
         search.lists(A_SUM),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Grid, Plane, Role, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance};
 
 use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
@@ -79,7 +79,9 @@ impl Apply {
         let mut run = Run { args: self, session, file, map: fingerprint, masks, report };
         // Whatever can be refused is, before the first picture is made, and nothing is written before the last one is.
         let looked = layers.into_iter().map(|layer| run.look(layer)).collect::<Result<Vec<_>, Failure>>()?;
-        run.check_memory(&looked)?;
+        let needed = run.need(&looked);
+        memory::check_fixed(&session.limits, needed)?;
+        run.report.estimate = Some(needed.0);
         let roles: Vec<Role> = looked.iter().flat_map(|one| one.layer.roles.clone()).collect();
         run.report.options = self.used(session, roles_typed(&self.planes, &roles));
         let mut outputs = Outputs::with_quality(self.quality);
@@ -123,27 +125,29 @@ impl Apply {
             let what = format!("was made from {n} exemplar(s), and {given} mask(s) are given");
             return Err(Failure::new(3, what).about(&self.map).remedy("give one --mask for each, or '--mask none'"));
         }
-        let mut fingerprints = Vec::new();
-        let mut read = |path: &PathBuf| -> Result<Option<Grid<bool, 2>>, Failure> {
+        let (mut fingerprints, mut held) = (Vec::new(), Bytes(0));
+        let mut read = |path: &PathBuf, shape: Option<[u32; 2]>| -> Result<Option<Grid<bool, 2>>, Failure> {
             if path.as_os_str() == NO_MASK {
                 return Ok(None);
             }
             let options = inputs::options(session.limits, Role::Scalar, self.nonfinite);
-            let picture = Input::new(session, path)?.read(session, &options, report)?;
+            let input = Input::new(session, path)?;
+            let info = input.probe(&options)?;
+            if let Some([eh, ew]) = shape.filter(|shape| *shape != [info.height, info.width]) {
+                let what = format!("{}x{} px, but the map has {ew}x{eh} px", info.width, info.height);
+                return Err(Failure::new(3, what).about(path).remedy("give a mask of that size"));
+            }
+            held = held + memory::masks([&info]);
+            let picture = input.read(session, &options, report)?;
             fingerprints.push(inputs::fingerprint(path, &picture));
             let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
             mask.map(Some).map_err(|p| Failure::from_problem(path, p))
         };
-        let of_exemplars = self.mask.iter().map(&mut read).collect::<Result<Vec<_>, _>>()?;
-        let fixed = self.fixed.as_ref().map(&mut read).transpose()?.flatten();
-        if let Some((path, mask)) = self.fixed.as_ref().zip(fixed.as_ref()) {
-            let ([h, w], [eh, ew]) = (mask.domain().shape, file.map.domain().shape);
-            if [h, w] != [eh, ew] {
-                let what = format!("{w}x{h} px, but the map has {ew}x{eh} px");
-                return Err(Failure::new(3, what).about(path).remedy("give a mask of that size"));
-            }
-        }
-        Ok(Masks { of_exemplars, fixed, fingerprints })
+        let of_exemplars = self.mask.iter().map(|path| read(path, None));
+        let of_exemplars = of_exemplars.collect::<Result<Vec<_>, _>>()?;
+        let shape = Some(file.map.domain().shape);
+        let fixed = self.fixed.as_ref().map(|path| read(path, shape)).transpose()?.flatten();
+        Ok(Masks { of_exemplars, fixed, fingerprints, held })
     }
 
     /// The options as used, with roles as they are typed.
@@ -162,6 +166,7 @@ struct Masks {
     /// What is not blended.
     fixed: Option<Grid<bool, 2>>,
     fingerprints: Vec<Fingerprint>,
+    held: Bytes,
 }
 
 /// A map that was read, and what became of it so far.
@@ -181,16 +186,17 @@ impl Run<'_> {
         self.args.laying().look(self.session, layer, self.file.map.domain().shape, &fits)
     }
 
-    /// Refuses what does not fit: the planes of one output at a time, and all outputs until they are written.
-    fn check_memory(&self, looked: &[Looked]) -> Result<(), Failure> {
+    /// An upper bound of what it takes: the planes of one output at a time, and all outputs until they are written.
+    fn need(&self, looked: &[Looked]) -> Bytes {
         let domain = self.file.map.domain();
         let sources = self.file.map.table.sources().iter();
         let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
         let resampled: Vec<Domain<2>> = resampled.collect();
         let kept = self.masks.fixed.is_some() || 0 < self.file.map.holes();
-        let read = looked.iter().map(|one| one.read_bytes() + one.laid_bytes(domain, &resampled, kept)).max();
+        let laid = |one: &Looked| one.read_bytes() + one.reading_bytes() + one.laid_bytes(domain, &resampled, kept);
+        let read = looked.iter().map(laid).max().unwrap_or_default();
         let made = looked.iter().map(|one| one.made_bytes(domain)).sum();
-        memory::check_fixed(&self.session.limits, memory::PROGRAM + read.unwrap_or_default() + made)
+        memory::PROGRAM + self.masks.held + memory::places(domain) + read + made
     }
 
     /// Says where a plane has the name of the map's exemplar but is another file: then the weave may not fit it.
@@ -265,9 +271,13 @@ impl Run<'_> {
     fn done(self, written: &[PathBuf], outputs: Outputs) -> Done {
         let [h, w] = self.file.map.domain().shape;
         let names: Vec<String> = written.iter().map(|path| shown(path)).collect();
-        let (would, names) = (if self.session.global.dry_run { "would be " } else { "" }, names.join(", "));
-        let (map, seconds) = (shown(&self.args.map), self.report.elapsed());
-        let line = format!("{names}: {would}{w}x{h} px through {map}, in {seconds:.2} s");
+        let (names, map) = (names.join(", "), shown(&self.args.map));
+        if self.session.global.dry_run {
+            let needed = Bytes(self.report.estimate.unwrap_or_default());
+            let line = format!("{names}: would be {w}x{h} px through {map}, with about {needed} of memory");
+            return Done::would(self.report, line);
+        }
+        let line = format!("{names}: {w}x{h} px through {map}, in {:.2} s", self.report.elapsed());
         Done::made(self.report, line, outputs)
     }
 }

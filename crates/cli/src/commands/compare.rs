@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Depth, Domain, Grid, Plane, Role, Samples};
-use selvedge_io::{Format, Metadata};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples};
+use selvedge_io::{Format, Info, Metadata};
 use serde_json::json;
 
 use crate::args::NonFiniteArg;
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, alike, common_layout, converted, widened};
 use crate::inputs::{self, Input};
+use crate::memory;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -82,26 +83,41 @@ impl Compare {
     /// Both pictures in one depth and with the same channels.
     fn read(&self, session: &Session<'_>, report: &mut Report) -> Result<[Plane<2>; 2], Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let read = |path: &PathBuf, report: &mut Report| {
-            let picture = Input::new(session, path)?.read(session, &options, report)?;
-            Ok::<_, Failure>((picture.plane, picture.metadata))
-        };
-        let ((a, a_tags), (b, b_tags)) = (read(&self.a, report)?, read(&self.b, report)?);
-        let ([h, w], [bh, bw]) = (a.domain().shape, b.domain().shape);
+        let inputs = [Input::new(session, &self.a)?, Input::new(session, &self.b)?];
+        let infos = [inputs[0].probe(&options)?, inputs[1].probe(&options)?];
+        let [[w, h], [bw, bh]] = [0, 1].map(|i| [infos[i].width, infos[i].height]);
         if [h, w] != [bh, bw] {
             let what = format!("{bw}x{bh} px, but '{}' has {w}x{h} px", shown(&self.a));
             return Err(Failure::new(3, what).about(&self.b).remedy("give pictures of the same size"));
         }
-        let layout = |plane: &Plane<2>| Layout { colors: plane.color_channels(), alpha: plane.alpha };
-        let common = common_layout([(self.a.as_path(), layout(&a)), (self.b.as_path(), layout(&b))])?;
-        let depth = deeper(a.samples.depth(), b.samples.depth());
-        if a.samples.depth() != b.samples.depth() || layout(&a) != layout(&b) {
+        let [a_layout, b_layout] = [0, 1].map(|i| Layout::of(&infos[i]));
+        let common = common_layout([(self.a.as_path(), a_layout), (self.b.as_path(), b_layout)])?;
+        let depth = deeper(infos[0].depth, infos[1].depth);
+        let needed = self.need(&infos, common, depth);
+        memory::check_fixed(&session.limits, needed)?;
+        report.estimate = Some(needed.0);
+        let read = |input: &Input, report: &mut Report| {
+            let picture = input.read(session, &options, report)?;
+            Ok::<_, Failure>((picture.plane, picture.metadata))
+        };
+        let ((a, a_tags), (b, b_tags)) = (read(&inputs[0], report)?, read(&inputs[1], report)?);
+        if infos[0].depth != infos[1].depth || a_layout != b_layout {
             session.warn(&self.b, &"its depth or its channels are others; both are compared in the wider ones");
         }
         let wide = |path, plane, tags| converted(session, path, widened(plane, common)?, depth, tags);
         let both = vec![wide(&self.a, a, &a_tags)?, wide(&self.b, b, &b_tags)?];
         let both = alike(session, &[self.a.clone(), self.b.clone()], both)?;
         Ok(both.try_into().expect("two"))
+    }
+
+    /// An upper bound of what it takes: both pictures, one more while they are made alike, and the picture of differences
+    /// with its file.
+    fn need(&self, infos: &[Info; 2], common: Layout, depth: Depth) -> Bytes {
+        let domain = Domain::open([infos[0].height, infos[0].width]);
+        let both = memory::pictures(infos, common.channels(), depth);
+        let alike = memory::picture(domain, common.channels(), depth);
+        let drawn = self.diff.as_ref().map_or(Bytes(0), |_| memory::outputs(domain, common.colors, Depth::F16, false));
+        memory::PROGRAM + both + memory::reading(infos).max(alike).then(drawn)
     }
 
     fn over(&self, difference: &Difference) -> bool {

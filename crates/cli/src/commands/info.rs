@@ -28,7 +28,7 @@ impl Info {
         outputs::check::<&Path>(session, &[], std::slice::from_ref(&self.file))?;
         let (facts, metadata) = match Input::new(session, &self.file)?.look(session, &mut report)? {
             Either::Picture(header) => (picture(&header), header.metadata),
-            Either::Map(file) => (source_map(&file), file.metadata),
+            Either::Map(file) => (source_map(&file)?, file.metadata),
         };
         let facts: Facts = facts.into_iter().chain(carried(&metadata)).collect();
         let text = facts.iter().fold(shown(&self.file) + "\n", |text, (name, fact)| text + &line(name, fact));
@@ -71,7 +71,7 @@ fn picture(header: &Header) -> Facts {
     ]
 }
 
-fn source_map(file: &MapFile) -> Facts {
+fn source_map(file: &MapFile) -> Result<Facts, Failure> {
     let map = &file.map;
     let ([h, w], [y, x]) = (map.domain().shape, map.domain().periodic);
     let tile = [(x, "x"), (y, "y")].into_iter().filter(|(tiles, _)| *tiles).map(|(_, axis)| axis).collect::<String>();
@@ -103,16 +103,16 @@ fn source_map(file: &MapFile) -> Facts {
             source
         })
         .collect();
-    vec![
+    Ok(vec![
         ("format", "source map".into()),
         ("size", format!("{w}x{h} px").into()),
         ("tile", (!tile.is_empty()).then_some(tile).into()),
         ("exemplar", exemplars.into()),
         ("source", sources.into()),
         ("percent at seams", percent(seams(map))),
-        ("percent of exemplars used", percent(used(map))),
+        ("percent of exemplars used", percent(used(map)?)),
         ("unassigned", map.ids.plane(0).iter().filter(|id| !id.is_assigned()).count().into()),
-    ]
+    ])
 }
 
 /// To a tenth.
@@ -127,12 +127,16 @@ fn seams(map: &SourceMap<2>) -> (usize, usize) {
 }
 
 /// Samples of the sources that stand somewhere in the map, and samples in all.
-fn used(map: &SourceMap<2>) -> (usize, usize) {
-    let mut seen = vec![false; map.table.len() as usize];
-    for id in map.ids.plane(0).iter().filter(|id| id.is_assigned()) {
-        seen[id.get() as usize] = true;
+fn used(map: &SourceMap<2>) -> Result<(usize, usize), Failure> {
+    // By what stands in the map: sources may be of any size that somebody claims.
+    let mut seen = selvedge_core::try_vec(map.domain().len(), u32::MAX)?;
+    for (to, id) in seen.iter_mut().zip(map.ids.plane(0)).filter(|(_, id)| id.is_assigned()) {
+        *to = id.get();
     }
-    (seen.iter().filter(|seen| **seen).count(), seen.len())
+    seen.sort_unstable();
+    seen.dedup();
+    let none = usize::from(seen.last() == Some(&u32::MAX));
+    Ok((seen.len() - none, map.table.len() as usize))
 }
 
 /// What a file says besides its samples.

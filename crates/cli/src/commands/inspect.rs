@@ -4,13 +4,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_analysis::{Kind, Lattice, Texture};
-use selvedge_core::{Exemplars, Role};
+use selvedge_core::{Bytes, Domain, Exemplars, Role};
+use selvedge_io::Info;
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 
 use crate::args::NonFiniteArg;
 use crate::failure::{Failure, shown};
+use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
+use crate::memory;
 use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -33,9 +36,13 @@ impl Inspect {
         let mut report = Report::new("inspect");
         outputs::check::<&Path>(session, &[], std::slice::from_ref(&self.exemplar))?;
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let picture = Input::new(session, &self.exemplar)?.read(session, &options, &mut report)?;
-        let plane = &picture.plane;
         let about = |failure: Failure| failure.about(&self.exemplar);
+        let input = Input::new(session, &self.exemplar)?;
+        let needed = need(&input.probe(&options)?);
+        memory::check_fixed(&session.limits, needed).map_err(about)?;
+        report.estimate = Some(needed.0);
+        let picture = input.read(session, &options, &mut report)?;
+        let plane = &picture.plane;
         let exemplars = Exemplars::of(&[std::slice::from_ref(plane)]).map_err(|e| about(e.into()))?;
         report.stage("read");
         let source = &exemplars.sources()[0];
@@ -85,6 +92,15 @@ impl Inspect {
         let tile = if texture.is_orderly() { " --tile xy" } else { "" };
         format!("selvedge {method} {} -o {output} --size {w}x{h}{tile}", quoted(&name))
     }
+}
+
+/// An upper bound of what it takes: the picture, its features, and what is made of them.
+fn need(info: &Info) -> Bytes {
+    let (domain, layout) = (Domain::open([info.height, info.width]), Layout::of(info));
+    let kept = memory::pictures(std::slice::from_ref(info), layout.channels(), info.depth);
+    let analysis = selvedge_analysis::estimate(domain, layout.colors, info.alpha);
+    let worked = memory::sources(&[domain], layout.colors) + analysis;
+    memory::PROGRAM + kept + memory::reading([info]).then(worked)
 }
 
 /// Few large things are better kept whole by patches of any shape, and what has an order by patches laid along it.

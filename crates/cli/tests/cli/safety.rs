@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+
 use crate::program::{Folder, Said, fixtures};
 
 /// A folder with an exemplar `g.png` of its own.
@@ -132,6 +134,60 @@ fn memory_that_is_refused_is_one_line_and_no_abort() {
         refused += 1;
     }
     assert!(3 < refused, "{refused}");
+}
+
+#[test]
+fn the_budget_holds_for_commands_that_weave_nothing() {
+    let folder = Folder::new("budget");
+    let write = |name: &str, side: u32| {
+        let samples = Samples::U8(Grid::try_filled(Domain::open([side; 2]), 1, 90).unwrap());
+        let plane = Plane::new(Role::Color, samples);
+        selvedge_io::write(folder.path(name), &plane, &Default::default(), &Default::default()).unwrap();
+    };
+    write("a.png", 3000);
+    write("b.png", 3000);
+    // Reading alone takes no more than this.
+    for line in ["inspect a.png", "compare a.png b.png --diff c.png"] {
+        folder
+            .run(&format!("{line} --max-memory 40MiB"))
+            .refused(6, &["40 MiB", "use smaller pictures or --max-memory"]);
+        folder.run(&format!("{line} --max-memory 1GiB")).done();
+    }
+    folder.run("quilt @/stars.png -o m.png --size 64 --block 20 --map m.exr").done();
+    let said = folder.run("apply m.exr @/stars.png -o x.png --dry-run").done();
+    assert!(said.stderr.contains("x.png: would be 64x64 px through m.exr, with about "), "{said:?}");
+}
+
+#[test]
+fn a_mask_of_another_size_is_refused_before_it_is_decoded() {
+    let folder = with_exemplar("mask-size");
+    folder.run("quilt g.png -o m.png --size 64 --block 20 --map m.exr").done();
+    let bytes = fs::read(fixtures() + "/weave.png").unwrap();
+    // Its header is sound.
+    fs::write(folder.path("cut.png"), &bytes[..bytes.len() / 2]).unwrap();
+    folder
+        .run("quilt g.png -o a.png --mask cut.png")
+        .refused(3, &["'cut.png'", "192x192 px", "'g.png' has 128x128 px"]);
+    folder.run("apply m.exr g.png -o a.png --fixed cut.png").refused(3, &["'cut.png'", "192x192", "map has 64x64 px"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_map_takes_memory_by_its_places_and_not_by_what_its_sources_claim() {
+    use selvedge_core::{Origin, SampleId, SourceMap, SourceTable, Transform};
+    let folder = Folder::new("claims");
+    let domain = Domain::open([16_384; 2]);
+    let origin = |exemplar| Origin { exemplar, transform: Transform::IDENTITY };
+    let table = SourceTable::new((0..10).map(|i| (origin(i), domain)).collect::<Vec<_>>()).unwrap();
+    let mut ids = Grid::try_filled(Domain::open([4, 4]), 1, SampleId::UNASSIGNED).unwrap();
+    ids.set(0, [1, 2], table.id(9, [5, 7]));
+    ids.set(0, [3, 3], table.id(9, [5, 7]));
+    let fingerprints = vec![selvedge_io::Fingerprint::default(); 10];
+    let file = selvedge_io::MapFile::new(SourceMap::new(ids, table).unwrap(), fingerprints, Default::default());
+    selvedge_io::write_map(folder.path("m.exr"), &file, false).unwrap();
+    let said = limited(&folder, &format!("-v {}", 1 << 20), "info m.exr --json -j 1").done();
+    assert_eq!(said.json()["stats"]["percent_of_exemplars_used"], 0.0);
+    assert_eq!(said.json()["stats"]["unassigned"], 14);
 }
 
 #[test]

@@ -30,6 +30,30 @@ fn pictures_go_through_streams() {
     folder.run("quilt @/weave.png -o - --map -").refused(2, &["'-'", "two outputs"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn pipes_with_a_name_are_read_as_streams() {
+    let folder = Folder::new("pipes");
+    assert!(std::process::Command::new("mkfifo").arg(folder.path("p")).status().unwrap().success());
+    let shell = |script: &str| {
+        let script = script.replace('%', env!("CARGO_BIN_EXE_selvedge")).replace('@', &fixtures());
+        let mut sh = std::process::Command::new("sh");
+        Said::from(sh.args(["-c", &script]).current_dir(folder.path("")).output().unwrap())
+    };
+    shell("% quilt @/weave.png -o file.png --size 50 --block 20").done();
+    shell("cat @/weave.png > p & % quilt p -o pipe.png --size 50 --block 20").done();
+    shell("cat @/weave.png | % quilt /dev/stdin -o stdin.png --size 50 --block 20").done();
+    shell("% quilt /dev/stdin -o again.png --size 50 --block 20 < @/weave.png").done();
+    for name in ["pipe.png", "stdin.png", "again.png"] {
+        folder.run(&format!("compare file.png {name}")).done();
+    }
+    folder.run("compare p p").refused(2, &["'p'", "a pipe that is named twice", "as files"]);
+    folder.run("compare p ./p").refused(2, &["'./p'", "named twice"]);
+    if std::path::Path::new("/dev/zero").exists() {
+        folder.run("info /dev/zero").refused(4, &["'/dev/zero'", "no regular file"]);
+    }
+}
+
 #[test]
 fn with_json_there_is_exactly_one_object() {
     let folder = Folder::new("json");
