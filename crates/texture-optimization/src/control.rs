@@ -92,7 +92,8 @@ impl Wishes {
             let corners = [[0, 0], [0, 1], [1, 0], [1, 1]];
             let block: Vec<usize> =
                 corners.into_iter().filter_map(|by| fine.step(at.map(|p| 2 * p), by).map(|p| fine.index(p))).collect();
-            let of = |j: usize| self.weights.plane(0)[j].min(MOST);
+            let finite = |weight: f64| if weight == f64::INFINITY { MOST } else { weight };
+            let of = |j: usize| finite(self.weights.plane(0)[j]);
             let sum: f64 = block.iter().map(|&j| of(j)).sum();
             let is_fixed = block.iter().all(|&j| self.weights.plane(0)[j] == f64::INFINITY);
             out.weights.plane_mut(0)[i] = if is_fixed { f64::INFINITY } else { sum / block.len() as f64 };

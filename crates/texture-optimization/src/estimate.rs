@@ -9,6 +9,9 @@ use crate::{Level, Options};
 const A_VALUE: u64 = 2 * 8 + 2;
 /// Bytes that the search needs for each channel of a sample, of output and exemplars alike: words of pairs, padded.
 const A_WORD: u64 = 8;
+/// Bytes for each place of an exemplar where a neighborhood may lie: in a list that grows, and how well it is covered, twice,
+/// while that is made.
+const A_PLACE: u64 = 2 * 12 + 2 * 8 + 40;
 /// Bytes of a vote with its part of a list that grows.
 const A_VOTE: u64 = 2 * 8;
 /// Bytes for each neighborhood: its places before and now, distances, weights, answers.
@@ -21,7 +24,7 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let (samples, offered): (Bytes, Bytes) =
         (Bytes::of_samples(output, 1), exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum());
     // Halved exemplars together are a third of them.
-    let sources = offered * (A_WORD * channels + 4 + channels);
+    let sources = offered * (A_WORD * channels + 4 + channels + A_PLACE);
     let votes = samples * u64::from(CELLS * CELLS) * A_VOTE + samples * 8;
     let x = samples * ((A_VALUE + A_WORD) * channels);
     let all: Bytes = options.schedule.iter().map(|level| windows(output, *level)).max().unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Algorithm 1, level by level. `[Kwatra05 3]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
 
 use crate::control::{Control, Wishes};
 use crate::error::Error;
@@ -92,7 +92,9 @@ impl<'e> Plan<'e> {
     /// The features that a map shows.
     fn shown(&self, map: &SourceMap<2>) -> Result<Grid<f64, 2>, Error> {
         let (found, expected) = (map.domain().shape.to_vec(), self.output.shape.to_vec());
-        if map.table != *self.exemplars.table() {
+        let samples = self.exemplars.table().len();
+        let is_foreign = |id: &SampleId| id.is_assigned() && samples <= id.get();
+        if map.table != *self.exemplars.table() || map.ids.plane(0).iter().any(is_foreign) {
             return Err(Error::ForeignMap);
         }
         if found != expected {
@@ -118,7 +120,7 @@ impl<'e> Plan<'e> {
         Ok(x)
     }
 
-    /// Votes at full resolution; of a run that ended before, the map that was there as a finer one.
+    /// Votes at full resolution; of a run that ended before, or on the way to a map, the map that was there as a finer one.
     fn answer(
         &self,
         weaver: &Weaver<'_>,
@@ -132,7 +134,8 @@ impl<'e> Plan<'e> {
             let map = finish::sharp(&pulls, &ended.x, held)?;
             return Ok(Woven { result: Optimized::Map(map), stats, complete: true });
         }
-        if halvings == 0 {
+        // What would have become a map is one: its samples were wanted whole.
+        if halvings == 0 && (ended.complete || self.options.finish != Finish::Coherent) {
             return Ok(Woven { result: Optimized::Votes(pulls.votes(held)?), stats, complete: ended.complete });
         }
         let mut map = pulls.map()?;
