@@ -50,7 +50,8 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Threshold::Auto => f.write_str("auto"),
-            Threshold::OfRandom(part) => write!(f, "{}%", part * 100.0),
+            // As it was typed: 7 % of one is 7.000000000000001 hundredths.
+            Threshold::OfRandom(part) => write!(f, "{}%", (part * 1e8).round() / 1e6),
             Threshold::Absolute(error) => write!(f, "{error}"),
         }
     }
@@ -115,7 +116,7 @@ mod tests {
     fn blocks_and_errors_are_read_as_they_are_written() {
         assert_eq!(block("auto").unwrap().0, None);
         assert_eq!([block("32"), block("64x32")].map(|b| b.unwrap().0.map(typed).unwrap()), ["32", "64x32"]);
-        assert_eq!(["auto", "0.04", "24%"].map(|text| error(text).unwrap().to_string()), ["auto", "0.04", "24%"]);
+        assert_eq!(["auto", "0.04", "7%"].map(|text| error(text).unwrap().to_string()), ["auto", "0.04", "7%"]);
         for text in ["", "x", "3x", "1x2x3", "-4"] {
             assert!(block(text).is_err(), "{text}");
         }
