@@ -49,11 +49,12 @@ impl Palette {
                 None => {}
             }
         }
+        let different = found.len();
         found.retain(|(_, count)| all <= *count * RARE);
-        if found.len() <= MOST {
+        if (1..=MOST).contains(&found.len()) {
             return Ok(Self { colors: found, is_exact: false });
         }
-        let what = format!("{} colours are more than the {MOST} labels that there may be", found.len());
+        let what = format!("{different} colours are more than the {MOST} labels that there may be");
         Err(Failure::new(3, what).remedy("give a map of few flat colours, or use 'selvedge analogy'"))
     }
 
@@ -182,5 +183,9 @@ mod tests {
         let colors: Vec<Color> =
             (0..7000_u32).map(|i| [(i % 5 * 60) as u8, (i / 5 % 5 * 60) as u8, (i / 25 % 4 * 60) as u8]).collect();
         assert!(Palette::of(&[&map(&colors)]).unwrap_err().message.starts_with("100 colours are more than the 64"));
+        // None of them has its hundredth.
+        let colors: Vec<Color> =
+            (0..4320_u32).map(|i| [i % 6, i / 6 % 6, i / 36 % 6].map(|v| (v * 51) as u8)).collect();
+        assert!(Palette::of(&[&map(&colors)]).unwrap_err().message.starts_with("216 colours are more than the 64"));
     }
 }
