@@ -87,19 +87,25 @@ impl<'a> Expansions<'a> {
         })
     }
 
-    /// Lays the label where that lowers `E'`, and answers what has changed.
+    /// Lays the label where that lowers `E'`, and answers what has changed. It may show at `at`, also where it is longer than an
+    /// output that goes around.
     pub(crate) fn expand(
         &mut self,
         labelling: &mut Labelling<'_>,
         patch: &Patch<2>,
+        at: [u32; 2],
         stats: &mut Stats,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<Window<2>>, Error> {
         stats.expansions += 1;
         let output = labelling.map.domain();
         let mut window = patch.footprint(self.exemplars, &Window::all(output));
-        for a in (0..2).filter(|&a| output.periodic[a]) {
-            window.shape[a] = window.shape[a].min(output.shape[a]);
+        let wide = window;
+        for a in (0..2).filter(|&a| output.periodic[a] && output.shape[a] < wide.shape[a]) {
+            // Once around, with the place that it was chosen for as near to the middle as it goes.
+            let last = window.end(a) - output.shape[a] as i32;
+            window.start[a] = (at[a] as i32 - output.shape[a] as i32 / 2).clamp(window.start[a], last);
+            window.shape[a] = output.shape[a];
         }
         let window = window.inside(output);
         if window.is_empty() {

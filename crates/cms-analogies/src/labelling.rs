@@ -9,10 +9,7 @@ use crate::constraint::{DUMMY, price};
 use crate::error::Error;
 use crate::options::Options;
 use crate::stats::Energy;
-use crate::worst::Worst;
-
-/// The match error of a hole: worse than anything else. `[CMS IV-C step 0]`
-const OF_HOLE: i64 = i64::MAX;
+use crate::worst::{OF_HOLE, Worst};
 
 /// A labelling with all that follows from it, kept up to date where it changes.
 pub(crate) struct Labelling<'a> {

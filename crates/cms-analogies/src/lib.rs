@@ -51,6 +51,8 @@
 mod agreement;
 mod boxes;
 mod constraint;
+#[cfg(test)]
+mod edge_tests;
 mod error;
 mod estimate;
 mod expansion;

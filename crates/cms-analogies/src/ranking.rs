@@ -150,7 +150,8 @@ impl<'a> Ranking<'a> {
     fn exclude(&mut self, source: usize, from: [u32; 2]) {
         let domain = self.exemplars.sources()[source].domain();
         let first = self.exemplars.table().first(source) as usize;
-        let reach = self.apart.saturating_sub(1) as i32;
+        // No sample is farther than a source is long.
+        let reach = self.apart.saturating_sub(1).min(domain.shape[0].max(domain.shape[1])) as i32;
         let disc = Window { start: from.map(|p| p as i32 - reach), shape: [2 * reach as u32 + 1; 2] };
         for (place, at) in disc.places(domain).zip(disc.local().positions()) {
             let square: u64 = at.iter().map(|&p| i64::from(p as i32 - reach).pow(2) as u64).sum();

@@ -90,9 +90,16 @@ impl<'a, 'r> Weaver<'a, 'r> {
                 }
             }
             if !improved {
-                return Ok(());
+                return self.check_filled();
             }
         }
+    }
+
+    /// Refuses to end with places where nothing shows.
+    fn check_filled(&self) -> Result<(), Error> {
+        let hole = self.labelling.own.iter().position(|&own| own == crate::constraint::DUMMY);
+        let Some(place) = hole else { return Ok(()) };
+        Err(selvedge_core::Error::NoSource { at: self.labelling.map.domain().position(place).to_vec() }.into())
     }
 
     /// Places that were tried in vain, and near which nothing has changed since: they would be in vain again.
@@ -118,7 +125,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
         for i in 0..labels.len() {
             if std::mem::take(&mut labels[i].1) {
                 let patch = labels[i].0;
-                let changed = self.expand(&patch)?;
+                let changed = self.expand(&patch, at)?;
                 if let Some(changed) = changed {
                     // Only what others have changed makes it worth another try.
                     let others = labels.iter_mut().enumerate().filter(|(other, _)| *other != i);
@@ -154,9 +161,9 @@ impl<'a, 'r> Weaver<'a, 'r> {
     }
 
     /// One expansion, told to whoever watches.
-    fn expand(&mut self, patch: &Patch<2>) -> Result<Option<Window<2>>, Error> {
+    fn expand(&mut self, patch: &Patch<2>, at: [u32; 2]) -> Result<Option<Window<2>>, Error> {
         let cancelled = || self.run.observer.cancelled();
-        let changed = self.expansions.expand(&mut self.labelling, patch, &mut self.stats, &cancelled)?;
+        let changed = self.expansions.expand(&mut self.labelling, patch, at, &mut self.stats, &cancelled)?;
         if changed.is_some() && self.labelling.holes == 0 {
             let energy = self.labelling.energy().sum();
             selvedge_core::reserve(&mut self.stats.energy, 1)?;
@@ -185,7 +192,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
             }
             drawn += 1;
             self.stats.searches += 1;
-            self.expand(&Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) })?;
+            self.expand(&Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) }, at)?;
         }
         Ok(())
     }

@@ -270,22 +270,6 @@ fn pruning_changes_nothing_but_the_time() {
 }
 
 #[test]
-fn constant_pictures_end() {
-    for (value, target) in [(7, 7), (0, 255)] {
-        let domain = Domain::open([9, 9]);
-        let flat = |value| Grid::try_filled(domain, 1, value).unwrap();
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let source = Source { features: flat(value), valid: None, origin };
-        let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
-        let guide =
-            Guide::new(&exemplars, &[flat(value)], Grid::try_filled(Domain::open([30, 20]), 1, target).unwrap());
-        let options = Options { tolerance: Some(0.0), ..Options::paper() };
-        let woven = analogy(&exemplars, &[Constraint::new(guide.unwrap())], &options, &Run::seeded(0)).unwrap();
-        assert_eq!((woven.result.holes(), woven.stats.model.boundary), (0, 0));
-    }
-}
-
-#[test]
 fn without_weight_constraints_say_nothing_and_with_much_they_say_all() {
     for seed in 0..20 {
         let mut case = case(seed);
@@ -369,6 +353,17 @@ fn a_run_goes_on_from_a_map_and_keeps_what_is_fixed() {
         let start = Start { map: map.clone(), fixed: Some(fixed) };
         let kept = crate::analogy_from(&case.exemplars, &case.constraints, &start, &other, &run).unwrap();
         assert_eq!(kept.result, map, "{seed}");
+        let mut rng = Seed(seed).rng();
+        let half: Vec<bool> = (0..map.domain().len()).map(|_| rng.below(2) == 0).collect();
+        let mut begun = map.clone();
+        let hole = |i: usize| i.is_multiple_of(7);
+        (0..half.len()).filter(|&i| hole(i)).for_each(|i| begun.ids.plane_mut(0)[i] = SampleId::UNASSIGNED);
+        let fixed = Grid::from_vec(map.domain(), 1, half.clone()).unwrap();
+        let start = Start { map: begun, fixed: Some(fixed) };
+        let went = crate::analogy_from(&case.exemplars, &case.constraints, &start, &other, &run).unwrap().result;
+        assert_eq!(went.holes(), 0, "{seed}: fixed holes are filled as well");
+        let ids = |map: &SourceMap<2>, i: usize| map.ids.plane(0)[i];
+        assert!((0..half.len()).all(|i| hole(i) || !half[i] || ids(&went, i) == ids(&map, i)), "{seed}");
         let start = Start { map, fixed: None };
         let again = crate::analogy_from(&case.exemplars, &case.constraints, &start, &case.options, &run).unwrap();
         assert!(again.stats.model.sum() <= stats.model.sum(), "{seed}");

@@ -4,6 +4,9 @@ use selvedge_core::{Domain, Grid, Window, try_vec};
 
 use crate::error::Error;
 
+/// The match error of a hole: worse than anything else. `[CMS IV-C step 0]`
+pub(crate) const OF_HOLE: i64 = i64::MAX;
+
 /// Match errors by place.
 pub(crate) struct Worst {
     domain: Domain<2>,
@@ -28,7 +31,8 @@ impl Worst {
     /// An error of a place; [`renew`](Self::renew) makes it count.
     pub(crate) fn set(&mut self, place: usize, error: i64) {
         let fixed = self.fixed.get(place).is_some_and(|&fixed| fixed);
-        self.errors[place] = if fixed { 0 } else { error };
+        // What is fixed stays as it is, but a hole is filled.
+        self.errors[place] = if fixed && error != OF_HOLE { 0 } else { error };
     }
 
     /// After errors of a window have changed.
