@@ -30,6 +30,33 @@ pub fn alone(test: &str, case: &str) -> String {
     said
 }
 
+/// Prints what this process has held at its peak beyond `before`, for [`of_each`] to read; nothing where the system does not tell.
+pub fn tell(before: Option<u64>) {
+    if let (Some(before), Some(peak)) = (before, peak()) {
+        println!("held {}", peak.saturating_sub(before));
+    }
+}
+
+/// Runs `measure`, which [`tell`]s, for each case of a test in a process of its own, and gives `check` what it held. Says that it
+/// skips where the system does not tell.
+///
+/// # Panics
+///
+/// If a case fails.
+pub fn of_each(test: &str, cases: usize, measure: impl Fn(usize), check: impl Fn(usize, u64)) {
+    if let Some(number) = case(test) {
+        return measure(number.parse().expect("a case is a number"));
+    }
+    for number in 0..cases {
+        let said = alone(test, &number.to_string());
+        let Some((_, held)) = said.split_once("held ") else {
+            eprintln!("skipped: this system does not tell how much memory a process had at its peak");
+            return;
+        };
+        check(number, held.lines().next().and_then(|held| held.parse().ok()).expect("bytes are a number"));
+    }
+}
+
 /// Bytes that this process holds now; `None` where the system does not tell.
 pub fn held() -> Option<u64> {
     status("VmRSS:")

@@ -57,29 +57,20 @@ fn measure(case: &Case) {
     let field = if case.field { 8 * output.len() as u64 } else { 0 };
     let woven = graphcut_from(&exemplars, Start { map, fixed: None, sources }, &case.options, &Run::seeded(1)).unwrap();
     assert_eq!(woven.result.holes(), 0);
-    if let (Some(before), Some(peak)) = (before, memory::peak()) {
-        println!("held {}", peak.saturating_sub(before + field));
-    }
+    memory::tell(before.map(|before| before + field));
 }
 
 #[test]
 fn runs_stay_within_their_estimates() {
     let cases = cases();
-    if let Some(number) = memory::case(TEST) {
-        return measure(&cases[number.parse::<usize>().unwrap()]);
-    }
-    for (number, case) in cases.iter().enumerate() {
-        let said = memory::alone(TEST, &number.to_string());
-        let Some((_, held)) = said.split_once("held ") else {
-            eprintln!("skipped: this system does not tell how much memory a process had at its peak");
-            return;
-        };
-        let held: u64 = held.lines().next().unwrap().parse().unwrap();
+    let check = |number: usize, held: u64| {
+        let case = &cases[number];
         let domains = vec![Domain::open(case.exemplar); case.sources];
         let estimate = estimate(&domains, 3, Domain::open(case.output), &case.options);
         assert!(
             held <= estimate && estimate <= 5 * held + (2 << 20),
             "case {number}: held {held} bytes, estimated {estimate}"
         );
-    }
+    };
+    memory::of_each(TEST, cases.len(), |number| measure(&cases[number]), check);
 }

@@ -63,24 +63,14 @@ fn measure(case: &Case) {
         Method::Transfer(options) => transfer(&exemplars, &guide, &options, &Run::seeded(1)).unwrap().result.holes(),
     };
     assert_eq!(holes, 0);
-    if let (Some(before), Some(peak)) = (before, memory::peak()) {
-        println!("held {}", peak.saturating_sub(before));
-    }
+    memory::tell(before);
 }
 
 #[test]
 fn runs_stay_within_their_estimates() {
     let cases = cases();
-    if let Some(number) = memory::case(TEST) {
-        return measure(&cases[number.parse::<usize>().unwrap()]);
-    }
-    for (number, case) in cases.iter().enumerate() {
-        let said = memory::alone(TEST, &number.to_string());
-        let Some((_, held)) = said.split_once("held ") else {
-            eprintln!("skipped: this system does not tell how much memory a process had at its peak");
-            return;
-        };
-        let held: u64 = held.lines().next().unwrap().parse().unwrap();
+    let check = |number: usize, held: u64| {
+        let case = &cases[number];
         let domains = [Domain::open(case.exemplar)];
         let estimate = match case.method {
             Method::Quilt(options) => estimate(&domains, 3, case.output, &options),
@@ -90,5 +80,6 @@ fn runs_stay_within_their_estimates() {
         assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");
         // It counts on flat exemplars, of which every place is a candidate, and on any number of threads.
         assert!(estimate <= 5 * held + (8 << 20), "case {number}: held {held} bytes, estimated {estimate}");
-    }
+    };
+    memory::of_each(TEST, cases.len(), |number| measure(&cases[number]), check);
 }
