@@ -41,8 +41,8 @@ impl Candidate for Graphcut {
         "graphcut"
     }
 
-    /// Covered, but its seams not settled: a sixth of the work. What is preferred of drafts is preferred of what becomes of them on
-    /// nearly all pairs of the 24 textures that were ranked.
+    /// Covered, but its seams not settled: a sixth of the work (three textures). That drafts are preferred as what becomes of
+    /// them is a guess: of most of 24 textures preferences are near each other.
     fn draft(&self) -> Option<Box<dyn Candidate>> {
         let draft = graphcut::Options { refine: Some(0), ..self.0 };
         (self.0.refine != Some(0)).then(|| Box::new(Self(draft)) as Box<dyn Candidate>)
