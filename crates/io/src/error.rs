@@ -6,8 +6,13 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::ErrorKind;
 
+use crate::clip::ClipProblem;
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
+
+mod words;
+
+use self::words::plain;
 
 /// A file and what is wrong with it. Shown as one line: `'dir/a.png': 0x7 px has no samples; give a larger picture`.
 #[derive(Debug)]
@@ -254,6 +259,9 @@ pub enum Problem {
     /// An error of the samples themselves.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
+    /// What is wrong with a clip that is wrong with no picture.
+    #[error(transparent)]
+    Clip(#[from] ClipProblem),
     /// An encoder failed on valid samples.
     #[error("the {format} encoder failed ({cause})")]
     Encoder {
@@ -284,6 +292,7 @@ impl Problem {
             Self::Memory { .. } => ErrorKind::Memory,
             Self::Encoder { .. } => ErrorKind::Internal,
             Self::Core(e) => e.kind(),
+            Self::Clip(e) => e.kind(),
             _ => ErrorKind::Input,
         }
     }
@@ -328,6 +337,7 @@ impl Problem {
             Self::NoSpace { .. } => "free some, or write elsewhere",
             Self::Memory { .. } => "give a smaller picture, or allow more",
             Self::Core(e) => return e.remedy(),
+            Self::Clip(e) => return e.remedy(),
             Self::Quality { .. } => "use 1 to 100",
             Self::Encoder { .. } => "please report it",
         };
@@ -370,23 +380,6 @@ impl Problem {
             _ => Self::FileSystem(error),
         }
     }
-}
-
-/// A decoder's words without the quotes, full stops and insides of types that some of them have.
-fn plain(cause: &str) -> String {
-    let mut text = cause.trim_matches(|c: char| c == '"' || c == '.' || c.is_whitespace()).to_owned();
-    while let Some((before, rest)) = text.split_once("ChunkType { type: ")
-        && let Some((kind, after)) = rest.split_once(", critical")
-        && let Some((_, after)) = after.split_once(" }")
-    {
-        text = format!("{before}{kind}{after}");
-    }
-    let text = text.replace("Reason:", "reason: ");
-    // A sentence begins with a plain word; names and abbreviations stay as they are.
-    let first = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");
-    let rest = first.strip_prefix(|c: char| c.is_ascii_uppercase()).filter(|rest| !rest.is_empty());
-    let sentence = rest.is_some_and(|rest| rest.chars().all(char::is_lowercase));
-    if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
 }
 
 /// A file that nobody may write.

@@ -40,6 +40,7 @@
 
 mod alpha;
 mod atomic;
+pub mod clip;
 mod codec;
 mod convert;
 mod error;

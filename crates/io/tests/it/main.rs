@@ -3,6 +3,7 @@
 
 mod bad_files;
 mod bombs;
+mod clips;
 mod common;
 mod conversions;
 mod damage;

@@ -1,0 +1,38 @@
+//! Clips in files: frames of one header, read and written one after the other.
+//!
+//! [`ClipReader::open`] looks at a clip (a numbered sequence, a folder, a container), and hands its frames over one by one;
+//! [`ClipWriter`] takes them and makes the files. Memory is that of one frame, and of what a container's decoder holds.
+//! Every frame passes what a picture passes: caps, fallible allocation, finite samples. [`read_clip`] stacks a whole clip,
+//! [`frame_of`] takes one frame out of it.
+//!
+//! # Names
+//! | name | clip |
+//! |---|---|
+//! | `name.####.exr`, `name.%04d.png` | the files with a number there, of at least so many digits |
+//! | a folder | all pictures in it, in natural order |
+//! | `name*.png` with `*` or `?` | the files that match, in natural order |
+//!
+//! Numbers go up by one, or by the step of a [`Range`]: a frame that is missing, or is of another size, depth or layout, is
+//! an error that names it.
+
+mod info;
+mod manifest;
+mod names;
+mod order;
+mod problem;
+mod range;
+mod rate;
+mod reader;
+mod sequence;
+mod stack;
+mod writer;
+
+pub use info::ClipInfo;
+pub use manifest::Manifest;
+pub use names::{ClipName, clip_files};
+pub use problem::ClipProblem;
+pub use range::Range;
+pub use rate::Rate;
+pub use reader::{ClipOptions, ClipReader};
+pub use stack::{frame_of, read_clip};
+pub use writer::{ClipFile, ClipWriteOptions, ClipWriter};

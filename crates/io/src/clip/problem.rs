@@ -1,0 +1,110 @@
+//! What is wrong with a clip that is wrong with no picture.
+
+use selvedge_core::ErrorKind;
+
+/// What is wrong with a clip.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ClipProblem {
+    /// No rate.
+    #[error("'{text}' is no rate")]
+    Rate {
+        /// What was typed or stands in a file.
+        text: String,
+    },
+    /// No range of frames.
+    #[error("'{text}' is no range of frames")]
+    Range {
+        /// What was typed.
+        text: String,
+    },
+    /// A name that is that of no clip.
+    #[error("is the name of no clip")]
+    NoClip,
+    /// A pattern or folder without files.
+    #[error("no frame of this name was found")]
+    NoFrames,
+    /// A number between others has no file.
+    #[error("frame {number} is missing{}", before.map_or(String::new(), |n| format!(" after {n}")))]
+    Gap {
+        /// The number.
+        number: u32,
+        /// The number before it.
+        before: Option<u32>,
+    },
+    /// Two files have the same number.
+    #[error("frame {number} is there twice, also as '{other}'")]
+    Doubled {
+        /// The number.
+        number: u32,
+        /// The other file.
+        other: String,
+    },
+    /// A file in a folder of frames that has no name like theirs.
+    #[error("is no frame like '{first}'")]
+    Foreign {
+        /// The first frame.
+        first: String,
+    },
+    /// A frame that differs from the first one.
+    #[error("frame {number} has {found}, but the first one {first}")]
+    Differs {
+        /// The frame's number or place.
+        number: u32,
+        /// What it has.
+        found: String,
+        /// What the first frame has.
+        first: String,
+    },
+    /// Fewer frames are written, or more, than were said.
+    #[error("{found} frames were written where {expected} were announced")]
+    Count {
+        /// Frames announced.
+        expected: u32,
+        /// Frames written.
+        found: u32,
+    },
+    /// All frames together are over the cap.
+    #[error("{frames} frames of {width}x{height} px are {samples} px, over the cap of {limit} px")]
+    Samples {
+        /// Frames.
+        frames: u32,
+        /// Samples along x.
+        width: u32,
+        /// Samples along y.
+        height: u32,
+        /// All multiplied.
+        samples: u64,
+        /// The cap.
+        limit: u64,
+    },
+}
+
+impl ClipProblem {
+    /// Who can mend it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Rate { .. } | Self::Range { .. } | Self::NoClip => ErrorKind::Option,
+            Self::NoFrames => ErrorKind::FileSystem,
+            Self::Count { .. } => ErrorKind::Internal,
+            _ => ErrorKind::Input,
+        }
+    }
+
+    /// What to do about it, in terms of the data.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Rate { .. } => "use a number or a fraction above 0, such as 25 or 30000/1001",
+            Self::Range { .. } => "use FIRST-LAST or FIRST-LASTxSTEP, such as 1-100x2",
+            Self::NoClip => "name frames as name.####.png, a folder, or a container",
+            Self::NoFrames => "check the name, and the number of its digits",
+            Self::Gap { .. } => "make it, or choose a range and step without it",
+            Self::Doubled { .. } => "move one of them away",
+            Self::Foreign { .. } => "name the frames by a pattern, such as 'name.####.png'",
+            Self::Differs { .. } => "give frames of one size, depth and layout",
+            Self::Count { .. } => "please report it",
+            Self::Samples { .. } => "use a smaller clip, or a range of its frames",
+        }
+        .to_owned()
+    }
+}
