@@ -102,6 +102,8 @@ pub(crate) enum FormatArg {
     Hdr,
     /// 8 bits, lossless.
     Webp,
+    /// 8 bits, lossless.
+    Tga,
 }
 
 impl From<FormatArg> for Format {
@@ -113,6 +115,7 @@ impl From<FormatArg> for Format {
             FormatArg::Exr => Self::Exr,
             FormatArg::Hdr => Self::Hdr,
             FormatArg::Webp => Self::Webp,
+            FormatArg::Tga => Self::Tga,
         }
     }
 }

@@ -11,7 +11,7 @@ impl Format {
     pub fn association(self) -> Option<Association> {
         match self {
             Self::Exr => Some(Association::Premultiplied),
-            Self::Png | Self::Webp | Self::Gif | Self::Bmp => Some(Association::Straight),
+            Self::Png | Self::Webp | Self::Tga | Self::Gif | Self::Bmp => Some(Association::Straight),
             Self::Tiff | Self::Jpeg | Self::Hdr => None,
         }
     }

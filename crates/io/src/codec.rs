@@ -86,6 +86,7 @@ pub(crate) fn describe(
         Format::Webp => image::webp::describe(input, context),
         Format::Gif => image::gif::describe(input, context),
         Format::Bmp => image::bmp::describe(input, context),
+        Format::Tga => image::tga::describe(input, context),
     })
 }
 
@@ -100,6 +101,7 @@ pub(crate) fn decode(format: Format, input: &mut dyn Input, context: &mut Contex
         Format::Webp => image::webp::decode(input, context),
         Format::Gif => image::gif::decode(input, context),
         Format::Bmp => image::bmp::decode(input, context),
+        Format::Tga => image::tga::decode(input, context),
     })
 }
 
@@ -117,6 +119,7 @@ pub(crate) fn encode(
         Format::Jpeg => jpeg::encode(plane, metadata, options.quality),
         Format::Hdr => image::hdr::encode(plane, metadata),
         Format::Webp => image::webp::encode(plane, metadata),
+        Format::Tga => image::tga::encode(plane, metadata),
         Format::Gif | Format::Bmp => Err(Problem::UnknownFormat { extension: format.name().to_owned() }),
     }
 }

@@ -114,6 +114,9 @@ pub enum Problem {
     /// The first bytes belong to no format that can be read.
     #[error("is no picture in a format that can be read")]
     UnknownContent,
+    /// The first bytes belong to a format that is known and not read.
+    #[error("is {0}, which is not read")]
+    NotRead(&'static str),
     /// The data contradict themselves or end early.
     #[error("damaged {format} file ({cause})")]
     Damaged {
@@ -315,7 +318,7 @@ impl Problem {
                 return format!("write {}", format.instead(|other| other.check([1, side], 3, false, depth).is_ok()));
             }
             Self::Empty | Self::Damaged { .. } => "write or copy the file again",
-            Self::Unsupported { .. } => "convert it to png, tiff or exr first",
+            Self::NotRead(_) | Self::Unsupported { .. } => "convert it to png, tiff or exr first",
             Self::NoSamples { .. } => "give a picture with samples",
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
@@ -331,8 +334,7 @@ impl Problem {
             Self::WriteProtected => "make it writable, or choose another name",
             Self::Folder => "name a file in it",
             Self::Special => "give a regular file, or '-' for a stream",
-            Self::Exists => "choose another name, or let it be replaced",
-            Self::IsInput { .. } => "choose another name",
+            Self::Exists | Self::IsInput { .. } => "choose another name",
             Self::FileSystem(_) => "check the path and the disk",
             Self::NoSpace { .. } => "free some, or write elsewhere",
             Self::Memory { .. } => "give a smaller picture, or allow more",

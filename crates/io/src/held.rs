@@ -32,7 +32,7 @@ impl Format {
     const fn longest_side(self) -> u32 {
         match self {
             Self::Webp => 16_383,
-            Self::Jpeg => 65_535,
+            Self::Jpeg | Self::Tga => 65_535,
             _ => u32::MAX,
         }
     }
@@ -79,9 +79,9 @@ mod tests {
     #[test]
     fn what_is_not_held_is_refused_with_formats_that_hold_it() {
         let remedy = |problem: Result<(), Problem>| problem.unwrap_err().remedy();
-        assert_eq!(remedy(Format::Jpeg.check([2, 3], 3, true, Depth::U8)), "write png, tiff or webp");
+        assert_eq!(remedy(Format::Jpeg.check([2, 3], 3, true, Depth::U8)), "write png, tiff, webp or tga");
         assert_eq!(remedy(Format::Hdr.check([2, 3], 3, true, Depth::F32)), "write tiff or exr");
-        assert_eq!(remedy(Format::Webp.check([2, 16_384], 3, false, Depth::U8)), "write png, jpeg or tiff");
+        assert_eq!(remedy(Format::Webp.check([2, 16_384], 3, false, Depth::U8)), "write png, jpeg, tiff or tga");
         assert!(Format::Webp.check([2, 16_383], 3, false, Depth::U8).is_ok());
         assert_eq!(remedy(Format::Png.check([2, 3], 2, false, Depth::U8)), "write one or three channels, or exr");
         assert!(Format::Gif.check([2, 3], 3, false, Depth::U8).is_err(), "it is only read");

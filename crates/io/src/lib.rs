@@ -27,6 +27,7 @@
 //! | EXR | half, float; any layer or channels | half, float | chromaticities, density, provenance |
 //! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | provenance |
 //! | WebP | 8 bits | u8, lossless | profile, provenance |
+//! | TGA | 8 bits, palettes | u8 | provenance |
 //! | GIF, BMP | first frame | – | – |
 //!
 //! [`read_map`] and [`write_map`] keep source maps, [`read_mask`] reads masks, and [`check_output`] tells before a long

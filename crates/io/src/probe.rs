@@ -59,7 +59,7 @@ pub fn probe_bytes(bytes: &[u8], name: impl AsRef<Path>, options: &ReadOptions) 
 fn describe(input: &mut dyn Input, len: u64, name: &Path, options: &ReadOptions) -> Result<Info, Problem> {
     let mut context = Context::new(options, len);
     let mut start = Vec::new();
-    Read::take(&mut *input, 16).read_to_end(&mut start).map_err(|e| Problem::file_system(e, len))?;
+    Read::take(&mut *input, 18).read_to_end(&mut start).map_err(|e| Problem::file_system(e, len))?;
     input.rewind().map_err(|e| Problem::file_system(e, len))?;
     let format = format_of(&start, name, &mut context)?;
     let found = codec::describe(format, input, &mut context)?;

@@ -9,6 +9,7 @@ use selvedge_core::{Limits, Plane, Role};
 use crate::codec::{self, Context};
 use crate::error::{Error, Problem};
 use crate::finite;
+use crate::format::unread;
 use crate::metadata::Metadata;
 use crate::name::{display_name, file_of, selector};
 use crate::provenance::Fingerprint;
@@ -113,7 +114,8 @@ pub(crate) fn format_of(start: &[u8], name: &Path, context: &mut Context<'_>) ->
     if start.is_empty() {
         return Err(Problem::Empty);
     }
-    let content = Format::of_content(start).ok_or(Problem::UnknownContent)?;
+    let unknown = || unread(start).map_or(Problem::UnknownContent, Problem::NotRead);
+    let content = Format::of_content(start).ok_or_else(unknown)?;
     if context.options.channels.is_some() && content != Format::Exr {
         return Err(Problem::unsupported(content, "choosing layers or channels"));
     }

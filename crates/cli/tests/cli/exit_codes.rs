@@ -16,7 +16,7 @@ const REFUSED: [(&str, i32, &[&str]); 34] = [
     ("quilt @/weave.png -o a.png -q -v", 2, &["--quiet", "--verbose"]),
     ("quilt @/weave.png -o a.png --seamless", 2, &["use --tile xy"]),
     ("quilt @/weave.png -o a", 2, &["'a'", "has no extension", "--format"]),
-    ("quilt @/weave.png -o a.xyz", 2, &["'a.xyz'", "png, jpeg, tiff, exr, hdr, webp"]),
+    ("quilt @/weave.png -o a.xyz", 2, &["'a.xyz'", "png, jpeg, tiff, exr, hdr, webp, tga"]),
     ("quilt @/weave.png -o a.jpg --depth u16", 2, &["'a.jpg'", "u16", "--depth u8"]),
     ("quilt @/weave.png -o a.png --mask none --mask none", 2, &["2 masks for 1 exemplar"]),
     ("quilt - - -o a.png", 2, &["standard input is named twice"]),
@@ -121,7 +121,7 @@ fn a_name_may_hold_any_sign_that_would_part_a_message() {
         [
             "a; b.png",
             "is no picture in a format that can be read",
-            "give one of png, jpeg, tiff, exr, hdr, webp, gif, bmp",
+            "give one of png, jpeg, tiff, exr, hdr, webp, tga, gif, bmp",
         ],
     );
     refused(

@@ -198,9 +198,9 @@ fn what_a_format_does_not_hold_is_refused_before_the_work_and_names_the_exemplar
     let refused = [
         (
             "quilt @/cobbles-hole.png -o a.jpg",
-            &["cobbles-hole.png': has 3 channels and alpha, which jpeg", "('a.jpg')", "png, tiff or webp"][..],
+            &["cobbles-hole.png': has 3 channels and alpha, which jpeg", "('a.jpg')", "png, tiff, webp or tga"][..],
         ),
-        ("quilt @/weave.png -o a.webp", &["'a.webp'", "16383", "write png, jpeg or tiff"]),
+        ("quilt @/weave.png -o a.webp", &["'a.webp'", "16383", "write png, jpeg, tiff or tga"]),
         (
             "quilt @/scales-hdr.exr -o a.png",
             &["scales-hdr.exr': has half samples, which png", "('a.png')", "--depth u8|u16"],

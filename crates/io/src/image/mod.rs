@@ -4,6 +4,7 @@
 pub(crate) mod bmp;
 pub(crate) mod gif;
 pub(crate) mod hdr;
+pub(crate) mod tga;
 pub(crate) mod webp;
 
 use image::error::LimitErrorKind;

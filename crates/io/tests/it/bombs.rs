@@ -77,7 +77,10 @@ fn claims() -> Vec<(&'static str, Vec<u8>)> {
     let mut webp = b"RIFF\x12\0\0\0WEBPVP8L\x05\0\0\0\x2f".to_vec();
     webp.extend(((16_383_u32 - 1) | ((16_383 - 1) << 14)).to_le_bytes());
     webp.push(0);
+    let mut tga = b"\0\0\x0a\0\0\0\0\0\0\0\0\0\xff\xff\xff\xff\x20\0".to_vec();
+    tga.extend([0x83, 1, 2, 3, 4]);
     vec![
+        ("tga of 65,535 squared", tga),
         ("png of 60,000 squared", png(60_000, 60_000, 8, 2, &[chunk(b"IDAT", &[0; 8])])),
         ("png of 2^31 - 1 by 1", png(i32::MAX as u32, 1, 8, 2, &[chunk(b"IDAT", &[0; 8])])),
         ("png of 2^31 - 1 squared", png(i32::MAX as u32, i32::MAX as u32, 16, 6, &[chunk(b"IDAT", &[0; 8])])),
@@ -112,6 +115,12 @@ fn small_claims() -> Vec<(&'static str, Vec<u8>)> {
     gif.extend(b"\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0");
     gif.extend([SIDE as u16; 2].map(u16::to_le_bytes).concat());
     gif.extend(b"\0\x02\x01\x44");
+    let tga = |kind: u8, bits: u8| {
+        let mut tga = vec![0, u8::from(kind % 8 == 1), kind, 0, 0, 1, 0, 24, 0, 0, 0, 0];
+        tga.extend([SIDE as u16; 2].map(u16::to_le_bytes).concat());
+        tga.extend([bits, 0, 1, 2, 3, 4]);
+        tga
+    };
     let hdr = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {SIDE} +X {SIDE}\n\x02\x02");
     let mut progressive = jpeg(SIDE as u16, SIDE as u16);
     progressive[3] = 0xc2;
@@ -129,6 +138,10 @@ fn small_claims() -> Vec<(&'static str, Vec<u8>)> {
         ("jpeg", jpeg(SIDE as u16, SIDE as u16)),
         ("progressive jpeg", progressive),
         ("gif", gif),
+        ("tga", tga(2, 24)),
+        ("packed tga", tga(10, 32)),
+        ("palette tga", tga(1, 8)),
+        ("packed palette tga", tga(9, 8)),
     ]
 }
 

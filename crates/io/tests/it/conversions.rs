@@ -60,7 +60,7 @@ fn every_format_depth_and_association() {
             assert_eq!(bits(&back), bits(&associate(&plane, back.association).unwrap().plane), "{what}");
         }
     }
-    assert_eq!(same, 25, "png 4, webp 1, exr 4, and all of tiff");
+    assert_eq!(same, 27, "png 4, webp 1, tga 2, exr 4, and all of tiff");
 }
 
 /// One sample of 8 bits.

@@ -5,7 +5,7 @@ use selvedge_core::{Depth, Plane, Role, Samples};
 use selvedge_io::{Density, DensityUnit, ErrorKind, Format, Metadata, Picture, Problem, ReadOptions, WriteOptions};
 use selvedge_io::{decode, encode, probe_bytes};
 
-const LOSSLESS: [Format; 4] = [Format::Png, Format::Tiff, Format::Exr, Format::Webp];
+const LOSSLESS: [Format; 5] = [Format::Png, Format::Tiff, Format::Exr, Format::Webp, Format::Tga];
 
 fn write(plane: &Plane<2>, metadata: &Metadata, format: Format) -> Vec<u8> {
     let name = format!("a.{format}");
@@ -18,6 +18,32 @@ fn read(bytes: &[u8], format: Format) -> Picture {
     let picture = decode(bytes, format!("a.{format}"), &ReadOptions::default()).unwrap();
     assert_eq!((picture.format, &picture.warnings[..]), (format, &[][..]));
     picture
+}
+
+/// As other programs write it: rows from below, a palette, and 16 bits for a pixel.
+#[test]
+fn tga_of_others_is_read() {
+    let header = |palette: [u8; 5], kind: u8, bits: u8, descriptor: u8| {
+        let [origin, _, length, _, entry] = palette;
+        let map = [origin, 0, length, 0, entry];
+        [&[0, u8::from(length != 0), kind][..], &map, &[0, 0, 0, 0, 2, 0, 2, 0, bits, descriptor]].concat()
+    };
+    let plane = |bytes: Vec<u8>| selvedge_io::decode(&bytes, "a.tga", &ReadOptions::default()).unwrap().plane;
+    let below = plane([header([0; 5], 3, 8, 0), vec![3, 4, 1, 2]].concat());
+    assert_eq!((below.samples.channels(), [0, 1, 2, 3].map(|i| below.samples.value(0, i))), (1, [1.0, 2.0, 3.0, 4.0]));
+    let mapped = [header([0, 0, 2, 0, 24], 1, 8, 0x20), vec![10, 20, 30, 40, 50, 60], vec![1, 0, 0, 1]].concat();
+    let mapped = plane(mapped);
+    assert_eq!([0, 1, 2].map(|c| mapped.samples.value(c, 0)), [60.0, 50.0, 40.0], "blue comes first");
+    assert_eq!([0, 1, 2].map(|c| mapped.samples.value(c, 1)), [30.0, 20.0, 10.0]);
+    // Five bits each, red in the highest; the sixteenth is no alpha.
+    let few =
+        plane([header([0; 5], 2, 16, 0x21), [[0xff, 0xff], [0x00, 0x7c], [0x1f, 0], [0, 0x80]].concat()].concat());
+    let red: Vec<f64> = (0..4).map(|i| few.samples.value(0, i)).collect();
+    assert_eq!((red, few.samples.channels()), (vec![255.0, 255.0, 0.0, 0.0], 3));
+    let left = plane([header([0; 5], 3, 8, 0x30), vec![1, 2, 3, 4]].concat());
+    assert_eq!([0, 1, 2, 3].map(|i| left.samples.value(0, i)), [2.0, 1.0, 4.0, 3.0], "from the right");
+    let run = plane([header([0; 5], 10, 32, 0x28), vec![0x83, 1, 2, 3, 128]].concat());
+    assert_eq!(([0, 1, 2, 3].map(|c| run.samples.value(c, 3)), run.alpha), ([3.0, 2.0, 1.0, 128.0], true));
 }
 
 #[test]
@@ -51,7 +77,7 @@ fn every_lossless_format_keeps_every_layout_and_depth_to_the_bit() {
             }
         }
     }
-    assert_eq!(held, (2 + 4 + 2) * 16 + 8);
+    assert_eq!(held, (2 + 4 + 2 + 1) * 16 + 8);
 }
 
 #[test]
@@ -87,6 +113,7 @@ fn metadata_go_where_the_format_has_a_place() {
         (Format::Jpeg, Metadata { icc: icc.clone(), density, ..none.clone() }),
         (Format::Webp, Metadata { icc, ..none.clone() }),
         (Format::Hdr, none.clone()),
+        (Format::Tga, none.clone()),
         (Format::Exr, Metadata { chromaticities, density, ..none }),
     ] {
         let plane = plane(format.depths()[0], 3, false, [5, 7]);
@@ -151,7 +178,7 @@ fn depths_that_a_format_cannot_hold_are_refused_or_converted() {
     let unknown = encode(&plane, &Metadata::default(), "a.xyz", &WriteOptions::default()).unwrap_err();
     assert_eq!(
         unknown.to_string(),
-        "'a.xyz': 'xyz' is no format that can be written; write one of png, jpeg, tiff, exr, hdr, webp"
+        "'a.xyz': 'xyz' is no format that can be written; write one of png, jpeg, tiff, exr, hdr, webp, tga"
     );
 }
 
