@@ -175,6 +175,18 @@ impl<const D: usize> BinaryEnergy<D> {
         self.add_term(node, next, term, |graph, [out, back]| graph.link(node, axis, out, back))
     }
 
+    /// Forbids label 1 to be followed by label 0 along an open axis: each line changes from 0 to 1 once at most. Masked nodes part
+    /// lines. Comes after all terms and pins: what is added later is not reckoned with.
+    ///
+    /// # Errors
+    ///
+    /// [`MaxflowError::NoNeighbour`] for an axis that is periodic or none; [`MaxflowError::OutOfMemory`];
+    /// [`MaxflowError::CapacityTooLarge`] where the terms of a line sum to more than [`GridGraph::MAX_LINK`], or pins
+    /// contradict the order. The energy is of no use then.
+    pub fn ordered(&mut self, axis: usize) -> Result<()> {
+        self.graph.order(axis)
+    }
+
     /// Adds all parts of a term, or none. `link` adds its arcs.
     #[inline]
     fn add_term(

@@ -1,7 +1,9 @@
 //! Giving a grid its capacities, before a solve and after.
 
+use super::residual::role;
 use super::{Diagonal, GridGraph};
-use crate::error::{MaxflowError, Result};
+use crate::error::{MaxflowError, Result, filled};
+use crate::network::Role;
 
 impl<const D: usize> GridGraph<D> {
     /// Gives a node capacity from the source and to the sink, on top of what it has.
@@ -82,6 +84,59 @@ impl<const D: usize> GridGraph<D> {
     pub fn link(&mut self, node: usize, axis: usize, forward: i32, backward: i32) -> Result<()> {
         let ends = self.ends(node, axis)?;
         self.add(node, 2 * axis, ends, forward, backward)
+    }
+
+    /// Lets the sink's side never be followed by the source's along an open axis: adds arcs back along it that no minimum cut
+    /// severs.
+    ///
+    /// Where a cut severed the arc from `t + 1` back to `t`, all nodes of the line up to `t` could go to the source's side, or all
+    /// after it to the sink's: that severs no other such arc, and costs at most what leaves the former, or enters the
+    /// latter, across other axes and from terminals. One more than the lesser of both is therefore enough. (One more than
+    /// the arcs of `t` or `t + 1` alone is not: where several nodes of a line lean on their neighbours, moving one of them
+    /// only moves the fault.)
+    pub(crate) fn order(&mut self, axis: usize) -> Result<()> {
+        if axis >= D || self.lattice.periodic[axis] {
+            return Err(MaxflowError::NoNeighbour { node: 0, along: format!("axis {axis}, which does not end") });
+        }
+        let side = self.lattice.shape[axis];
+        let stride: usize = self.lattice.shape[axis + 1..].iter().product();
+        let mut lines = filled([0_i64; 2], stride, self.lattice.len, self.lattice.len * D)?;
+        for first in (0..self.lattice.len).step_by(stride * side) {
+            lines.fill([0; 2]);
+            for v in first..first + stride * side {
+                lines[v % stride][1] += self.cost_to_move(v, axis)[1];
+            }
+            for v in first..first + stride * (side - 1) {
+                let [to_source, to_sink] = self.cost_to_move(v, axis);
+                let [before, after] = &mut lines[v % stride];
+                *before += to_source;
+                *after -= to_sink;
+                let capacity = i32::try_from(1 + (*before).min(*after)).unwrap_or(i32::MAX);
+                self.link(v, axis, 0, capacity)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What it costs at most, across all axes but one, to move a node to the source's and to the sink's side; more than any sum
+    /// of capacities where it is pinned to the other.
+    fn cost_to_move(&self, node: usize, but: usize) -> [i64; 2] {
+        const NEVER: i64 = 1 << 48;
+        let slot = node + self.lattice.margin;
+        match role(self.flags[slot]) {
+            Role::PinnedSource => return [0, NEVER],
+            Role::PinnedSink => return [NEVER, 0],
+            Role::Masked => return [0, 0],
+            Role::Free => {}
+        }
+        let excess = i64::from(self.excess[slot]);
+        let mut costs = [(-excess).max(0), excess.max(0)];
+        for d in (0..self.lattice.directions).filter(|d| d / 2 != but) {
+            let (out, back) = self.arc_pair(d, slot, self.head(slot, d));
+            costs[0] += i64::from(self.caps[out]);
+            costs[1] += i64::from(self.caps[back]);
+        }
+        costs
     }
 
     /// Changes the capacities of a link by the given amounts, which may be negative; also after a solve.

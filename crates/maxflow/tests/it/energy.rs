@@ -104,3 +104,54 @@ fn masked_nodes_have_no_terms() {
     assert_eq!((minimum.before, minimum.after, minimum.truncated), (7, 1, 0));
     assert_eq!([0, 1, 2].map(|v| minimum.cut.side(v)), [Side::Source, Side::Sink, Side::Sink]);
 }
+
+/// Columns of 4 side by side, ordered along their length, against every labelling in which no 1 is followed by a 0.
+#[test]
+fn ordered_energies_reach_the_least_of_all_ordered_labellings() {
+    let (mut draw, mut bound) = (Draw(13), 0);
+    for case in 0..300 {
+        // Strong pulls on single nodes and between columns, none along them: without the order labels would change often.
+        let unary: Vec<[i32; 2]> = (0..12).map(|_| [draw.below(30) as i32, draw.below(30) as i32]).collect();
+        let across: Vec<i32> = (0..8).map(|_| draw.below(40) as i32).collect();
+        let along: Vec<i32> = (0..9).map(|_| draw.below(3) as i32).collect();
+        let pin = (draw.below(12), [Side::Source, Side::Sink][draw.below(2)]);
+        let build = || {
+            let mut energy = BinaryEnergy::new([4, 3], [false, false]).unwrap();
+            energy.graph_mut().pin(pin.0, pin.1).unwrap();
+            unary.iter().enumerate().for_each(|(v, u)| energy.unary(v, u[0], u[1]).unwrap());
+            let term = |c: i32| PairwiseTerm { e00: 0, e01: c, e10: c, e11: 0 };
+            (0..8).for_each(|k| energy.pairwise(k / 2 * 3 + k % 2, 1, term(across[k])).unwrap());
+            (0..9).for_each(|v| energy.pairwise(v, 0, term(along[v])).unwrap());
+            energy
+        };
+        let value = |zero: &dyn Fn(usize) -> bool| {
+            let own: i32 = (0..12).map(|v| unary[v][usize::from(!zero(v))]).sum();
+            let differ = |v: usize, w: usize, c: i32| if zero(v) == zero(w) { 0 } else { c };
+            let side: i32 = (0..8).map(|k| differ(k / 2 * 3 + k % 2, k / 2 * 3 + k % 2 + 1, across[k])).sum();
+            i64::from(own + side + (0..9).map(|v| differ(v, v + 3, along[v])).sum::<i32>())
+        };
+        let labellings = (0..125).map(|n| [n % 5, n / 5 % 5, n / 25]);
+        let pinned = |change: &[usize; 3]| (pin.0 / 3 < change[pin.0 % 3]) == (pin.1 == Side::Source);
+        let least = labellings.filter(pinned).map(|c| value(&|v| v / 3 < c[v % 3])).min().unwrap();
+        let free = build().minimize(&|| false).unwrap();
+        let mut energy = build();
+        energy.ordered(0).unwrap();
+        let minimum = energy.minimize(&|| false).unwrap();
+        assert_eq!(minimum.after, least, "case {case}");
+        let zero = minimum.cut.source_side();
+        assert!((0..9).all(|v| zero[v] || !zero[v + 3]), "case {case}");
+        assert_eq!(minimum.after, value(&|v| zero[v]));
+        bound += usize::from(free.after < least);
+    }
+    assert!(100 < bound, "the order mattered in {bound} cases");
+}
+
+#[test]
+fn orders_that_cannot_be_are_refused() {
+    let mut ring = BinaryEnergy::<2>::new([4, 3], [true, false]).unwrap();
+    assert!(ring.ordered(0).is_err() && ring.ordered(2).is_err() && ring.ordered(1).is_ok());
+    let mut line = BinaryEnergy::<1>::new([5], [false]).unwrap();
+    line.graph_mut().pin(1, Side::Sink).unwrap();
+    line.graph_mut().pin(3, Side::Source).unwrap();
+    assert!(line.ordered(0).is_err(), "pins contradict the order");
+}
