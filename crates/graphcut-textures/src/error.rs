@@ -30,6 +30,54 @@ pub enum Error {
         /// The largest exemplar's shape, slowest axis first.
         largest: Vec<u32>,
     },
+    /// A loop is made of one clip.
+    #[error("a loop is made of one clip as it is, not of {found}")]
+    OneClip {
+        /// Sources there are.
+        found: usize,
+    },
+    /// A clip that cannot loop.
+    #[error("a clip of {frames} frames cannot loop")]
+    Frames {
+        /// Its frames.
+        frames: u32,
+    },
+    /// The clip is shorter than the loop asked for.
+    #[error("a clip of {frames} frames has no loop of {period}")]
+    Period {
+        /// The shortest loop asked for.
+        period: u32,
+        /// The clip's frames.
+        frames: u32,
+    },
+    /// No jump was given.
+    #[error("there is no jump to be cut")]
+    NoJumps,
+    /// A jump that is not in the clip.
+    #[error("a clip of {frames} frames has no jump back from frame {from} to frame {to}")]
+    Jump {
+        /// The last frame before it.
+        from: u32,
+        /// The first frame after it.
+        to: u32,
+        /// The clip's frames.
+        frames: u32,
+    },
+    /// A surface that does not fit the clip and its jump.
+    #[error("{}", surface(found, expected, at.as_ref(), *frames))]
+    Surface {
+        /// Its sides.
+        found: [u32; 2],
+        /// The sides of the clip's frames.
+        expected: [u32; 2],
+        /// The first pixel that would show a frame that there is not.
+        at: Option<[u32; 2]>,
+        /// The clip's frames.
+        frames: u32,
+    },
+    /// The caller asked to stop before there was anything to show.
+    #[error("stopped before there was a result")]
+    Cancelled,
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -49,11 +97,22 @@ fn sides(shape: &[u32]) -> String {
     }
 }
 
+/// What is wrong with a surface, in words.
+fn surface(found: &[u32; 2], expected: &[u32; 2], at: Option<&[u32; 2]>, frames: u32) -> String {
+    match at {
+        Some([y, x]) => format!("the surface shows frames at ({x}, {y}) that a clip of {frames} does not have"),
+        None => {
+            format!("a surface of {}x{} does not fit frames of {}x{}", found[1], found[0], expected[1], expected[0])
+        }
+    }
+}
+
 impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::Range { .. } | Self::EmptyOutput { .. } | Self::NoJumps | Self::Jump { .. } => ErrorKind::Option,
+            Self::Cancelled => ErrorKind::Internal,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
             Self::Core(error) => error.kind(),
@@ -67,6 +126,15 @@ impl Error {
             Self::Range { range, .. } => return format!("use {range}"),
             Self::EmptyOutput { .. } => "give every side at least 1",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
+            Self::OneClip { .. } => "give one clip, neither turned nor mirrored",
+            Self::Frames { .. } => "give a clip of 2 to 65535 frames",
+            Self::Period { frames, .. } => {
+                return format!("ask for a loop of at most {frames} frames, or give a longer clip");
+            }
+            Self::NoJumps => "give at least one jump",
+            Self::Jump { frames, .. } => return format!("give frames below {frames}, the later one first"),
+            Self::Surface { .. } => "use the surface of a loop of this clip, with the same jump",
+            Self::Cancelled => "start again",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),
@@ -76,7 +144,7 @@ impl Error {
 
     /// True if the caller asked to stop.
     pub(crate) fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cut(error) if error.is_cancelled())
+        matches!(self, Self::Cancelled) || matches!(self, Self::Cut(error) if error.is_cancelled())
     }
 }
 

@@ -34,6 +34,8 @@
 //! Everything is written over the number of axes: clips are woven by the same code as pictures. Outputs may be periodic
 //! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
 //!
+//! [`video`] makes clips loop, by a jump whose seam is a surface in space and time.
+//!
 //! `DESIGN.md` in this crate tells how it works and why, and how time and memory grow.
 //!
 //! # Features
@@ -42,6 +44,8 @@
 //! # Papers
 //! `[Kwatra03]`: V. Kwatra, A. Schödl, I. Essa, G. Turk, A. Bobick, *Graphcut Textures: Image and Video Synthesis Using
 //! Graph Cuts*, SIGGRAPH 2003.
+//!
+//! `[Schodl00]`: A. Schödl, R. Szeliski, D. Salesin, I. Essa, *Video Textures*, SIGGRAPH 2000.
 #![forbid(unsafe_code)]
 
 mod candidates;
@@ -60,6 +64,7 @@ mod reflection;
 mod scales;
 mod stats;
 mod usable;
+pub mod video;
 mod weaver;
 
 pub use error::Error;

@@ -5,3 +5,4 @@ mod common;
 mod constraints;
 mod memory;
 mod synthesis;
+mod video;

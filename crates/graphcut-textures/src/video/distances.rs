@@ -1,0 +1,175 @@
+//! How alike frames are.
+
+use selvedge_core::{Exemplars, Run, Source, par};
+
+use super::the_clip;
+use crate::error::Error;
+
+/// Options of [`FrameDistances::new`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DistanceOptions {}
+
+/// Sums of squared differences between all frames of a clip, exact.
+///
+/// Differences are of features, channels weighed. A sample that may be used in one of two frames alone differs as much as
+/// samples can, one that may be used in neither not at all.
+#[derive(Clone, Debug)]
+pub struct FrameDistances {
+    frames: u32,
+    /// Samples of a frame.
+    samples: u64,
+    /// For each frame but the last, its distances to all later ones.
+    later: Vec<Vec<u64>>,
+    closes: bool,
+}
+
+impl FrameDistances {
+    /// Compares all frames.
+    ///
+    /// # Errors
+    /// [`Error::OneClip`] unless there is exactly one source, [`Error::Frames`] unless it has 2 to 65,535 frames,
+    /// [`Error::Cancelled`].
+    ///
+    /// # Complexity
+    /// Time `O(frames^2 samples)`, space `O(frames^2)`.
+    pub fn new(exemplars: &Exemplars<3>, _options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
+        let clip = the_clip(exemplars)?;
+        let frames = Frames { clip, weights: exemplars.weights() };
+        let [n, height, width] = clip.domain().shape;
+        let row = |i: usize| {
+            if run.observer.cancelled() {
+                return None;
+            }
+            Some((i + 1..n as usize).map(|j| frames.distance(i, j)).collect())
+        };
+        let later = par::map_indexed(n as usize - 1, row).into_iter().collect::<Option<Vec<Vec<u64>>>>();
+        let mut distances = Self {
+            frames: n,
+            samples: u64::from(height) * u64::from(width),
+            later: later.ok_or(Error::Cancelled)?,
+            closes: false,
+        };
+        distances.closes = distances.steps_close() && frames.blocks_close();
+        Ok(distances)
+    }
+
+    /// Frames of the clip.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// Pixels of a frame.
+    pub fn pixels(&self) -> u64 {
+        self.samples
+    }
+
+    /// The sum of squared differences of two frames.
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    pub fn between(&self, a: u32, b: u32) -> u64 {
+        let (first, second) = (a.min(b) as usize, a.max(b) as usize);
+        if first == second { 0 } else { self.later[first][second - first - 1] }
+    }
+
+    /// True if the clip closes as it is: the step from its last frame to its first is none that would be noticed among its
+    /// own steps, over the whole frame and in each block of 16 x 16 pixels.
+    pub fn closes(&self) -> bool {
+        self.closes
+    }
+
+    /// True if frames come again after `period` exactly, all through the clip.
+    pub fn repeats(&self, period: u32) -> bool {
+        0 < period && period < self.frames && (period..self.frames).all(|t| self.between(t - period, t) == 0)
+    }
+
+    /// Steps of one and of two frames over the end are within nine tenths of those inside. Two frames, since a movement that turns
+    /// back at the end has small steps as well.
+    fn steps_close(&self) -> bool {
+        let n = self.frames;
+        let usual = |lag: u32, a: u32, b: u32| {
+            let step = self.between(a, b);
+            let below = (lag..n).filter(|&t| self.between(t - lag, t) < step).count() as u64;
+            below * 10 <= u64::from(n - lag) * 9
+        };
+        4 <= n && usual(1, n - 1, 0) && usual(2, n - 2, 0) && usual(2, n - 1, 1)
+    }
+}
+
+/// Sides of the blocks in which a clip has to close.
+const BLOCK: usize = 16;
+
+/// The frames of a clip, to be compared.
+struct Frames<'a> {
+    clip: &'a Source<3>,
+    weights: &'a [u8],
+}
+
+impl Frames<'_> {
+    fn samples(&self) -> usize {
+        let [_, height, width] = self.clip.domain().shape;
+        height as usize * width as usize
+    }
+
+    /// A part of a frame.
+    fn part(&self, channel: usize, frame: usize, from: usize, len: usize) -> &[u8] {
+        &self.clip.features.plane(channel)[frame * self.samples() + from..][..len]
+    }
+
+    fn distance(&self, a: usize, b: usize) -> u64 {
+        self.difference(a, b, 0, self.samples())
+    }
+
+    /// The sum of squared differences over samples that stand side by side.
+    fn difference(&self, a: usize, b: usize, from: usize, len: usize) -> u64 {
+        let weighed = self.weights.iter().enumerate();
+        if self.clip.valid.is_none() {
+            let of =
+                |(c, &w): (usize, &u8)| squares(self.part(c, a, from, len), self.part(c, b, from, len)) * u64::from(w);
+            return weighed.map(of).sum();
+        }
+        let most: u64 = self.weights.iter().map(|&w| u64::from(w) * 255 * 255).sum();
+        let valid = |frame: usize, i: usize| {
+            self.clip.valid.as_ref().is_none_or(|v| v.plane(0)[frame * self.samples() + from + i])
+        };
+        let sample = |i: usize| match (valid(a, i), valid(b, i)) {
+            (true, true) => {
+                let of = |(c, &w): (usize, &u8)| {
+                    let [here, there] = [a, b].map(|frame| self.part(c, frame, from, len)[i]);
+                    u64::from(here.abs_diff(there)).pow(2) * u64::from(w)
+                };
+                self.weights.iter().enumerate().map(of).sum()
+            }
+            (false, false) => 0,
+            _ => most,
+        };
+        (0..len).map(sample).sum()
+    }
+
+    /// In no block the step over the end is more than a fourth larger than the largest inside. (Of a clip that is a period of itself
+    /// the step over the end is the largest of a block by chance, one time in as many as there are frames.)
+    fn blocks_close(&self) -> bool {
+        let [frames, height, width] = self.clip.domain().shape.map(|n| n as usize);
+        let block = |a: usize, b: usize, y: usize, x: usize| -> u64 {
+            let rows = y..(y + BLOCK).min(height);
+            rows.map(|row| self.difference(a, b, row * width + x, BLOCK.min(width - x))).sum()
+        };
+        let corners = || (0..height).step_by(BLOCK).flat_map(|y| (0..width).step_by(BLOCK).map(move |x| (y, x)));
+        corners().all(|(y, x)| {
+            let inside = (1..frames).map(|t| block(t - 1, t, y, x)).max().unwrap_or(0);
+            let grain = (BLOCK * BLOCK) as u64;
+            block(frames - 1, 0, y, x) <= (inside + grain) * 25 / 16
+        })
+    }
+}
+
+/// The sum of squared differences of bytes.
+fn squares(a: &[u8], b: &[u8]) -> u64 {
+    // Sums of so many squares of bytes fit 32 bits.
+    const FIT: usize = 1 << 16;
+    let block = |(a, b): (&[u8], &[u8])| {
+        let sum: u32 = a.iter().zip(b).map(|(&a, &b)| u32::from(a.abs_diff(b)).pow(2)).sum();
+        u64::from(sum)
+    };
+    a.chunks(FIT).zip(b.chunks(FIT)).map(block).sum()
+}

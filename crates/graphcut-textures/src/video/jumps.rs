@@ -1,0 +1,140 @@
+//! Which jumps promise most. `[Schodl00]`
+
+use std::cmp::Reverse;
+use std::ops::RangeInclusive;
+
+use super::distances::FrameDistances;
+use crate::error::Error;
+
+/// After one frame comes an earlier one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The last frame before the jump.
+    pub from: u32,
+    /// The first frame after it, no later than `from`.
+    pub to: u32,
+    /// How much the frames around it differ: mean squared difference a pixel, channels weighed and summed.
+    pub error: f64,
+}
+
+impl Jump {
+    /// Frames of the loop that it makes.
+    pub fn period(&self) -> u32 {
+        self.from - self.to + 1
+    }
+}
+
+/// Options of [`FrameDistances::best`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct JumpOptions {
+    /// Jumps that are answered, at most. At least 1. Default: 8.
+    pub count: usize,
+    /// Pairs of frames around a jump that have to agree, so that movements go on: 2 or 4, binomially weighed, or 1 for the jump
+    /// itself. Default: 4.
+    pub taps: u32,
+    /// Frames that the loop may have, from 2. Default: from a fourth of the clip's on.
+    pub period: Option<RangeInclusive<u32>>,
+    /// No two jumps leave, and arrive, less than so many frames from each other. At least 1. Default: 4.
+    pub spread: u32,
+}
+
+impl Default for JumpOptions {
+    fn default() -> Self {
+        Self { count: 8, taps: 4, period: None, spread: 4 }
+    }
+}
+
+impl JumpOptions {
+    /// What the loop may have in a clip of so many frames.
+    fn periods(&self, frames: u32) -> Result<RangeInclusive<u32>, Error> {
+        for (option, value) in [("count", self.count as u64), ("spread", self.spread.into())] {
+            if value == 0 {
+                return Err(Error::Range { option, value: 0.0, range: "at least 1" });
+            }
+        }
+        if ![1, 2, 4].contains(&self.taps) {
+            return Err(Error::Range { option: "taps", value: self.taps.into(), range: "1, 2 or 4" });
+        }
+        let Some(asked) = &self.period else { return Ok(frames.div_ceil(4).max(2)..=frames) };
+        let (least, most) = (*asked.start(), *asked.end());
+        if least < 2 || most < least {
+            let value = if least < 2 { least } else { most };
+            return Err(Error::Range { option: "period", value: value.into(), range: "at least 2, the least first" });
+        }
+        if frames < least {
+            return Err(Error::Period { period: least, frames });
+        }
+        Ok(least..=most.min(frames))
+    }
+}
+
+impl FrameDistances {
+    /// The jumps whose surroundings agree best, the best first.
+    ///
+    /// A jump from `i` to `j` is good if what would have come, `i + 1`, is like what comes, `j`, and the frames beside them alike in
+    /// the same order: so what moves goes on moving as it did. At the clip's ends the pairs that there are
+    /// decide. The jump over the whole clip has none; it is answered where the clip [closes](Self::closes), and where no other is
+    /// possible. A clip that [repeats](Self::repeats) itself is answered with its period, and no other jump.
+    ///
+    /// # Errors
+    /// [`Error::Range`]; [`Error::Period`] if the clip is shorter than the least period.
+    ///
+    /// # Complexity
+    /// `O(frames^2 log(frames))`.
+    pub fn best(&self, options: &JumpOptions) -> Result<Vec<Jump>, Error> {
+        let periods = options.periods(self.frames())?;
+        let whole = Jump { from: self.frames() - 1, to: 0, error: self.mean(self.between(self.frames() - 1, 0), 1) };
+        if let Some(period) = periods.clone().find(|&period| self.repeats(period)) {
+            return Ok(vec![Jump { from: period - 1, to: 0, error: 0.0 }]);
+        }
+        if self.closes() && periods.contains(&self.frames()) {
+            return Ok(vec![whole]);
+        }
+        let jumps = periods.flat_map(|period| (0..=self.frames() - period).map(move |to| (to + period - 1, to)));
+        let scored = jumps.filter_map(|(from, to)| Some(Jump { from, to, error: self.score(from, to, options.taps)? }));
+        let mut ranked: Vec<Jump> = scored.collect();
+        // Of equal ones the longest loop, and of these the first.
+        ranked.sort_by(|a, b| {
+            a.error.total_cmp(&b.error).then_with(|| (Reverse(a.period()), a.to).cmp(&(Reverse(b.period()), b.to)))
+        });
+        let mut best: Vec<Jump> = Vec::new();
+        for jump in ranked {
+            let near = |other: &Jump| {
+                other.from.abs_diff(jump.from) < options.spread && other.to.abs_diff(jump.to) < options.spread
+            };
+            if !best.iter().any(near) {
+                best.push(jump);
+            }
+            if best.len() == options.count {
+                break;
+            }
+        }
+        Ok(if best.is_empty() { vec![whole] } else { best })
+    }
+
+    /// The mean error of the pairs around a jump; `None` without any.
+    fn score(&self, from: u32, to: u32, taps: u32) -> Option<f64> {
+        let weights: &[u64] = match taps {
+            1 => &[1],
+            2 => &[1, 1],
+            _ => &[1, 3, 3, 1],
+        };
+        // The pair of the jump itself is the first of the later half.
+        let before = (weights.len() / 2) as i64;
+        let (mut sum, mut weight) = (0, 0);
+        for (&w, k) in weights.iter().zip(-before..) {
+            let [a, b] = [from + 1, to].map(|frame| i64::from(frame) + k);
+            if 0 <= b && a < i64::from(self.frames()) {
+                (sum, weight) = (sum + w * self.between(a as u32, b as u32), weight + w);
+            }
+        }
+        if weight == 0 && taps == 1 && 0 < to {
+            return Some(self.mean(self.between(from, to - 1), 1));
+        }
+        (0 < weight).then(|| self.mean(sum, weight))
+    }
+
+    fn mean(&self, sum: u64, weight: u64) -> f64 {
+        sum as f64 / (weight * self.pixels()) as f64
+    }
+}

@@ -1,0 +1,132 @@
+//! Loops of one jump.
+
+use std::ops::Range;
+
+use selvedge_core::{Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven};
+
+use super::jumps::Jump;
+use super::surface::Surface;
+use super::the_clip;
+use super::transition::{transition, window};
+use crate::error::Error;
+
+/// Options of [`looped`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoopOptions {
+    /// Frames around the jump in which pixels may jump. It shrinks to what there is on both sides, and to a period. Default: 60.
+    /// `[Kwatra03 7A]`
+    pub window: u32,
+    /// How seams are priced. Default: eq. 5 of the paper, by gradients.
+    pub seam: SeamMeasure,
+}
+
+impl Default for LoopOptions {
+    fn default() -> Self {
+        Self { window: 60, seam: SeamMeasure::Gradient }
+    }
+}
+
+/// A clip that loops: a jump, and when each pixel makes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Looped {
+    /// The jump.
+    pub jump: Jump,
+    /// When each pixel makes it.
+    pub surface: Surface,
+    table: SourceTable<3>,
+}
+
+impl Looped {
+    /// A loop with a surface that is known, for instance from another pass of the same clip.
+    ///
+    /// # Errors
+    /// [`Error::OneClip`], [`Error::Frames`], [`Error::Surface`].
+    pub fn new(exemplars: &Exemplars<3>, jump: Jump, surface: Surface) -> Result<Self, Error> {
+        surface.check(&jump, the_clip(exemplars)?.domain())?;
+        Ok(Self { jump, surface, table: exemplars.table().clone() })
+    }
+
+    /// The loop, `[period, height, width]`, without end in time: its first frame is the one that the jump leads to.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn map(&self) -> Result<SourceMap<3>, Error> {
+        self.surface.map(&self.jump, &self.table)
+    }
+}
+
+/// A jump that was cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tried {
+    /// The jump.
+    pub jump: Jump,
+    /// Frames in which pixels could jump; empty where all jump at once, because the clip has no frames around.
+    pub window: Range<u32>,
+    /// The price of the seam, in the units of [`SeamCosts`](selvedge_core::SeamCosts).
+    pub price: i64,
+    /// The price of the best straight seam in the same window.
+    pub straight: i64,
+    /// Bits by which prices were shortened for the cut, because they were too large for it: 0 almost always.
+    pub shift: u32,
+}
+
+/// Counts of one run of [`looped`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoopStats {
+    /// What was cut, in the order of the jumps.
+    pub tried: Vec<Tried>,
+    /// The number of the one that was taken.
+    pub chosen: usize,
+}
+
+/// Cuts each jump along the surface of least price, and takes the one whose seam costs least. `[Kwatra03 7A]`
+///
+/// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its frames.
+///
+/// # Errors
+/// [`Error::NoJumps`], [`Error::Jump`] for one that is not in the clip, [`Error::OneClip`], [`Error::Frames`],
+/// [`Error::Cut`] and [`Error::Core`] if memory is short.
+///
+/// # Complexity
+/// A jump takes one maximum flow over its window's samples, and about 90 bytes for each of them; jumps are cut one after the
+/// other.
+///
+/// # Events
+/// `"transition"` after each jump.
+///
+/// # Determinism
+/// The answer follows from exemplars, jumps and options. Of jumps whose seams cost the same the first is taken. If the run is
+/// cancelled, it is the best so far, and a straight seam over the first jump if there is none.
+pub fn looped(
+    exemplars: &Exemplars<3>,
+    jumps: &[Jump],
+    options: &LoopOptions,
+    run: &Run<'_, 3>,
+) -> Result<Woven<Looped, LoopStats>, Error> {
+    let [frames, height, width] = the_clip(exemplars)?.domain().shape;
+    let first = jumps.first().ok_or(Error::NoJumps)?;
+    if let Some(jump) = jumps.iter().find(|jump| jump.from < jump.to || frames <= jump.from) {
+        return Err(Error::Jump { from: jump.from, to: jump.to, frames });
+    }
+    let mut stats = LoopStats::default();
+    let mut best = Surface::flat(first, [height, width])?;
+    let mut complete = true;
+    for (number, jump) in jumps.iter().enumerate() {
+        let window = window(jump, frames, options.window);
+        let cut = match transition(exemplars, jump, window.clone(), options.seam, &|| run.observer.cancelled()) {
+            Ok(cut) => cut,
+            Err(error) if error.is_cancelled() => {
+                complete = false;
+                break;
+            }
+            Err(error) => return Err(error),
+        };
+        if number == 0 || cut.price < stats.tried[stats.chosen].price {
+            (best, stats.chosen) = (cut.surface, number);
+        }
+        stats.tried.push(Tried { jump: *jump, window, price: cut.price, straight: cut.straight, shift: cut.shift });
+        run.observer.event(&Event::step("transition", number as u64 + 1, jumps.len() as u64));
+    }
+    let jump = jumps[stats.chosen];
+    Ok(Woven { result: Looped { jump, surface: best, table: exemplars.table().clone() }, stats, complete })
+}

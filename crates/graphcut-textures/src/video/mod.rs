@@ -1,0 +1,55 @@
+//! Video textures: clips that go on without end, over seams that are surfaces in space and time. `[Kwatra03 7]`
+//!
+//! A loop is a *jump*: after one frame comes an earlier one. Where no two frames are alike enough, the jump is made at another time
+//! at each pixel, along the surface of least price. So nothing is blended, and what is farther from the jump than half
+//! a window stays as it is. `[Kwatra03 7A]`
+//!
+//! 1. [`FrameDistances`] tells how alike frames are, and [`best`](FrameDistances::best) which jumps promise most.
+//! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Looped`], whose [`map`](Looped::map) renders any pass.
+//!
+//! ```
+//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_graphcut_textures::video::{DistanceOptions, FrameDistances, JumpOptions, LoopOptions, looped};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // 30 frames of a wave that comes again after 8.
+//! let wave = |t: u32, x: u32| if (t + x) % 8 < 4 { b'#' } else { b'.' };
+//! let domain = Domain::open([30, 2, 16]);
+//! let samples = domain.positions().map(|[t, _, x]| wave(t, x)).collect();
+//! let clip = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//!
+//! let exemplars = Exemplars::of(&[std::slice::from_ref(&clip)])?;
+//! let run = Run::seeded(0);
+//! let jumps = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run)?.best(&JumpOptions::default())?;
+//! let woven = looped(&exemplars, &jumps, &LoopOptions::default(), &run)?;
+//! assert_eq!(woven.result.jump.period(), 8);
+//! assert_eq!(woven.stats.tried[woven.stats.chosen].price, 0);
+//! let out = woven.result.map()?.render(&[&clip])?;
+//! assert_eq!(out.domain().shape, [8, 2, 16]);
+//! # Ok(())
+//! # }
+//! ```
+
+mod distances;
+mod jumps;
+mod looping;
+mod surface;
+mod transition;
+
+pub use distances::{DistanceOptions, FrameDistances};
+pub use jumps::{Jump, JumpOptions};
+pub use looping::{LoopOptions, LoopStats, Looped, Tried, looped};
+pub use surface::Surface;
+
+use selvedge_core::{Exemplars, Source};
+
+use crate::error::Error;
+
+/// The one clip that is looped.
+fn the_clip(exemplars: &Exemplars<3>) -> Result<&Source<3>, Error> {
+    let [clip] = exemplars.sources() else { return Err(Error::OneClip { found: exemplars.sources().len() }) };
+    let [frames, height, width] = clip.domain().shape;
+    if frames < 2 || u32::from(u16::MAX) < frames || height == 0 || width == 0 {
+        return Err(Error::Frames { frames });
+    }
+    Ok(clip)
+}

@@ -1,0 +1,67 @@
+//! When each pixel jumps.
+
+use selvedge_core::{Domain, Grid, SampleId, SourceMap, SourceTable, reserve};
+
+use super::jumps::Jump;
+use crate::error::Error;
+
+/// A seam in space and time: when each pixel of a loop jumps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// By pixel, the first frame that it shows no more: it plays the frames of one period before that one, again and again.
+    pub time: Grid<u16, 2>,
+}
+
+impl Surface {
+    /// All pixels jump after the same frame.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn flat(jump: &Jump, [height, width]: [u32; 2]) -> Result<Self, Error> {
+        Ok(Self { time: Grid::try_filled(Domain::open([height, width]), 1, jump.from as u16 + 1)? })
+    }
+
+    /// A surface read from elsewhere, for a jump in a clip.
+    ///
+    /// # Errors
+    /// [`Error::Surface`] if it has another size than the clip's frames, or a pixel would show a frame that the clip does not
+    /// have.
+    pub fn check(&self, jump: &Jump, clip: Domain<3>) -> Result<(), Error> {
+        let [frames, height, width] = clip.shape;
+        let found = self.time.domain().shape;
+        let wrong = |at: Option<[u32; 2]>| Error::Surface { found, expected: [height, width], at, frames };
+        if found != [height, width] || self.time.channels() != 1 {
+            return Err(wrong(None));
+        }
+        let played = jump.period()..=frames;
+        match self.time.plane(0).iter().position(|&s| !played.contains(&s.into())) {
+            Some(i) => Err(wrong(Some(self.time.domain().position(i)))),
+            None => Ok(()),
+        }
+    }
+
+    /// The frame that a pixel shows where the loop stands at `frame`, counted in the clip.
+    #[inline]
+    pub(super) fn frame(end: u16, period: u32, frame: u32) -> u32 {
+        let first = u32::from(end) - period;
+        first + (i64::from(frame) - i64::from(first)).rem_euclid(period.into()) as u32
+    }
+
+    /// The loop that begins at the frame to which the jump leads.
+    pub(super) fn map(&self, jump: &Jump, table: &SourceTable<3>) -> Result<SourceMap<3>, Error> {
+        let [height, width] = self.time.domain().shape;
+        let period = jump.period();
+        let domain = Domain { shape: [period, height, width], periodic: [true, false, false] };
+        let mut ids = Vec::new();
+        reserve(&mut ids, domain.len())?;
+        for at in 0..period {
+            let pixels = self.time.plane(0).iter().zip(0..);
+            ids.extend(
+                pixels.map(|(&end, pixel)| {
+                    SampleId::new(Self::frame(end, period, jump.to + at) * height * width + pixel)
+                }),
+            );
+        }
+        Ok(SourceMap::new(Grid::from_vec(domain, 1, ids)?, table.clone())?)
+    }
+}

@@ -1,0 +1,296 @@
+//! Loops, against every loop that there is.
+
+use std::num::NonZero;
+
+use selvedge_core::{
+    Domain, Exemplars, Grid, Observer, Origin, Plane, Render, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, Source,
+    Transform,
+};
+use selvedge_graphcut_textures::Error;
+use selvedge_graphcut_textures::video::{
+    DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, Looped, Surface, looped,
+};
+
+/// Noise that changes slowly.
+fn noise(shape: [u32; 3], seed: u64) -> Plane<3> {
+    changing(shape, seed, 1)
+}
+
+/// Noise that changes at one pixel in so many.
+fn changing(shape: [u32; 3], seed: u64, rarely: u32) -> Plane<3> {
+    let domain = Domain::open(shape);
+    let (mut rng, frame) = (Seed(seed).rng(), shape[1] as usize * shape[2] as usize);
+    let mut samples: Vec<u8> = Vec::new();
+    for _ in 0..2 {
+        let start = samples.len();
+        for i in 0..domain.len() {
+            let fresh = rng.below(256);
+            let before = if i < frame { fresh } else { samples[start + i - frame].into() };
+            let changes = rng.below(rarely) == 0;
+            samples.push(if changes { (fresh + 2 * before) / 3 } else { before } as u8);
+        }
+    }
+    Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 2, samples).unwrap()))
+}
+
+fn of(plane: &Plane<3>) -> Exemplars<3> {
+    Exemplars::of(&[std::slice::from_ref(plane)]).unwrap()
+}
+
+/// The same frames, last first.
+fn reversed(plane: &Plane<3>) -> Plane<3> {
+    let Samples::U8(grid) = &plane.samples else { unreachable!() };
+    let frame = grid.domain().strides()[0];
+    let channels = (0..grid.channels()).map(|c| grid.plane(c).chunks(frame).rev().flatten().copied());
+    let samples = channels.flatten().collect();
+    Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(grid.domain(), grid.channels(), samples).unwrap()))
+}
+
+fn distances(exemplars: &Exemplars<3>) -> FrameDistances {
+    FrameDistances::new(exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap()
+}
+
+fn jump(from: u32, to: u32) -> Jump {
+    Jump { from, to, error: 0.0 }
+}
+
+const MEASURES: [SeamMeasure; 2] = [SeamMeasure::Difference, SeamMeasure::Gradient];
+
+#[test]
+fn no_surface_is_cheaper() {
+    let (mut bent, mut ends) = (0, 0);
+    for case in 0..24 {
+        let mut rng = Seed(case).rng();
+        let e = of(&changing([13, 2, 2], case, 1 + rng.below(4)));
+        let period = 3 + rng.below(4);
+        let to = rng.below(14 - period);
+        let jump = jump(to + period - 1, to);
+        for seam in MEASURES {
+            let options = LoopOptions { window: 4, seam };
+            let woven = looped(&e, &[jump], &options, &Run::seeded(0)).unwrap();
+            let (tried, costs) = (&woven.stats.tried[0], SeamCosts::new(&e, seam).unwrap());
+            let price = |time: [u16; 4]| {
+                let surface = Surface { time: Grid::from_vec(Domain::open([2, 2]), 1, time.to_vec()).unwrap() };
+                costs.total(&Looped::new(&e, jump, surface).unwrap().map().unwrap())
+            };
+            let times: Vec<u16> = (tried.window.start as u16..=tried.window.end as u16).collect();
+            let n = times.len();
+            let all = (0..n.pow(4)).map(|i| [0, 1, 2, 3].map(|k| times[i / n.pow(k) % n]));
+            let least = all.map(price).min().unwrap();
+            let found = &woven.result.surface.time;
+            let of_found: [u16; 4] = found.plane(0).try_into().unwrap();
+            assert_eq!((tried.price, price(of_found)), (least, least), "case {case}, {jump:?}, {seam:?}");
+            assert_eq!(tried.straight, times.iter().map(|&t| price([t; 4])).min().unwrap());
+            bent += usize::from(tried.price < tried.straight);
+            ends += usize::from(tried.window.len() < 4);
+        }
+    }
+    assert!(8 < bent && 4 < ends, "{bent} surfaces were bent, {ends} windows met an end of the clip");
+}
+
+#[test]
+fn a_clip_played_backwards_has_the_mirrored_surface() {
+    for case in 0..12 {
+        let clip = noise([24, 6, 7], 50 + case);
+        let (there, back) = (of(&clip), of(&reversed(&clip)));
+        let forth = jump(11 + case as u32, 2 + case as u32 / 2);
+        let mirrored = jump(23 - forth.to, 23 - forth.from);
+        let cut = |e: &Exemplars<3>, jump: Jump| {
+            let options = LoopOptions { window: 8, ..LoopOptions::default() };
+            let woven = looped(e, &[jump], &options, &Run::seeded(0)).unwrap();
+            (woven.result.surface, woven.stats.tried[0].price)
+        };
+        let (a, b) = (cut(&there, forth), cut(&back, mirrored));
+        assert_eq!(a.1, b.1);
+        let turned: Vec<u16> = a.0.time.plane(0).iter().map(|&s| 24 - s + forth.period() as u16).collect();
+        assert_eq!(turned, b.0.time.plane(0), "case {case}");
+    }
+}
+
+#[test]
+fn every_pixel_jumps_once_and_far_from_the_jump_frames_stay_as_they_are() {
+    let clip = noise([40, 9, 8], 4);
+    let e = of(&clip);
+    let options = LoopOptions { window: 6, ..LoopOptions::default() };
+    let woven = looped(&e, &[jump(31, 10)], &options, &Run::seeded(0)).unwrap();
+    assert_eq!(woven.stats.tried[0].window, 29..35);
+    let map = woven.result.map().unwrap();
+    assert_eq!((map.domain().shape, map.domain().periodic), ([22, 9, 8], [true, false, false]));
+    for [_, y, x] in Domain::open([1, 9, 8]).positions() {
+        let jumps = (0..22).filter(|&t| map.is_seam([t, y, x], 0)).count();
+        assert_eq!(jumps, 1);
+        // From the window's end on until its beginning comes again.
+        assert!((13..29).all(|frame| map.locate([frame - 10, y, x]) == Some((0, [frame, y, x]))));
+    }
+    assert_eq!(map.render(&[&clip]).unwrap().domain().shape, [22, 9, 8]);
+}
+
+/// Waves in both directions that are themselves again after some frames.
+fn wave(frames: u32, period: u32) -> Plane<3> {
+    let domain = Domain::open([frames, 20, 24]);
+    // A smooth hump a turn.
+    let hump = |n: u32| {
+        let x = f64::from(n % period) / f64::from(period);
+        16.0 * (x * (1.0 - x)) * (x * (1.0 - x))
+    };
+    let of = |[t, y, x]: [u32; 3]| 40.0 + 120.0 * hump(t + 3 * y + x) + 80.0 * hump(t + period - x % period);
+    let samples = domain.positions().map(|at| of(at) as u8).collect();
+    Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap()))
+}
+
+#[test]
+fn clips_that_close_come_back_as_they_are() {
+    let once = of(&wave(16, 16));
+    let known = distances(&once);
+    assert!(known.closes() && !known.repeats(8));
+    let jumps = known.best(&JumpOptions::default()).unwrap();
+    assert_eq!((jumps.len(), jumps[0].from, jumps[0].to), (1, 15, 0));
+    let map = looped(&once, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap().result.map().unwrap();
+    assert!(map.ids.plane(0).iter().zip(0..).all(|(id, i)| id.get() == i));
+
+    let clip = wave(32, 16);
+    let twice = of(&clip);
+    let jumps = distances(&twice).best(&JumpOptions::default()).unwrap();
+    assert_eq!(jumps, [jump(15, 0)]);
+    let woven = looped(&twice, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
+    assert_eq!(woven.stats.tried[0].price, 0);
+    let out = woven.result.map().unwrap().render(&[&clip]).unwrap();
+    let (Samples::U8(out), Samples::U8(clip)) = (out.samples, clip.samples) else { unreachable!() };
+    assert_eq!(out.plane(0), &clip.plane(0)[..out.plane(0).len()]);
+    assert!(!distances(&of(&wave(13, 16))).closes(), "the wave has not come around");
+    assert!(!distances(&of(&noise([20, 8, 8], 3))).closes());
+}
+
+#[test]
+fn distances_are_those_of_the_definition() {
+    let mut rng = Seed(8).rng();
+    let domain = Domain::open([7, 5, 6]);
+    for masked in [false, true] {
+        let samples: Vec<u8> = (0..domain.len() * 2).map(|_| rng.below(256) as u8).collect();
+        let valid: Vec<bool> = (0..domain.len()).map(|_| !masked || 0 < rng.below(4)).collect();
+        let source = Source {
+            features: Grid::from_vec(domain, 2, samples.clone()).unwrap(),
+            valid: masked.then(|| Grid::from_vec(domain, 1, valid.clone()).unwrap()),
+            origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
+        };
+        let known = distances(&Exemplars::from_sources(vec![source], vec![3, 7]).unwrap());
+        for (a, b) in (0..7).flat_map(|a| (0..7).map(move |b| (a, b))) {
+            let mut sum = 0;
+            for p in 0..30 {
+                let [i, j] = [a, b].map(|frame| frame as usize * 30 + p);
+                sum += match (valid[i], valid[j]) {
+                    (true, true) => {
+                        let of = |c: usize| u64::from(samples[c * 210 + i].abs_diff(samples[c * 210 + j])).pow(2);
+                        of(0) * 3 + of(1) * 7
+                    }
+                    (false, false) => 0,
+                    _ => 65_025 * 10,
+                };
+            }
+            assert_eq!(known.between(a, b), sum);
+        }
+    }
+}
+
+#[test]
+fn the_best_jumps_are_apart_and_within_the_periods() {
+    let e = of(&noise([30, 4, 4], 2));
+    let known = distances(&e);
+    let options = JumpOptions { count: 6, period: Some(10..=18), spread: 3, ..JumpOptions::default() };
+    let best = known.best(&options).unwrap();
+    assert_eq!(best.len(), 6);
+    assert!(best.is_sorted_by(|a, b| a.error <= b.error));
+    for (i, a) in best.iter().enumerate() {
+        assert!((10..=18).contains(&a.period()) && a.from < 30);
+        assert!(best[..i].iter().all(|b| 3 <= a.from.abs_diff(b.from).max(a.to.abs_diff(b.to))));
+    }
+    // With one tap the error is that of the frame that comes and the one that would have come, or of those before them.
+    let one = known.best(&JumpOptions { count: 1, taps: 1, ..options }).unwrap()[0];
+    let pairs = (0..30).flat_map(|i| (0..=i).map(move |j| (i, j))).filter(|(i, j)| (10..=18).contains(&(i - j + 1)));
+    let error = |(i, j): (u32, u32)| if i < 29 { known.between(i + 1, j) } else { known.between(i, j - 1) };
+    let least = pairs.map(error).min().unwrap();
+    assert_eq!((error((one.from, one.to)), one.error), (least, least as f64 / 16.0));
+}
+
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let e = of(&noise([24, 12, 10], 6));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let jumps = distances(&e).best(&JumpOptions::default()).unwrap();
+            let woven = looped(&e, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
+            (jumps, woven.result, woven.stats)
+        })
+    };
+    let one = on(1);
+    assert!(1 < one.0.len());
+    let least = one.2.tried.iter().map(|tried| tried.price).min();
+    assert_eq!(Some(one.2.tried[one.2.chosen].price), least);
+    assert!(on(2) == one && on(3) == one);
+}
+
+struct Stop;
+impl Observer<3> for Stop {
+    fn cancelled(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn who_stops_early_has_the_straight_seam() {
+    let e = of(&noise([20, 4, 5], 6));
+    let run = Run { observer: &Stop, ..Run::seeded(0) };
+    assert_eq!(FrameDistances::new(&e, &DistanceOptions::default(), &run).unwrap_err(), Error::Cancelled);
+    let woven = looped(&e, &[jump(12, 3)], &LoopOptions::default(), &run).unwrap();
+    assert!(!woven.complete);
+    assert!(woven.result.surface.time.plane(0).iter().all(|&s| s == 13));
+}
+
+#[test]
+fn prices_beyond_the_cuts_range_are_shortened_and_that_is_told() {
+    // White, then black, both flat: no gradient to divide by.
+    let domain = Domain::open([300, 3, 3]);
+    let samples = domain.positions().map(|[t, ..]| if t < 150 { 255 } else { 0 }).collect();
+    let clip = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap()));
+    let (e, options) = (of(&clip), LoopOptions { window: 150, ..LoopOptions::default() });
+    let woven = looped(&e, &[jump(224, 75)], &options, &Run::seeded(0)).unwrap();
+    let tried = &woven.stats.tried[0];
+    assert!(0 < tried.shift && tried.price <= tried.straight, "{tried:?}");
+    let map = woven.result.map().unwrap();
+    assert_eq!(tried.price, SeamCosts::new(&e, SeamMeasure::Gradient).unwrap().total(&map));
+}
+
+#[test]
+fn what_cannot_loop_is_refused() {
+    let run = Run::seeded(0);
+    let still = of(&noise([1, 4, 4], 0));
+    let error = FrameDistances::new(&still, &DistanceOptions::default(), &run).unwrap_err();
+    assert_eq!(error, Error::Frames { frames: 1 });
+    let two = of(&noise([2, 4, 4], 0));
+    let jumps = distances(&two).best(&JumpOptions::default()).unwrap();
+    assert_eq!((jumps.len(), jumps[0].period()), (1, 2), "there is no other");
+    let known = distances(&of(&noise([12, 4, 4], 0)));
+    let best = |options: JumpOptions| known.best(&options).unwrap_err();
+    let options = JumpOptions::default();
+    assert_eq!(
+        best(JumpOptions { period: Some(13..=20), ..options.clone() }),
+        Error::Period { period: 13, frames: 12 }
+    );
+    for wrong in [
+        JumpOptions { count: 0, ..options.clone() },
+        JumpOptions { spread: 0, ..options.clone() },
+        JumpOptions { taps: 3, ..options.clone() },
+        JumpOptions { period: Some(1..=4), ..options.clone() },
+    ] {
+        assert!(matches!(best(wrong), Error::Range { .. }));
+    }
+    let cut = |jumps: &[Jump]| looped(&two, jumps, &LoopOptions::default(), &run).unwrap_err();
+    assert_eq!(cut(&[]), Error::NoJumps);
+    assert_eq!(cut(&[jump(2, 0)]), Error::Jump { from: 2, to: 0, frames: 2 });
+    let flat = |value: u16| Surface { time: Grid::try_filled(Domain::open([4, 4]), 1, value).unwrap() };
+    assert!(Looped::new(&two, jump(1, 0), flat(2)).is_ok());
+    let error = Looped::new(&two, jump(1, 0), flat(3)).unwrap_err();
+    assert_eq!(error, Error::Surface { found: [4, 4], expected: [4, 4], at: Some([0, 0]), frames: 2 });
+    assert!(NonZero::new(error.remedy().len()).is_some() && !error.to_string().is_empty());
+}
