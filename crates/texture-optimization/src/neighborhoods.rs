@@ -2,6 +2,8 @@
 
 use selvedge_core::{Domain, Grid, Source};
 
+use crate::falloff::Falloff;
+
 /// Cells along a neighborhood: the grid's step is a fourth of the size. `[Kwatra05 3]`
 pub(crate) const CELLS: u32 = 4;
 
@@ -52,14 +54,20 @@ impl Neighborhoods {
     }
 
     /// Rows (axis 0) or columns of neighborhoods that hold a sample, and how far from their first one it is.
+    ///
+    /// Time `O(log rows)`, and one for each of at most a few: finishes and votes ask for every sample of an output.
     pub(crate) fn holding(&self, axis: usize, p: u32) -> impl Iterator<Item = (usize, u32)> + '_ {
-        let (n, size) = (self.domain.shape[axis], self.size);
-        let within = move |(number, &first): (usize, &u32)| {
-            let by = if first <= p { p - first } else { p + n - first };
-            let wraps = p < first && !self.domain.periodic[axis];
-            (by < size && !wraps).then_some((number, by))
-        };
-        self.firsts[axis].iter().enumerate().filter_map(within)
+        let (firsts, n, size) = (&self.firsts[axis], self.domain.shape[axis], self.size);
+        let reaching = move |p: u32| firsts.partition_point(|&first| first + size <= p);
+        let own = reaching(p)..firsts.partition_point(|&first| first <= p);
+        let around = if self.domain.periodic[axis] { reaching(p + n)..firsts.len() } else { 0..0 };
+        own.map(move |i| (i, p - firsts[i])).chain(around.map(move |i| (i, p + n - firsts[i])))
+    }
+
+    /// For each sample along an axis, how much neighborhoods weigh there together: less at open edges, which few of them hold.
+    pub(crate) fn weighed(&self, axis: usize, falloff: &Falloff) -> Vec<f64> {
+        let at = |p: u32| self.holding(axis, p).map(|(_, by)| falloff.along()[by as usize]).sum();
+        (0..self.domain.shape[axis]).map(at).collect()
     }
 }
 
