@@ -88,12 +88,13 @@ impl<'a> Weaver<'a> {
     }
 
     fn average(&self, places: &[Place], weights: &[f64]) -> Result<Grid<f64, 2>, Error> {
-        let [mut x, votes] = average(self.exemplars, &self.all, places, weights, &self.falloff)?;
+        let [mut x, mut votes] = average(self.exemplars, &self.all, places, weights, &self.falloff)?;
         if let Some(wishes) = self.wishes {
-            // Neighborhoods of weight 1 have together a weight of 1 over a sample, as far as it lies within the grid.
-            let step = f64::from(self.all.step());
-            let whole = self.falloff.sum() / (step * step);
-            wishes.weigh(&mut x, Some(&votes.map(|v| v / whole)?));
+            // Neighborhoods of weight 1 weigh 1 together over every sample: at an open edge, where few reach, as in the middle.
+            let whole = [0, 1].map(|axis| self.all.weighed(axis, &self.falloff));
+            let sums = votes.domain().positions().map(|[y, x]| whole[0][y as usize] * whole[1][x as usize]);
+            votes.plane_mut(0).iter_mut().zip(sums).for_each(|(v, sum)| *v /= sum);
+            wishes.weigh(&mut x, Some(&votes));
         }
         Ok(x)
     }
@@ -142,5 +143,48 @@ impl<'a> Weaver<'a> {
         counts.searched += found.searched as u64;
         let (done, of) = (self.number.0 as u64, self.number.1 as u64);
         self.run.observer.event(&Event::step("optimizing", done, of));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{Control, Wanted};
+    use crate::testing::{exemplars, output};
+    use selvedge_core::Seed;
+
+    /// A wish for one colour everywhere.
+    fn wish(exemplars: &Exemplars<2>, output: Domain<2>, lambda: f32) -> Wishes {
+        let features = Grid::try_filled(output, exemplars.channels(), 200).unwrap();
+        let weight = Grid::try_filled(output, 1, lambda).unwrap();
+        let control = Control { wanted: Some(Wanted { features, weight }), fixed: None };
+        control.wishes(exemplars, output, None).unwrap().unwrap()
+    }
+
+    fn with<R>(case: u64, lambda: f32, search: Search, test: impl FnOnce(&Weaver<'_>, &mut selvedge_core::Rng) -> R) -> R {
+        let mut rng = Seed(case).rng();
+        let exemplars = exemplars(&mut rng, [14, 17], true);
+        let output = output(&mut rng, 8);
+        let wishes = wish(&exemplars, output, lambda);
+        let options = Options { complete: None, search, ..Options::default() };
+        let run = Run::seeded(case);
+        let level = (Level { scale: 1, size: 8 }, (0, 1));
+        test(&Weaver::new(&options, (&exemplars, output), level, Some(&wishes), &run), &mut rng)
+    }
+
+    #[test]
+    fn a_wish_weighs_the_same_at_edges_as_in_the_middle() {
+        for case in 0..20 {
+            with(case, 0.25, Search::Exact, |weaver, _| {
+                let places = assignment::random(weaver.exemplars, &weaver.all, Seed(case)).unwrap();
+                let weights = vec![1.0; weaver.all.len()];
+                let x = weaver.average(&places, &weights).unwrap();
+                let [texture, _] =
+                    average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
+                for (both, texture) in x.samples().iter().zip(texture.samples()) {
+                    assert!((both - (texture + 0.25 * 200.0) / 1.25).abs() < 1e-9, "{case}: {both} of {texture}");
+                }
+            });
+        }
     }
 }
