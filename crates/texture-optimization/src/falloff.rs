@@ -19,7 +19,6 @@ impl Falloff {
     }
 
     /// All samples alike.
-    #[cfg(test)]
     pub(crate) fn flat(size: u32) -> Self {
         Self(vec![1.0; size as usize])
     }

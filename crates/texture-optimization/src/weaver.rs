@@ -1,6 +1,6 @@
 //! Algorithm 1 at one level. `[Kwatra05 3]`
 
-use selvedge_core::{Domain, Event, Exemplars, Grid, Run};
+use selvedge_core::{Domain, Event, Exemplars, Grid, Run, par};
 
 use crate::assignment::{self, Place};
 use crate::average::average;
@@ -100,21 +100,34 @@ impl<'a> Weaver<'a> {
     }
 
     /// Of what is there and what is wanted. `[Kwatra05 4]`
-    fn search(&self, exact: &mut Exact<'_>, x: &Grid<f64, 2>) -> Result<Found, Error> {
+    fn search(&self, exact: &mut Exact<'_>, texture: &Grid<f64, 2>) -> Result<Found, Error> {
         let mut both;
         let x = match self.wishes {
             Some(wishes) => {
-                both = x.map(|v| v)?;
+                both = texture.clone();
                 wishes.weigh(&mut both, None);
                 &both
             }
-            None => x,
+            None => texture,
         };
         let found = match self.options.search {
             Search::Exact => exact.search(x)?,
             Search::Reference => reference::search(self.exemplars, &self.all, &self.falloff, x),
         };
-        found.ok_or_else(|| self.masked())
+        let mut found = found.ok_or_else(|| self.masked())?;
+        if self.wishes.is_some() {
+            found.distances = self.distances(texture, &found.places);
+        }
+        Ok(found)
+    }
+
+    /// How far the texture itself is from what was found: what is wished for is no part of how well a neighborhood fits.
+    /// `[Kwatra05 3.1]`
+    fn distances(&self, x: &Grid<f64, 2>, found: &[Place]) -> Vec<f64> {
+        let flat = Falloff::flat(self.level.size);
+        let falloff = if self.options.search == Search::Exact { &flat } else { &self.falloff };
+        let of = |i: usize| reference::distance(self.exemplars, &self.all, falloff, x, (i, found[i]), f64::INFINITY);
+        par::map_indexed(found.len(), of)
     }
 
     fn masked(&self) -> Error {
@@ -161,7 +174,7 @@ mod tests {
         control.wishes(exemplars, output, None).unwrap().unwrap()
     }
 
-    fn with<R>(case: u64, lambda: f32, search: Search, test: impl FnOnce(&Weaver<'_>, &mut selvedge_core::Rng) -> R) -> R {
+    fn with(case: u64, lambda: f32, search: Search, test: impl FnOnce(&Weaver<'_>)) {
         let mut rng = Seed(case).rng();
         let exemplars = exemplars(&mut rng, [14, 17], true);
         let output = output(&mut rng, 8);
@@ -169,20 +182,38 @@ mod tests {
         let options = Options { complete: None, search, ..Options::default() };
         let run = Run::seeded(case);
         let level = (Level { scale: 1, size: 8 }, (0, 1));
-        test(&Weaver::new(&options, (&exemplars, output), level, Some(&wishes), &run), &mut rng)
+        test(&Weaver::new(&options, (&exemplars, output), level, Some(&wishes), &run));
     }
 
     #[test]
     fn a_wish_weighs_the_same_at_edges_as_in_the_middle() {
         for case in 0..20 {
-            with(case, 0.25, Search::Exact, |weaver, _| {
+            with(case, 0.25, Search::Exact, |weaver| {
                 let places = assignment::random(weaver.exemplars, &weaver.all, Seed(case)).unwrap();
                 let weights = vec![1.0; weaver.all.len()];
                 let x = weaver.average(&places, &weights).unwrap();
-                let [texture, _] =
-                    average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
+                let [texture, _] = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
                 for (both, texture) in x.samples().iter().zip(texture.samples()) {
                     assert!((both - (texture + 0.25 * 200.0) / 1.25).abs() < 1e-9, "{case}: {both} of {texture}");
+                }
+            });
+        }
+    }
+    #[test]
+    fn how_well_a_neighborhood_fits_is_told_of_the_texture_without_its_wishes() {
+        for (case, kind) in [(0, Search::Exact), (1, Search::Reference), (2, Search::Exact), (3, Search::Reference)] {
+            with(case, 2.0, kind, |weaver| {
+                let places = assignment::random(weaver.exemplars, &weaver.all, Seed(case)).unwrap();
+                let weights = vec![1.0; weaver.all.len()];
+                let [x, _] = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
+                let mut exact = Exact::new(weaver.exemplars, &weaver.all, None, weaver.run.simd);
+                let found = weaver.search(&mut exact, &x).unwrap();
+                let flat = Falloff::flat(8);
+                let falloff = if kind == Search::Exact { &flat } else { &weaver.falloff };
+                for (i, (&place, &distance)) in found.places.iter().zip(&found.distances).enumerate() {
+                    let of = (i, place);
+                    let own = reference::distance(weaver.exemplars, &weaver.all, falloff, &x, of, f64::INFINITY);
+                    assert!((own - distance).abs() < 1e-9, "{case} {i}: {distance}, and {own} by definition");
                 }
             });
         }
