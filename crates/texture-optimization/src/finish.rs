@@ -101,7 +101,7 @@ impl Around<'_> {
         best.map(|b| b.1)
     }
 
-    /// The mean squared difference over the surroundings, as far as picture and source both have them.
+    /// The mean squared difference over the surroundings, as far as picture and source both have them, and no mask hides them.
     fn error(&self, at: [u32; 2], id: SampleId) -> f64 {
         let Some((source, from)) = self.exemplars.locate(id) else { return f64::INFINITY };
         let source = &self.exemplars.sources()[source];
@@ -111,6 +111,9 @@ impl Around<'_> {
             let by = by.map(|b| b as i32 - r);
             let Some((p, q)) = here.step(at, by).zip(there.step(from, by)) else { continue };
             let (p, q) = (here.index(p), there.index(q));
+            if source.valid.as_ref().is_some_and(|valid| !valid.plane(0)[q]) {
+                continue;
+            }
             n += 1;
             for (c, &w) in self.exemplars.weights().iter().enumerate() {
                 let difference = self.shown.plane(c)[p] - f64::from(source.features.plane(c)[q]);

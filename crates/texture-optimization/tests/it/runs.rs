@@ -1,6 +1,8 @@
 //! Whole runs.
 
-use selvedge_core::{Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap};
+use selvedge_core::{
+    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap,
+};
 use selvedge_fft_ssd::{Field, Windows, nearest};
 use selvedge_testkit::from_png;
 use selvedge_texture_optimization::{
@@ -242,4 +244,27 @@ fn wished_colours_come_where_they_are_wanted_and_fixed_samples_stay() {
         // The lightest of these scales is not far from what a little brings.
         assert!(without + 20.0 < little && without + 20.0 < much, "{without} {little} {much}");
     }
+}
+
+#[test]
+fn what_a_mask_hides_changes_nothing() {
+    let plane = scales(44);
+    let Samples::U8(shown) = &plane.samples else { panic!("8 bits") };
+    let domain = plane.domain();
+    let inside = |[y, x]: [u32; 2]| !(y % 11 == 3 && x % 13 == 5);
+    let mask = Grid::from_vec(domain, 1, domain.positions().map(inside).collect()).unwrap();
+    let of = |hidden: u8, seed| {
+        let mut features = shown.clone();
+        for at in domain.positions().filter(|&at| !inside(at)) {
+            (0..3).for_each(|c| features.set(c, at, hidden));
+        }
+        let plane = Plane::new(Role::Color, Samples::U8(features));
+        let planes = std::slice::from_ref(&plane);
+        let encoder = Encoder::fit(&[planes]).unwrap();
+        let exemplars = Exemplars::new(&encoder, &[Exemplar::new(planes).masked(Some(&mask))]).unwrap();
+        let options = Options { iterations: 3, schedule: levels(&[(2, 8), (1, 8)]), ..Options::default() };
+        let woven = optimize(&exemplars, Domain::open([40, 44]), &options, &Run::seeded(seed)).unwrap();
+        (woven.result, woven.stats)
+    };
+    (0..4).for_each(|seed| assert!(of(0, seed) == of(255, seed), "{seed}"));
 }
