@@ -10,8 +10,8 @@ pub enum Search {
     /// All positions, on samples rounded to 8 bits, each as heavy as the others: exact, and fast.
     #[default]
     Exact,
-    /// The definition: all positions, on unrounded samples, with the fall-off that averages use. The robust energy never rises
-    /// then. Slow: for tests and small pictures.
+    /// The definition: all positions, on unrounded samples, with the fall-off that averages use. Without
+    /// [`Options::complete`] the robust energy never rises then. Slow: for tests and small pictures.
     Reference,
 }
 
@@ -42,7 +42,7 @@ pub struct Options {
     pub search: Search,
     /// How much parts of the exemplars that the output lacks are preferred: the error of a neighborhood is divided by how near
     /// the output comes to it, plus this part of the mean; the less, the more complete. `None` takes whatever is nearest, as
-    /// in the paper. From 0 to 100. Default: 0.2. [`Search::Reference`] has none.
+    /// in the paper. From 0 to 100. Default: 0.2.
     pub complete: Option<f64>,
     /// What the result is made of. Default: [`Finish::Coherent`].
     pub finish: Finish,

@@ -112,7 +112,7 @@ impl<'a> Weaver<'a> {
         };
         let found = match self.options.search {
             Search::Exact => exact.search(x)?,
-            Search::Reference => reference::search(self.exemplars, &self.all, &self.falloff, x),
+            Search::Reference => reference::search(self.exemplars, &self.all, &self.falloff, x, self.options.complete),
         };
         let mut found = found.ok_or_else(|| self.masked())?;
         if self.wishes.is_some() {

@@ -227,7 +227,7 @@ mod tests {
             let mut x = noise(&mut rng, all.domain);
             for step in 0..3 {
                 let found = exact.search(&x).unwrap().unwrap();
-                let plain = reference::search(&exemplars, &all, &Falloff::flat(size), &x).unwrap();
+                let plain = reference::search(&exemplars, &all, &Falloff::flat(size), &x, None).unwrap();
                 assert_eq!(found.places, plain.places, "{case} {step}");
                 let apart = found.distances.iter().zip(&plain.distances).map(|(a, b)| (a - b).abs());
                 assert!(apart.fold(0.0, f64::max) < 1e-9);
@@ -238,5 +238,28 @@ mod tests {
             }
         }
         assert!(500 < kept, "most neighborhoods are far from what changed: {kept}");
+    }
+    #[test]
+    fn complete_neighborhoods_are_those_of_the_definition() {
+        let mut others = 0;
+        for case in 0..16 {
+            let mut rng = Seed(case).derive("complete", 0).rng();
+            let size = [8, 12][case as usize % 2];
+            let exemplars = exemplars(&mut rng, [14, 17], true);
+            let all = Neighborhoods::new(output(&mut rng, size), size);
+            let x = noise(&mut rng, all.domain);
+            // At 0 all that are nearest to some place score 1, but for what floats round.
+            let alpha = [0.1, 0.2, 5.0][case as usize % 3];
+            let mut exact = Exact::new(&exemplars, &all, Some(alpha), LEVELS[case as usize / 2 % 4]);
+            let found = exact.search(&x).unwrap().unwrap();
+            let plain = |alpha| reference::search(&exemplars, &all, &Falloff::flat(size), &x, alpha).unwrap();
+            let complete = plain(Some(alpha));
+            assert_eq!(found.places, complete.places, "{case}");
+            let apart = found.distances.iter().zip(&complete.distances).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-9);
+            let nearest = plain(None).places;
+            others += found.places.iter().zip(&nearest).filter(|(a, b)| a != b).count();
+        }
+        assert!(100 < others, "completeness changes what is found: {others}");
     }
 }
