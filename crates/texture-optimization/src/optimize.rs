@@ -77,11 +77,11 @@ impl<'e> Plan<'e> {
         for (number, &level) in self.schedule.levels.iter().enumerate() {
             let halvings = level.halvings();
             let here = (self.schedule.exemplars(self.exemplars, halvings), schedule::at(self.output, halvings));
-            let number = (number, self.schedule.levels.len());
-            let weaver = Weaver::new(&self.options, here, (level, number), wishes.get(halvings), run);
+            let level_of = (level, number, self.schedule.steps(number, self.options.iterations));
+            let weaver = Weaver::new(&self.options, here, level_of, wishes.get(halvings), run);
             let begun = x.map(|x| self.to_level(x, level)).transpose()?;
             let ended = weaver.run(begun, &mut stats)?;
-            if number.0 + 1 == number.1 || !ended.complete {
+            if number + 1 == self.schedule.levels.len() || !ended.complete {
                 return self.answer(&weaver, &ended, held, stats);
             }
             x = Some(ended.x);

@@ -36,6 +36,17 @@ pub(crate) struct Schedule {
     pub(crate) left_out: Vec<Level>,
 }
 
+/// How far a run is, in steps of the coarsest iteration's work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Steps {
+    /// Before a level begins.
+    pub(crate) before: u64,
+    /// Of an iteration there.
+    pub(crate) each: u64,
+    /// Of all levels, if none settles before its last iteration.
+    pub(crate) of: u64,
+}
+
 impl Schedule {
     /// Of the levels those whose neighborhoods fit into exemplars and output. `[Kwatra05 3.2]`
     pub(crate) fn new(exemplars: &Exemplars<2>, output: Domain<2>, levels: &[Level]) -> Result<Self, Error> {
@@ -57,6 +68,14 @@ impl Schedule {
             return Err(nothing_fits(exemplars, output, &left_out));
         }
         Ok(Self { coarse, levels, left_out })
+    }
+
+    /// Those of a level: at half the resolution an iteration is a sixteenth of the work, as output and exemplars have a fourth.
+    pub(crate) fn steps(&self, number: usize, iterations: u32) -> Steps {
+        let most = self.levels.iter().map(|l| l.halvings()).max().unwrap_or(0);
+        let each = |level: &Level| 16_u64.pow((most - level.halvings()) as u32);
+        let of = |levels: &[Level]| levels.iter().map(each).sum::<u64>().saturating_mul(u64::from(iterations));
+        Steps { before: of(&self.levels[..number]), each: each(&self.levels[number]), of: of(&self.levels) }
     }
 
     /// Exemplars at a resolution of this schedule.

@@ -12,6 +12,7 @@ use crate::neighborhoods::Neighborhoods;
 use crate::optimized::Pulls;
 use crate::options::{Options, Search};
 use crate::robust;
+use crate::schedule::Steps;
 use crate::search::{Exact, Found, reference};
 use crate::stats::{LevelStats, Stats};
 
@@ -32,8 +33,9 @@ pub(crate) struct Weaver<'a> {
     falloff: Falloff,
     pub(crate) level: Level,
     wishes: Option<&'a Wishes>,
-    /// Its number, and how many there are.
-    number: (usize, usize),
+    /// Its number.
+    number: usize,
+    steps: Steps,
     run: &'a Run<'a, 2>,
 }
 
@@ -42,12 +44,12 @@ impl<'a> Weaver<'a> {
     pub(crate) fn new(
         options: &'a Options,
         (exemplars, output): (&'a Exemplars<2>, Domain<2>),
-        (level, number): (Level, (usize, usize)),
+        (level, number, steps): (Level, usize, Steps),
         wishes: Option<&'a Wishes>,
         run: &'a Run<'_, 2>,
     ) -> Self {
         let (all, falloff) = (Neighborhoods::new(output, level.size), Falloff::new(level.size));
-        Self { options, exemplars, all, falloff, level, wishes, number, run }
+        Self { options, exemplars, all, falloff, level, wishes, number, steps, run }
     }
 
     pub(crate) fn pulls<'b>(&'b self, found: &'b [Place], weights: &'b [f64]) -> Pulls<'b> {
@@ -62,7 +64,7 @@ impl<'a> Weaver<'a> {
         let (mut x, mut places) = match begun {
             Some(x) => (x, None),
             None => {
-                let seed = self.run.seed.derive("texture-optimization/level", self.number.0 as u64);
+                let seed = self.run.seed.derive("texture-optimization/level", self.number as u64);
                 let places = assignment::random(self.exemplars, &self.all, seed).ok_or_else(|| self.masked())?;
                 (self.average(&places, &weights)?, Some(places))
             }
@@ -154,8 +156,10 @@ impl<'a> Weaver<'a> {
         counts.robust.push(energy);
         counts.energy.push(robust::mean(&found.distances));
         counts.searched += found.searched as u64;
-        let (done, of) = (self.number.0 as u64, self.number.1 as u64);
-        self.run.observer.event(&Event::step("optimizing", done, of));
+        let done = self.steps.before + self.steps.each * counts.energy.len() as u64;
+        // Squared grey levels, whole ones.
+        let energy = counts.energy.last().map(|&energy| (energy + 0.5) as i64);
+        self.run.observer.event(&Event { energy, ..Event::step("optimizing", done, self.steps.of) });
     }
 }
 
@@ -181,7 +185,7 @@ mod tests {
         let wishes = wish(&exemplars, output, lambda);
         let options = Options { complete: None, search, ..Options::default() };
         let run = Run::seeded(case);
-        let level = (Level { scale: 1, size: 8 }, (0, 1));
+        let level = (Level { scale: 1, size: 8 }, 0, Steps { before: 0, each: 1, of: 1 });
         test(&Weaver::new(&options, (&exemplars, output), level, Some(&wishes), &run));
     }
 

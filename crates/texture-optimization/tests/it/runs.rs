@@ -8,6 +8,7 @@ use selvedge_testkit::from_png;
 use selvedge_texture_optimization::{
     Control, Finish, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
 };
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const SCALES: &[u8] = include_bytes!("../../../../fixtures/scales.png");
@@ -267,4 +268,29 @@ fn what_a_mask_hides_changes_nothing() {
         (woven.result, woven.stats)
     };
     (0..4).for_each(|seed| assert!(of(0, seed) == of(255, seed), "{seed}"));
+}
+
+/// Steps done, of how many, and whether an energy was told.
+struct Told(Mutex<Vec<(u64, u64, bool)>>);
+
+impl Observer<2> for Told {
+    fn event(&self, event: &Event<'_, 2>) {
+        self.0.lock().unwrap().push((event.done, event.of, event.energy.is_some()));
+    }
+}
+
+#[test]
+fn every_iteration_is_progress_and_the_last_one_is_all_of_it() {
+    let plane = scales(40);
+    let told = Told(Mutex::default());
+    let run = Run { observer: &told, ..Run::seeded(5) };
+    let options = Options { iterations: 3, ..Options::default() };
+    let woven = optimize(&exemplars(&plane), Domain::open([50, 61]), &options, &run).unwrap();
+    assert!(woven.stats.levels.iter().all(|level| !level.settled), "each level has all of its iterations");
+    let told = told.0.into_inner().unwrap();
+    // Iterations at 1/4, 1/2 twice, 1 thrice.
+    let work: u64 = [1, 16, 16, 256, 256, 256].map(|each| 3 * each).iter().sum();
+    assert_eq!((told[0], told.last()), ((1, work, true), Some(&(work, work, true))));
+    assert_eq!(told.len(), woven.stats.iterations());
+    assert!(told.windows(2).all(|two| two[0].0 < two[1].0));
 }
