@@ -72,6 +72,8 @@ struct Matched {
 /// Exemplars as methods see them, and what is rendered from them.
 pub(crate) struct Loaded {
     pub(crate) exemplars: Exemplars<2>,
+    /// What made their features: other pictures that are compared with them go through it.
+    pub(crate) encoder: Encoder,
     pub(crate) paths: Vec<PathBuf>,
     /// Samples in the depth and the channels of the output.
     pub(crate) payload: Vec<Plane<2>>,
@@ -240,7 +242,8 @@ impl Headers {
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
         let matched = self.read_matched(session, report, &mut other_fingerprints)?;
         let weights: Vec<f64> = std::iter::once(1.0).chain(self.matched.iter().map(|matched| matched.weight)).collect();
-        let exemplars = encoded(&planes, matched, &weights, &masks, &transforms).map_err(|e| named(&paths, e))?;
+        let (encoder, exemplars) =
+            encoded(&planes, matched, &weights, &masks, &transforms).map_err(|e| named(&paths, e))?;
         let depths: Vec<Depth> = planes.iter().map(|plane| plane.samples.depth()).collect();
         let payload = paths.iter().zip(planes).zip(&metadata);
         let payload = payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, tags));
@@ -248,6 +251,7 @@ impl Headers {
         let first = metadata.swap_remove(0).converted(depths[0], self.depth);
         Ok(Loaded {
             exemplars,
+            encoder,
             payload,
             paths,
             fingerprints,
@@ -314,7 +318,7 @@ fn encoded(
     weights: &[f64],
     masks: &[Option<Grid<bool, 2>>],
     transforms: &[&[Transform]],
-) -> Result<Exemplars<2>, selvedge_core::Error> {
+) -> Result<(Encoder, Exemplars<2>), selvedge_core::Error> {
     let alone = matched.iter().all(Vec::is_empty);
     let both = |(plane, matched): (&Plane<2>, Vec<Plane<2>>)| std::iter::once(plane.clone()).chain(matched).collect();
     let joined: Vec<Vec<Plane<2>>> = if alone { Vec::new() } else { planes.iter().zip(matched).map(both).collect() };
@@ -325,7 +329,9 @@ fn encoded(
     };
     let exemplar = |i: usize| Exemplar::new(each[i]).masked(masks[i].as_ref()).shown(transforms[i]);
     let exemplars: Vec<Exemplar<'_, 2>> = (0..each.len()).map(exemplar).collect();
-    Exemplars::new(&Encoder::fit(&each)?.with_plane_weights(weights)?, &exemplars)
+    let encoder = Encoder::fit(&each)?.with_plane_weights(weights)?;
+    let exemplars = Exemplars::new(&encoder, &exemplars)?;
+    Ok((encoder, exemplars))
 }
 
 /// An error of the core about an exemplar, with the name of its file.

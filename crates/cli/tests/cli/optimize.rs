@@ -1,5 +1,8 @@
 //! `selvedge optimize` from outside.
 
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+use selvedge_io::{Metadata, WriteOptions};
+
 use crate::program::Folder;
 
 #[test]
@@ -44,4 +47,20 @@ fn a_dry_run_tells_what_would_be_done_and_the_options_make_it_again() {
     folder.run(&format!("{line} -o b.png --init {init}")).done();
     assert_eq!(std::fs::read(folder.path("a.png")).unwrap(), std::fs::read(folder.path("b.png")).unwrap());
     assert!(!folder.path("dry.png").exists());
+}
+
+#[test]
+fn what_is_wanted_of_float_pictures_is_on_the_curve_of_the_exemplars() {
+    let folder = Folder::new("optimize-float");
+    // Both lamps are brighter than all that the exemplar has: to it they are the same.
+    for (name, lamp) in [("lamp", 100.0), ("sun", 1e6)] {
+        let mut light = Grid::try_filled(Domain::open([40, 48]), 3, 0.5_f32).unwrap();
+        light.set(0, [3, 3], lamp);
+        let (path, plane) = (folder.path(format!("{name}.exr")), Plane::new(Role::Color, Samples::F32(light)));
+        selvedge_io::write(&path, &plane, &Metadata::default(), &WriteOptions::default()).unwrap();
+        let line = "optimize @/scales-hdr.exr --size 48x40 --schedule 1:8 --iterations 2 --lambda 1";
+        folder.run(&format!("{line} --want {name}.exr -o {name}-out.exr --map {name}-map.exr")).done();
+    }
+    let map = |name: &str| selvedge_io::read_map(folder.path(name), &Default::default()).unwrap().map;
+    assert_eq!(map("lamp-map.exr").ids, map("sun-map.exr").ids);
 }

@@ -9,6 +9,7 @@ use selvedge_io::MaskChannel;
 use selvedge_texture_optimization::{Control, Wanted};
 
 use crate::failure::Failure;
+use crate::harmonise::{Layout, widened};
 use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::starting::check_size;
@@ -68,17 +69,19 @@ impl ControlArgs {
 
     fn wanted(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Wanted, Failure> {
         let picture = plane(loom, path)?;
-        let features = {
-            let mut planes: Vec<&Plane<2>> = loom.loaded.payload.iter().collect();
-            planes.push(&picture);
-            let all = encode_together(&planes).map_err(|e| Failure::from(e).about(path))?;
-            all.into_iter().last().expect("that of the picture")
+        let colors = loom.loaded.payload[0].color_channels();
+        let of = Layout {
+            colors: if picture.color_channels() == 1 { colors } else { picture.color_channels() },
+            alpha: picture.alpha,
         };
-        let (found, expected) = (features.channels(), loom.loaded.exemplars.channels());
+        let (found, expected) = (of.colors, loom.loaded.exemplars.channels());
         if found != expected {
             let what = format!("{found} channels, and the exemplars are compared by {expected}");
             return Err(Failure::new(3, what).about(path).remedy("give a picture of the exemplars' kind"));
         }
+        // By the exemplars' own curve: what is wished for is a colour of theirs, whatever else the picture shows.
+        let picture = widened(picture, of)?;
+        let features = loom.loaded.encoder.encode(&[picture]).map_err(|e| Failure::from(e).about(path))?;
         let lambda = self.lambda as f32;
         let weight = match &self.want_where {
             None => Grid::try_filled(loom.domain, 1, lambda)?,
