@@ -27,6 +27,11 @@ impl Sink {
         &self.bytes
     }
 
+    /// What was written, as the file that it is.
+    pub(crate) fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
     /// Puts bytes between those that are there.
     pub(crate) fn insert(&mut self, at: usize, bytes: &[u8]) -> io::Result<()> {
         self.reserve(bytes.len())?;

@@ -73,6 +73,9 @@ pub enum Warning {
         /// Which, and how they would be read.
         what: String,
     },
+    /// Luma and chroma that became colours.
+    #[error("luma and chroma became rgb: copies of samples are not exact")]
+    ChromaConverted,
     /// 64-bit samples that were rounded to 32 bits.
     #[error("64-bit floats were rounded to 32 bits")]
     Rounded,

@@ -7,7 +7,7 @@ use selvedge_core::{Association, Depth, Plane};
 
 use super::problem::ClipProblem;
 use super::rate::Rate;
-use crate::error::Error;
+use crate::error::{Error, Problem};
 use crate::{Metadata, Warning};
 
 /// What a clip is, known before its frames are read.
@@ -90,4 +90,12 @@ pub(super) trait Frames {
     fn blake3(&self) -> String;
     /// What was odd.
     fn warnings(&self) -> &[Warning];
+}
+
+/// What makes one file of many frames.
+pub(super) trait FrameEncoder {
+    /// Takes the next frame.
+    fn frame(&mut self, plane: &Plane<2>) -> Result<(), Problem>;
+    /// The whole file.
+    fn finish(self: Box<Self>) -> Result<Vec<u8>, Problem>;
 }

@@ -2,7 +2,8 @@
 //!
 //! [`ClipReader::open`] looks at a clip (a numbered sequence, a folder, a container), and hands its frames over one by one;
 //! [`ClipWriter`] takes them and makes the files. Memory is that of one frame, and of what a container's decoder holds.
-//! Every frame passes what a picture passes: caps, fallible allocation, finite samples. [`read_clip`] stacks a whole clip,
+//! Every frame passes what a picture passes: caps, fallible allocation, finite samples. GIF and APNG grow in memory
+//! until they are finished. [`read_clip`] stacks a whole clip,
 //! [`frame_of`] takes one frame out of it.
 //!
 //! # Names
@@ -11,10 +12,15 @@
 //! | `name.####.exr`, `name.%04d.png` | the files with a number there, of at least so many digits |
 //! | a folder | all pictures in it, in natural order |
 //! | `name*.png` with `*` or `?` | the files that match, in natural order |
+//! | an animated PNG, GIF or WebP, a y4m file | its frames |
 //!
 //! Numbers go up by one, or by the step of a [`Range`]: a frame that is missing, or is of another size, depth or layout, is
 //! an error that names it.
 
+mod animation;
+mod apng;
+mod container;
+mod gif;
 mod info;
 mod manifest;
 mod names;
@@ -26,7 +32,10 @@ mod reader;
 mod sequence;
 mod stack;
 mod writer;
+mod y4m;
+mod yuv;
 
+pub use container::Container;
 pub use info::ClipInfo;
 pub use manifest::Manifest;
 pub use names::{ClipName, clip_files};

@@ -21,6 +21,34 @@ pub enum ClipProblem {
     /// A name that is that of no clip.
     #[error("is the name of no clip")]
     NoClip,
+    /// A file of one picture.
+    #[error("is a single picture, no clip")]
+    Still,
+    /// The first bytes belong to no clip that is read.
+    #[error("is no clip in a format that can be read")]
+    UnknownContainer,
+    /// A container whose data contradict themselves or end early.
+    #[error("damaged {container} file ({cause})")]
+    Damaged {
+        /// The container.
+        container: &'static str,
+        /// What is wrong.
+        cause: String,
+    },
+    /// A container that is read and not written.
+    #[error("{container} clips are read, not written")]
+    OnlyRead {
+        /// The container.
+        container: &'static str,
+    },
+    /// Sound, but beyond what is read or written.
+    #[error("{what} is not supported in {container}")]
+    Unsupported {
+        /// The container.
+        container: &'static str,
+        /// What was found.
+        what: String,
+    },
     /// A pattern or folder without files.
     #[error("no frame of this name was found")]
     NoFrames,
@@ -84,7 +112,7 @@ impl ClipProblem {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Rate { .. } | Self::Range { .. } | Self::NoClip => ErrorKind::Option,
+            Self::Rate { .. } | Self::Range { .. } | Self::NoClip | Self::OnlyRead { .. } => ErrorKind::Option,
             Self::NoFrames => ErrorKind::FileSystem,
             Self::Count { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
@@ -98,6 +126,11 @@ impl ClipProblem {
             Self::Range { .. } => "use FIRST-LAST or FIRST-LASTxSTEP, such as 1-100x2",
             Self::NoClip => "name frames as name.####.png, a folder, or a container",
             Self::NoFrames => "check the name, and the number of its digits",
+            Self::Still => "give frames as name.####.png, or an animation",
+            Self::UnknownContainer => "pipe it: ffmpeg -i FILE -f yuv4mpegpipe -pix_fmt yuv444p - | selvedge ... -",
+            Self::OnlyRead { .. } => "write a sequence, apng, gif or y4m",
+            Self::Damaged { .. } => "write or copy the file again",
+            Self::Unsupported { .. } => "use a sequence of png, tiff or exr files",
             Self::Gap { .. } => "make it, or choose a range and step without it",
             Self::Doubled { .. } => "move one of them away",
             Self::Foreign { .. } => "name the frames by a pattern, such as 'name.####.png'",

@@ -13,6 +13,9 @@ pub struct Rate {
 }
 
 impl Rate {
+    /// 25 frames a second: what is written where nobody says how fast a clip plays, and a container has to.
+    pub const USUAL: Self = Self { num: 25, den: 1 };
+
     /// `num / den` frames a second; `None` for 0 and for a denominator of 0.
     pub fn new(num: u32, den: u32) -> Option<Self> {
         let by = gcd(num, den);

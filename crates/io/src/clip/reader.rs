@@ -1,18 +1,27 @@
 //! Reading clips, frame by frame.
 
 use std::fmt;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use selvedge_core::Plane;
 
+use super::animation::Animation;
+use super::apng::Apng;
+use super::container::Container;
 use super::info::{ClipInfo, Frames};
 use super::names::{ClipName, clip_files};
+use super::problem::ClipProblem;
 use super::range::Range;
 use super::rate::Rate;
 use super::sequence::Sequence;
-use crate::error::Error;
+use super::y4m::Y4m;
+use crate::error::{Error, Problem};
 use crate::name::file_of;
-use crate::{Fingerprint, ReadOptions, Warning, display_name};
+use crate::read::{open, read_bytes};
+use crate::{Fingerprint, Format, ReadOptions, Warning, display_name};
 
 /// How to read a clip.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,13 +39,30 @@ pub struct ClipReader {
     path: PathBuf,
     info: ClipInfo,
     frames: Box<dyn Frames>,
+    /// Places of the frames that are wanted, of a container.
+    range: Option<Range>,
+    /// Frames taken from it, and those that were wanted.
+    place: u32,
     read: u32,
 }
 
 impl ClipReader {
-    /// Whether a name is that of a clip rather than of a picture.
+    /// Whether a name is that of a clip rather than of a picture: frames, or a file of several of them.
     pub fn is_clip(path: impl AsRef<Path>) -> bool {
-        ClipName::parse(file_of(path.as_ref())).is_some()
+        let path = path.as_ref();
+        if ClipName::parse(file_of(path)).is_some() {
+            return true;
+        }
+        let mut start = [0; 16];
+        let began = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+        let read = |file: &mut Self| 1 < file.info.frames;
+        began.is_ok()
+            && match Container::of_content(&start) {
+                Some(Container::Y4m) => true,
+                // Pictures as well begin like this: how many frames follow has to be seen.
+                Some(_) => Self::open(path, &ClipOptions::default()).as_mut().is_ok_and(read),
+                None => false,
+            }
     }
 
     /// Looks at a clip: all headers are read and compared.
@@ -45,9 +71,63 @@ impl ClipReader {
     /// [`Error`] that names the frame, or the whole clip.
     pub fn open(path: impl AsRef<Path>, options: &ClipOptions) -> Result<Self, Error> {
         let path = path.as_ref();
-        let (info, frames) = Sequence::open(path, clip_files(path, options.range)?, &options.frame)?;
-        let info = ClipInfo { rate: options.rate.or(info.rate), ..info };
-        Ok(Self { path: path.to_path_buf(), info, frames: Box::new(frames), read: 0 })
+        if ClipName::parse(file_of(path)).is_some() {
+            let (info, frames) = Sequence::open(path, clip_files(path, options.range)?, &options.frame)?;
+            return Ok(Self::new(path, info, Box::new(frames), None, options.rate));
+        }
+        let mut start = Vec::new();
+        let begun = open(path).and_then(|(file, _)| {
+            file.take(16).read_to_end(&mut start).map_err(|e| Problem::file_system(e, 0)).map(drop)
+        });
+        begun.map_err(|p| Error::new(path, p))?;
+        if Container::of_content(&start) == Some(Container::Y4m) {
+            let (info, frames) = Y4m::open(path, None, &options.frame)?;
+            return Self::picked(path, info, Box::new(frames), options);
+        }
+        let bytes = read_bytes(path, &options.frame.limits).map_err(|p| Error::new(path, p))?;
+        Self::of_bytes(bytes, path, options)
+    }
+
+    /// Looks at a clip that was read as bytes, such as standard input; a sequence has files and is none.
+    ///
+    /// # Errors
+    /// [`Error`] that names the clip.
+    pub fn of_bytes(bytes: Vec<u8>, path: impl AsRef<Path>, options: &ClipOptions) -> Result<Self, Error> {
+        let (path, frame) = (path.as_ref(), &options.frame);
+        let container = Container::of_content(&bytes);
+        if container == Some(Container::Y4m) {
+            let (info, frames) = Y4m::open(path, Some(bytes), frame)?;
+            return Self::picked(path, info, Box::new(frames), options);
+        }
+        let file: Arc<[u8]> = bytes.into();
+        let (info, frames): (ClipInfo, Box<dyn Frames>) = match container {
+            Some(Container::Gif) => boxed(Animation::open(path, &file, Format::Gif, frame)?),
+            Some(Container::Webp) => boxed(Animation::open(path, &file, Format::Webp, frame)?),
+            Some(Container::Apng) => {
+                let still = || Error::new(path, ClipProblem::Still);
+                boxed(Apng::open(path, &file, frame)?.ok_or_else(still)?)
+            }
+            _ if file.is_empty() => return Err(Error::new(path, Problem::Empty)),
+            _ if Format::of_content(&file).is_some() => return Err(Error::new(path, ClipProblem::Still)),
+            _ => return Err(Error::new(path, ClipProblem::UnknownContainer)),
+        };
+        Self::picked(path, info, frames, options)
+    }
+
+    /// With the frames of a range alone: their places, from 1.
+    fn picked(path: &Path, info: ClipInfo, frames: Box<dyn Frames>, options: &ClipOptions) -> Result<Self, Error> {
+        let Some(range) = options.range else { return Ok(Self::new(path, info, frames, None, options.rate)) };
+        let (number, before) = (range.first.max(info.frames + 1), Some(info.frames));
+        if range.first == 0 || info.frames < range.last {
+            return Err(Error::new(path, ClipProblem::Gap { number, before }));
+        }
+        let info = ClipInfo { frames: range.numbers().count() as u32, ..info };
+        Ok(Self::new(path, info, frames, Some(range), options.rate))
+    }
+
+    fn new(path: &Path, info: ClipInfo, frames: Box<dyn Frames>, range: Option<Range>, rate: Option<Rate>) -> Self {
+        let info = ClipInfo { rate: rate.or(info.rate), ..info };
+        Self { path: path.to_path_buf(), info, frames, range, place: 0, read: 0 }
     }
 
     /// What the clip is.
@@ -70,7 +150,13 @@ impl ClipReader {
             return Ok(None);
         }
         self.read += 1;
-        self.frames.next()
+        loop {
+            self.place += 1;
+            let frame = self.frames.next()?;
+            if frame.is_none() || self.range.is_none_or(|range| range.holds(self.place)) {
+                return Ok(frame);
+            }
+        }
     }
 
     /// Goes back to the first frame.
@@ -78,7 +164,7 @@ impl ClipReader {
     /// # Errors
     /// What the file system refuses.
     pub fn rewind(&mut self) -> Result<(), Error> {
-        self.read = 0;
+        (self.read, self.place) = (0, 0);
         self.frames.rewind()
     }
 
@@ -91,6 +177,10 @@ impl ClipReader {
     pub fn warnings(&self) -> &[Warning] {
         self.frames.warnings()
     }
+}
+
+fn boxed((info, frames): (ClipInfo, impl Frames + 'static)) -> (ClipInfo, Box<dyn Frames>) {
+    (info, Box::new(frames))
 }
 
 impl fmt::Debug for ClipReader {

@@ -4,19 +4,24 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::Plane;
 
+use super::apng::ApngWriter;
+use super::container::Container;
+use super::gif::GifWriter;
+use super::info::FrameEncoder;
 use super::manifest::Manifest;
 use super::names::ClipName;
 use super::problem::ClipProblem;
 use super::rate::Rate;
+use super::y4m::Y4mWriter;
 use crate::error::Error;
-use crate::{Format, Metadata, WriteOptions, display_name, encode, write_bytes};
+use crate::{Metadata, WriteOptions, display_name, encode, write_bytes};
 
 /// How to write a clip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClipWriteOptions {
     /// How each of its frames is written.
     pub frame: WriteOptions,
-    /// How fast it plays.
+    /// How fast it plays. Containers must say something: without a rate it is [`Rate::USUAL`].
     pub rate: Option<Rate>,
     /// Frames after which it begins again, for a loop.
     pub period: Option<u32>,
@@ -26,18 +31,26 @@ pub struct ClipWriteOptions {
 pub type ClipFile = (PathBuf, Vec<u8>);
 
 /// A clip that is written frame by frame.
-#[derive(Debug)]
 pub struct ClipWriter {
-    name: ClipName,
+    target: Target,
     metadata: Metadata,
     options: ClipWriteOptions,
     frames: u32,
     size: [u32; 2],
+    /// Name and hash of each frame's file.
     written: Vec<(String, String)>,
+    taken: u32,
+}
+
+/// Where frames go.
+enum Target {
+    Sequence(ClipName),
+    File(PathBuf, Box<dyn FrameEncoder>),
 }
 
 impl ClipWriter {
-    /// Begins a clip of so many frames. Nothing is written yet.
+    /// Begins a clip of so many frames: a sequence by its name, else the container of the name's extension; `-` is y4m.
+    /// Nothing is written yet.
     ///
     /// # Errors
     /// [`ClipProblem::NoClip`], and those of a picture of the frames' name.
@@ -49,21 +62,40 @@ impl ClipWriter {
     ) -> Result<Self, Error> {
         let path = path.as_ref();
         let no_clip = || Error::new(path, ClipProblem::NoClip);
-        let name = ClipName::parse(path).ok_or_else(no_clip)?;
-        options.frame.format_of(name.file(1).ok_or_else(no_clip)?)?;
-        Ok(Self { name, metadata, options, frames, size: [0, 0], written: Vec::new() })
+        let rate = options.rate.unwrap_or(Rate::USUAL);
+        let target = match ClipName::parse(path) {
+            Some(name) => {
+                options.frame.format_of(name.file(1).ok_or_else(no_clip)?)?;
+                Target::Sequence(name)
+            }
+            None => {
+                let encoder: Box<dyn FrameEncoder> = match Container::of_name(path).ok_or_else(no_clip)? {
+                    Container::Apng => Box::new(ApngWriter::new(frames, rate, metadata.clone())),
+                    Container::Gif => Box::new(GifWriter::new(rate)),
+                    Container::Y4m => Box::new(Y4mWriter::new(rate)),
+                    Container::Webp => return Err(Error::new(path, ClipProblem::OnlyRead { container: "webp" })),
+                };
+                Target::File(path.to_path_buf(), encoder)
+            }
+        };
+        Ok(Self { target, metadata, options, frames, size: [0, 0], written: Vec::new(), taken: 0 })
     }
 
     /// All files that will be there at the end.
     pub fn files(&self) -> Vec<PathBuf> {
-        let frames = (1..=self.frames).filter_map(|number| self.name.file(number));
-        frames.chain([self.name.manifest()]).collect()
+        match &self.target {
+            Target::Sequence(name) => {
+                let frames = (1..=self.frames).filter_map(|number| name.file(number));
+                frames.chain([name.manifest()]).collect()
+            }
+            Target::File(path, _) => vec![path.clone()],
+        }
     }
 
     /// Frames of a longer clip of this name, which nothing replaces.
     pub fn left_over(&self) -> Vec<PathBuf> {
-        let ClipName::Sequence(_) = self.name else { return Vec::new() };
-        let found = self.name.found().unwrap_or_default();
+        let Target::Sequence(name @ ClipName::Sequence(_)) = &self.target else { return Vec::new() };
+        let found = name.found().unwrap_or_default();
         let mut left: Vec<_> = found
             .into_iter()
             .filter_map(|(number, file)| Some((number?, file)))
@@ -73,49 +105,59 @@ impl ClipWriter {
         left.into_iter().map(|(_, file)| file).collect()
     }
 
-    /// The format of its frames.
+    /// Takes the next frame. Of a sequence it is a file at once, of a container it will be a part of one.
     ///
     /// # Errors
-    /// Those of [`WriteOptions::format_of`].
-    pub fn format(&self) -> Result<Format, Error> {
-        self.options.frame.format_of(self.name.file(1).unwrap_or_default())
-    }
-
-    /// The next frame, as a file to be written.
-    ///
-    /// # Errors
-    /// Those of a picture.
-    pub fn encoded(&mut self, plane: &Plane<2>) -> Result<ClipFile, Error> {
-        let number = self.written.len() as u32 + 1;
-        let path = self.name.file(number).unwrap_or_default();
-        let bytes = encode(plane, &self.metadata, &path, &self.options.frame)?;
+    /// Those of a picture; [`ClipProblem::Unsupported`] for what a container does not hold.
+    pub fn encoded(&mut self, plane: &Plane<2>) -> Result<Option<ClipFile>, Error> {
         let [height, width] = plane.domain().shape;
         self.size = [width, height];
-        self.written.push((display_name(&path), blake3::hash(&bytes).to_hex().to_string()));
-        Ok((path, bytes))
-    }
-
-    /// Writes the next frame: the file appears whole or not at all.
-    ///
-    /// # Errors
-    /// Those of [`write`](crate::write()).
-    pub fn frame(&mut self, plane: &Plane<2>) -> Result<(), Error> {
-        let (path, bytes) = self.encoded(plane)?;
-        write_bytes(&path, &bytes, self.options.frame.no_clobber)
-    }
-
-    /// What is written after the last frame: the file that tells of them all.
-    ///
-    /// # Errors
-    /// [`ClipProblem::Count`].
-    pub fn ended(&self) -> Result<ClipFile, Error> {
-        let (path, found, expected) = (self.name.manifest(), self.written.len() as u32, self.frames);
-        if found != expected {
-            return Err(Error::new(&path, ClipProblem::Count { expected, found }));
+        self.taken += 1;
+        match &mut self.target {
+            Target::Sequence(name) => {
+                let path = name.file(self.taken).unwrap_or_default();
+                let bytes = encode(plane, &self.metadata, &path, &self.options.frame)?;
+                self.written.push((display_name(&path), blake3::hash(&bytes).to_hex().to_string()));
+                Ok(Some((path, bytes)))
+            }
+            Target::File(path, encoder) => encoder.frame(plane).map(|()| None).map_err(|p| Error::new(path, p)),
         }
-        let (rate, period) = (self.options.rate, self.options.period);
-        let manifest = Manifest { size: self.size, rate, period, frames: self.written.clone(), more: Vec::new() };
-        Ok((path, manifest.json().into_bytes()))
+    }
+
+    /// Takes the next frame; of a sequence its file is written at once, whole or not at all.
+    ///
+    /// # Errors
+    /// Those of [`encoded`](Self::encoded) and of [`write_bytes`].
+    pub fn frame(&mut self, plane: &Plane<2>) -> Result<(), Error> {
+        match self.encoded(plane)? {
+            Some((path, bytes)) => write_bytes(&path, &bytes, self.options.frame.no_clobber),
+            None => Ok(()),
+        }
+    }
+
+    /// What is written after the last frame: the file that tells of them all, or the one that holds them.
+    ///
+    /// # Errors
+    /// [`ClipProblem::Count`], and what the encoder refuses.
+    pub fn ended(self) -> Result<ClipFile, Error> {
+        let (found, expected) = (self.taken, self.frames);
+        let count = |path: &Path| Error::new(path, ClipProblem::Count { expected, found });
+        match self.target {
+            Target::Sequence(name) => {
+                let path = name.manifest();
+                if found != expected {
+                    return Err(count(&path));
+                }
+                let (rate, period) = (self.options.rate, self.options.period);
+                let manifest = Manifest { size: self.size, rate, period, frames: self.written, more: Vec::new() };
+                Ok((path, manifest.json().into_bytes()))
+            }
+            Target::File(path, _) if found != expected => Err(count(&path)),
+            Target::File(path, encoder) => match encoder.finish() {
+                Ok(bytes) => Ok((path, bytes)),
+                Err(p) => Err(Error::new(&path, p)),
+            },
+        }
     }
 
     /// Writes what comes last.
@@ -123,7 +165,14 @@ impl ClipWriter {
     /// # Errors
     /// Those of [`ended`](Self::ended) and of [`write_bytes`].
     pub fn finish(self) -> Result<(), Error> {
+        let no_clobber = self.options.frame.no_clobber;
         let (path, bytes) = self.ended()?;
-        write_bytes(&path, &bytes, self.options.frame.no_clobber)
+        write_bytes(&path, &bytes, no_clobber)
+    }
+}
+
+impl std::fmt::Debug for ClipWriter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ClipWriter").field("files", &self.files()).field("taken", &self.taken).finish_non_exhaustive()
     }
 }

@@ -1,5 +1,7 @@
 //! GIF, read: the first frame.
 
+use std::io::{BufRead, Seek};
+
 use image::codecs::gif::GifDecoder;
 use image::{AnimationDecoder as _, ImageDecoder as _};
 use selvedge_core::{Grid, Samples};
@@ -18,15 +20,8 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
     let mut file = Vec::new();
     input.read_to_end(&mut file).and_then(|_| input.rewind()).map_err(|e| Problem::file_system(e, 0))?;
-    if first_frame(&file).is_some_and(|samples| MOST.saturating_mul(file.len() as u64) < samples) {
-        return Err(Problem::ends_early(Format::Gif));
-    }
+    let (decoder, mut description) = animation(input, &file, context)?;
     drop(file);
-    let mut decoder = open(input, context)?;
-    let mut description = super::describe(&mut decoder, Format::Gif, context)?;
-    context.check(&description.header)?;
-    context.ask(&description.header)?;
-    decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
     let mut frames = decoder.into_frames();
     let first = frames.next().ok_or_else(|| Problem::damaged(Format::Gif, "it has no frame"))?;
     let first = first.map_err(|e| complaint(e, Format::Gif, context))?.into_buffer();
@@ -35,6 +30,23 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
     }
     let samples = opaque(from_native(&description.header, first.as_raw())?, &mut description.header)?;
     Ok((description, samples))
+}
+
+/// An animation's decoder, which may hold what the file can, and what stands before its frames.
+pub(crate) fn animation<R: BufRead + Seek>(
+    input: R,
+    file: &[u8],
+    context: &mut Context<'_>,
+) -> Result<(GifDecoder<R>, Description), Problem> {
+    if first_frame(file).is_some_and(|samples| MOST.saturating_mul(file.len() as u64) < samples) {
+        return Err(Problem::ends_early(Format::Gif));
+    }
+    let mut decoder = GifDecoder::new(input).map_err(|e| complaint(e, Format::Gif, context))?;
+    let description = super::describe(&mut decoder, Format::Gif, context)?;
+    context.check(&description.header)?;
+    context.ask(&description.header)?;
+    decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
+    Ok((decoder, description))
 }
 
 /// Samples that a byte can stand for: a code of 12 bits stands for a row of the table, the longest of which has as many

@@ -72,7 +72,7 @@ fn layout(color: ColorType, format: Format) -> Result<(usize, bool, Depth), Prob
     })
 }
 
-fn complaint(error: ImageError, format: Format, context: &Context<'_>) -> Problem {
+pub(crate) fn complaint(error: ImageError, format: Format, context: &Context<'_>) -> Problem {
     match error {
         ImageError::Limits(e) if matches!(e.kind(), LimitErrorKind::InsufficientMemory) => {
             let budget = context.options.limits.memory;

@@ -1,12 +1,12 @@
 //! WebP: read as it is, written lossless.
 
-use std::io::{self, SeekFrom};
+use std::io::{self, BufRead, Seek, SeekFrom};
 
 use image::codecs::webp::{WebPDecoder, WebPEncoder};
-use image::{ExtendedColorType, ImageEncoder as _, ImageError};
+use image::{ExtendedColorType, ImageDecoder as _, ImageEncoder as _, ImageError};
 use selvedge_core::Plane;
 
-use super::{complaint, eight_bits};
+use super::{complaint, eight_bits, memory};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::exif;
@@ -31,6 +31,22 @@ fn open<'a>(input: &'a mut dyn Input, context: &mut Context<'_>) -> Result<WebPD
         context.warn(Warning::FirstFrameOnly);
     }
     Ok(decoder)
+}
+
+/// An animation's decoder, and what stands before its frames.
+pub(crate) fn animation<R: BufRead + Seek>(
+    mut input: R,
+    context: &mut Context<'_>,
+) -> Result<(WebPDecoder<R>, Description), Problem> {
+    if !is_whole(&mut input).map_err(|e| Problem::file_system(e, 0))? {
+        return Err(Problem::ends_early(Format::Webp));
+    }
+    let mut decoder = WebPDecoder::new(input).map_err(|e| complaint(e, Format::Webp, context))?;
+    let description = super::describe(&mut decoder, Format::Webp, context)?;
+    context.check(&description.header)?;
+    context.ask(&description.header)?;
+    decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Webp, context))?;
+    Ok((decoder, description))
 }
 
 /// Whether every chunk lies within the file. The decoder would take a chunk's claim at its word and ask for that much

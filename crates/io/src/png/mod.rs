@@ -5,8 +5,8 @@ mod palette;
 mod read;
 mod write;
 
-pub(crate) use read::{decode, describe};
-pub(crate) use write::encode;
+pub(crate) use read::{complaint, decode, describe, header, metadata};
+pub(crate) use write::{encode, info_of};
 
 /// The keyword under which provenance stands.
-const KEYWORD: &str = "selvedge";
+pub(crate) const KEYWORD: &str = "selvedge";

@@ -54,7 +54,7 @@ fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<PngReader
 }
 
 /// What the samples will be once they are expanded.
-fn header(info: &Info<'_>) -> Header {
+pub(crate) fn header(info: &Info<'_>) -> Header {
     let stored_alpha = matches!(info.color_type, ColorType::GrayscaleAlpha | ColorType::Rgba);
     let keyed = info.trns.is_some() && !stored_alpha;
     let colors = match info.color_type {
@@ -108,7 +108,7 @@ fn description(info: &Info<'_>, profile: bool, context: &mut Context<'_>) -> Des
     Description { orientation, ..Description::new(header(info), metadata) }
 }
 
-fn metadata(info: &Info<'_>) -> Metadata {
+pub(crate) fn metadata(info: &Info<'_>) -> Metadata {
     let density = info.pixel_dims.map(|d| Density {
         x: d.xppu.into(),
         y: d.yppu.into(),
@@ -132,7 +132,7 @@ fn metadata(info: &Info<'_>) -> Metadata {
     }
 }
 
-fn complaint(error: DecodingError) -> Problem {
+pub(crate) fn complaint(error: DecodingError) -> Problem {
     match error {
         DecodingError::LimitsExceeded => Problem::unsupported(Format::Png, "metadata over 16 MiB"),
         DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(Format::Png),

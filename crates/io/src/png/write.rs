@@ -15,30 +15,20 @@ use crate::sink::encoded;
 /// The whole file. Equal planes and metadata give equal bytes.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
     match &plane.samples {
-        Samples::U8(grid) => with_depth(grid, BitDepth::Eight, |v| [v], plane, metadata),
-        Samples::U16(grid) => with_depth(grid, BitDepth::Sixteen, u16::to_be_bytes, plane, metadata),
+        Samples::U8(grid) => with_depth(grid, |v| [v], plane, metadata),
+        Samples::U16(grid) => with_depth(grid, u16::to_be_bytes, plane, metadata),
         floats => Err(Problem::DepthNotHeld { format: Format::Png, depth: floats.depth() }),
     }
 }
 
 fn with_depth<T: Copy + Sync, const N: usize>(
     grid: &Grid<T, 2>,
-    bit_depth: BitDepth,
     bytes: impl Fn(T) -> [u8; N] + Sync,
     plane: &Plane<2>,
     metadata: &Metadata,
 ) -> Result<Vec<u8>, Problem> {
-    let color_type = match (plane.color_channels(), plane.alpha) {
-        (1, false) => ColorType::Grayscale,
-        (1, true) => ColorType::GrayscaleAlpha,
-        (3, false) => ColorType::Rgb,
-        (3, true) => ColorType::Rgba,
-        (channels, alpha) => return Err(Problem::ChannelsNotHeld { format: Format::Png, channels, alpha }),
-    };
+    let info = info_of(plane, metadata)?;
     let [height, width] = plane.domain().shape;
-    let mut info = Info::with_size(width, height);
-    (info.color_type, info.bit_depth) = (color_type, bit_depth);
-    describe(&mut info, plane, metadata);
     let pixel = grid.channels() * N;
     let read = |y: usize, row: &mut [u8]| interleave(grid, y, &bytes, row);
     let rows = Rows { count: height as usize, bytes: width as usize * pixel, pixel, read };
@@ -55,6 +45,23 @@ fn with_depth<T: Copy + Sync, const N: usize>(
         rows.pack::<EncodingError>(|part| writer.write_chunk(IDAT, part))?;
         writer.finish()
     })
+}
+
+/// What stands before the samples of an 8-bit or 16-bit plane.
+pub(crate) fn info_of<'a>(plane: &Plane<2>, metadata: &'a Metadata) -> Result<Info<'a>, Problem> {
+    let color_type = match (plane.color_channels(), plane.alpha) {
+        (1, false) => ColorType::Grayscale,
+        (1, true) => ColorType::GrayscaleAlpha,
+        (3, false) => ColorType::Rgb,
+        (3, true) => ColorType::Rgba,
+        (channels, alpha) => return Err(Problem::ChannelsNotHeld { format: Format::Png, channels, alpha }),
+    };
+    let [height, width] = plane.domain().shape;
+    let mut info = Info::with_size(width, height);
+    let bit_depth = if matches!(plane.samples, Samples::U8(_)) { BitDepth::Eight } else { BitDepth::Sixteen };
+    (info.color_type, info.bit_depth) = (color_type, bit_depth);
+    describe(&mut info, plane, metadata);
+    Ok(info)
 }
 
 /// One row of all channels.

@@ -9,14 +9,14 @@ use selvedge_io::clip::{ClipOptions, ClipProblem, ClipReader, ClipWriteOptions, 
 use selvedge_io::{Error, Metadata, Problem, ReadOptions, WriteOptions};
 
 /// A folder of its own, removed at the end.
-struct Folder(PathBuf);
+pub(crate) struct Folder(PathBuf);
 impl Folder {
-    fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("selvedge-clips-{}-{name}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         Self(path)
     }
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
 }
@@ -27,7 +27,7 @@ impl Drop for Folder {
 }
 
 /// Frames of random samples, none like another.
-fn frames(depth: Depth, colors: usize, alpha: bool, [count, h, w]: [u32; 3]) -> Vec<Plane<2>> {
+pub(crate) fn frames(depth: Depth, colors: usize, alpha: bool, [count, h, w]: [u32; 3]) -> Vec<Plane<2>> {
     let all = plane(depth, colors, alpha, [count * h, w]);
     let n = (h * w) as usize;
     let domain = Domain::open([h, w]);
@@ -47,7 +47,7 @@ fn frames(depth: Depth, colors: usize, alpha: bool, [count, h, w]: [u32; 3]) -> 
     (0..count as usize).map(part).collect()
 }
 
-fn write(path: &Path, frames: &[Plane<2>], options: ClipWriteOptions) -> Result<ClipWriter, Error> {
+pub(crate) fn write(path: &Path, frames: &[Plane<2>], options: ClipWriteOptions) -> Result<ClipWriter, Error> {
     let mut writer = ClipWriter::create(path, frames.len() as u32, Metadata::default(), options)?;
     for frame in frames {
         writer.frame(frame)?;
@@ -55,11 +55,11 @@ fn write(path: &Path, frames: &[Plane<2>], options: ClipWriteOptions) -> Result<
     Ok(writer)
 }
 
-fn open(path: &Path) -> Result<ClipReader, Error> {
+pub(crate) fn open(path: &Path) -> Result<ClipReader, Error> {
     ClipReader::open(path, &ClipOptions::default())
 }
 
-fn all(reader: &mut ClipReader) -> Vec<Plane<2>> {
+pub(crate) fn all(reader: &mut ClipReader) -> Vec<Plane<2>> {
     std::iter::from_fn(|| reader.next().unwrap()).collect()
 }
 

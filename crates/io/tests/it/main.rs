@@ -5,6 +5,7 @@ mod bad_files;
 mod bombs;
 mod clips;
 mod common;
+mod containers;
 mod conversions;
 mod damage;
 mod foreign;
