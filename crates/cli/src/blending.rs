@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use selvedge_blending::{Feathered, Fused, Splined};
-use selvedge_core::{Domain, Grid, Plane, Render, SourceMap};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Render, SourceMap};
 
 use crate::failure::Failure;
 use crate::used::Used;
@@ -108,12 +108,12 @@ impl Blending {
     }
 
     /// An upper bound of what blending takes besides the picture, of which some may be kept as it is.
-    pub(crate) fn memory(self, output: Domain<2>, channels: usize, kept: bool) -> u64 {
+    pub(crate) fn bytes(self, output: Domain<2>, channels: usize, kept: bool) -> Bytes {
         match self {
-            Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
-            Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
-            Self { fuse: true, .. } => Fused::bytes(output, channels, kept),
-            _ => 0,
+            Self { feather: Some(sigma), .. } => Bytes(Feathered::bytes(output, channels, sigma)),
+            Self { spline: Some(bands), .. } => Bytes(Splined::bytes(output, channels, bands.most())),
+            Self { fuse: true, .. } => Bytes(Fused::bytes(output, channels, kept)),
+            _ => Bytes(0),
         }
     }
 

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::sync::{Mutex, PoisonError};
 
 use selvedge_core::{
-    Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Samples, SeamCosts, SeamMeasure, SourceMap, par,
+    Bytes, Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Samples, SeamCosts, SeamMeasure, SourceMap,
+    par,
 };
 
 use crate::failure::Failure;
@@ -153,13 +154,12 @@ fn side(output: Domain<2>) -> u32 {
 }
 
 /// An upper bound of what a film and its course on the page take.
-pub(crate) fn memory(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-    let samples = |shape: [u32; 2]| u64::from(shape[0]).saturating_mul(shape[1].into());
-    let sources = sources.iter().map(|s| samples(s.shape)).fold(0, u64::saturating_add);
+pub(crate) fn memory(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
     let side = side(output);
+    let small = Domain::open(output.shape.map(|n| n.div_ceil(side)));
     // Each picture, and twice as text; prices of one.
-    let pictures = samples(output.shape.map(|n| n.div_ceil(side))) * (4 * (MOST as u64 + 1) + 8);
-    sources.saturating_mul(channels as u64 + 9).saturating_add(pictures)
+    let pictures = Bytes::of_samples(small, 4 * (MOST as u64 + 1) + 8);
+    sources.iter().map(|source| Bytes::of_samples(*source, channels as u64 + 9)).sum::<Bytes>() + pictures
 }
 
 impl Course {

@@ -41,8 +41,8 @@ pub(crate) struct Loom<'a> {
     pub(crate) others: Vec<Fingerprint>,
     /// How seams are hidden.
     pub(crate) blending: Blending,
-    /// The command and the seed that make the picture, where they are not this run's own.
-    pub(crate) made_by: Option<(&'static str, u64)>,
+    /// What makes the picture, where it is not this run's own command.
+    pub(crate) made_by: Option<MadeBy>,
     /// Files that the command was given where others are given their exemplars, if it was given more.
     pub(crate) files: Option<Vec<PathBuf>>,
 }
@@ -52,15 +52,29 @@ pub(crate) struct Outcome {
     pub(crate) woven: Box<dyn Render<2>>,
     /// False if it was interrupted.
     pub(crate) complete: bool,
-    /// Positions that no blending changes.
-    pub(crate) kept: Option<Grid<bool, 2>>,
-    /// The options as used.
-    pub(crate) options: Used,
-    pub(crate) stats: serde_json::Value,
+    pub(crate) stats: Value,
     /// How it was made, for people.
     pub(crate) how: String,
+    /// Positions that no blending changes.
+    pub(crate) kept: Option<Grid<bool, 2>>,
     /// How its seams became cheaper, for the page of `--report`.
     pub(crate) course: Option<Course>,
+    /// Another command that makes the same.
+    pub(crate) made_by: Option<MadeBy>,
+}
+
+/// A command that makes what another one answered with.
+pub(crate) struct MadeBy {
+    pub(crate) command: &'static str,
+    pub(crate) seed: u64,
+    pub(crate) options: Used,
+}
+
+impl Outcome {
+    /// Of a method that stood at the beginning of nothing, and tells no course.
+    pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
+        Self { woven, complete, stats, how, kept: None, course: None, made_by: None }
+    }
 }
 
 /// The same picture with alpha where the format has it: nothing shows where nothing stands in the map.
@@ -133,10 +147,11 @@ impl Loom<'_> {
     }
 
     /// Renders what was woven, to be written; a run that was interrupted ends here.
-    pub(crate) fn finish(mut self, outcome: Outcome) -> Result<Done, Failure> {
+    pub(crate) fn finish(mut self, used: Used, mut outcome: Outcome) -> Result<Done, Failure> {
         self.session.watch.finish();
         self.report.stage("synthesis");
-        self.report.options = outcome.options.clone();
+        self.made_by = outcome.made_by.take();
+        self.report.options = self.made_by.as_ref().map_or(used, |made| made.options.clone());
         self.report.stats = outcome.stats.clone();
         if !outcome.complete {
             return Err(self.interrupted(outcome));
@@ -246,7 +261,7 @@ impl Loom<'_> {
 
     fn made(&self, options: Used, planes: &[Fingerprint]) -> Provenance {
         let own = (self.report.command(), self.session.global.seed);
-        let (command, seed) = self.made_by.unwrap_or(own);
+        let (command, seed) = self.made_by.as_ref().map_or(own, |made| (made.command, made.seed));
         let inputs = self.loaded.all_fingerprints().into_iter().chain(self.others.iter().chain(planes).cloned());
         Provenance {
             version: env!("CARGO_PKG_VERSION").into(),

@@ -184,7 +184,7 @@ impl Looked {
     /// An upper bound of what laying a weave over them takes: sources that are resampled, and blending.
     pub(crate) fn laid_bytes(&self, output: Domain<2>, resampled: &[Domain<2>], kept: bool) -> Bytes {
         let channels = self.layout.channels();
-        memory::shown(resampled, channels, self.depth) + Bytes(self.layer.blending.memory(output, channels, kept))
+        memory::shown(resampled, channels, self.depth) + self.layer.blending.bytes(output, channels, kept)
     }
 
     /// An upper bound of what its output takes until it is written.

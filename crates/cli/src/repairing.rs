@@ -1,11 +1,12 @@
 //! `--repair`: bad seams of a map chosen anew, whichever command made it.
 
 use clap::Args;
-use selvedge_core::{Domain, Exemplars, Grid, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, SourceMap, Start, Woven};
 use selvedge_hybrid::{RepairOptions, RepairStats, estimate_repair, repair};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::loom::Outcome;
 use crate::session::Session;
 use crate::used::Used;
 
@@ -35,26 +36,28 @@ impl Repairing {
     }
 
     /// Bytes that it takes at most.
-    pub(crate) fn bytes(self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        if self.repair { estimate_repair(sources, channels, output) } else { 0 }
+    pub(crate) fn bytes(self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        if self.repair { Bytes(estimate_repair(sources, channels, output)) } else { Bytes(0) }
     }
 
-    /// The map with its seams repaired, but for what is fixed, and what was done; none if that was not asked for, or the map is not
-    /// whole.
-    pub(crate) fn mend<S>(
+    /// What a method wove, told by its counts and how it was made, with its seams repaired but for what is fixed. Nothing is
+    /// repaired if that was not asked for, or the map is not whole.
+    pub(crate) fn outcome<S>(
         self,
         session: &Session<'_>,
         exemplars: &Exemplars<2>,
-        woven: &mut Woven<SourceMap<2>, S>,
-        (fixed, sources): (Option<&Grid<bool, 2>>, Option<Grid<u64, 2>>),
-    ) -> Result<Option<RepairStats>, Failure> {
-        if !self.repair || !woven.complete {
-            return Ok(None);
+        mut woven: Woven<SourceMap<2>, S>,
+        (kept, sources): (Option<Grid<bool, 2>>, Option<Grid<u64, 2>>),
+        (mut stats, mut how): (Value, String),
+    ) -> Result<Outcome, Failure> {
+        if self.repair && woven.complete {
+            let start = Start { map: woven.result.clone(), fixed: kept.clone(), sources };
+            let mended = repair(exemplars, start, &self.options(), &session.run())?;
+            (woven.result, woven.complete) = (mended.result, mended.complete);
+            stats["repair"] = counts(&mended.stats);
+            how += &told(&mended.stats);
         }
-        let start = Start { map: woven.result.clone(), fixed: fixed.cloned(), sources };
-        let mended = repair(exemplars, start, &self.options(), &session.run())?;
-        (woven.result, woven.complete) = (mended.result, mended.complete);
-        Ok(Some(mended.stats))
+        Ok(Outcome { kept, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) })
     }
 
     /// The options as used: none where nothing is repaired.
@@ -68,32 +71,25 @@ impl Repairing {
     }
 }
 
-/// The counts of a method with those of its repair.
-pub(crate) fn with_repair(mut stats: Value, repair: Option<&RepairStats>) -> Value {
-    if let (Some(of), Some(stats)) = (repair, stats.as_object_mut()) {
-        let repair = json!({
-            "costs": of.costs,
-            "bad_before": of.bad[0],
-            "bad_after": of.bad[1],
-            "regions": of.regions[0],
-            "better": of.regions[1],
-            "pixels": of.pixels,
-        });
-        stats.insert("repair".into(), repair);
-    }
-    stats
+fn counts(of: &RepairStats) -> Value {
+    json!({
+        "costs": of.costs,
+        "bad_before": of.bad[0],
+        "bad_after": of.bad[1],
+        "regions": of.regions[0],
+        "better": of.regions[1],
+        "pixels": of.pixels,
+    })
 }
 
-/// The same for people.
-pub(crate) fn how(repair: Option<&RepairStats>) -> String {
-    repair.map_or(String::new(), |of| {
-        let (before, after) = (of.costs.first().copied().unwrap_or(0), of.costs.last().copied().unwrap_or(0));
-        let fall = if before == 0 { 0.0 } else { 100.0 * (before - after) as f64 / before as f64 };
-        format!(
-            ", {} of {} bad seams repaired at {} pixels, all seams {fall:.1} % cheaper",
-            of.bad[0].saturating_sub(of.bad[1]),
-            of.bad[0],
-            of.pixels
-        )
-    })
+/// For people, after what the method did.
+fn told(of: &RepairStats) -> String {
+    let (before, after) = (of.costs.first().copied().unwrap_or(0), of.costs.last().copied().unwrap_or(0));
+    let fall = if before == 0 { 0.0 } else { 100.0 * (before - after) as f64 / before as f64 };
+    format!(
+        ", {} of {} bad seams repaired at {} pixels, all seams {fall:.1} % cheaper",
+        of.bad[0].saturating_sub(of.bad[1]),
+        of.bad[0],
+        of.pixels
+    )
 }

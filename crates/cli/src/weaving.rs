@@ -61,6 +61,11 @@ impl Sizing {
         self.typed(exemplar).unwrap_or_else(|| Size::Factor(2.0).shape(exemplar))
     }
 
+    /// True if the first exemplar decides.
+    pub(crate) fn is_multiple(self) -> bool {
+        !matches!(self.size, Some(Size::Pixels(..)))
+    }
+
     /// The same, if it was asked for.
     pub(crate) fn typed(self, exemplar: [u32; 2]) -> Option<[u32; 2]> {
         Some(self.size?.shape(exemplar))

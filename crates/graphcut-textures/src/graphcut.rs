@@ -31,9 +31,9 @@ pub fn graphcut<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    check(exemplars, output, options, &run.limits)?;
+    let plan = plan(exemplars, output, None, options, &run.limits)?;
     let map = SourceMap::unassigned(exemplars, output)?;
-    weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
+    plan.weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
 }
 
 /// What [`graphcut_from`] would do with these exemplars, an output and a field of sources ([`Start::sources`], `None` for all
@@ -51,7 +51,9 @@ pub fn plan<const D: usize>(
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<Plan<D>, Error> {
-    check(exemplars, output, options, limits)?;
+    options.validate()?;
+    let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
     if output.is_empty() {
         return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
     }
@@ -68,45 +70,31 @@ pub fn graphcut_from<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    check(exemplars, start.map.domain(), options, &run.limits)?;
-    weave(exemplars, start, options, run)
+    let output = start.map.domain();
+    let plan = plan(exemplars, output, start.sources.as_ref(), options, &run.limits)?;
+    plan.weave(exemplars, start, options, run)
 }
 
-/// A run of which options and memory were checked.
-fn weave<const D: usize>(
-    exemplars: &Exemplars<D>,
-    start: Start<D>,
-    options: &Options<D>,
-    run: &Run<'_, D>,
-) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    if start.map.domain().is_empty() {
-        return Err(Error::EmptyOutput { shape: start.map.domain().shape.to_vec() });
+impl<const D: usize> Plan<D> {
+    /// Weaves as planned, from what is there; exemplars, output, field and options are those of the plan.
+    ///
+    /// # Errors
+    /// Those of [`graphcut_from`].
+    pub fn weave(
+        &self,
+        exemplars: &Exemplars<D>,
+        start: Start<D>,
+        options: &Options<D>,
+        run: &Run<'_, D>,
+    ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+        start.check(exemplars)?;
+        let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
+        let mut weaver = Weaver::new(exemplars, &singles, self, start, options, run)?;
+        let complete = match weaver.weave() {
+            Ok(complete) => complete,
+            Err(error) if error.is_cancelled() => false,
+            Err(error) => return Err(error),
+        };
+        Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
     }
-    start.check(exemplars)?;
-    let plan = measured(exemplars, start.map.domain(), start.sources.as_ref(), options)?;
-    let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
-    let mut weaver = Weaver::new(exemplars, &singles, &plan, start, options, run)?;
-    let outcome = weaver.weave();
-    let complete = match outcome {
-        Ok(complete) => complete,
-        Err(error) if error.is_cancelled() => false,
-        Err(error) => return Err(error),
-    };
-    Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
-}
-
-/// What can be checked before anything is made.
-///
-/// # Errors
-/// Those of [`Options::validate`] and of [`Limits::admit`](selvedge_core::Limits::admit).
-fn check<const D: usize>(
-    exemplars: &Exemplars<D>,
-    output: Domain<D>,
-    options: &Options<D>,
-    limits: &Limits,
-) -> Result<(), Error> {
-    options.validate()?;
-    let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
-    let needed = estimate(&domains, exemplars.channels(), output, options);
-    Ok(limits.admit(output, Bytes(needed))?)
 }

@@ -1,16 +1,17 @@
 //! `selvedge quilt`: image quilting. `[Efros01 2]`
 
-use clap::{Args, ValueEnum};
-use selvedge_core::Domain;
+use clap::Args;
+use selvedge_core::{Bytes, Domain};
 use selvedge_quilting::{Continuation, Error, Options, Plan, Stage, Stats, estimate};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
-use crate::repairing::{self, Repairing, with_repair};
-use crate::used::Used;
+use crate::loom::Loom;
+use crate::method::{Method, Planned};
+use crate::repairing::Repairing;
+use crate::setup::{OutputSize, Setup};
+use crate::values::{Auto, auto, choices, name_of, parsed};
 use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
 
@@ -22,11 +23,11 @@ pub(crate) struct Quilt {
     #[command(flatten)]
     sizing: Sizing,
     /// Side of the blocks in pixels, or auto; it should hold the largest structure of the texture.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
-    block: Auto,
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
+    block: Auto<u32>,
     /// Width of the overlap of blocks in pixels, or auto: a fourth of the block, of --paper a sixth.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
-    overlap: Auto,
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
+    overlap: Auto<u32>,
     /// Draw among blocks whose overlap error is up to this fraction above the least, both as --spread makes them count.
     #[arg(long, value_name = "T", default_value_t = 0.1)]
     tolerance: f64,
@@ -48,131 +49,64 @@ pub(crate) struct Quilt {
     blending: Blending,
 }
 
-/// A number, or a choice by the program.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Auto(pub(super) Option<u32>);
-
-pub(super) fn auto_or_number(text: &str) -> Result<Auto, Wrong> {
-    match text {
-        "auto" => Ok(Auto(None)),
-        _ => text
-            .parse()
-            .map(|n| Auto(Some(n)))
-            .map_err(|_| Wrong::new(format!("'{text}' is no number of pixels"), "write a number of pixels, or auto")),
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum StageArg {
+choices!(StageArg for Stage {
     /// Random blocks, tiled without overlap.
     Random,
     /// Overlapping blocks that agree with their neighbours.
     Overlap,
     /// The same with a minimum error boundary cut.
     Cut,
-}
+});
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum ContinuationArg {
+choices!(ContinuationArg for Continuation {
     /// Not if there is any other.
     Avoid,
     /// As the paper has it.
     Allow,
-}
-
-impl From<StageArg> for Stage {
-    fn from(stage: StageArg) -> Self {
-        match stage {
-            StageArg::Random => Self::Random,
-            StageArg::Overlap => Self::Overlap,
-            StageArg::Cut => Self::Cut,
-        }
-    }
-}
-
-impl From<ContinuationArg> for Continuation {
-    fn from(continuation: ContinuationArg) -> Self {
-        match continuation {
-            ContinuationArg::Avoid => Self::Avoid,
-            ContinuationArg::Allow => Self::Allow,
-        }
-    }
-}
+});
 
 impl Method for Quilt {
     type Read = ();
 
-    fn name(&self) -> &'static str {
-        "quilt"
-    }
-
-    fn weaving(&self) -> &Weaving {
-        &self.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
         self.options().validate()?;
-        self.repairing.validate()
+        self.repairing.validate()?;
+        let size = OutputSize::Exemplar(self.sizing);
+        Ok(Setup { blending: self.blending, ..Setup::new("quilt", &self.weaving, size) })
     }
 
-    fn blending(&self) -> Blending {
-        self.blending
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Exemplar(self.sizing)
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        let method = estimate(sources, channels, output, &self.options());
-        method.saturating_add(self.repairing.bytes(sources, channels, output))
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let method = Bytes(estimate(sources, channels, output, &self.options()));
+        method + self.repairing.bytes(sources, channels, output)
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
         Ok(())
     }
 
-    fn plan(&self, loom: &Loom<'_>, (): ()) -> Result<(Used, String), Failure> {
-        let plan = self.planned(loom)?;
-        Ok((self.used(loom, &plan), format!("from blocks of {} px", plan.block())))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, (): ()) -> Result<Outcome, Failure> {
-        let plan = self.planned(loom)?;
-        let mut woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
-        let repair = self.repairing.mend(loom.session, &loom.loaded.exemplars, &mut woven, (None, None))?;
-        Ok(Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            kept: None,
-            options: self.used(loom, &plan),
-            stats: with_repair(counts(&woven.stats), repair.as_ref()),
-            how: how(&woven.stats) + &repairing::how(repair.as_ref()),
-            course: None,
-        })
-    }
-}
-
-impl Quilt {
-    fn planned<'l>(&self, loom: &'l Loom<'_>) -> Result<Plan<'l>, Failure> {
-        let plan = Plan::new(&loom.loaded.exemplars, loom.domain, &self.options(), &loom.session.run());
-        plan.map_err(|e| failure(loom, e))
-    }
-
-    /// The options as used: what was left to the program, and what --paper stands for.
-    fn used(&self, loom: &Loom<'_>, plan: &Plan<'_>) -> Used {
-        let (options, lower) = (self.options(), |name: String| name.to_lowercase());
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (): ()) -> Result<Planned<'l>, Failure> {
+        let (exemplars, session) = (&loom.loaded.exemplars, loom.session);
+        let options = self.options();
+        let plan = Plan::new(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(loom, e))?;
+        // What --paper stands for is told, too.
         let used = loom
             .used()
             .set("block", plan.block())
             .set("overlap", plan.overlap())
             .set("tolerance", options.tolerance)
-            .set("stage", lower(format!("{:?}", options.stage)))
-            .set("continuation", lower(format!("{:?}", options.continuation)))
+            .set("stage", name_of(options.stage))
+            .set("continuation", name_of(options.continuation))
             .set("spread", options.spread);
-        self.blending.used_if_any(self.repairing.used_if_any(used))
+        let used = self.blending.used_if_any(self.repairing.used_if_any(used));
+        Ok(Planned::new(used, format!("from blocks of {} px", plan.block()), move || {
+            let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
+            let told = told(&woven.stats);
+            self.repairing.outcome(session, exemplars, woven, (None, None), told)
+        }))
     }
+}
 
+impl Quilt {
     fn options(&self) -> Options {
         let options = Options { block: self.block.0, overlap: self.overlap.0, ..Options::paper() };
         if self.paper {
@@ -189,17 +123,21 @@ impl Quilt {
     }
 }
 
-fn counts(stats: &Stats) -> serde_json::Value {
-    json!({
+/// What was done, as numbers and for people.
+fn told(stats: &Stats) -> (Value, String) {
+    let counts = json!({
         "blocks": stats.blocks,
         "candidates": stats.candidates,
         "overlap_error": stats.overlap_error,
         "cut_error": stats.cut_error,
-    })
+    });
+    let blocks = n("block", stats.blocks as usize);
+    (counts, format!("from {blocks} of {} px, overlap {} px", stats.block, stats.overlap))
 }
 
-fn how(stats: &Stats) -> String {
-    format!("from {} of {} px, overlap {} px", n("block", stats.blocks as usize), stats.block, stats.overlap)
+/// A length in pixels, or a choice by the program.
+pub(super) fn pixels() -> impl Fn(&str) -> Result<Auto<u32>, Wrong> + Clone {
+    auto("number of pixels", "write a number of pixels, or auto", parsed)
 }
 
 /// Errors about exemplars name the file, and options by their flags.

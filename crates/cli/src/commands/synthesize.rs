@@ -1,17 +1,15 @@
 //! `selvedge synthesize`: the best of several candidates, without knobs.
 
 use clap::Args;
-use selvedge_core::Transform;
+use selvedge_core::{Bytes, Domain};
 use selvedge_metrics::Columns;
 use selvedge_synthesis::{Options, Stats, Tried, estimate, synthesize};
 use serde_json::{Value, json};
 
-use crate::blending::Blending;
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, Outcome};
-use crate::plan::Plan;
-use crate::report::Done;
-use crate::session::Session;
+use crate::loom::{Loom, MadeBy, Outcome};
+use crate::method::{Method, Planned};
+use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
 use crate::weaving::{Sizing, Weaving};
 
@@ -28,48 +26,37 @@ pub(crate) struct Synthesize {
     effort: u8,
 }
 
-impl Synthesize {
-    /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let mut loom = self.weaving.begin(
-            session,
-            &Plan {
-                command: "synthesize",
-                others: Vec::new(),
-                domain: &|exemplars| Ok(self.weaving.tiled(self.sizing.shape(exemplars[0].shape))),
-                transforms: &[Transform::IDENTITY],
-                backdrop: None,
-                blending: (Blending::default(), false),
-                guides: 0,
-                estimate: &|exemplars, channels, output| {
-                    estimate(exemplars, channels, output, rayon::current_num_threads())
-                },
-            },
-        )?;
-        if loom.is_dry() {
-            let used = loom.used();
-            return Ok(loom.would(used, &format!("as the best of what effort {} tries", self.effort)));
-        }
-        let options = Options { effort: self.effort };
-        let woven = synthesize(&loom.loaded.exemplars, loom.domain, &options, &session.run());
-        let woven = woven.map_err(|e| loom.loaded.about(e.into()))?;
-        let stats = woven.stats;
-        let kept = &stats.tried[stats.kept];
-        loom.made_by = Some((kept.method, kept.seed.0));
-        let outcome = Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            kept: None,
-            options: used(&loom, kept),
-            stats: json!({
+impl Method for Synthesize {
+    type Read = ();
+
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        Ok(Setup::new("synthesize", &self.weaving, OutputSize::Exemplar(self.sizing)))
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        Bytes(estimate(sources, channels, output, rayon::current_num_threads()))
+    }
+
+    fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (): ()) -> Result<Planned<'l>, Failure> {
+        let how = format!("as the best of what effort {} tries", self.effort);
+        Ok(Planned::new(loom.used(), how, || {
+            let options = Options { effort: self.effort };
+            let woven = synthesize(&loom.loaded.exemplars, loom.domain, &options, &loom.session.run());
+            let woven = woven.map_err(|e| loom.loaded.about(e.into()))?;
+            let (stats, kept) = (&woven.stats, &woven.stats.tried[woven.stats.kept]);
+            let counts = json!({
                 "effort": self.effort,
                 "kept": stats.kept,
                 "candidates": stats.tried.iter().map(candidate).collect::<Vec<_>>(),
-            }),
-            how: how(&stats),
-            course: None,
-        };
-        loom.finish(outcome)
+            });
+            let made_by = MadeBy { command: kept.method, seed: kept.seed.0, options: used(loom, kept) };
+            let how = how_kept(stats);
+            Ok(Outcome { made_by: Some(made_by), ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
+        }))
     }
 }
 
@@ -104,7 +91,7 @@ fn candidate(tried: &Tried) -> Value {
 }
 
 /// What was taken and why, in a line.
-fn how(stats: &Stats) -> String {
+fn how_kept(stats: &Stats) -> String {
     let kept = &stats.tried[stats.kept];
     let size = kept.used.iter().find(|(name, _)| matches!(*name, "block" | "region"));
     let size = size.map_or(String::new(), |(name, text)| format!(" ({name} {text} px)"));

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, Stats, estimate};
-use selvedge_core::{Domain, Transform};
+use selvedge_core::{Bytes, Domain, Transform};
 use serde_json::json;
 
 use crate::blending::Blending;
@@ -17,7 +17,8 @@ use crate::commands::transfer::{Pair, guide_of, named};
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
 use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
+use crate::method::{Method, Planned};
+use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
 use crate::weaving::Weaving;
 
@@ -105,49 +106,26 @@ struct Job<'a> {
 impl Method for Job<'_> {
     type Read = Vec<Constraint>;
 
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn weaving(&self) -> &Weaving {
-        self.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options.validate()?)
-    }
-
-    fn blending(&self) -> Blending {
-        self.knobs.blending
-    }
-
-    fn guides(&self) -> usize {
-        self.pairs.len()
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Picture(&self.first, self.ratio)
-    }
-
-    fn others(&self) -> Vec<PathBuf> {
-        let of_pairs = self.pairs.iter().flat_map(|p| p.sources.iter().chain(std::iter::once(&p.target)));
-        self.others.iter().chain(of_pairs).cloned().collect()
-    }
-
-    fn transforms(&self) -> Vec<Transform> {
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        self.options.validate()?;
         let turns = if self.knobs.no_turn { 0..1 } else { 0..4 };
-        turns.map(|turn| Transform::new(90.0 * f64::from(turn), 1.0, false)).collect()
+        Ok(Setup {
+            others: self.others.iter().chain(self.pairs.iter().flat_map(Pair::files)).cloned().collect(),
+            transforms: turns.map(|turn| Transform::new(90.0 * f64::from(turn), 1.0, false)).collect(),
+            blending: self.knobs.blending,
+            guides: self.pairs.len(),
+            ..Setup::new(self.name, self.weaving, OutputSize::Picture(&self.first, self.ratio))
+        })
     }
 
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let own = (self.channels, self.ratio);
         let constraints: Vec<_> = std::iter::once(own).chain(self.pairs.iter().map(|_| (3, 1))).collect();
         let sizes = Sizes { sources, channels, constraints: &constraints, output };
-        let samples = |d: &Domain<2>| u64::from(d.shape[0]).saturating_mul(d.shape[1].into());
-        let area = sources.iter().chain(std::iter::once(&output)).map(samples).fold(0, u64::saturating_add);
         // Maps of constraints, and the pictures that they are made of.
-        let maps: u64 = constraints.iter().map(|&(channels, _)| area.saturating_mul(channels as u64 + 4)).sum();
-        estimate(&sizes, &self.options).saturating_add(maps)
+        let each: u64 = constraints.iter().map(|&(channels, _)| channels as u64 + 4).sum();
+        let maps = sources.iter().chain(std::iter::once(&output)).map(|domain| Bytes::of_samples(*domain, each)).sum();
+        Bytes(estimate(&sizes, &self.options)) + maps
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> {
@@ -164,30 +142,16 @@ impl Method for Job<'_> {
         Ok(constraints)
     }
 
-    fn plan(&self, loom: &Loom<'_>, constraints: Vec<Constraint>) -> Result<(Used, String), Failure> {
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, constraints: Vec<Constraint>) -> Result<Planned<'l>, Failure> {
         self.planned(loom, &constraints)?;
         let how = format!("under {}", n("constraint", constraints.len()));
-        Ok((self.used(loom), how))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, constraints: Vec<Constraint>) -> Result<Outcome, Failure> {
-        let plan = self.planned(loom, &constraints)?;
-        let woven = plan.weave(&loom.session.run()).map_err(failure)?;
-        let stats = &woven.stats;
-        Ok(Outcome {
-            complete: woven.complete,
-            kept: None,
-            options: self.used(loom),
-            stats: counts(stats),
-            how: format!(
-                "from {} of {} labels for {}",
-                stats.improvements,
-                stats.expansions,
-                n("place", stats.searches as usize)
-            ),
-            course: None,
-            woven: Box::new(woven.result),
-        })
+        Ok(Planned::new(self.used(loom), how, move || {
+            let woven = self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?;
+            let stats = &woven.stats;
+            let places = n("place", stats.searches as usize);
+            let how = format!("from {} of {} labels for {places}", stats.improvements, stats.expansions);
+            Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(stats), how))
+        }))
     }
 }
 

@@ -1,30 +1,26 @@
 //! `selvedge graphcut`: graphcut textures. `[Kwatra03 3-6]`
 
-mod choices;
 mod scales;
 mod sources;
-pub(crate) mod start;
-
-use std::path::PathBuf;
 
 use clap::Args;
-use selvedge_core::{Domain, Observer, Run, Transform};
-use selvedge_graphcut_textures::{Error, Options, Placement, Plan, Start, Stats, estimate, graphcut_from, plan};
+use selvedge_core::{Bytes, Domain, Observer, Run, SeamMeasure, Start};
+use selvedge_graphcut_textures::{Error, Options, Placement, Plan, Stats, estimate, plan};
 use serde_json::json;
 
-use self::choices::{Auto, PlacementArg, SeamArg, Sides, number, reach, sides, typed};
 use self::scales::{Field, Range, Scales};
-use self::start::{Begun, StartArgs};
-use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::course::{self, Film};
 use crate::failure::Failure;
+use crate::ground::{Ground, StartArgs};
 use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
-use crate::repairing::{self, Repairing, with_repair};
+use crate::method::{Method, Planned};
+use crate::repairing::Repairing;
 use crate::report::Done;
 use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
+use crate::values::{Auto, auto, choices, name_of, parsed, sides, sides_typed};
 use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
 
@@ -42,22 +38,25 @@ pub(crate) struct Graphcut {
     #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
     seam: SeamArg,
     /// Size of the regions that patches are found for: 32, 48x32, or auto.
-    #[arg(long, value_name = "SIZE|auto", default_value = "auto", value_parser = sides, allow_negative_numbers = true)]
-    region: Sides,
+    #[arg(long, value_name = "SIZE|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write 32, 48x32 (width by height), or auto", sides))]
+    region: Auto<[u32; 2]>,
     /// How far patches may reach beyond their region: 16, or 24x16 across and down; auto chooses, all is as far as the
     /// exemplar does.
-    #[arg(long, value_name = "N|NxM|auto|all", default_value = "auto", value_parser = reach,
-        allow_negative_numbers = true)]
-    reach: Sides,
+    #[arg(long, value_name = "N|NxM|auto|all", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write 16, 24x16 (across by down), auto or all", reach))]
+    reach: Auto<[u32; 2]>,
     /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1.
     #[arg(long, value_name = "K", default_value_t = Options::<2>::default().randomness)]
     randomness: f64,
     /// How much patches avoid to stand to each other as others do already; auto: 0.5 for entire placement, else 0.25.
-    #[arg(long, value_name = "V|auto", default_value = "auto", value_parser = variety, allow_negative_numbers = true)]
-    variety: Variety,
+    #[arg(long, value_name = "V|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("variety", "write a number from 0 on, or auto", parsed::<f64>))]
+    variety: Auto<f64>,
     /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number, allow_negative_numbers = true)]
-    refine: Auto,
+    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    refine: Auto<u32>,
     /// Refinements in a row that bring nothing before the seams count as settled.
     #[arg(long, value_name = "N", default_value_t = Options::<2>::default().patience)]
     patience: u32,
@@ -98,18 +97,27 @@ pub(crate) struct Graphcut {
     scale_step: f64,
 }
 
-/// How much variety, or a choice by the program.
-#[derive(Clone, Copy, Debug)]
-struct Variety(Option<f64>);
+choices!(PlacementArg for Placement {
+    /// Entire where the exemplar repeats itself, else sub.
+    Auto,
+    /// Anywhere.
+    Random,
+    /// Where the whole exemplar agrees with what is there.
+    Entire,
+    /// Where the exemplar agrees with what is there in the region.
+    Sub,
+});
 
-fn variety(text: &str) -> Result<Variety, Wrong> {
-    match text {
-        "auto" => Ok(Variety(None)),
-        _ => text
-            .parse()
-            .map(|v| Variety(Some(v)))
-            .map_err(|_| Wrong::new(format!("'{text}' is no variety"), "write a number from 0 on, or auto")),
-    }
+choices!(SeamArg for SeamMeasure {
+    /// By the difference of the two patches.
+    Difference,
+    /// By that difference over their gradients.
+    Gradient,
+});
+
+/// How far from a region.
+fn reach(text: &str) -> Option<[u32; 2]> {
+    if text == "all" { Some([u32::MAX; 2]) } else { sides(text) }
 }
 
 /// An angle in degrees.
@@ -121,103 +129,71 @@ fn angle(text: &str) -> Result<f64, Wrong> {
 /// A run whose options were understood, and whose map was read.
 struct Job<'a> {
     args: &'a Graphcut,
-    options: Options<2>,
-    field: Option<&'a Scales>,
+    field: Option<Scales>,
     /// The scales of the exemplars.
-    levels: &'a [f64],
-    begun: &'a Begun<'a>,
-    domain: &'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
+    levels: Vec<f64>,
+    ground: Ground,
 }
 
 impl Method for Job<'_> {
     type Read = Start<2>;
 
-    fn name(&self) -> &'static str {
-        "graphcut"
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        let Graphcut { weaving, sizing, start, blending, .. } = self.args;
+        Ok(Setup {
+            others: start.files().into_iter().chain(self.field.as_ref().and_then(Scales::file).cloned()).collect(),
+            transforms: self.args.transforms(&self.levels),
+            backdrop: start.backdrop(),
+            blending: *blending,
+            keeps: true,
+            ..Setup::new("graphcut", weaving, OutputSize::Ground(&self.ground, *sizing))
+        })
     }
 
-    fn weaving(&self) -> &Weaving {
-        &self.args.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options.validate()?)
-    }
-
-    fn blending(&self) -> Blending {
-        self.args.blending
-    }
-
-    fn keeps(&self) -> bool {
-        true
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Start(self.domain)
-    }
-
-    fn others(&self) -> Vec<PathBuf> {
-        self.args.start.files().into_iter().chain(self.field.and_then(Scales::file).cloned()).collect()
-    }
-
-    fn transforms(&self) -> Vec<Transform> {
-        self.args.transforms(self.levels)
-    }
-
-    fn backdrop(&self) -> Option<Backdrop<'_>> {
-        self.args.start.backdrop()
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let args = self.args;
         // A bit for each source at each place.
-        let steered = self.field.is_some() || self.backdrop().is_some();
-        let field = if steered { bits_of_sources(output) } else { 0 };
-        let filmed = self.args.weaving.report.is_some();
-        let film = if filmed { course::memory(sources, channels, output) } else { 0 };
-        let method = estimate(sources, channels, output, &self.options);
-        let repair = self.args.repairing.bytes(sources, channels, output);
-        method.saturating_add(field).saturating_add(film).saturating_add(repair)
+        let field = if self.field.is_some() { Bytes::of_samples(output, 8) } else { args.start.bytes(output) };
+        let filmed = args.weaving.report.is_some();
+        let film = if filmed { course::memory(sources, channels, output) } else { Bytes(0) };
+        let method = Bytes(estimate(sources, channels, output, &args.options()));
+        method + field + film + args.repairing.bytes(sources, channels, output)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
-        let (map, fixed) = self.begun.stand(loom)?;
-        Ok(Start { map, fixed, sources: self.args.sources(loom, self.field)? })
+        let mut start = self.ground.start(loom)?;
+        if let Some(field) = &self.field {
+            // Of two, one at a time.
+            start.sources = None;
+            start.sources = Some(self.args.sources(loom, field)?);
+        }
+        Ok(start)
     }
 
-    fn plan(&self, loom: &Loom<'_>, start: Start<2>) -> Result<(Used, String), Failure> {
-        let (exemplars, limits) = (&loom.loaded.exemplars, &loom.session.limits);
-        let plan = plan(exemplars, loom.domain, start.sources.as_ref(), &self.options, limits);
-        let chosen = Chosen::from(&plan.map_err(|e| failure(loom, e))?);
-        let [height, width] = chosen.region;
-        let placement = format!("{:?}", chosen.placement).to_lowercase();
-        let how = format!("from patches for regions of {width}x{height} px, {placement} placement");
-        Ok((self.args.used(loom, self.field, &chosen), how))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, start: Start<2>) -> Result<Outcome, Failure> {
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, start: Start<2>) -> Result<Planned<'l>, Failure> {
         let (args, exemplars, session) = (self.args, &loom.loaded.exemplars, loom.session);
-        let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| args.repairing.is_on()));
-        let filmed = args.weaving.report.is_some();
-        let film = filmed.then(|| Film::new(&session.watch, exemplars, self.options.seam)).transpose()?;
-        let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
-        let run = Run { observer, ..session.run() };
-        let mut woven = graphcut_from(exemplars, start, &self.options, &run).map_err(|e| failure(loom, e))?;
-        args.warn_of_small(loom, woven.stats.region);
-        let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
-        let repair = args.repairing.mend(session, exemplars, &mut woven, (kept.as_ref(), sources))?;
-        Ok(Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            kept,
-            options: args.used(loom, self.field, &Chosen::from(&woven.stats)),
-            stats: with_repair(counts(&woven.stats), repair.as_ref()),
-            how: if self.backdrop().is_some() && woven.stats.patches == 0 {
-                "as it was: the picture has no holes, and no --fixed makes some".to_owned()
-            } else {
-                how(&woven.stats) + &repairing::how(repair.as_ref())
-            },
-            course,
-        })
+        let options = args.options();
+        let planned = plan(exemplars, loom.domain, start.sources.as_ref(), &options, &session.limits);
+        let plan = planned.map_err(|e| failure(loom, e))?;
+        let [height, width] = plan.region;
+        let how = format!("from patches for regions of {width}x{height} px, {} placement", name_of(plan.placement));
+        Ok(Planned::new(args.used(loom, self.field.as_ref(), &plan), how, move || {
+            let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| args.repairing.is_on()));
+            let filmed = args.weaving.report.is_some();
+            let film = filmed.then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
+            let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
+            let run = Run { observer, ..session.run() };
+            let woven = plan.weave(exemplars, start, &options, &run).map_err(|e| failure(loom, e))?;
+            args.warn_of_small(loom, plan.region);
+            let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
+            let untouched = args.start.backdrop().is_some() && woven.stats.patches == 0;
+            let told = (counts(&woven.stats), how_woven(&woven.stats));
+            let mut outcome = args.repairing.outcome(session, exemplars, woven, (kept, sources), told)?;
+            if untouched {
+                outcome.how = "as it was: the picture has no holes, and no --fixed makes some".to_owned();
+            }
+            Ok(Outcome { course, ..outcome })
+        }))
     }
 }
 
@@ -252,60 +228,27 @@ impl Graphcut {
         if field.is_some() || backdrop.is_some() {
             scales::check_number(exemplars, self.orientations().len(), levels.len(), backdrop.is_some())?;
         }
-        let begun = self.start.begin(session)?;
-        let domain = |exemplars: &[Domain<2>]| {
-            let (first, sizing) = (exemplars[0].shape, self.sizing);
-            let output = begun.domain(exemplars, sizing.typed(first), self.weaving.tiled(sizing.shape(first)))?;
-            field.as_ref().map_or(Ok(()), |field| field.check(output))?;
-            Ok(output)
-        };
-        let options = self.options();
-        Job { args: self, options, field: field.as_ref(), levels: &levels, begun: &begun, domain: &domain }.run(session)
+        let ground = self.start.ground(session)?;
+        field.as_ref().map_or(Ok(()), |field| field.check(ground.topology(&self.weaving)))?;
+        Job { args: self, field, levels, ground }.run(session)
     }
 
     /// The options as used.
-    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, chosen: &Chosen) -> Used {
+    fn used(&self, loom: &Loom<'_>, field: Option<&Scales>, plan: &Plan<2>) -> Used {
         let used = loom
             .used()
-            .set("placement", format!("{:?}", chosen.placement).to_lowercase())
-            .set("region", typed(chosen.region))
-            .set("reach", typed(chosen.reach))
-            .set("variety", chosen.variety)
+            .set("placement", name_of(plan.placement))
+            .set("region", sides_typed(plan.region))
+            .set("reach", sides_typed(plan.reach))
+            .set("variety", plan.variety)
             .set("refine", self.refine.0)
             .set("tries", self.options().tries);
-        let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
-        let used = self.repairing.used_if_any(self.blending.used(used));
+        let used = self.repairing.used_if_any(self.blending.used(self.start.used(used)));
         match field {
             Some(field) => field.used(used),
             None => used.without("scale-field").without("scale-range").without("scale-step"),
         }
     }
-}
-
-/// What was left to the program.
-struct Chosen {
-    placement: Placement,
-    region: [u32; 2],
-    reach: [u32; 2],
-    variety: f64,
-}
-
-impl From<&Plan<2>> for Chosen {
-    fn from(plan: &Plan<2>) -> Self {
-        Self { placement: plan.placement, region: plan.region, reach: plan.reach, variety: plan.variety }
-    }
-}
-
-impl From<&Stats<2>> for Chosen {
-    fn from(stats: &Stats<2>) -> Self {
-        Self { placement: stats.placement, region: stats.region, reach: stats.reach, variety: stats.variety }
-    }
-}
-
-/// Bytes of one set of sources a position.
-fn bits_of_sources(output: Domain<2>) -> u64 {
-    let [h, w] = output.shape.map(u64::from);
-    h.saturating_mul(w).saturating_mul(u64::BITS.into()) / 8
 }
 
 fn counts(stats: &Stats<2>) -> serde_json::Value {
@@ -320,8 +263,8 @@ fn counts(stats: &Stats<2>) -> serde_json::Value {
     })
 }
 
-fn how(stats: &Stats<2>) -> String {
-    let placement = format!("{:?}", stats.placement).to_lowercase();
+fn how_woven(stats: &Stats<2>) -> String {
+    let placement = name_of(stats.placement);
     let (patches, improvements) = (stats.patches, stats.improvements);
     let why = stats.regularity.map_or(String::new(), |r| format!(" at a regularity of {r}"));
     format!("from {patches} patches and {improvements} refinements, {placement} placement{why}")

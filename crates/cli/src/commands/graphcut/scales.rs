@@ -152,11 +152,11 @@ impl Scales {
     }
 
     /// Refuses a field that jumps where the output tiles.
-    pub(super) fn check(&self, output: Domain<2>) -> Result<(), Failure> {
+    pub(super) fn check(&self, periodic: [bool; 2]) -> Result<(), Failure> {
         let Field::Sides(sides) = &self.field else { return Ok(()) };
         for (axis, name) in ["y", "x"].into_iter().enumerate() {
             let (low, high) = (sides[2 * axis], sides[2 * axis + 1]);
-            if output.periodic[axis] && low != high {
+            if periodic[axis] && low != high {
                 let (one, other) = (SIDES[2 * axis], SIDES[2 * axis + 1]);
                 let what = format!("a scale of {low} at the {one} and {high} at the {other} cannot tile along {name}");
                 return Err(Failure::new(2, what).remedy("change --tile, or make both sides equal"));

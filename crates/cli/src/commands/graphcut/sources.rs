@@ -42,16 +42,8 @@ impl Graphcut {
         all
     }
 
-    /// By position, which sources may be copied from; `None` for all everywhere.
-    pub(super) fn sources(&self, loom: &mut Loom<'_>, field: Option<&Scales>) -> Result<Option<Grid<u64, 2>>, Failure> {
-        let Some(field) = field else {
-            if self.start.backdrop().is_none() {
-                return Ok(None);
-            }
-            // It stands where it is, and nowhere else.
-            let others = loom.loaded.exemplars.sources().len() - 1;
-            return Ok(Some(Grid::try_filled(loom.domain, 1, (1 << others) - 1)?));
-        };
+    /// By position, which sources may be copied from.
+    pub(super) fn sources(&self, loom: &mut Loom<'_>, field: &Scales) -> Result<Grid<u64, 2>, Failure> {
         let picture = field.file().map(|path| loom.read(&Input::new(loom.session, path)?)).transpose()?;
         let mut allowed = field.allowed(loom.domain, picture.as_ref())?;
         let of_levels: Vec<u64> = field.levels().into_iter().map(|scale| self.of_scale(loom, scale)).collect();
@@ -59,7 +51,7 @@ impl Graphcut {
             let set = (0..of_levels.len()).filter(|level| *bits >> level & 1 == 1);
             *bits = set.fold(0, |sources, level| sources | of_levels[level]);
         }
-        Ok(Some(allowed))
+        Ok(allowed)
     }
 
     /// Exemplars that no region fits into are laid where nothing larger may be.

@@ -2,28 +2,10 @@
 
 use std::fmt;
 
-use clap::ValueEnum;
 use selvedge_hybrid::{Layout, PixelSearch, Resynthesize, Threshold};
 
+use crate::values::choices;
 use crate::wrong::Wrong;
-
-/// Height and width of start blocks, or a choice by the program.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Block(pub(super) Option<[u32; 2]>);
-
-pub(super) fn block(text: &str) -> Result<Block, Wrong> {
-    let number = |s: &str| s.parse::<u32>().ok();
-    let both = || match text.split_once(['x', 'X']) {
-        Some((across, down)) => Some([number(down)?, number(across)?]),
-        None => Some([number(text)?; 2]),
-    };
-    match text {
-        "auto" => Ok(Block(None)),
-        _ => both()
-            .map(|sides| Block(Some(sides)))
-            .ok_or_else(|| Wrong::new(format!("'{text}' is no block"), "write 32, 64x32 (width by height), or auto")),
-    }
-}
 
 /// As blocks are written.
 pub(super) fn typed([down, across]: [u32; 2]) -> String {
@@ -57,69 +39,34 @@ impl fmt::Display for Error {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum LayoutArg {
+choices!(LayoutArg for Layout {
     /// In rows and columns.
     Grid,
     /// Every other row moved by half a block.
     Brick,
-}
+});
 
-impl From<LayoutArg> for Layout {
-    fn from(layout: LayoutArg) -> Self {
-        match layout {
-            LayoutArg::Grid => Self::Grid,
-            LayoutArg::Brick => Self::Brick,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum SearchArg {
+choices!(SearchArg for PixelSearch {
     /// Those that continue what is around a pixel.
     Coherent,
     /// All of the exemplar, as in the paper.
     Exact,
-}
+});
 
-impl From<SearchArg> for PixelSearch {
-    fn from(search: SearchArg) -> Self {
-        match search {
-            SearchArg::Coherent => Self::Coherent,
-            SearchArg::Exact => Self::Exact,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum ResynthesizeArg {
+choices!(ResynthesizeArg for Resynthesize {
     /// Near the cut, where that shows.
     Seam,
     /// All of the overlap that fits badly, as in the paper.
     Overlap,
-}
-
-impl From<ResynthesizeArg> for Resynthesize {
-    fn from(what: ResynthesizeArg) -> Self {
-        match what {
-            ResynthesizeArg::Seam => Self::Seam,
-            ResynthesizeArg::Overlap => Self::Overlap,
-        }
-    }
-}
+});
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn blocks_and_errors_are_read_as_they_are_written() {
-        assert_eq!(block("auto").unwrap().0, None);
-        assert_eq!([block("32"), block("64x32")].map(|b| b.unwrap().0.map(typed).unwrap()), ["32", "64x32"]);
+    fn errors_are_read_as_they_are_written() {
         assert_eq!(["auto", "0.04", "7%"].map(|text| error(text).unwrap().to_string()), ["auto", "0.04", "7%"]);
-        for text in ["", "x", "3x", "1x2x3", "-4"] {
-            assert!(block(text).is_err(), "{text}");
-        }
         assert!(["", "much", "%"].into_iter().all(|text| error(text).is_err()));
     }
 }

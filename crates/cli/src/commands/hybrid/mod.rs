@@ -2,25 +2,24 @@
 
 mod choices;
 
-use std::path::PathBuf;
-
 use clap::Args;
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Role, Start, Transform};
+use selvedge_core::{Bytes, Domain, Exemplars, Role, Start, Transform};
 use selvedge_hybrid::{Error, Options, Plan, Stats, estimate, weighed};
 use serde_json::json;
 
-use self::choices::{Block, LayoutArg, ResynthesizeArg, SearchArg, block, error, typed};
-use super::graphcut::start::{Begun, StartArgs};
+use self::choices::{LayoutArg, ResynthesizeArg, SearchArg, error, typed};
 use super::quilt::ContinuationArg;
-use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
-use crate::repairing::{self, Repairing, with_repair};
+use crate::ground::{Ground, StartArgs};
+use crate::loom::Loom;
+use crate::method::{Method, Planned};
+use crate::repairing::Repairing;
 use crate::report::Done;
 use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
+use crate::values::{Auto, auto, name_of, sides};
 use crate::weaving::{Sizing, Weaving};
 
 /// Options of `hybrid`.
@@ -32,8 +31,9 @@ pub(crate) struct Hybrid {
     sizing: Sizing,
     /// Size of the first blocks in pixels, powers of two: 32, 64x32 (width by height), or auto. They are split where they
     /// do not fit.
-    #[arg(long, value_name = "SIZE|auto", default_value = "auto", value_parser = block)]
-    block: Block,
+    #[arg(long, value_name = "SIZE|auto", default_value = "auto",
+        value_parser = auto("block", "write 32, 64x32 (width by height), or auto", sides))]
+    block: Auto<[u32; 2]>,
     /// Split blocks whose overlap has a larger error: from 0 to 1, a part of the error of random pixels such as 20%, or auto:
     /// 75%.
     #[arg(long, value_name = "D|P%|auto", default_value = "auto", value_parser = error)]
@@ -86,93 +86,52 @@ pub(crate) struct Hybrid {
 /// A run whose map to begin with was read.
 struct Job<'a> {
     args: &'a Hybrid,
-    begun: &'a Begun<'a>,
-    domain: &'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
+    ground: Ground,
 }
 
 impl Method for Job<'_> {
     type Read = Start<2>;
 
-    fn name(&self) -> &'static str {
-        "hybrid"
-    }
-
-    fn weaving(&self) -> &Weaving {
-        &self.args.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
-        self.args.options().validate()?;
-        self.args.repairing.validate()
-    }
-
-    fn blending(&self) -> Blending {
-        self.args.blending
-    }
-
-    fn keeps(&self) -> bool {
-        true
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Start(self.domain)
-    }
-
-    fn others(&self) -> Vec<PathBuf> {
-        self.args.start.files()
-    }
-
-    fn transforms(&self) -> Vec<Transform> {
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        let Hybrid { weaving, sizing, start, blending, .. } = self.args;
         let turns = if self.args.turn { 0..4 } else { 0..1 };
         let mirrors = if self.args.mirror { &[false, true][..] } else { &[false] };
         let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
-        turns.flat_map(exact).collect()
+        Ok(Setup {
+            others: start.files(),
+            transforms: turns.flat_map(exact).collect(),
+            backdrop: start.backdrop(),
+            blending: *blending,
+            keeps: true,
+            ..Setup::new("hybrid", weaving, OutputSize::Ground(&self.ground, *sizing))
+        })
     }
 
-    fn backdrop(&self) -> Option<Backdrop<'_>> {
-        self.args.start.backdrop()
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let method = Bytes(estimate(sources, channels, output, &self.args.options()));
-        let field = if self.backdrop().is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
-        let repair = Bytes(self.args.repairing.bytes(sources, channels, output));
-        (method.then(repair) + field).0
+        let repair = self.args.repairing.bytes(sources, channels, output);
+        method.then(repair) + self.args.start.bytes(output)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
-        let (map, fixed) = self.begun.stand(loom)?;
-        // A picture stands where it is, and nowhere else.
-        let others = loom.loaded.exemplars.sources().len() - 1;
-        let sources = self.backdrop().map(|_| Grid::try_filled(loom.domain, 1, (1 << others) - 1)).transpose()?;
-        Ok(Start { map, fixed, sources })
+        self.ground.start(loom)
     }
 
-    fn plan(&self, loom: &Loom<'_>, _: Start<2>) -> Result<(Used, String), Failure> {
-        let plan = self.args.planned(loom)?;
-        Ok((self.args.used(loom, &plan), format!("from blocks of {} px", typed(plan.block()))))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, start: Start<2>) -> Result<Outcome, Failure> {
-        let (args, plan) = (self.args, self.args.planned(loom)?);
-        let (kept, sources) = (start.fixed.clone(), start.sources.clone());
-        let whole = start.map.holes() == 0;
-        let mut woven = plan.weave_from(start, &loom.session.run()).map_err(|e| failure(loom, e))?;
-        let repair = args.repairing.mend(loom.session, &exemplars(loom)?, &mut woven, (kept.as_ref(), sources))?;
-        let how = match (&repair, whole) {
-            (None, true) => "as it was: nothing is missing, and no --fixed makes holes".to_owned(),
-            (Some(_), true) => format!("as it was{}", repairing::how(repair.as_ref())),
-            _ => how(&woven.stats) + &repairing::how(repair.as_ref()),
-        };
-        Ok(Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            kept,
-            options: args.used(loom, &plan),
-            stats: with_repair(counts(&woven.stats), repair.as_ref()),
-            how,
-            course: None,
-        })
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, start: Start<2>) -> Result<Planned<'l>, Failure> {
+        let (args, session, exemplars) = (self.args, loom.session, exemplars(loom)?);
+        let plan = Plan::new(&exemplars, loom.domain, &args.options(), &session.run()).map_err(|e| failure(loom, e))?;
+        let (used, how) = (args.used(loom, &plan), format!("from blocks of {} px", typed(plan.block())));
+        Ok(Planned::new(used, how, move || {
+            let (kept, sources, whole) = (start.fixed.clone(), start.sources.clone(), start.map.holes() == 0);
+            let woven = plan.weave_from(start, &session.run()).map_err(|e| failure(loom, e))?;
+            let how = match (whole, args.repairing.is_on()) {
+                (true, true) => "as it was".to_owned(),
+                (true, false) => "as it was: nothing is missing, and no --fixed makes holes".to_owned(),
+                (false, _) => how_woven(&woven.stats),
+            };
+            let told = (counts(&woven.stats), how);
+            args.repairing.outcome(session, &exemplars, woven, (kept, sources), told)
+        }))
     }
 }
 
@@ -188,35 +147,24 @@ impl Hybrid {
             let what = format!("{sources} exemplars and orientations are more than --over tells apart");
             return Err(Failure::new(2, what).remedy("use at most 63"));
         }
-        let begun = self.start.begin(session)?;
-        let domain = |exemplars: &[Domain<2>]| {
-            let (first, sizing) = (exemplars[0].shape, self.sizing);
-            begun.domain(exemplars, sizing.typed(first), self.weaving.tiled(sizing.shape(first)))
-        };
-        Job { args: self, begun: &begun, domain: &domain }.run(session)
-    }
-
-    fn planned(&self, loom: &Loom<'_>) -> Result<Plan, Failure> {
-        let plan = Plan::new(&exemplars(loom)?, loom.domain, &self.options(), &loom.session.run());
-        plan.map_err(|e| failure(loom, e))
+        Job { args: self, ground: self.start.ground(session)? }.run(session)
     }
 
     /// The options as used: what was left to the program, and what --paper stands for.
     fn used(&self, loom: &Loom<'_>, plan: &Plan) -> Used {
-        let (options, lower) = (self.options(), |name: String| name.to_lowercase());
+        let options = self.options();
         let used = loom
             .used()
             .set("block", typed(plan.block()))
             .set("max-error", choices::Error(options.max_error).to_string())
             .set("pixel-error", choices::Error(options.pixel_error).to_string())
-            .set("search", lower(format!("{:?}", options.search)))
-            .set("resynthesize", lower(format!("{:?}", options.resynthesize)))
+            .set("search", name_of(options.search))
+            .set("resynthesize", name_of(options.resynthesize))
             .set("tolerance", options.tolerance)
             .set("spread", options.spread)
-            .set("continuation", lower(format!("{:?}", options.continuation)))
+            .set("continuation", name_of(options.continuation))
             .set("circular", options.circular);
-        let used = if self.start.is_blended_in() { used } else { used.without("blend-in") };
-        self.blending.used_if_any(self.repairing.used_if_any(used))
+        self.blending.used_if_any(self.repairing.used_if_any(self.start.used(used)))
     }
 
     fn options(&self) -> Options {
@@ -270,7 +218,7 @@ fn counts(stats: &Stats) -> serde_json::Value {
     })
 }
 
-fn how(stats: &Stats) -> String {
+fn how_woven(stats: &Stats) -> String {
     let blocks: u64 = stats.levels.iter().map(|level| level.blocks - level.splits).sum();
     let (blocks, pixels) = (n("block", blocks as usize), n("pixel", stats.pixels as usize));
     format!("from {blocks} of {} px and smaller, {pixels} re-synthesised", typed(stats.block))

@@ -9,10 +9,10 @@ use selvedge_io::MaskChannel;
 use selvedge_texture_optimization::{Control, Wanted};
 
 use crate::failure::Failure;
+use crate::ground::check_size;
 use crate::harmonise::{Layout, widened};
 use crate::inputs::Input;
 use crate::loom::Loom;
-use crate::starting::check_size;
 use crate::used::Used;
 
 /// Options about constraints.

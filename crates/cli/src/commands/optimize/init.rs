@@ -44,6 +44,11 @@ impl Init {
         Ok(if is_orderly { Self::Graphcut } else { Self::Quilt })
     }
 
+    /// The map's file.
+    pub(super) fn map(&self) -> Option<&PathBuf> {
+        if let Self::Map(path) = self { Some(path) } else { None }
+    }
+
     /// As it is typed.
     pub(super) fn typed(&self) -> String {
         match self {

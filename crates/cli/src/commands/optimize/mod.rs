@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, ValueHint};
-use selvedge_core::{Bytes, Domain, SourceMap};
+use selvedge_core::{Bytes, Domain, Render, SourceMap};
 use selvedge_texture_optimization::{Control, Finish, Level, LevelStats, Options, Plan, Stats, estimate};
 use serde_json::{Value, json};
 
@@ -16,12 +16,12 @@ use self::control::ControlArgs;
 use self::init::{Init, init};
 use self::levels::{Levels, levels, typed};
 use crate::failure::{Failure, n};
-use crate::inputs::{Input, ReadMap};
+use crate::ground::{Ground, StartArgs};
 use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
+use crate::method::{Method, Planned};
 use crate::report::Done;
 use crate::session::Session;
-use crate::starting::{check_size, rebased};
+use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
 use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
@@ -110,8 +110,7 @@ struct Job<'a> {
     args: &'a Optimize,
     options: Options,
     init: Init,
-    map: Option<ReadMap>,
-    domain: &'a dyn Fn(&[Domain<2>]) -> Result<Domain<2>, Failure>,
+    ground: Ground,
 }
 
 impl Optimize {
@@ -123,22 +122,8 @@ impl Optimize {
             None if self.paper => Init::Random,
             None => self.init.clone(),
         };
-        let map = match &init {
-            Init::Map(path) => Some(Input::new(session, path)?.read_map(session)?),
-            _ => None,
-        };
-        let of_map = map.as_ref().map(|map| map.file.map.domain());
-        let domain = |exemplars: &[Domain<2>]| {
-            let first = exemplars[0].shape;
-            let (Some(of_map), Init::Map(path)) = (of_map, &init) else {
-                return Ok(self.weaving.tiled(self.sizing.shape(first)));
-            };
-            check_size(path, of_map.shape, self.sizing.typed(first), "--size asks for", "leave --size out")?;
-            let mut output = self.weaving.tiled(of_map.shape);
-            (0..2).for_each(|axis| output.periodic[axis] |= of_map.periodic[axis]);
-            Ok(output)
-        };
-        Job { args: self, options, init: init.clone(), map, domain: &domain }.run(session)
+        let ground = StartArgs::of_map(init.map().cloned()).ground(session)?;
+        Job { args: self, options, init, ground }.run(session)
     }
 
     fn options(&self, Levels(mut schedule): Levels) -> Result<Options, Failure> {
@@ -170,85 +155,49 @@ impl Method for Job<'_> {
     /// The map to start from, if that was read, and constraints.
     type Read = (Option<SourceMap<2>>, Control);
 
-    fn name(&self) -> &'static str {
-        "optimize"
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        self.args.control.validate(self.init.map().is_some())?;
+        self.options.validate()?;
+        let others = self.init.map().into_iter().cloned().chain(self.args.control.files()).collect();
+        let size = OutputSize::Ground(&self.ground, self.args.sizing);
+        Ok(Setup { others, ..Setup::new("optimize", &self.args.weaving, size) })
     }
 
-    fn weaving(&self) -> &Weaving {
-        &self.args.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
-        self.args.control.validate(matches!(self.init, Init::Map(_)))?;
-        Ok(self.options.validate()?)
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Start(self.domain)
-    }
-
-    fn others(&self) -> Vec<PathBuf> {
-        let map = match &self.init {
-            Init::Map(path) => Some(path.clone()),
-            _ => None,
-        };
-        map.into_iter().chain(self.args.control.files()).collect()
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let map = Bytes::of_samples(output, 4);
         let method = Bytes(estimate(sources, channels, output, &self.options));
         let wishes = self.args.control.bytes(channels, output);
-        (self.init.bytes(sources, channels, output).then(method + map) + wishes).0
+        self.init.bytes(sources, channels, output).then(method + map) + wishes
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Self::Read, Failure> {
         let control = self.args.control.read(loom)?;
-        let (Some(read), Init::Map(path)) = (&self.map, &self.init) else { return Ok((None, control)) };
-        loom.note(read);
-        let mut map = rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?;
-        map.ids = map.ids.with_periodic(loom.domain.periodic);
-        Ok((Some(map), control))
+        Ok((self.ground.map(loom)?, control))
     }
 
-    fn plan(&self, loom: &Loom<'_>, _: Self::Read) -> Result<(Used, String), Failure> {
-        let plan = self.planned(loom)?;
-        let init = self.init.chosen(&loom.loaded.exemplars)?;
-        let how = format!("from {} at {}", told(&init), n("level", plan.levels().len()));
-        Ok((self.used(loom, &init), how))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, (read, control): Self::Read) -> Result<Outcome, Failure> {
-        let (plan, run) = (self.planned(loom)?, loom.session.run());
-        let exemplars = &loom.loaded.exemplars;
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (read, control): Self::Read) -> Result<Planned<'l>, Failure> {
+        let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
+        let plan = Plan::new(exemplars, loom.domain, &self.options, &run).map_err(|e| failure(loom, e))?;
         let init = self.init.chosen(exemplars)?;
-        let outcome = |woven, complete, stats: &Stats| Outcome {
-            woven,
-            complete,
-            kept: None,
-            options: self.used(loom, &init),
-            stats: counts(stats),
-            how: how(&init, stats),
-            course: None,
-        };
-        let start = match init.made(exemplars, loom.domain, &run)? {
-            Some(made) if !made.complete => {
-                return Ok(outcome(Box::new(made.result), false, &Stats::default()));
-            }
-            Some(made) => Some(made.result),
-            None => read,
-        };
-        let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| failure(loom, e))?;
-        Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
+        let how = format!("from {} at {}", told(&init), n("level", plan.levels().len()));
+        Ok(Planned::new(self.used(loom, &init), how, move || {
+            let outcome = |woven: Box<dyn Render<2>>, complete, stats: &Stats| {
+                Outcome::new(woven, complete, counts(stats), how_woven(&init, stats))
+            };
+            let start = match init.made(exemplars, loom.domain, &run)? {
+                Some(made) if !made.complete => {
+                    return Ok(outcome(Box::new(made.result), false, &Stats::default()));
+                }
+                Some(made) => Some(made.result),
+                None => read,
+            };
+            let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| failure(loom, e))?;
+            Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
+        }))
     }
 }
 
 impl Job<'_> {
-    fn planned<'l>(&self, loom: &'l Loom<'_>) -> Result<Plan<'l>, Failure> {
-        let run = loom.session.run();
-        Plan::new(&loom.loaded.exemplars, loom.domain, &self.options, &run).map_err(|e| failure(loom, e))
-    }
-
     /// The options as used: what was left to the program, and what --paper stands for.
     fn used(&self, loom: &Loom<'_>, init: &Init) -> Used {
         let used = loom
@@ -294,7 +243,7 @@ fn counts(stats: &Stats) -> Value {
     })
 }
 
-fn how(init: &Init, stats: &Stats) -> String {
+fn how_woven(init: &Init, stats: &Stats) -> String {
     let (iterations, levels) = (n("iteration", stats.iterations()), n("level", stats.levels.len()));
     let energy = stats.energy().map_or(String::new(), |e| format!(", energy {e:.1}"));
     format!("from {} by {iterations} at {levels}{energy}", told(init))

@@ -2,14 +2,14 @@
 //! compiled for tests alone: it shows that a new method's command is a page of options.
 
 use clap::Args;
-use selvedge_core::{Domain, Exemplars, Patch, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Window, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Patch, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Window, Woven};
 use selvedge_expansion::{Error, Frame, Holes, Scratch, expand};
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
-use crate::used::Used;
+use crate::method::{Method, Planned};
+use crate::setup::{OutputSize, Setup};
 use crate::weaving::{Sizing, Weaving};
 
 /// Options of `random-labels`.
@@ -27,48 +27,27 @@ pub(crate) struct RandomLabels {
 impl Method for RandomLabels {
     type Read = ();
 
-    fn name(&self) -> &'static str {
-        "random-labels"
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        Ok(Setup::new("random-labels", &self.weaving, OutputSize::Exemplar(self.sizing)))
     }
 
-    fn weaving(&self) -> &Weaving {
-        &self.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Exemplar(self.sizing)
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-        let samples = |d: &Domain<2>| u64::from(d.shape[0]) * u64::from(d.shape[1]);
-        sources.iter().map(samples).sum::<u64>() * (channels as u64 + 9) + samples(&output) * 200
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let read: Bytes = sources.iter().map(|source| Bytes::of_samples(*source, channels as u64 + 9)).sum();
+        read + Bytes::of_samples(output, 200)
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
         Ok(())
     }
 
-    fn plan(&self, loom: &Loom<'_>, (): ()) -> Result<(Used, String), Failure> {
-        Ok((loom.used(), format!("from {} random patches", self.steps)))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, (): ()) -> Result<Outcome, Failure> {
-        let run = loom.session.run();
-        let woven = random_labels(&loom.loaded.exemplars, loom.domain, self.steps, &run);
-        let woven = woven.map_err(|e| Failure::of(e.kind(), &e, e.remedy()))?;
-        Ok(Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            kept: None,
-            options: loom.used(),
-            stats: json!({ "taken": woven.stats }),
-            how: format!("from {} random patches", woven.stats),
-            course: None,
-        })
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (): ()) -> Result<Planned<'l>, Failure> {
+        Ok(Planned::new(loom.used(), format!("from {} random patches", self.steps), || {
+            let run = loom.session.run();
+            let woven = random_labels(&loom.loaded.exemplars, loom.domain, self.steps, &run);
+            let woven = woven.map_err(|e| Failure::of(e.kind(), &e, e.remedy()))?;
+            let (stats, how) = (json!({ "taken": woven.stats }), format!("from {} random patches", woven.stats));
+            Ok(Outcome::new(Box::new(woven.result), woven.complete, stats, how))
+        }))
     }
 }
 

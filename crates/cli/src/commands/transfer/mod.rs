@@ -5,21 +5,23 @@ mod followed;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Guide, Plane};
+use selvedge_core::{Bytes, Domain, Guide, Plane};
 use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
 use selvedge_quilting::{TransferOptions, TransferPlan, TransferStats, estimate_transfer};
 use serde_json::json;
 
 use self::followed::{Correspondence, What, spread};
 use crate::blending::Blending;
-use crate::commands::quilt::{Auto, auto_or_number, failure};
+use crate::commands::quilt::{failure, pixels};
 use crate::failure::{Failure, n, shown};
 use crate::inputs::Input;
 use crate::loom::{Loom, Outcome};
-use crate::method::{Method, OutputSize};
+use crate::method::{Method, Planned};
 use crate::report::Done;
 use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
+use crate::values::Auto;
 use crate::weaving::Weaving;
 
 /// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
@@ -48,8 +50,8 @@ pub(crate) struct Transfer {
     guide: Vec<PathBuf>,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of the
     /// target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = auto_or_number)]
-    block: Auto,
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
+    block: Auto<u32>,
     /// Passes over the output; the paper took 3 to 5.
     #[arg(long, value_name = "N", default_value_t = TransferOptions::default().passes)]
     passes: u32,
@@ -77,6 +79,13 @@ pub(super) struct Pair {
     pub(super) weight: f64,
 }
 
+impl Pair {
+    /// All of them.
+    pub(super) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.sources.iter().chain(std::iter::once(&self.target))
+    }
+}
+
 /// A transfer whose options were understood, and the picture that the output has the size of.
 struct Job<'a> {
     args: &'a Transfer,
@@ -88,63 +97,30 @@ struct Job<'a> {
 impl Method for Job<'_> {
     type Read = Guide<2>;
 
-    fn name(&self) -> &'static str {
-        "transfer"
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        let Transfer { weaving, blending, target, .. } = self.args;
+        let others = target.iter().chain(self.pairs.iter().flat_map(Pair::files)).cloned().collect();
+        let setup = Setup::new("transfer", weaving, OutputSize::Picture(&self.first, 1));
+        Ok(Setup { blending: *blending, guides: self.pairs.len(), others, ..setup })
     }
 
-    fn weaving(&self) -> &Weaving {
-        &self.args.weaving
-    }
-
-    fn validate(&self) -> Result<(), Failure> {
-        Ok(self.options.validate()?)
-    }
-
-    fn blending(&self) -> Blending {
-        self.args.blending
-    }
-
-    fn guides(&self) -> usize {
-        self.pairs.len()
-    }
-
-    fn size(&self) -> OutputSize<'_> {
-        OutputSize::Picture(&self.first, 1)
-    }
-
-    fn others(&self) -> Vec<PathBuf> {
-        let of_pairs = self.pairs.iter().flat_map(|p| p.sources.iter().chain(std::iter::once(&p.target)));
-        self.args.target.iter().chain(of_pairs).cloned().collect()
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let guides = self.args.followed().len() * 2 + self.pairs.len() * 3;
-        estimate_transfer(sources, channels, guides, output, &self.options)
+        Bytes(estimate_transfer(sources, channels, guides, output, &self.options))
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Guide<2>, Failure> {
         self.args.guides(loom, &self.first, &self.pairs)
     }
 
-    fn plan(&self, loom: &Loom<'_>, guide: Guide<2>) -> Result<(Used, String), Failure> {
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
         let sides: Vec<u32> = self.planned(loom, &guide)?.blocks().collect();
-        Ok((self.args.used(loom, &sides), how("blocks", &sides)))
-    }
-
-    fn weave(&self, loom: &Loom<'_>, guide: Guide<2>) -> Result<Outcome, Failure> {
-        let plan = self.planned(loom, &guide)?;
-        let sides: Vec<u32> = plan.blocks().collect();
-        let woven = plan.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
-        let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
-        Ok(Outcome {
-            woven: Box::new(woven.result),
-            complete: woven.complete,
-            kept: None,
-            options: self.args.used(loom, &sides),
-            stats: counts(&woven.stats),
-            how: how(&format!("{blocks} blocks"), &sides),
-            course: None,
-        })
+        Ok(Planned::new(self.args.used(loom, &sides), how("blocks", &sides), move || {
+            let woven = self.planned(loom, &guide)?.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
+            let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
+            let how = how(&format!("{blocks} blocks"), &sides);
+            Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(&woven.stats), how))
+        }))
     }
 }
 

@@ -1,0 +1,205 @@
+//! What every command that weaves a picture from exemplars goes through before its method begins: sizes, budget, reading.
+//! A command adds its options, its estimate, and its method.
+
+use std::path::PathBuf;
+
+use selvedge_core::{Bytes, Depth, Domain, Transform};
+use selvedge_io::Format;
+
+use crate::backdrop::Backdrop;
+use crate::blending::Blending;
+use crate::exemplars::Headers;
+use crate::failure::Failure;
+use crate::ground::Ground;
+use crate::harmonise::Layout;
+use crate::inputs::{self, Input};
+use crate::loom::Loom;
+use crate::memory::{self, Resized};
+use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
+use crate::report::Report;
+use crate::session::Session;
+use crate::weaving::{Sizing, Weaving};
+use crate::{explain, names, outputs, page};
+
+/// What the size of an output follows from.
+pub(crate) enum OutputSize<'a> {
+    /// What is typed, or a multiple of the first exemplar.
+    Exemplar(Sizing),
+    /// A picture, of which the header is read, so many times larger.
+    Picture(&'a Input, u32),
+    /// What was there before, with which the size typed must agree.
+    Ground(&'a Ground, Sizing),
+}
+
+/// What a command tells about itself before anything is read.
+pub(crate) struct Setup<'a> {
+    pub(crate) command: &'static str,
+    /// The options of all commands that weave.
+    pub(crate) weaving: &'a Weaving,
+    pub(crate) size: OutputSize<'a>,
+    /// Files that it reads besides the exemplars and their masks.
+    pub(crate) others: Vec<PathBuf>,
+    /// The exemplars' orientations.
+    pub(crate) transforms: Vec<Transform>,
+    /// A picture that is one more exemplar, after all others and only as it is.
+    pub(crate) backdrop: Option<Backdrop<'a>>,
+    /// How seams are hidden.
+    pub(crate) blending: Blending,
+    /// Whether some samples may be kept from blending.
+    pub(crate) keeps: bool,
+    /// Pairs of guides that have weights, which come before those of planes that decide with the exemplars.
+    pub(crate) guides: usize,
+}
+
+/// The method's share of the memory: domains of the sources, feature channels, output domain.
+pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> Bytes;
+
+impl OutputSize<'_> {
+    /// Shape and topology for exemplars of these domains, the backdrop last.
+    fn domain(&self, session: &Session<'_>, weaving: &Weaving, exemplars: &[Domain<2>]) -> Result<Domain<2>, Failure> {
+        match self {
+            Self::Exemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
+            Self::Picture(picture, times) => {
+                let info = picture.probe(&weaving.read_options(session))?;
+                Ok(weaving.tiled([info.height, info.width].map(|side| side.saturating_mul(*times))))
+            }
+            Self::Ground(ground, sizing) => ground.domain(exemplars, *sizing, weaving),
+        }
+    }
+
+    /// How the user changes it.
+    fn resized(&self) -> Resized {
+        if matches!(self, Self::Picture(..)) { Resized::Target } else { Resized::Size }
+    }
+
+    /// True if another first exemplar would have another output.
+    fn follows_exemplar(&self) -> bool {
+        match self {
+            Self::Exemplar(sizing) => sizing.is_multiple(),
+            Self::Picture(..) => false,
+            Self::Ground(ground, sizing) => ground.is_bare() && sizing.is_multiple(),
+        }
+    }
+}
+
+impl<'a> Setup<'a> {
+    /// Of a command that reads exemplars alone, as they are.
+    pub(crate) fn new(command: &'static str, weaving: &'a Weaving, size: OutputSize<'a>) -> Self {
+        Self {
+            command,
+            weaving,
+            size,
+            others: Vec::new(),
+            transforms: vec![Transform::IDENTITY],
+            backdrop: None,
+            blending: Blending::default(),
+            keeps: false,
+            guides: 0,
+        }
+    }
+
+    /// Refuses what cannot be done, in the order in which it is cheap to see, and reads the exemplars.
+    pub(crate) fn begin(&self, session: &'a Session<'a>, estimate: Estimate<'_>) -> Result<Loom<'a>, Failure> {
+        self.blending.validate()?;
+        let args = self.weaving;
+        let mut report = Report::new(self.command);
+        let written = args.written();
+        let format =
+            outputs::format(&written.output, args.format.map(Format::from), args.input.depth.map(Depth::from))?;
+        let read = args.input.files().into_iter().chain(self.others.iter().chain(args.with.files()).cloned());
+        let read: Vec<PathBuf> = read.collect();
+        inputs::check_streams(&read)?;
+        let exemplars = args.input.exemplars.len() + usize::from(self.backdrop.is_some());
+        args.with.validate(exemplars, self.guides)?;
+        names::check_apart(&args.output, 1 + args.with.with.len() / exemplars)?;
+        outputs::check(session, &args.files_written(session, &written, exemplars), &read)?;
+        written.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
+        written.report.as_deref().map_or(Ok(()), page::check)?;
+        let weights = args.with.weights(self.guides, args.with.matched.len() / exemplars);
+        let headers = args.input.look(session, self.backdrop)?.matching(session, &args.with.matched, &weights)?;
+        let domains = headers.domains();
+        let (domain, resized) = (self.size.domain(session, args, &domains)?, self.size.resized());
+        memory::check_caps(&session.limits, domain, resized).map_err(|refused| {
+            if self.size.follows_exemplar() { refused.about(&args.input.exemplars[0]) } else { refused }
+        })?;
+        headers.check_held((&written.output, format), domain.shape)?;
+        if let Some(path) = &written.explain {
+            let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
+            outputs::check_held((path, outputs::format(path, None, None)?), domain.shape, rgb, None)?;
+        }
+        let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
+        let only = args.input.exemplars.first().filter(|_| args.input.exemplars.len() == 1).map(PathBuf::as_path);
+        let need = |domain| self.need(&headers, &layers, estimate, domain);
+        let needed = memory::check(&session.limits, only, domain, resized, &need)?;
+        session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
+        let loaded = headers.load(session, &self.transforms, &mut report)?;
+        if !self.transforms.iter().all(|transform| is_upright(*transform)) {
+            for (path, plane) in loaded.given().iter().zip(&loaded.payload) {
+                warn_of_normals(session, path, plane, "weave another plane, and lay this one --with it");
+            }
+        }
+        let read = |looked: Looked| {
+            let ready = looked.read(session, &mut report, &|_, _, _| {})?;
+            ready.warn_of_normals(session, &self.transforms);
+            Ok(ready)
+        };
+        let layers = layers.into_iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        report.estimate = Some(needed.0);
+        report.stage("read");
+        Ok(Loom {
+            session,
+            args,
+            written,
+            format,
+            report,
+            loaded,
+            layers,
+            domain,
+            others: Vec::new(),
+            blending: self.blending,
+            made_by: None,
+            files: None,
+        })
+    }
+
+    /// How planes of --with are laid.
+    fn laying(&self) -> Laying<'_> {
+        let args = self.weaving;
+        Laying {
+            roles: &args.with.role,
+            depth: args.input.depth.map(Depth::from),
+            format: args.format.map(Format::from),
+            nonfinite: args.input.nonfinite,
+            blending: self.blending,
+            copy: args.with.copy,
+        }
+    }
+
+    fn need(&self, headers: &Headers, layers: &[Looked], estimate: Estimate<'_>, domain: Domain<2>) -> Bytes {
+        let (sources, resampled) = (headers.sources(&self.transforms), headers.resampled(&self.transforms));
+        let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
+        let matched: Vec<_> = headers.matched_infos().cloned().collect();
+        // Planes that decide may have four channels, and depths of their own.
+        let matched_held: Bytes =
+            matched.iter().map(|info| memory::pictures(std::slice::from_ref(info), 4, info.depth)).sum();
+        let kept = memory::pictures(&headers.infos, channels, depth)
+            + memory::masks(&headers.mask_infos)
+            + memory::shown(&resampled, channels, depth)
+            + layers.iter().map(Looked::read_bytes).sum();
+        // Exemplars are read before they become sources, and a method begins when all are made.
+        let read = memory::reading(headers.infos.iter().chain(&headers.mask_infos).chain(&matched))
+            .max(layers.iter().map(Looked::reading_bytes).max().unwrap_or_default());
+        let making = memory::making(&sources, features) + matched_held;
+        let args = self.weaving;
+        let explained = [args.explain.is_some(), args.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
+        let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
+        let blended = self.blending.bytes(domain, headers.layout.colors + 1, self.keeps);
+        let method = estimate(&sources, features, domain) + blended;
+        let laid =
+            layers.iter().map(|layer| layer.laid_bytes(domain, &resampled, self.keeps)).max().unwrap_or_default();
+        let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
+        let written = memory::outputs(domain, channels, depth, args.map.is_some()) + explained + laid + made;
+        let worked = memory::sources(&sources, features) + method.then(written);
+        memory::PROGRAM + kept + read.then(making).max(worked)
+    }
+}

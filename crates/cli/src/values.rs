@@ -1,0 +1,83 @@
+//! Values that are typed for options of several commands.
+
+use std::fmt::Debug;
+use std::str::FromStr;
+
+use serde_json::Value;
+
+use crate::wrong::Wrong;
+
+/// Choices of an option by the names of those of a crate, each with its help.
+macro_rules! choices {
+    ($name:ident for $of:ty { $($(#[$help:meta])* $choice:ident,)+ }) => {
+        #[derive(Clone, Copy, Debug, clap::ValueEnum)]
+        pub(crate) enum $name {
+            $($(#[$help])* $choice,)+
+        }
+
+        impl From<$name> for $of {
+            fn from(choice: $name) -> Self {
+                match choice {
+                    $($name::$choice => Self::$choice,)+
+                }
+            }
+        }
+    };
+}
+pub(crate) use choices;
+
+/// A choice as it is typed.
+pub(crate) fn name_of(choice: impl Debug) -> String {
+    format!("{choice:?}").to_lowercase()
+}
+
+/// A value, or a choice by the program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Auto<T>(pub(crate) Option<T>);
+
+/// Understands `auto` and all that `read` does; of anything else it says that it is no such thing, and what to write.
+pub(crate) fn auto<T>(
+    thing: &'static str,
+    remedy: &'static str,
+    read: fn(&str) -> Option<T>,
+) -> impl Fn(&str) -> Result<Auto<T>, Wrong> + Clone {
+    move |text| match (text, read(text)) {
+        ("auto", _) => Ok(Auto(None)),
+        (_, Some(value)) => Ok(Auto(Some(value))),
+        _ => Err(Wrong::new(format!("'{text}' is no {thing}"), remedy)),
+    }
+}
+
+/// A value as its type is written.
+pub(crate) fn parsed<T: FromStr>(text: &str) -> Option<T> {
+    text.parse().ok()
+}
+
+/// Height and width in pixels: a square's side, or width by height.
+pub(crate) fn sides(text: &str) -> Option<[u32; 2]> {
+    match text.split_once(['x', 'X']) {
+        Some((across, down)) => Some([parsed(down)?, parsed(across)?]),
+        None => Some([parsed(text)?; 2]),
+    }
+}
+
+/// As sides are typed.
+pub(crate) fn sides_typed([down, across]: [u32; 2]) -> Value {
+    if down == across { down.into() } else { format!("{across}x{down}").into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_and_choices_by_the_program_are_read_as_they_are_written() {
+        let block = auto("block", "write 32, or auto", sides);
+        assert_eq!(block("auto"), Ok(Auto(None)));
+        assert_eq!([block("32"), block("64x16")].map(|b| b.unwrap().0), [Some([32, 32]), Some([16, 64])]);
+        assert_eq!([[32, 32], [16, 64]].map(sides_typed), [Value::from(32), "64x16".into()]);
+        for text in ["", "x", "3x", "1x2x3", "-4"] {
+            assert_eq!(block(text).unwrap_err().what, format!("'{text}' is no block"));
+        }
+    }
+}
