@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::resample;
-use crate::source_map::SourceTable;
+use crate::source_table::SourceTable;
 use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform};
 
 /// One exemplar in one orientation.

@@ -4,7 +4,7 @@ use half::f16;
 
 use crate::plane::Plane;
 use crate::resample;
-use crate::source_map::SourceTable;
+use crate::source_table::SourceTable;
 use crate::{Domain, Error, Grid, NormalCoding, Origin, Role, SampleId, Samples, Transform, par, try_vec};
 
 /// Samples that one task looks up: enough that starting it costs nothing beside them.

@@ -1,7 +1,7 @@
 //! Orientations of an exemplar, and the way back to its own samples.
 
 use crate::Domain;
-use crate::resample::Resampling;
+use crate::resampling::Resampling;
 
 /// How a source was made from its exemplar.
 #[derive(Clone, Copy, Debug, PartialEq)]
