@@ -94,132 +94,34 @@ cells!(
     |sum, d| _mm512_dpwssd_epi32(sum, d, d)
 );
 
-pub(in crate::kernel) fn slide(level: Level, sums: &mut [Lanes], row: &[Lanes], old: &mut [Lanes]) {
-    // SAFETY: a level is only made where its features were detected.
-    unsafe {
-        match level {
-            Level::Scalar => scalar::slide(sums, row, old),
-            Level::Avx2 | Level::AvxVnni => slide_avx2(sums, row, old),
-            Level::Avx512 => slide_avx512(sums, row, old),
+/// Plain loops, compiled for wider vectors.
+macro_rules! compiled {
+    ($($name:ident($($argument:ident: $of:ty),+);)+) => {$(
+        pub(in crate::kernel) fn $name(level: Level, $($argument: $of),+) {
+            #[target_feature(enable = "avx2")]
+            fn avx2($($argument: $of),+) {
+                scalar::$name($($argument),+);
+            }
+            #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
+            fn avx512($($argument: $of),+) {
+                scalar::$name($($argument),+);
+            }
+            // SAFETY: a level is only made where its features were detected.
+            unsafe {
+                match level {
+                    Level::Scalar => scalar::$name($($argument),+),
+                    Level::Avx2 | Level::AvxVnni => avx2($($argument),+),
+                    Level::Avx512 => avx512($($argument),+),
+                }
+            }
         }
-    }
+    )+};
 }
 
-#[target_feature(enable = "avx2")]
-fn slide_avx2(sums: &mut [Lanes], row: &[Lanes], old: &mut [Lanes]) {
-    scalar::slide(sums, row, old);
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
-fn slide_avx512(sums: &mut [Lanes], row: &[Lanes], old: &mut [Lanes]) {
-    scalar::slide(sums, row, old);
-}
-
-pub(in crate::kernel) fn lower(
-    level: Level,
-    windows: &Windows<'_>,
-    code: u32,
-    best: &mut [Lanes],
-    codes: &mut [Lanes],
-) {
-    // SAFETY: a level is only made where its features were detected.
-    unsafe {
-        match level {
-            Level::Scalar => scalar::lower(windows, code, best, codes),
-            Level::Avx2 | Level::AvxVnni => lower_avx2(windows, code, best, codes),
-            Level::Avx512 => lower_avx512(windows, code, best, codes),
-        }
-    }
-}
-
-#[target_feature(enable = "avx2")]
-fn lower_avx2(windows: &Windows<'_>, code: u32, best: &mut [Lanes], codes: &mut [Lanes]) {
-    scalar::lower(windows, code, best, codes);
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
-fn lower_avx512(windows: &Windows<'_>, code: u32, best: &mut [Lanes], codes: &mut [Lanes]) {
-    scalar::lower(windows, code, best, codes);
-}
-
-pub(in crate::kernel) fn count(level: Level, windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]) {
-    // SAFETY: a level is only made where its features were detected.
-    unsafe {
-        match level {
-            Level::Scalar => scalar::count(windows, skip, most, counts),
-            Level::Avx2 | Level::AvxVnni => count_avx2(windows, skip, most, counts),
-            Level::Avx512 => count_avx512(windows, skip, most, counts),
-        }
-    }
-}
-
-#[target_feature(enable = "avx2")]
-fn count_avx2(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]) {
-    scalar::count(windows, skip, most, counts);
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
-fn count_avx512(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]) {
-    scalar::count(windows, skip, most, counts);
-}
-
-pub(in crate::kernel) fn lower_places(level: Level, windows: &Windows<'_>, n: usize, least: &mut [u32]) {
-    // SAFETY: a level is only made where its features were detected.
-    unsafe {
-        match level {
-            Level::Scalar => scalar::lower_places(windows, n, least),
-            Level::Avx2 | Level::AvxVnni => lower_places_avx2(windows, n, least),
-            Level::Avx512 => lower_places_avx512(windows, n, least),
-        }
-    }
-}
-
-#[target_feature(enable = "avx2")]
-fn lower_places_avx2(windows: &Windows<'_>, n: usize, least: &mut [u32]) {
-    scalar::lower_places(windows, n, least);
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
-fn lower_places_avx512(windows: &Windows<'_>, n: usize, least: &mut [u32]) {
-    scalar::lower_places(windows, n, least);
-}
-
-pub(in crate::kernel) fn lower_scaled(
-    level: Level,
-    windows: &Windows<'_>,
-    factors: &[f32],
-    code: u32,
-    best: &mut [[f32; SHIFTS]],
-    codes: &mut [Lanes],
-) {
-    // SAFETY: a level is only made where its features were detected.
-    unsafe {
-        match level {
-            Level::Scalar => scalar::lower_scaled(windows, factors, code, best, codes),
-            Level::Avx2 | Level::AvxVnni => lower_scaled_avx2(windows, factors, code, best, codes),
-            Level::Avx512 => lower_scaled_avx512(windows, factors, code, best, codes),
-        }
-    }
-}
-
-#[target_feature(enable = "avx2")]
-fn lower_scaled_avx2(
-    windows: &Windows<'_>,
-    factors: &[f32],
-    code: u32,
-    best: &mut [[f32; SHIFTS]],
-    codes: &mut [Lanes],
-) {
-    scalar::lower_scaled(windows, factors, code, best, codes);
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq")]
-fn lower_scaled_avx512(
-    windows: &Windows<'_>,
-    factors: &[f32],
-    code: u32,
-    best: &mut [[f32; SHIFTS]],
-    codes: &mut [Lanes],
-) {
-    scalar::lower_scaled(windows, factors, code, best, codes);
+compiled! {
+    slide(sums: &mut [Lanes], row: &[Lanes], old: &mut [Lanes]);
+    lower(windows: &Windows<'_>, code: u32, best: &mut [Lanes], codes: &mut [Lanes]);
+    count(windows: &Windows<'_>, skip: &Lanes, most: u32, counts: &mut [Lanes]);
+    lower_places(windows: &Windows<'_>, n: usize, least: &mut [u32]);
+    lower_scaled(windows: &Windows<'_>, factors: &[f32], code: u32, best: &mut [[f32; SHIFTS]], codes: &mut [Lanes]);
 }
