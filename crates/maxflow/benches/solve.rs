@@ -112,12 +112,12 @@ fn energy<const D: usize>(instance: &Instance, engine: Engine) -> BinaryEnergy<D
 fn time<const D: usize>(case: &str, instance: &Instance, args: &Args) {
     let found = check::<D>(case, instance, args);
     let start = Instant::now();
-    std::hint::black_box(energy::<D>(instance, args.engine).minimize(&|| false).is_ok());
+    std::hint::black_box(energy::<D>(instance, args.engine).minimize().is_ok());
     // A second or so, if nothing was said.
     let repeat = args.repeat.unwrap_or((0.5 / start.elapsed().as_secs_f64()).clamp(3.0, 2000.0) as usize);
     let build = busy(repeat, || std::mem::drop(std::hint::black_box(energy::<D>(instance, args.engine))));
     let both = busy(repeat, || {
-        std::hint::black_box(energy::<D>(instance, args.engine).minimize(&|| false).is_ok());
+        std::hint::black_box(energy::<D>(instance, args.engine).minimize().is_ok());
     });
     let (nodes, sink) = (instance.len(), instance.len() - found.cut.source_len());
     println!("{case:20} {nodes:9} {build:10.4} {:10.4} {:14} {sink:8}", both - build, found.after);
@@ -126,7 +126,7 @@ fn time<const D: usize>(case: &str, instance: &Instance, args: &Args) {
 /// The least energy, checked. A wrong answer is not timed.
 fn check<const D: usize>(case: &str, instance: &Instance, args: &Args) -> Minimum {
     let mut built = energy::<D>(instance, args.engine);
-    let found = built.minimize(&|| false).expect("memory suffices");
+    let found = built.minimize().expect("memory suffices");
     assert_eq!(found.after, built.value(found.cut.source_side()).expect("a side a node"), "{case}");
     let sink = instance.len() - found.cut.source_len();
     if let Some(&(_, least, side)) = CASES.iter().find(|c| c.0 == case && args.pictures.is_none()) {

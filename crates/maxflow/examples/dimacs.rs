@@ -29,7 +29,7 @@ fn solve(path: &str) -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let mut graph = problem.graph()?;
     let build = start.elapsed();
-    let cut = graph.solve(&|| false)?;
+    let cut = graph.solve()?;
     let solve = start.elapsed() - build;
     println!("flow {}", cut.flow);
     println!("source_side {}", problem.source_side_len(&cut));

@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     format!("picture is {:?}, seeds are {:?}: sizes must agree", picture.size, seeds.size).into()
                 );
             }
-            let object = energy(&picture, &seeds)?.minimize(&|| false)?.cut;
+            let object = energy(&picture, &seeds)?.minimize()?.cut;
             let grey = (0..picture.grey.len()).map(|v| if object.side(v) == Side::Sink { 255 } else { 0 }).collect();
             Picture { size: picture.size, grey }.write(output)
         }
@@ -148,12 +148,12 @@ fn demonstrate() -> Result<(), Box<dyn Error>> {
         }
     }
     let mut energy = energy(&picture, &seeds)?;
-    show(&energy.minimize(&|| false)?.cut, columns)?;
+    show(&energy.minimize()?.cut, columns)?;
     // The user strikes the right half out: background there.
     for v in (0..rows * columns).filter(|v| v % columns > 40) {
         energy.graph_mut().pin(v, Side::Source)?;
     }
-    show(&energy.minimize(&|| false)?.cut, columns)
+    show(&energy.minimize()?.cut, columns)
 }
 
 fn show(cut: &selvedge_maxflow::MinCut, columns: usize) -> Result<(), Box<dyn Error>> {

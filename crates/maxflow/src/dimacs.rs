@@ -15,7 +15,7 @@
 //!
 //! let text = "p max 3 2\nn 1 s\nn 3 t\na 1 2 5\na 2 3 4\n";
 //! let problem = Problem::read(text.as_bytes())?;
-//! let cut = problem.graph()?.solve(&|| false)?;
+//! let cut = problem.graph()?.solve()?;
 //! assert_eq!((cut.flow, problem.source_side_len(&cut)), (4, 1));
 //! let mut written = Vec::new();
 //! problem.write(&mut written).unwrap();

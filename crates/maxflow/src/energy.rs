@@ -49,7 +49,7 @@ pub struct Minimum {
 /// for node in 0..2 {
 ///     energy.pairwise(node, 0, PairwiseTerm { e00: 0, e01: 2, e10: 2, e11: 0 })?;
 /// }
-/// let minimum = energy.minimize(&|| false)?;
+/// let minimum = energy.minimize()?;
 /// assert_eq!((minimum.before, minimum.after), (10, 3));
 /// assert_eq!(minimum.cut.source_side(), [false, false, false]);
 /// # Ok::<(), selvedge_maxflow::MaxflowError>(())
@@ -236,18 +236,27 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Cancelled`], [`MaxflowError::OutOfMemory`].
-    pub fn minimize(&mut self, cancelled: &dyn Fn() -> bool) -> Result<Minimum> {
+    /// [`MaxflowError::OutOfMemory`].
+    pub fn minimize(&mut self) -> Result<Minimum> {
+        self.minimize_until(&|| false)
+    }
+
+    /// [`minimize`](Self::minimize), unless `cancelled`, which is asked now and then.
+    ///
+    /// # Errors
+    ///
+    /// As [`minimize`](Self::minimize), and [`MaxflowError::Cancelled`].
+    pub fn minimize_until(&mut self, cancelled: &dyn Fn() -> bool) -> Result<Minimum> {
         let mut minimum = Minimum::default();
         self.minimize_into(&mut minimum, cancelled)?;
         Ok(minimum)
     }
 
-    /// [`minimize`](Self::minimize) into a result whose memory is used again.
+    /// [`minimize_until`](Self::minimize_until) into a result whose memory is used again.
     ///
     /// # Errors
     ///
-    /// As [`minimize`](Self::minimize); `minimum` is then unspecified.
+    /// As [`minimize_until`](Self::minimize_until); `minimum` is then unspecified.
     pub fn minimize_into(&mut self, minimum: &mut Minimum, cancelled: &dyn Fn() -> bool) -> Result<()> {
         let lowered: i64 = self.lowered.iter().map(|l| l.by).sum();
         minimum.before = self.constant + self.graph.capacity_of_all_source() + lowered;

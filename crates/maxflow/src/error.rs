@@ -95,6 +95,17 @@ pub enum MaxflowError {
         /// Number of nodes.
         len: usize,
     },
+    /// Not one value for each node.
+    #[error("{given} values do not fit a graph of {len} nodes")]
+    Count {
+        /// Number of values given.
+        given: usize,
+        /// Number of nodes.
+        len: usize,
+    },
+    /// The flow of a graph that was not solved since it was changed.
+    #[error("there is no flow to ask for: the graph is not solved")]
+    NotSolved,
     /// A DIMACS file that cannot be read.
     #[error("line {line}: {reason}")]
     Dimacs {

@@ -26,7 +26,7 @@
 //!         graph.link(graph.node([row, column]), 0, 3, 3)?;
 //!     }
 //! }
-//! let cut = graph.solve(&|| false)?;
+//! let cut = graph.solve()?;
 //! assert_eq!(cut.flow, 1 + 2 + 3 + 1 + 2);
 //! let picture: Vec<String> = cut.source_side().chunks(5)
 //!     .map(|row| row.iter().map(|&source| if source { '#' } else { '.' }).collect())

@@ -2,12 +2,14 @@
 
 use petgraph::EdgeType;
 use petgraph::graph::IndexType;
-use petgraph::visit::EdgeRef;
+use petgraph::visit::{EdgeRef, GraphProp, IntoEdgeReferences, NodeIndexable};
 
-use crate::error::Result;
+use crate::error::{MaxflowError, Result};
 use crate::sparse::Graph;
 
-impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> From<&petgraph::Graph<N, E, Ty, Ix>> for Graph {
+impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> TryFrom<&petgraph::Graph<N, E, Ty, Ix>> for Graph {
+    type Error = MaxflowError;
+
     /// Nodes and edges keep their indices; weights are capacities, both ways in an undirected graph. Source and sink are
     /// still to be chosen: [`Graph::pin`] or [`Graph::terminal`].
     ///
@@ -15,37 +17,39 @@ impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> From<&petgraph::Graph<
     /// use selvedge_maxflow::{Graph, Side};
     ///
     /// let roads = petgraph::Graph::<(), u32>::from_edges([(0, 1, 4), (1, 2, 3)]);
-    /// let mut graph = Graph::from(&roads);
+    /// let mut graph = Graph::try_from(&roads)?;
     /// graph.pin(0, Side::Source)?;
     /// graph.pin(2, Side::Sink)?;
-    /// assert_eq!(graph.solve(&|| false)?.flow, 3);
+    /// assert_eq!(graph.solve()?.flow, 3);
     /// # Ok::<(), selvedge_maxflow::MaxflowError>(())
     /// ```
     ///
-    /// # Panics
+    /// # Errors
     ///
-    /// With a negative weight, weights that sum to more than [`Graph::MAX_TOTAL`], too many edges, or without memory;
-    /// [`Graph::try_from_petgraph`] returns these as errors.
-    fn from(graph: &petgraph::Graph<N, E, Ty, Ix>) -> Self {
-        Self::try_from_petgraph(graph, |&weight| weight.into()).expect("a graph within the limits")
+    /// Those of [`Graph::try_from_petgraph`].
+    fn try_from(graph: &petgraph::Graph<N, E, Ty, Ix>) -> Result<Self> {
+        Self::try_from_petgraph(graph, |&weight| weight.into())
     }
 }
 
 impl Graph {
-    /// As `From`, with capacities from any weight.
+    /// Any graph that tells its edges by reference (`&Graph`, `&StableGraph`, `&GraphMap`, `&MatrixGraph`, `&Csr`), with
+    /// capacities from any weight. Nodes have the numbers that petgraph gives them
+    /// ([`NodeIndexable::to_index`]); of numbers that are not used there are nodes without arcs.
     ///
     /// # Errors
     ///
-    /// As [`Graph::new`] and [`Graph::arc`].
-    pub fn try_from_petgraph<N, E, Ty: EdgeType, Ix: IndexType>(
-        graph: &petgraph::Graph<N, E, Ty, Ix>,
-        capacity: impl Fn(&E) -> i64,
-    ) -> Result<Self> {
-        let mut flow = Self::new(graph.node_count())?;
+    /// As [`Graph::new`] and [`Graph::arc`]: negative capacities, those that sum to more than [`Graph::MAX_TOTAL`], too many
+    /// nodes or edges.
+    pub fn try_from_petgraph<G>(graph: G, capacity: impl Fn(&G::EdgeWeight) -> i64) -> Result<Self>
+    where
+        G: IntoEdgeReferences + NodeIndexable + GraphProp,
+    {
+        let mut flow = Self::new(graph.node_bound())?;
         for edge in graph.edge_references() {
             let forward = capacity(edge.weight());
             let back = if graph.is_directed() { 0 } else { forward };
-            flow.arc(edge.source().index(), edge.target().index(), forward, back)?;
+            flow.arc(graph.to_index(edge.source()), graph.to_index(edge.target()), forward, back)?;
         }
         Ok(flow)
     }

@@ -99,7 +99,7 @@ impl Stretches {
         if !fits {
             return Ok(None);
         }
-        let minimum = energy.minimize(cancelled).map_err(cut_failed)?;
+        let minimum = energy.minimize_until(cancelled).map_err(cut_failed)?;
         Ok(Some(minimum.cut.source_side().to_vec()))
     }
 

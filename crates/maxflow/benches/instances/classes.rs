@@ -149,7 +149,7 @@ fn least(instance: &Instance) -> Vec<bool> {
     for &(v, axis, term) in &instance.terms {
         energy.pairwise(v as usize, axis as usize, term).expect("a term");
     }
-    energy.minimize(&|| false).expect("memory suffices").cut.source_side().to_vec()
+    energy.minimize().expect("memory suffices").cut.source_side().to_vec()
 }
 
 /// C: a clip over another, of two layers that move against each other. `time`: from the first frame to the last; else

@@ -269,7 +269,7 @@ mod tests {
     fn trees_may_stop_at_any_budget() {
         let (mut over, mut done) = (0, 0);
         for seed in 0..20 {
-            let expected = noise(seed).solve(&|| false).unwrap();
+            let expected = noise(seed).solve().unwrap();
             for budget in 0..400 {
                 let mut graph = noise(seed);
                 let total = graph.source_total();

@@ -47,7 +47,7 @@ pub enum Diagonal {
 ///     graph.link(graph.node([row, 1]), 1, 3, 3)?;
 /// }
 /// graph.link(graph.node([0, 1]), 0, 9, 9)?; // down
-/// let cut = graph.solve(&|| false)?;
+/// let cut = graph.solve()?;
 /// assert_eq!(cut.flow, 6);
 /// assert_eq!(cut.source_side(), [true, true, false, true, true, false]);
 /// # Ok::<(), selvedge_maxflow::MaxflowError>(())

@@ -9,24 +9,32 @@ use crate::error::{MaxflowError, Result};
 impl<const D: usize> GridGraph<D> {
     /// The minimum cut with the smallest source side.
     ///
-    /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. `cancelled` is
-    /// polled now and then. Time is at worst `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured
-    /// to grow as `nodes^1.1` to `nodes^1.3`.
+    /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. Time is at worst
+    /// `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured to grow as `nodes^1.1` to `nodes^1.3`.
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Cancelled`], [`MaxflowError::OutOfMemory`]; the flow found so far is kept.
-    pub fn solve(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
+    /// [`MaxflowError::OutOfMemory`]; the flow found so far is kept.
+    pub fn solve(&mut self) -> Result<MinCut> {
+        self.solve_until(&|| false)
+    }
+
+    /// [`solve`](Self::solve), unless `cancelled`, which is asked now and then.
+    ///
+    /// # Errors
+    ///
+    /// As [`solve`](Self::solve), and [`MaxflowError::Cancelled`]; the flow found so far is kept.
+    pub fn solve_until(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
         let mut cut = MinCut::default();
         self.solve_into(&mut cut, cancelled)?;
         Ok(cut)
     }
 
-    /// [`solve`](Self::solve) into a cut whose memory is used again.
+    /// [`solve_until`](Self::solve_until) into a cut whose memory is used again.
     ///
     /// # Errors
     ///
-    /// As [`solve`](Self::solve); `cut` is then unspecified.
+    /// As [`solve_until`](Self::solve_until); `cut` is then unspecified.
     pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.touched = true;
         let wrap = self.lattice.periodic.contains(&true);

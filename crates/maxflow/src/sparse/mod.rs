@@ -1,6 +1,7 @@
 //! Graphs of any form.
 
 mod residual;
+mod whole;
 
 use crate::cut::{MinCut, Side};
 use crate::engine::{self, Engine, Scratch, closure};
@@ -39,7 +40,7 @@ fn new_graph() -> u64 {
 /// for (tail, head, capacity) in [(0, 1, 3), (0, 2, 5), (1, 3, 9), (2, 3, 2)] {
 ///     graph.arc(tail, head, capacity, 0)?;
 /// }
-/// let cut = graph.solve(&|| false)?;
+/// let cut = graph.solve()?;
 /// assert_eq!(cut.flow, 5);
 /// assert_eq!(cut.source_side(), [true, false, true, false]);
 /// assert_eq!(graph.cut_arcs(&cut).collect::<Vec<_>>(), [(0, 1, 3), (2, 3, 2)]);
@@ -48,8 +49,8 @@ fn new_graph() -> u64 {
 #[derive(Clone, Debug)]
 pub struct Graph {
     excess: Vec<i64>,
-    /// Net capacity from the source, by node.
-    terminals: Vec<i64>,
+    /// Capacity from the source and to the sink, by node.
+    terminals: Vec<[i64; 2]>,
     roles: Vec<Role>,
     rows: Rows,
     /// Arcs that are not in `rows` yet.
@@ -59,6 +60,10 @@ pub struct Graph {
     total: i64,
     /// Solved before: the flow is nearly maximum.
     solved: bool,
+    /// Solved, and not changed since.
+    current: bool,
+    /// Excess stands where terminals gave it: what the arcs carry is a flow.
+    whole: bool,
     engine: Engine,
     scratch: Scratch<u32, Cursors>,
     stack: Vec<u32>,
@@ -82,7 +87,7 @@ impl Graph {
             return Err(MaxflowError::TooLarge { nodes, arcs: 0, max: Self::MAX_NODES });
         }
         let rows = Rows::of(nodes, &[])?;
-        let (excess, terminals) = (filled(0, nodes, nodes, 0)?, filled(0, nodes, nodes, 0)?);
+        let (excess, terminals) = (filled(0, nodes, nodes, 0)?, filled([0; 2], nodes, nodes, 0)?);
         let roles = filled(Role::Free, nodes, nodes, 0)?;
         let (fresh, stack, scratch) = (Vec::new(), Vec::new(), Scratch::default());
         Ok(Self {
@@ -94,6 +99,8 @@ impl Graph {
             source_total: 0,
             total: 0,
             solved: false,
+            current: false,
+            whole: false,
             engine: Engine::Auto,
             scratch,
             stack,
@@ -121,12 +128,12 @@ impl Graph {
     /// [`change_arc`](Self::change_arc) and [`terminal`](Self::terminal).
     pub fn clear(&mut self) {
         self.excess.fill(0);
-        self.terminals.fill(0);
+        self.terminals.fill([0; 2]);
         self.roles.fill(Role::Free);
         self.rows.arcs.iter_mut().for_each(|arc| arc.residual = 0);
         self.rows.forward.fill(0);
         self.fresh.iter_mut().for_each(|edge| (edge.residuals, edge.forward) = ([0, 0], 0));
-        (self.source_total, self.total, self.solved) = (0, 0, false);
+        (self.source_total, self.total, self.solved, self.current) = (0, 0, false, false);
     }
 
     /// Chooses how later solves work. The answer does not depend on it.
@@ -149,18 +156,22 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`].
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`]; [`MaxflowError::NegativeCapacity`] if more is taken
+    /// back than the node has. Its capacities are then unchanged.
     pub fn change_terminal(&mut self, node: usize, from_source: i64, to_sink: i64) -> Result<()> {
         self.inside(node)?;
         let old = self.terminals[node];
         let too_large = |value| MaxflowError::CapacityTooLarge { node, value, max: Self::MAX_TOTAL };
-        let new = from_source.checked_sub(to_sink).and_then(|more| old.checked_add(more));
-        let new = new.filter(|new| new.abs_diff(0) <= Self::MAX_TOTAL as u64).ok_or(too_large(from_source))?;
-        let source_total = self.source_total.checked_add(from_source).ok_or(too_large(from_source))?;
-        self.count(node, new.abs() - old.abs())?;
-        self.excess[node] += new - old;
+        let sum = |a: i64, b: i64| a.checked_add(b).ok_or(too_large(b));
+        let new = [sum(old[0], from_source)?, sum(old[1], to_sink)?];
+        not_negative(node, new[0].min(new[1]))?;
+        let source_total = sum(self.source_total, from_source)?;
+        let [net, before] = [new, old].map(|[from, to]| from - to);
+        self.count(node, net.abs() - before.abs())?;
+        self.excess[node] += net - before;
         self.terminals[node] = new;
         self.source_total = source_total;
+        self.current = false;
         Ok(())
     }
 
@@ -186,6 +197,7 @@ impl Graph {
             self.total -= sum;
             return Err(MaxflowError::OutOfMemory { nodes: self.len(), links: id + 1 });
         }
+        self.current = false;
         Ok(ArcId {
             number: id as u32,
             #[cfg(debug_assertions)]
@@ -203,13 +215,8 @@ impl Graph {
     /// [`MaxflowError::CapacityTooLarge`], [`MaxflowError::OutOfMemory`]; the arc is then unchanged.
     pub fn change_arc(&mut self, arc: ArcId, forward: i64, backward: i64) -> Result<()> {
         self.sort_in()?;
-        let (id, arcs) = (arc.number as usize, self.arc_count());
-        #[cfg(debug_assertions)]
-        if arc.graph != self.number {
-            return Err(MaxflowError::ForeignArc { arc: id });
-        }
-        let Some(&at) = self.rows.place.get(id) else { return Err(MaxflowError::NoSuchArc { arc: id, arcs }) };
-        let (out, back) = (at as usize, self.rows.arcs[at as usize].twin as usize);
+        let (id, out) = (arc.number as usize, self.place_of(arc)?);
+        let back = self.rows.arcs[out].twin as usize;
         let (v, w) = (self.rows.arcs[back].head as usize, self.rows.arcs[out].head as usize);
         if v == w {
             return Ok(());
@@ -227,7 +234,18 @@ impl Graph {
         self.rows.forward[id] = new[0];
         self.excess[v] += returned;
         self.excess[w] -= returned;
+        self.current = false;
         Ok(())
+    }
+
+    /// Where the forward half of an arc stands, once it is sorted in.
+    fn place_of(&self, arc: ArcId) -> Result<usize> {
+        let (id, arcs) = (arc.number as usize, self.arc_count());
+        #[cfg(debug_assertions)]
+        if arc.graph != self.number {
+            return Err(MaxflowError::ForeignArc { arc: id });
+        }
+        self.rows.place.get(id).map(|&at| at as usize).ok_or(MaxflowError::NoSuchArc { arc: id, arcs })
     }
 
     /// Holds a node on one side, whatever the capacities say. May be set, moved and taken off between solves.
@@ -241,6 +259,7 @@ impl Graph {
             Side::Source => Role::PinnedSource,
             Side::Sink => Role::PinnedSink,
         };
+        self.current = false;
         Ok(())
     }
 
@@ -252,6 +271,7 @@ impl Graph {
     pub fn unpin(&mut self, node: usize) -> Result<()> {
         self.inside(node)?;
         self.roles[node] = Role::Free;
+        self.current = false;
         Ok(())
     }
 
@@ -260,24 +280,35 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Cancelled`]; the flow found so far is kept. [`MaxflowError::OutOfMemory`].
-    pub fn solve(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
+    /// [`MaxflowError::OutOfMemory`].
+    pub fn solve(&mut self) -> Result<MinCut> {
+        self.solve_until(&|| false)
+    }
+
+    /// [`solve`](Self::solve), unless `cancelled`, which is asked now and then.
+    ///
+    /// # Errors
+    ///
+    /// As [`solve`](Self::solve), and [`MaxflowError::Cancelled`]; the flow found so far is kept.
+    pub fn solve_until(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
         let mut cut = MinCut::default();
         self.solve_into(&mut cut, cancelled)?;
         Ok(cut)
     }
 
-    /// [`solve`](Self::solve) into a cut whose memory is used again.
+    /// [`solve_until`](Self::solve_until) into a cut whose memory is used again.
     ///
     /// # Errors
     ///
-    /// As [`solve`](Self::solve); `cut` is then unspecified.
+    /// As [`solve_until`](Self::solve_until); `cut` is then unspecified.
     pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.sort_in()?;
+        (self.current, self.whole) = (false, false);
         let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &mut self.roles };
         engine::maximize(&mut net, self.engine, self.solved, &mut self.scratch, cancelled)?;
-        self.solved = true;
-        closure::read_off(&net, self.source_total, cut, &mut self.stack)
+        closure::read_off(&net, self.source_total, cut, &mut self.stack)?;
+        (self.solved, self.current) = (true, true);
+        Ok(())
     }
 
     /// Capacity of the cut between the nodes marked `true` and the others; pins do not count. Exact before and after a

@@ -13,7 +13,7 @@ const ENGINES: [Engine; 4] = [Engine::Auto, Engine::Trees, Engine::Pseudoflow, E
 /// Solves and counts how often it was asked whether to stop.
 fn polls<const D: usize>(graph: &mut GridGraph<D>) -> (MinCut, usize) {
     let polls = Cell::new(0);
-    let cut = graph.solve(&|| {
+    let cut = graph.solve_until(&|| {
         polls.set(polls.get() + 1);
         false
     });
@@ -57,12 +57,12 @@ fn a_transition_solved_again_is_as_if_new_and_no_trap() {
             fresh.pin(v, side).unwrap();
         }
         let (again, warm) = polls(&mut graph);
-        assert_eq!(again, fresh.solve(&|| false).unwrap());
+        assert_eq!(again, fresh.solve().unwrap());
         assert!(warm <= cold + 10, "{warm} polls, {cold} from nothing");
     }
     // Every link changed at once.
     let (mut graph, _) = transition(shape, 1);
-    graph.solve(&|| false).unwrap();
+    graph.solve().unwrap();
     let (mut other, others) = transition(shape, 2);
     for (&(v, axis, old), &(_, _, new)) in links.iter().zip(&others) {
         graph.change_link(v, axis, new - old, new - old).unwrap();
@@ -99,7 +99,7 @@ fn a_star_with_many_leaves() {
             graph.terminal(v, terminal[0], terminal[1]).unwrap();
             graph.arc(v, 0, 3, 3).unwrap();
         }
-        graph.solve(&|| false).unwrap()
+        graph.solve().unwrap()
     });
     // What comes in through the middle is at most 3 a leaf; so is what goes out.
     let sum = |of: &dyn Fn(i64) -> i64, parity| (1..=leaves as i64).filter(|v| v % 2 == parity).map(of).sum::<i64>();
@@ -135,9 +135,9 @@ fn saturated_graphs_have_nothing_to_push() {
                 graph.terminal(v, if column == 0 { 5 } else { 0 }, if column == 8 { 5 } else { 0 }).unwrap();
             }
         }
-        let cut = graph.solve(&|| false).unwrap();
+        let cut = graph.solve().unwrap();
         assert_eq!((cut.flow, cut.source_len()), (45, 0), "every arc of four cuts is full: the smallest side is empty");
-        assert_eq!(graph.solve(&|| false).unwrap(), cut);
+        assert_eq!(graph.solve().unwrap(), cut);
     }
 }
 
@@ -163,11 +163,11 @@ fn disconnected_parts_are_cut_each_for_itself() {
                     }
                 }
             }
-            let cut = alone.solve(&|| false).unwrap();
+            let cut = alone.solve().unwrap();
             flow += cut.flow;
             (0..40).for_each(|v| sides[v / 5 * 20 + 5 * part + v % 5] = cut.source_side()[v]);
         }
-        let cut = whole.solve(&|| false).unwrap();
+        let cut = whole.solve().unwrap();
         assert_eq!((cut.flow, cut.source_side()), (flow, &sides[..]));
     }
 }

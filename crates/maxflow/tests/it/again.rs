@@ -56,8 +56,8 @@ fn a_grid_solved_again_after_changes_is_as_if_new() {
         let mut graph = graph_of(&case);
         for _ in 0..6 {
             graph.set_engine(ENGINES[draw.below(4)]);
-            let again = graph.solve(&|| false).unwrap();
-            assert_eq!(again, graph_of(&case).solve(&|| false).unwrap(), "{case:?}");
+            let again = graph.solve().unwrap();
+            assert_eq!(again, graph_of(&case).solve().unwrap(), "{case:?}");
             assert_eq!(again.flow, case.problem().capacity(again.source_side()));
             edit(&mut case, &mut graph, &mut draw);
         }
@@ -74,7 +74,7 @@ fn a_graph_solved_again_after_changes_is_as_if_new() {
         let mut ids: Vec<ArcId> = Vec::new();
         for _ in 0..6 {
             graph.set_engine(ENGINES[draw.below(4)]);
-            assert_eq!(graph.solve(&|| false).unwrap(), problem.graph().solve(&|| false).unwrap(), "{problem:?}");
+            assert_eq!(graph.solve().unwrap(), problem.graph().solve().unwrap(), "{problem:?}");
             let v = draw.below(nodes);
             let (new, old) = ([draw.below(9) as i64, draw.below(9) as i64], problem.terminals[v]);
             graph.change_terminal(v, new[0] - old[0], new[1] - old[1]).unwrap();
@@ -115,12 +115,12 @@ fn a_cancelled_solve_keeps_its_flow() {
             graph.set_engine(engine);
             let asked = Cell::new(0);
             let stop = || asked.replace(asked.get() + 1) >= patience;
-            if let Err(error) = graph.solve(&stop) {
+            if let Err(error) = graph.solve_until(&stop) {
                 assert_eq!(error, MaxflowError::Cancelled);
                 cancelled += 1;
             }
-            let cut = graph.solve(&|| false).unwrap();
-            assert_eq!(cut, graph_of(&case).solve(&|| false).unwrap());
+            let cut = graph.solve().unwrap();
+            assert_eq!(cut, graph_of(&case).solve().unwrap());
             assert_eq!(cut.flow, case.problem().capacity(cut.source_side()));
         }
     }
@@ -133,9 +133,9 @@ fn changes_that_take_too_much_are_refused_and_change_nothing() {
     graph.pin(0, Side::Source).unwrap();
     graph.pin(1, Side::Sink).unwrap();
     graph.link(0, 1, 5, 2).unwrap();
-    assert_eq!(graph.solve(&|| false).unwrap().flow, 5);
+    assert_eq!(graph.solve().unwrap().flow, 5);
     assert!(matches!(graph.change_link(0, 1, -8, 0), Err(MaxflowError::NegativeCapacity { node: 0, value: -1 })));
-    assert_eq!(graph.solve(&|| false).unwrap().flow, 5);
+    assert_eq!(graph.solve().unwrap().flow, 5);
     graph.change_link(0, 1, -4, 0).unwrap();
-    assert_eq!(graph.solve(&|| false).unwrap().flow, 1);
+    assert_eq!(graph.solve().unwrap().flow, 1);
 }

@@ -56,7 +56,7 @@ pub(crate) fn run(data: &[u8]) {
         let cut = case.agree();
         let mut again = case.grid.clone();
         again.set_engine(ENGINES[bytes.next() % 4]);
-        assert_eq!(again.solve(&|| false).expect("not cancelled"), cut, "solving a solved graph");
+        assert_eq!(again.solve().expect("not cancelled"), cut, "solving a solved graph");
         let v = bytes.next() % case.grid.len();
         case.set_terminals(v, &mut bytes);
         let k = bytes.next();
@@ -75,7 +75,7 @@ pub(crate) fn run_dimacs(data: &[u8]) {
     if problem.nodes <= 1 << 12
         && let Ok(mut graph) = problem.graph()
     {
-        let cut = graph.solve(&|| false).expect("not cancelled");
+        let cut = graph.solve().expect("not cancelled");
         assert_eq!(graph.capacity_of(cut.source_side()), Ok(cut.flow));
         assert_eq!(graph.cut_arcs(&cut).map(|arc| arc.2).sum::<i64>(), cut.flow);
     }
@@ -174,10 +174,10 @@ impl Case {
     }
 
     fn agree(&mut self) -> MinCut {
-        let cut = self.grid.solve(&|| false).expect("not cancelled");
+        let cut = self.grid.solve().expect("not cancelled");
         assert_eq!(self.grid.capacity_of(cut.source_side()).expect("its size"), cut.flow, "the grid's books");
         assert_eq!(self.capacity(cut.source_side()), cut.flow, "flow and capacity");
-        assert_eq!(self.sparse.solve(&|| false).expect("not cancelled"), cut, "grid and sparse graph");
+        assert_eq!(self.sparse.solve().expect("not cancelled"), cut, "grid and sparse graph");
         if self.masked.len() <= ALL_CUTS {
             assert_eq!(self.least(), (cut.flow, cut.source_side().to_vec()), "all cuts");
         }

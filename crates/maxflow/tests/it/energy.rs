@@ -61,7 +61,7 @@ fn regular_energies_reach_the_least_of_all_labellings() {
     let mut draw = Draw(11);
     for _ in 0..300 {
         let field = Field::random(&mut draw, regular_term);
-        let minimum = field.energy().minimize(&|| false).unwrap();
+        let minimum = field.energy().minimize().unwrap();
         let least = Field::labellings().map(|l| field.value(&l)).min().unwrap();
         assert_eq!(minimum.truncated, 0);
         assert_eq!(minimum.after, least);
@@ -76,7 +76,7 @@ fn a_fall_in_the_model_is_a_fall_in_truth() {
     for _ in 0..300 {
         let field = Field::random(&mut draw, any_term);
         let mut energy = field.energy();
-        let minimum = energy.minimize(&|| false).unwrap();
+        let minimum = energy.minimize().unwrap();
         let irregular = field.pairs.iter().filter(|(.., t)| t.e01 + t.e10 < t.e00 + t.e11).count();
         assert_eq!(minimum.truncated, irregular);
         assert_eq!(minimum.before, field.value(&[true; 9]), "before is the truth");
@@ -100,7 +100,7 @@ fn masked_nodes_have_no_terms() {
     energy.pairwise(0, 1, PairwiseTerm { e00: 1, e01: 50, e10: 60, e11: 2 }).unwrap();
     energy.unary(0, 0, 7).unwrap();
     energy.unary(2, 7, 1).unwrap();
-    let minimum = energy.minimize(&|| false).unwrap();
+    let minimum = energy.minimize().unwrap();
     assert_eq!((minimum.before, minimum.after, minimum.truncated), (7, 1, 0));
     assert_eq!([0, 1, 2].map(|v| minimum.cut.side(v)), [Side::Source, Side::Sink, Side::Sink]);
 }
@@ -133,10 +133,10 @@ fn ordered_energies_reach_the_least_of_all_ordered_labellings() {
         let labellings = (0..125).map(|n| [n % 5, n / 5 % 5, n / 25]);
         let pinned = |change: &[usize; 3]| (pin.0 / 3 < change[pin.0 % 3]) == (pin.1 == Side::Source);
         let least = labellings.filter(pinned).map(|c| value(&|v| v / 3 < c[v % 3])).min().unwrap();
-        let free = build().minimize(&|| false).unwrap();
+        let free = build().minimize().unwrap();
         let mut energy = build();
         energy.ordered(0).unwrap();
-        let minimum = energy.minimize(&|| false).unwrap();
+        let minimum = energy.minimize().unwrap();
         assert_eq!(minimum.after, least, "case {case}");
         let zero = minimum.cut.source_side();
         assert!((0..9).all(|v| zero[v] || !zero[v + 3]), "case {case}");

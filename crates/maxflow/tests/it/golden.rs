@@ -117,21 +117,21 @@ fn check(golden: &Golden, flow: i64, source_side: usize, sink_side: usize) {
         assert_eq!((cut.flow, cut.source_len()), (flow, source_side), "{from}");
         assert_eq!(golden.problem.capacity(cut.source_side()), flow, "{from}");
     };
-    let sparse = golden.graph(false).solve(&|| false).unwrap();
+    let sparse = golden.graph(false).solve().unwrap();
     expect(&sparse, "sparse");
-    let reversed = golden.graph(true).solve(&|| false).unwrap();
+    let reversed = golden.graph(true).solve().unwrap();
     assert_eq!((reversed.flow, reversed.source_len()), (flow, sink_side), "the smallest sink side");
     for engine in [Engine::Auto, Engine::Trees, Engine::Pseudoflow, Engine::ShortestPath] {
         let solve_grid = || match golden.shape {
             [1, height, width] => {
                 let mut grid = golden.grid([height, width]);
                 grid.set_engine(engine);
-                grid.solve(&|| false).unwrap()
+                grid.solve().unwrap()
             }
             shape => {
                 let mut grid = golden.grid(shape);
                 grid.set_engine(engine);
-                grid.solve(&|| false).unwrap()
+                grid.solve().unwrap()
             }
         };
         if golden.auxiliary == 0 {
@@ -139,7 +139,7 @@ fn check(golden: &Golden, flow: i64, source_side: usize, sink_side: usize) {
         } else {
             let mut graph = golden.graph(false);
             graph.set_engine(engine);
-            assert_eq!(graph.solve(&|| false).unwrap(), sparse, "sparse, {engine:?}");
+            assert_eq!(graph.solve().unwrap(), sparse, "sparse, {engine:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Grids of up to 16 nodes against all cuts.
 
 use crate::common::{Draw, GridCase, diagonal, no_diagonal};
-use selvedge_maxflow::{Diagonal, Engine, GridGraph, Side};
+use selvedge_maxflow::{Diagonal, Engine, GridGraph, MaxflowError, Side};
 
 const ENGINES: [Engine; 4] = [Engine::Auto, Engine::Trees, Engine::Pseudoflow, Engine::ShortestPath];
 
@@ -15,11 +15,11 @@ fn solve_and_check<const D: usize>(
     let expected = problem.by_enumeration();
     for engine in ENGINES {
         graph.set_engine(engine);
-        let cut = graph.solve(&|| false).unwrap();
+        let cut = graph.solve().unwrap();
         problem.check(&cut, &expected);
         assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
         // Solving again finds nothing to do, and a cleared graph is as good as new.
-        assert_eq!(graph.solve(&|| false).unwrap(), cut);
+        assert_eq!(graph.solve().unwrap(), cut);
         graph.clear();
         case.fill(&mut graph, link);
     }
@@ -93,7 +93,7 @@ fn engines_agree_on_larger_strips() {
             let mut graph = GridGraph::new(case.shape, case.periodic).unwrap();
             graph.set_engine(engine);
             case.fill(&mut graph, no_diagonal);
-            graph.solve(&|| false).unwrap()
+            graph.solve().unwrap()
         });
         let first = cuts.next().unwrap();
         assert_eq!(first.flow, problem.capacity(first.source_side()));
@@ -109,11 +109,11 @@ fn a_strip_solved_again_after_changes_is_as_if_new() {
         let mut graph = GridGraph::new(case.shape, case.periodic).unwrap();
         case.fill(&mut graph, no_diagonal);
         for _ in 0..3 {
-            let cut = graph.solve(&|| false).unwrap();
+            let cut = graph.solve().unwrap();
             let mut fresh = GridGraph::new(case.shape, case.periodic).unwrap();
             fresh.set_engine(Engine::Pseudoflow);
             case.fill(&mut fresh, no_diagonal);
-            assert_eq!(cut, fresh.solve(&|| false).unwrap(), "{case:?}");
+            assert_eq!(cut, fresh.solve().unwrap(), "{case:?}");
             assert_eq!(graph.capacity_of(cut.source_side()).unwrap(), cut.flow);
             for _ in 0..case.links.len().min(5) {
                 let k = draw.below(case.links.len());
@@ -127,4 +127,31 @@ fn a_strip_solved_again_after_changes_is_as_if_new() {
             graph.unpin(v).unwrap();
         }
     }
+}
+
+#[test]
+fn all_at_once_is_one_by_one() {
+    for seed in 0..200 {
+        let mut draw = Draw(seed);
+        let case = GridCase::<2> { masked: Vec::new(), ..GridCase::random(&mut draw, 30, 9) };
+        let n = case.len();
+        let periodic = case.periodic;
+        let (mut one, mut all) =
+            (GridGraph::new(case.shape, periodic).unwrap(), GridGraph::new(case.shape, periodic).unwrap());
+        all.terminals(&case.terminals).unwrap();
+        (0..n).for_each(|v| one.terminal(v, case.terminals[v][0], case.terminals[v][1]).unwrap());
+        for axis in 0..2 {
+            let mut capacities = vec![[0; 2]; n];
+            for &(v, along, forward, backward) in case.links.iter().filter(|link| link.1 == axis) {
+                one.link(v, along, forward, backward).unwrap();
+                capacities[v] = [forward, backward];
+            }
+            all.links(axis, &capacities).unwrap();
+        }
+        assert_eq!(one.solve(), all.solve(), "{seed}");
+    }
+    let mut graph = GridGraph::new([2, 3], [false; 2]).unwrap();
+    assert_eq!(graph.terminals(&[[1, 0]; 5]), Err(MaxflowError::Count { given: 5, len: 6 }));
+    let refused = graph.links(1, &[[1, 1]; 6]);
+    assert!(matches!(refused, Err(MaxflowError::NoNeighbour { node: 2, .. })), "{refused:?}");
 }

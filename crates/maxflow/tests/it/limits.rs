@@ -40,13 +40,13 @@ fn a_node_at_every_limit_does_not_overflow() {
         for engine in ENGINES {
             let mut graph = star(inward);
             graph.set_engine(engine);
-            let cut = graph.solve(&|| false).unwrap();
+            let cut = graph.solve().unwrap();
             assert_eq!((cut.flow, graph.capacity_of(cut.source_side()).unwrap()), (0, 0));
             assert_eq!(cut.side(4), if inward { Side::Source } else { Side::Sink });
             // With the middle on the other side everything is paid.
             graph.pin(4, if inward { Side::Sink } else { Side::Source }).unwrap();
             let all = i64::from(Grid::MAX_TERMINAL) + 8 * i64::from(Grid::MAX_LINK);
-            assert_eq!(graph.solve(&|| false).unwrap().flow, all);
+            assert_eq!(graph.solve().unwrap().flow, all);
         }
     }
 }
@@ -57,7 +57,7 @@ fn headroom_is_that_of_the_capacities_not_of_the_flow() {
     graph.pin(0, Side::Source).unwrap();
     graph.terminal(1, Grid::MAX_TERMINAL, 0).unwrap();
     graph.link(0, 1, 100, 0).unwrap();
-    graph.solve(&|| false).unwrap();
+    graph.solve().unwrap();
     graph.change_terminal(1, -1, 0).expect("a capacity within the limit made smaller");
     graph.change_terminal(1, 1, 0).expect("and as large as before");
     assert!(graph.change_terminal(1, 1, 0).is_err(), "one more than the limit");
@@ -66,7 +66,7 @@ fn headroom_is_that_of_the_capacities_not_of_the_flow() {
     graph.terminal(0, 1 << 27, 0).unwrap();
     graph.pin(1, Side::Sink).unwrap();
     graph.link(0, 1, 1 << 27, 0).unwrap();
-    graph.solve(&|| false).unwrap();
+    graph.solve().unwrap();
     assert!(graph.change_terminal(0, 1 << 30, 0).is_err());
 }
 
@@ -78,7 +78,7 @@ fn taking_back_what_was_never_given_is_refused_before_anything_overflows() {
     assert!(refused.is_some_and(|k| k < 40), "refused after {refused:?}");
     graph.pin(2, Side::Source).unwrap();
     graph.link(1, 1, 0, 1 << 27).unwrap();
-    let cut = graph.solve(&|| false).unwrap();
+    let cut = graph.solve().unwrap();
     assert_eq!(cut.flow, graph.capacity_of(cut.source_side()).unwrap());
 }
 
@@ -93,7 +93,7 @@ fn a_graph_gives_headroom_back() {
         graph.change_terminal(0, 1 << 60, 0).unwrap();
         graph.change_terminal(0, -(1 << 60), 0).unwrap();
         graph.change_arc(arc, 1 << 60, 0).unwrap();
-        graph.solve(&|| false).unwrap();
+        graph.solve().unwrap();
     }
     assert!(matches!(graph.change_arc(arc, 0, -1), Err(MaxflowError::NegativeCapacity { .. })), "none was given");
     for (source, sink) in [(i64::MAX, i64::MIN), (i64::MIN, 0), (i64::MAX, i64::MAX)] {
@@ -118,7 +118,7 @@ fn severed_arcs_and_terminals_make_up_the_flow() {
         let nodes = 1 + draw.below(20);
         let problem = Problem::random(&mut draw, nodes, 9);
         let mut graph = problem.graph();
-        let cut = graph.solve(&|| false).unwrap();
+        let cut = graph.solve().unwrap();
         let severed: Vec<_> = graph.cut_arcs(&cut).collect();
         let side = cut.source_side();
         let expected: Vec<_> = problem.arcs.iter().copied().filter(|&(v, w, c)| side[v] && !side[w] && c > 0).collect();
@@ -137,7 +137,7 @@ fn a_cleared_graph_is_set_again() {
         let mut graph = Graph::new(nodes).unwrap();
         let ids: Vec<_> = problem.arcs.iter().map(|&(v, w, c)| graph.arc(v, w, c + 1, 2).unwrap()).collect();
         if draw.chance(50) {
-            graph.solve(&|| false).unwrap();
+            graph.solve().unwrap();
         }
         graph.clear();
         for (id, arc) in ids.iter().zip(&mut problem.arcs) {
@@ -150,7 +150,7 @@ fn a_cleared_graph_is_set_again() {
                 graph.pin(v, side).unwrap();
             }
         }
-        assert_eq!(graph.solve(&|| false).unwrap(), problem.graph().solve(&|| false).unwrap());
+        assert_eq!(graph.solve().unwrap(), problem.graph().solve().unwrap());
     }
 }
 
@@ -168,10 +168,10 @@ fn a_refused_term_leaves_the_energy_as_it_was() {
             let mut energy = BinaryEnergy::new([1, 2], [false; 2]).unwrap();
             energy.unary(0, 3, 5).unwrap();
             energy.unary(1, if full { Grid::MAX_TERMINAL } else { 7 }, 1).unwrap();
-            let before = energy.minimize(&|| false).unwrap();
+            let before = energy.minimize().unwrap();
             if let Err(error) = energy.pairwise(0, 1, term) {
                 assert_eq!(error.kind(), ErrorKind::Input);
-                assert_eq!(energy.minimize(&|| false).unwrap(), before, "{term:?}");
+                assert_eq!(energy.minimize().unwrap(), before, "{term:?}");
                 refused += 1;
             }
         }
@@ -194,8 +194,8 @@ fn a_strip_can_be_cancelled() {
         polls.set(polls.get() + 1);
         polls.get() > 2
     };
-    assert_eq!(graph.solve(&stop), Err(MaxflowError::Cancelled));
-    assert_eq!(graph.solve(&|| false).unwrap().flow, (0..300).sum::<i64>());
+    assert_eq!(graph.solve_until(&stop), Err(MaxflowError::Cancelled));
+    assert_eq!(graph.solve().unwrap().flow, (0..300).sum::<i64>());
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn hostile_files_end_in_one_line() {
     long.extend(b"\nc Universit\xe4t\np max 2 1\nn 1 s\nn 2 t\na 1 2 5");
     assert_eq!(read(&long).unwrap().arcs, [(0, 1, 5)]);
     let same = dimacs::Problem { nodes: 1, source: 0, sink: 0, arcs: Vec::new() };
-    assert_eq!(same.source_side_len(&same.graph().unwrap().solve(&|| false).unwrap()), 0);
+    assert_eq!(same.source_side_len(&same.graph().unwrap().solve().unwrap()), 0);
 }
 
 #[test]

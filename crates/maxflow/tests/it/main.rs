@@ -7,6 +7,7 @@ mod bytes;
 mod common;
 mod corpus;
 mod energy;
+mod flow;
 mod golden;
 mod grid;
 mod limits;

@@ -53,7 +53,7 @@ fn check_sparse(problem: &Problem, expected: &(i64, Vec<bool>)) {
     for engine in ENGINES {
         let mut graph = problem.graph();
         graph.set_engine(engine);
-        problem.check(&graph.solve(&|| false).unwrap(), expected);
+        problem.check(&graph.solve().unwrap(), expected);
     }
 }
 
@@ -73,7 +73,7 @@ fn grids<const D: usize>(
             let mut graph = make(&case);
             graph.set_engine(engine);
             case.fill(&mut graph, link);
-            problem.check(&graph.solve(&|| false).unwrap(), &expected);
+            problem.check(&graph.solve().unwrap(), &expected);
         }
         check_sparse(&problem, &expected);
     }

@@ -10,7 +10,7 @@ fn solve(case: &GridCase<2>, engine: Engine) -> MinCut {
     let mut graph = make(case.shape, case.periodic).unwrap();
     graph.set_engine(engine);
     case.fill(&mut graph, diagonal);
-    graph.solve(&|| false).unwrap()
+    graph.solve().unwrap()
 }
 
 /// The same cut from every engine, and its capacity is the flow.
@@ -33,11 +33,11 @@ fn grid_and_general_solver_agree() {
     let mut draw = Draw(41);
     for _ in 0..60 {
         let case = large(&mut draw);
-        assert_eq!(cut_of(&case), case.problem().graph().solve(&|| false).unwrap());
+        assert_eq!(cut_of(&case), case.problem().graph().solve().unwrap());
         let volume = GridCase::<3>::random(&mut draw, 700, 40);
         let mut graph = GridGraph::new(volume.shape, volume.periodic).unwrap();
         volume.fill(&mut graph, no_diagonal);
-        assert_eq!(graph.solve(&|| false).unwrap(), volume.problem().graph().solve(&|| false).unwrap());
+        assert_eq!(graph.solve().unwrap(), volume.problem().graph().solve().unwrap());
     }
 }
 
@@ -237,7 +237,7 @@ fn capacities_at_the_limit() {
     let mut cuts = ENGINES.into_iter().map(|engine| {
         let mut graph = graph.clone();
         graph.set_engine(engine);
-        graph.solve(&|| false).unwrap()
+        graph.solve().unwrap()
     });
     let first = cuts.next().unwrap();
     assert_eq!(graph.capacity_of(first.source_side()).unwrap(), first.flow);
@@ -246,7 +246,13 @@ fn capacities_at_the_limit() {
     let mut sparse = Graph::new(2).unwrap();
     sparse.arc(0, 1, Graph::MAX_TOTAL, 0).unwrap();
     assert!(matches!(sparse.arc(0, 1, 1, 0), Err(MaxflowError::CapacityTooLarge { .. })));
-    assert!(matches!(sparse.change_terminal(0, i64::MIN, 0), Err(MaxflowError::CapacityTooLarge { .. })));
+    assert!(matches!(sparse.change_terminal(0, i64::MAX, 0), Err(MaxflowError::CapacityTooLarge { .. })));
+    assert!(matches!(sparse.change_terminal(0, i64::MIN, 0), Err(MaxflowError::NegativeCapacity { .. })));
+    sparse.clear();
+    sparse.terminal(0, 5, 3).unwrap();
+    let refused = sparse.change_terminal(0, 0, -4);
+    assert_eq!(refused, Err(MaxflowError::NegativeCapacity { node: 0, value: -1 }));
+    assert_eq!(sparse.change_terminal(0, -5, -3), Ok(()));
 }
 
 #[test]
@@ -323,8 +329,8 @@ fn a_seam_node_is_a_pairwise_term() {
                 literal.pin(v, side).unwrap();
             }
         }
-        let minimum = energy.minimize(&|| false).unwrap();
+        let minimum = energy.minimize().unwrap();
         assert_eq!(minimum.truncated, 0, "a metric is regular");
-        assert_eq!(minimum.after, literal.solve(&|| false).unwrap().flow, "{seams} seams");
+        assert_eq!(minimum.after, literal.solve().unwrap().flow, "{seams} seams");
     }
 }
