@@ -35,6 +35,7 @@ mod error;
 mod exemplars;
 mod grid;
 mod guide;
+mod light;
 mod look;
 mod normals;
 pub mod par;
