@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use selvedge_core::{Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 
 use crate::args::{DepthArg, NonFiniteArg};
@@ -13,6 +13,7 @@ use crate::harmonise::{
     Layout, alike, associated, common_association, common_depth, common_layout, converted, widened,
 };
 use crate::inputs::{self, Input};
+use crate::light::LightArgs;
 use crate::outputs;
 use crate::planes::check_size;
 use crate::report::Report;
@@ -38,6 +39,8 @@ pub(crate) struct ExemplarArgs {
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     pub(crate) nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    pub(crate) light: LightArgs,
 }
 
 /// Exemplars of which the headers were read.
@@ -49,6 +52,7 @@ pub(crate) struct Headers {
     /// How many were given as exemplars.
     given: usize,
     options: ReadOptions,
+    light: LightArgs,
     pub(crate) infos: Vec<Info>,
     /// Of the masks that there are.
     pub(crate) mask_infos: Vec<Info>,
@@ -130,7 +134,8 @@ impl ExemplarArgs {
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
         let converts = self.depth.is_some();
-        Ok(Headers { given, options, converts, depth, layout, infos, mask_infos, masks, matched: Vec::new(), inputs })
+        let (light, matched) = (self.light, Vec::new());
+        Ok(Headers { given, options, light, converts, depth, layout, infos, mask_infos, masks, matched, inputs })
     }
 }
 
@@ -169,6 +174,11 @@ impl Headers {
     /// Headers of planes that decide beside the exemplars.
     pub(crate) fn matched_infos(&self) -> impl Iterator<Item = &Info> {
         self.matched.iter().flat_map(|matched| &matched.infos)
+    }
+
+    /// What making them even takes beside them.
+    pub(crate) fn light_bytes(&self, sources: &[Domain<2>]) -> Bytes {
+        self.light.memory(&self.infos, sources, self.channels())
     }
 
     /// Names of the exemplars.
@@ -239,11 +249,13 @@ impl Headers {
         if self.given < planes.len() {
             spare_holes(session, &paths, &planes, &mut masks)?;
         }
+        self.light.flatten(&mut planes[..self.given])?;
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
         let matched = self.read_matched(session, report, &mut other_fingerprints)?;
         let weights: Vec<f64> = std::iter::once(1.0).chain(self.matched.iter().map(|matched| matched.weight)).collect();
         let (encoder, exemplars) =
             encoded(&planes, matched, &weights, &masks, &transforms).map_err(|e| named(&paths, e))?;
+        let exemplars = self.light.ignore(exemplars)?;
         let depths: Vec<Depth> = planes.iter().map(|plane| plane.samples.depth()).collect();
         let payload = paths.iter().zip(planes).zip(&metadata);
         let payload = payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, tags));

@@ -131,6 +131,7 @@ impl Loom<'_> {
         // It acts on odd pictures alone.
         let odd = self.args.input.nonfinite != NonFiniteArg::Error;
         let used = if odd { used } else { used.set("nonfinite", Value::Null) };
+        let used = self.args.input.light.used(used);
         let planes: Vec<PathBuf> = self.layers.iter().flat_map(|ready| ready.layer.planes.clone()).collect();
         let roles: Vec<Role> = self.layers.iter().flat_map(|ready| ready.layer.roles.clone()).collect();
         self.args.with.used(used, roles_typed(&planes, &roles))

@@ -15,6 +15,7 @@ mod failure;
 mod ground;
 mod harmonise;
 mod inputs;
+mod light;
 mod loom;
 mod memory;
 mod method;

@@ -189,7 +189,7 @@ impl<'a> Setup<'a> {
         // Exemplars are read before they become sources, and a method begins when all are made.
         let read = memory::reading(headers.infos.iter().chain(&headers.mask_infos).chain(&matched))
             .max(layers.iter().map(Looked::reading_bytes).max().unwrap_or_default());
-        let making = memory::making(&sources, features) + matched_held;
+        let making = memory::making(&sources, features) + matched_held + headers.light_bytes(&sources);
         let args = self.weaving;
         let explained = [args.explain.is_some(), args.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;

@@ -182,7 +182,7 @@ impl<const D: usize> Plane<D> {
 /// The nearest half float that is a number.
 fn half(v: f64) -> u16 {
     let most = f16::MAX.to_f64();
-    f16::from_f64(v.clamp(-most, most)).to_bits()
+    f16::from_f32(v.clamp(-most, most) as f32).to_bits()
 }
 
 fn each<T: Copy, const D: usize>(grid: &mut Grid<T, D>, channel: usize, f: impl Fn(usize, T) -> T) {
