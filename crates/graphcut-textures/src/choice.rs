@@ -118,7 +118,8 @@ impl<const D: usize> Weaver<'_, D> {
         let mut rng = self.run.seed.derive("graphcut/random", step).rng();
         let (mut fresh, mut used) = (Vec::new(), Vec::new());
         for _ in 0..MOST_DRAWS {
-            let Some(candidate) = self.showing(SampleId::new(rng.below(samples)), region.start) else { continue };
+            let Some(mut candidate) = self.showing(SampleId::new(rng.below(samples)), region.start) else { continue };
+            (0..D).filter(|&a| !self.options.free[a]).for_each(|a| candidate.patch.offset[a] = 0);
             let source = self.canvas.exemplars.sources()[candidate.patch.source].domain();
             let end = std::array::from_fn::<_, D, _>(|a| region.end(a) - candidate.patch.offset[a]);
             if (0..D).any(|a| !source.periodic[a] && (source.shape[a] as i32) < end[a]) {
@@ -135,7 +136,8 @@ impl<const D: usize> Weaver<'_, D> {
     /// Every patch that shows anything at a position.
     fn everything(&self, at: [i32; D]) -> Vec<Candidate<D>> {
         let samples = self.canvas.exemplars.table().len();
-        (0..samples).filter_map(|id| self.showing(SampleId::new(id), at)).collect()
+        let lies = |c: &Candidate<D>| (0..D).all(|a| self.options.free[a] || c.patch.offset[a] == 0);
+        (0..samples).filter_map(|id| self.showing(SampleId::new(id), at)).filter(lies).collect()
     }
 
     /// The patch that shows a sample at a position.

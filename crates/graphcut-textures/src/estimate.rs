@@ -5,7 +5,8 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::plan::{largest_region, longest, reach};
+use crate::plan::{longest, reach};
+use crate::regions::largest_sides;
 use crate::weaver::{BATCH, at_once};
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never below, and
@@ -33,9 +34,9 @@ pub fn estimate<const D: usize>(
     options: &Options<D>,
 ) -> u64 {
     let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
-    let shortest = sources.iter().map(|s| s.shape.into_iter().min().unwrap_or(0)).max().unwrap_or(0);
     // No less than what the run may choose.
-    let sides = options.region.unwrap_or_else(|| [largest_region(shortest); D]);
+    let sides = options.region.unwrap_or_else(|| largest_sides(sources.iter().map(|s| s.shape)));
+    let sides = std::array::from_fn(|a| if options.free[a] { sides[a] } else { output.shape[a] });
     let longest = longest(sources.iter().copied());
     let reach = reach(options, options.placement, sides, longest);
     let region: [u32; D] = std::array::from_fn(|a| output.shape[a].min(sides[a]).max(1));
@@ -63,6 +64,8 @@ pub fn estimate<const D: usize>(
     let entire = || search(sources, &weights, window, Positions::overlapping(1));
     let search = match options.placement {
         Placement::Random => 0,
+        // Each place is compared by itself.
+        _ if options.free.contains(&false) => len(window).saturating_mul(channels as u64 + 1),
         Placement::Sub => sub(),
         Placement::Entire => entire(),
         Placement::Auto => sub().max(entire()),

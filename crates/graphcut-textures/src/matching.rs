@@ -5,6 +5,7 @@ use selvedge_fft_ssd::{Costs, Options as SearchOptions, Placement, Scratch, SsdS
 
 use crate::candidates::Candidate;
 use crate::error::Error;
+use crate::sliding::slide;
 use crate::usable::Usable;
 
 /// One source as exemplars of its own.
@@ -28,7 +29,9 @@ pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Si
 #[derive(Debug)]
 pub(crate) struct Matcher<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
+    /// None where exemplars are not moved along all axes.
     parts: Vec<Part<'e, D>>,
+    free: [bool; D],
 }
 
 /// Sources that are searched together.
@@ -50,24 +53,33 @@ pub(crate) struct Matches<const D: usize> {
     spare: Vec<Costs<D>>,
     /// Where in the output the template began.
     start: [i32; D],
+    /// What was found where exemplars are not moved along all axes.
+    slid: Vec<Candidate<D>>,
 }
 
 impl<'e, const D: usize> Matcher<'e, D> {
-    /// Searches all sources together, or, if there are `singles`, one by one those that are asked for.
+    /// Searches all sources together, or, if there are `singles`, one by one those that are asked for; along the `free` axes.
     ///
     /// # Errors
     /// [`Error::Search`] if memory is short.
-    pub(crate) fn new(exemplars: &'e Exemplars<D>, singles: &'e [Single<D>], simd: SimdLevel) -> Result<Self, Error> {
+    pub(crate) fn new(
+        exemplars: &'e Exemplars<D>,
+        singles: &'e [Single<D>],
+        free: [bool; D],
+        simd: SimdLevel,
+    ) -> Result<Self, Error> {
         let options = SearchOptions { simd, ..SearchOptions::default() };
         let part =
             |first, exemplars, options| Ok(Part { first, searcher: SsdSearcher::with_options(exemplars, options)? });
-        let parts = if singles.is_empty() {
+        let parts = if free.contains(&false) {
+            Vec::new()
+        } else if singles.is_empty() {
             vec![part(0, exemplars, options)?]
         } else {
             let options = SearchOptions { cache: options.cache / singles.len() as u64, ..options };
             singles.iter().map(|s| part(s.source, &s.exemplars, options)).collect::<Result<_, Error>>()?
         };
-        Ok(Self { exemplars, parts })
+        Ok(Self { exemplars, parts, free })
     }
 
     /// Compares what is known in `window` with the sources, wherever one covers `region`, a part of it. The window may
@@ -95,6 +107,10 @@ impl<'e, const D: usize> Matcher<'e, D> {
             to.look.at_map(self.exemplars, map, region, |_| true)?;
         }
         to.start = window.start;
+        if self.free.contains(&false) {
+            to.slid = slide(self.exemplars, &to.look, (region, window), self.free, usable);
+            return Ok(());
+        }
         let template = Template::new(window.shape, to.look.features()).masked(to.look.known());
         let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
         to.spare.extend(to.costs.drain(..).flatten());
@@ -117,16 +133,18 @@ impl<'e, const D: usize> Matcher<'e, D> {
         let searched = self.parts.iter().zip(&matches.costs);
         let found =
             searched.flat_map(|(part, costs)| costs.iter().flat_map(|c| c.iter().map(|c| (part.first + c.source, c))));
-        found.map(|(source, c)| Candidate {
+        let moved = found.map(|(source, c)| Candidate {
             patch: Patch { source, offset: std::array::from_fn(|a| matches.start[a] - c.position[a]) },
             cost: c.error as f64 / c.samples.max(1) as f64,
-        })
+        });
+        moved.chain(matches.slid.iter().copied())
     }
 }
 
 impl<const D: usize> Default for Matches<D> {
     fn default() -> Self {
-        Self { look: Look::new(), scratch: Scratch::new(), costs: Vec::new(), spare: Vec::new(), start: [0; D] }
+        let (look, scratch) = (Look::new(), Scratch::new());
+        Self { look, scratch, costs: Vec::new(), spare: Vec::new(), start: [0; D], slid: Vec::new() }
     }
 }
 
@@ -153,7 +171,7 @@ mod tests {
             let region = Window { start: [9, 9], shape: [side; 2] };
             let window = Window { start: [5, 5], shape: [side + 8; 2] };
             for window in [region, window] {
-                let matcher = Matcher::new(&exemplars, &[], SimdLevel::Auto).unwrap();
+                let matcher = Matcher::new(&exemplars, &[], [true; 2], SimdLevel::Auto).unwrap();
                 let mut matches = Matches::default();
                 matcher.search(&map, &region, &window, Usable::all(), &mut matches).unwrap();
                 let found: Vec<Candidate<2>> = matcher.found(&matches).collect();

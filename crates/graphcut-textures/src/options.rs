@@ -31,6 +31,11 @@ pub enum Placement {
 pub struct Options<const D: usize> {
     /// How the next patch is found. Default: [`Placement::Auto`].
     pub placement: Placement,
+    /// Axes along which patches may be moved; along the others they lie where they are in their exemplar, all of them together
+    /// cover all of the output, and error regions reach over all of it. Default: all. `[true, false, false]` moves clips in
+    /// time alone, for what shows the same kind of change at each place, but not the same place everywhere.
+    /// `[Kwatra03 7B]`
+    pub free: [bool; D],
     /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
     pub seam: SeamMeasure,
     /// Sides of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
@@ -63,6 +68,7 @@ impl<const D: usize> Default for Options<D> {
     fn default() -> Self {
         Self {
             placement: Placement::Auto,
+            free: [true; D],
             seam: SeamMeasure::Gradient,
             region: None,
             reach: None,
@@ -90,6 +96,9 @@ impl<const D: usize> Options<D> {
     /// # Errors
     /// [`Error::Range`].
     pub fn validate(&self) -> Result<(), Error> {
+        if !self.free.contains(&true) {
+            return Err(Error::Range { option: "free", value: 0.0, range: "at least one axis" });
+        }
         for (option, zero) in
             [("region", self.region.is_some_and(|region| region.contains(&0))), ("patience", self.patience == 0)]
         {

@@ -1,21 +1,18 @@
 //! What a run takes from its exemplars before it begins: the way of matching, regions, reach, and the scale of its draws.
 
-use selvedge_analysis::{Texture, feature_size};
+use selvedge_analysis::Texture;
 use selvedge_core::{Domain, Exemplars, Grid};
 
 use crate::candidates::variance;
 use crate::error::Error;
 use crate::options::{Options, Placement};
+use crate::regions::{held, region_sides};
 
 /// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With 1 they
 /// are crumbs, with 0 the same stones stand in rows. On a lattice all patches stand to each other as others do: more
 /// of it is needed, and does no harm.
 const VARIETY: f64 = 0.25;
 const ORDERLY_VARIETY: f64 = 0.5;
-
-/// A region holds no more than so many times the largest structures: of fine textures larger patches are no better, and cost
-/// more.
-const STRUCTURES: u32 = 4;
 
 /// What a run has chosen before it lays the first patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +39,21 @@ pub struct Plan<const D: usize> {
 /// # Errors
 /// Those of [`Plan::new`].
 pub(crate) fn measured<const D: usize>(
+    exemplars: &Exemplars<D>,
+    output: Domain<D>,
+    field: Option<&Grid<u64, D>>,
+    options: &Options<D>,
+) -> Result<Plan<D>, Error> {
+    let mut plan = unbound(exemplars, output, field, options)?;
+    if options.free.contains(&false) {
+        plan.region = std::array::from_fn(|a| if options.free[a] { plan.region[a] } else { output.shape[a] });
+        held(exemplars, plan.region)?;
+    }
+    Ok(plan)
+}
+
+/// The same, whatever is not free.
+fn unbound<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
     field: Option<&Grid<u64, D>>,
@@ -97,32 +109,6 @@ impl<const D: usize> Plan<D> {
     }
 }
 
-/// The sides of error regions: as asked, or a fourth of the exemplar's shortest side, but no more than four times its largest
-/// structures. Smaller regions make crumbs of what is larger than they are, larger ones leave few places to take
-/// patches from. Of several exemplars that of the shortest side counts, but not one under half of the largest: it is laid
-/// where nothing else fits.
-fn region_sides<const D: usize>(
-    exemplars: &Exemplars<D>,
-    measured: &[Texture],
-    options: &Options<D>,
-) -> Result<[u32; D], Error> {
-    let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
-    let shortest = |shape: &[u32; D]| shape.iter().copied().min().unwrap_or(0);
-    let largest = shapes().max_by_key(shortest).unwrap_or([0; D]);
-    let Some(region) = options.region else {
-        let counts = |side: &u32| shortest(&largest) <= side.saturating_mul(2);
-        let most = shapes().map(|shape| shortest(&shape)).filter(counts).min().unwrap_or(0);
-        let known = measured.iter().map(|t| t.feature_size).max();
-        let structure = known.map_or_else(|| feature_size(exemplars), Ok)?;
-        let side = largest_region(most).min(structure.saturating_mul(STRUCTURES)).max(most.min(LEAST)).max(1);
-        return Ok([side; D]);
-    };
-    if shapes().any(|shape| (0..D).all(|a| region[a] <= shape[a])) {
-        return Ok(region);
-    }
-    Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
-}
-
 /// How far patches reach: as asked; half of a region that was asked for; else a region, and for entire placement as far as the
 /// exemplar goes: preferred to three eighths of its lesser side on 9 and 7 of 11 orderly textures at twice the sides by
 /// two readers, on 5 of 6 at four times.
@@ -133,6 +119,9 @@ pub(crate) fn reach<const D: usize>(
     longest: [u32; D],
 ) -> [u32; D] {
     options.reach.unwrap_or(match (options.region, placement) {
+        // What moves in time alone is the whole clip. `[Kwatra03 7B]` Pieces of it settle where nothing moves: of a candle a
+        // third of the motion was left, at seams that cost a tenth more.
+        _ if options.free.contains(&false) => longest,
         (Some(_), _) => sides.map(|n| n.div_ceil(2)),
         (None, Placement::Entire | Placement::Auto) => longest,
         (None, _) => sides,
@@ -143,12 +132,4 @@ pub(crate) fn reach<const D: usize>(
 pub(crate) fn longest<const D: usize>(sources: impl Iterator<Item = Domain<D>>) -> [u32; D] {
     let side = |source: &Domain<D>, a: usize| if source.periodic[a] { u32::MAX } else { source.shape[a] };
     sources.fold([0; D], |longest, source| std::array::from_fn(|a| longest[a].max(side(&source, a))))
-}
-
-/// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places agree.
-const LEAST: u32 = 8;
-
-/// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.
-pub(crate) fn largest_region(side: u32) -> u32 {
-    (side / 4).max(side.min(LEAST)).max(1)
 }

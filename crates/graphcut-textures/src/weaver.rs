@@ -63,19 +63,14 @@ impl<'a, const D: usize> Weaver<'a, D> {
         run: &'a Run<'a, D>,
     ) -> Result<Self, Error> {
         let output = start.map.domain();
-        let region = region_of(plan.region, output);
+        let region = region_of(plan.region, options.free, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
+        let cells =
+            std::array::from_fn(|a| if options.free[a] { plan.region[a] / CELLS_A_REGION } else { output.shape[a] });
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
-            canvas: Canvas::new(
-                exemplars,
-                costs,
-                start.map,
-                start.fixed,
-                start.sources,
-                plan.region.map(|n| n / CELLS_A_REGION),
-            )?,
-            matcher: Matcher::new(exemplars, singles, run.simd)?,
+            canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, cells)?,
+            matcher: Matcher::new(exemplars, singles, options.free, run.simd)?,
             options,
             run,
             placement: plan.placement,
@@ -145,7 +140,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let start = std::array::from_fn(|a| {
             let start = at[a] as i32 - shape[a] as i32 / 2;
             let most = (output.shape[a] - shape[a]) as i32;
-            if output.periodic[a] { start } else { start.clamp(0, most) }
+            let anywhere = output.periodic[a] && self.options.free[a];
+            if anywhere { start } else { start.clamp(0, most) }
         });
         Window { start, shape }
     }
@@ -180,6 +176,10 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let mut near = *region;
         for axis in 0..D {
             let (side, shape) = (output.shape[axis], region.shape[axis]);
+            if !self.options.free[axis] {
+                (near.start[axis], near.shape[axis]) = (0, side);
+                continue;
+            }
             let longest = self.longest[axis].saturating_sub(shape);
             let reach = self.reach[axis].min(side).min(longest);
             let (mut low, mut high) = (reach, reach);
@@ -196,10 +196,11 @@ impl<'a, const D: usize> Weaver<'a, D> {
     }
 }
 
-/// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it.
-fn region_of<const D: usize>(sides: [u32; D], output: Domain<D>) -> [u32; D] {
+/// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it, unless
+/// that is where it lies anyway.
+fn region_of<const D: usize>(sides: [u32; D], free: [bool; D], output: Domain<D>) -> [u32; D] {
     std::array::from_fn(|a| {
         let n = output.shape[a];
-        sides[a].min(if output.periodic[a] { n - n / 4 } else { n })
+        sides[a].min(if output.periodic[a] && free[a] { n - n / 4 } else { n })
     })
 }

@@ -4,6 +4,7 @@ use selvedge_core::{Exemplars, Run, Source, par};
 
 use super::the_clip;
 use crate::error::Error;
+use crate::squares::squares;
 
 /// Options of [`FrameDistances::new`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -161,15 +162,4 @@ impl Frames<'_> {
             block(frames - 1, 0, y, x) <= (inside + grain) * 25 / 16
         })
     }
-}
-
-/// The sum of squared differences of bytes.
-fn squares(a: &[u8], b: &[u8]) -> u64 {
-    // Sums of so many squares of bytes fit 32 bits.
-    const FIT: usize = 1 << 16;
-    let block = |(a, b): (&[u8], &[u8])| {
-        let sum: u32 = a.iter().zip(b).map(|(&a, &b)| u32::from(a.abs_diff(b)).pow(2)).sum();
-        u64::from(sum)
-    };
-    a.chunks(FIT).zip(b.chunks(FIT)).map(block).sum()
 }
