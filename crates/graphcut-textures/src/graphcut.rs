@@ -51,13 +51,21 @@ pub fn plan<const D: usize>(
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<Plan<D>, Error> {
+    check(exemplars, output, options, limits)?;
+    measured(exemplars, output, field, options)
+}
+
+/// What can be checked before anything is measured.
+fn check<const D: usize>(
+    exemplars: &Exemplars<D>,
+    output: Domain<D>,
+    options: &Options<D>,
+    limits: &Limits,
+) -> Result<(), Error> {
     options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
-    if output.is_empty() {
-        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
-    }
-    measured(exemplars, output, field, options)
+    if output.is_empty() { Err(Error::EmptyOutput { shape: output.shape.to_vec() }) } else { Ok(()) }
 }
 
 /// Like [`graphcut`], going on from what is there.
@@ -71,8 +79,9 @@ pub fn graphcut_from<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     let output = start.map.domain();
-    let plan = plan(exemplars, output, start.sources.as_ref(), options, &run.limits)?;
-    plan.weave(exemplars, start, options, run)
+    check(exemplars, output, options, &run.limits)?;
+    start.check(exemplars)?;
+    measured(exemplars, output, start.sources.as_ref(), options)?.weave(exemplars, start, options, run)
 }
 
 impl<const D: usize> Plan<D> {
