@@ -84,17 +84,11 @@
 //! that sleeps takes some 0.05 ms to wake, a third of that search. Searches expected to take less than 0.1 ms are not split;
 //! where many are asked, run them beside each other, each with a [`Scratch`] of its own.
 //!
-//! # Growth
-//! Direct: samples times positions, and a part that is not multiplied by samples. Ls of 24/4, 36/6, 48/8, 64/10 (176, 396,
-//! 704, 1180 samples) over 192^2: 0.10, 0.17, 0.25, 0.33 ms; 36/6 over 128^2, 192^2, 256^2, 512^2: 0.07, 0.17, 0.31,
-//! 1.37 ms (6 to 7.6 ns a position), of which 0.014 ms go before the first position. FFT: positions, nearly regardless of
-//! samples. 32^2, 64^2, 128^2, 256^2 over 1024^2: 9.3, 10, 15, 18 ms; 64^2 over 256^2, 512^2, 1024^2, 2048^2: 0.6, 2.4,
-//! 9.8, 40 ms (16, 12, 10.5, 10 ns a position). A first search by FFT also transforms the source: with three channels it
-//! takes about four times as long as the next.
-//!
 //! # Memory
 //! [`estimate()`] tells it from sizes. Spectra are the largest part: some 13 bytes a sample and channel. They are
 //! kept while they fit [`Options::cache`]; beyond that they are made again for each search.
+//!
+//! `DESIGN.md` in this crate tells how it works and why, and how time grows.
 //!
 //! # Features
 //! `rayon` (default): a search is split over the caller's pool; the result is the same without it.
