@@ -7,6 +7,7 @@ mod fit;
 mod fixtures;
 mod gallery;
 mod program;
+mod readme;
 mod regress;
 mod soak;
 mod tidy;
@@ -20,7 +21,7 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
 /// Nothing to say, or a line that says what went wrong (details have been printed).
 type Outcome = Result<(), String>;
 
-const CHORES: [Chore; 10] = [
+const CHORES: [Chore; 11] = [
     (
         "bench [PATTERN]",
         "time whole runs of the program and check their answers; --against PROGRAM compares",
@@ -34,12 +35,13 @@ const CHORES: [Chore; 10] = [
         fixtures::run,
     ),
     ("gallery", "make the pictures of README.md again, with the program itself", gallery::run),
+    ("readme", "each crate's README.md again, from the first page of its documentation", readme::run),
     ("regress [PATTERN]", "the end-to-end suite in release, and a page of its pictures", regress::run),
     ("bless NAME...", "write the references of recipes in tests/suite", regress::bless),
     ("review [PATTERN]", "regress, then ask for each recipe that differs whether to bless it", regress::review),
     (
         "soak [PART]",
-        "the long checks: crates alone, random options, runs killed half way, large graphs, fuzzing",
+        "the long checks: crates alone and as packages, random options, runs killed half way, large graphs, fuzzing",
         soak::run,
     ),
     ("tidy", "rules that no compiler knows: edges between crates, citations, sizes, licences", tidy::run),

@@ -1,4 +1,4 @@
-//! `soak`: what takes too long for every change. Each crate alone, random options, runs killed half way, many searches, and fuzzing.
+//! `soak`: what takes too long for every change. Each crate alone and as a package, random options, runs killed half way, many searches, and fuzzing.
 
 use std::fs;
 use std::path::Path;
@@ -17,17 +17,18 @@ const RUNS: i32 = 300;
 /// Runs that are killed.
 const KILLS: i32 = 40;
 
-/// Runs everything, or the one part that is named: `crates`, `options`, `kills`, `search`, `large`, `fuzz`.
+/// Runs everything, or the one part that is named: `crates`, `package`, `options`, `kills`, `search`, `large`, `fuzz`.
 pub(crate) fn run(args: &[String]) -> Outcome {
     match args.first().map(String::as_str) {
-        None => [crates, options, kills, search, large, fuzz].into_iter().try_for_each(|part| part()),
+        None => [crates, package, options, kills, search, large, fuzz].into_iter().try_for_each(|part| part()),
         Some("crates") => crates(),
+        Some("package") => package(),
         Some("options") => options(),
         Some("kills") => kills(),
         Some("search") => search(),
         Some("large") => large(),
         Some("fuzz") => fuzz(),
-        Some(_) => Err("usage: cargo xtask soak [crates|options|kills|search|large|fuzz]".into()),
+        Some(_) => Err("usage: cargo xtask soak [crates|package|options|kills|search|large|fuzz]".into()),
     }
 }
 
@@ -40,6 +41,53 @@ fn crates() -> Outcome {
         cargo(&["test", "--quiet", "-p", &package, "--no-default-features"])?;
     }
     Ok(())
+}
+
+/// Each crate as it would be published: packed, unpacked outside of the project, built there, its examples tested.
+fn package() -> Outcome {
+    let tree = Tree::of_project();
+    // Unpublished crates are found in no registry, so that no file of locked versions can be made for each: below they share
+    // the project's.
+    let pack = ["package", "--workspace", "--exclude", "xtask", "--no-verify", "--exclude-lockfile"];
+    cargo(&pack.into_iter().chain(["--allow-dirty", "--offline"]).collect::<Vec<_>>())?;
+    let folder = std::env::temp_dir().join(format!("selvedge-packages-{}", std::process::id()));
+    let unpacked = unpack(&tree, &folder).and_then(|packages| {
+        let manifest = folder.join("Cargo.toml");
+        let manifest = manifest.to_string_lossy();
+        cargo(&["check", "--offline", "--workspace", "--manifest-path", &manifest])?;
+        let libraries = packages.iter().filter(|name| *name != "selvedge").flat_map(|name| ["-p", name]);
+        let test = ["test", "--quiet", "--offline", "--doc", "--manifest-path", &*manifest];
+        cargo(&test.into_iter().chain(libraries).collect::<Vec<_>>())
+    });
+    fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    unpacked
+}
+
+/// A workspace of the packages, each of which takes the others instead of the registry's; their names.
+fn unpack(tree: &Tree, folder: &Path) -> Result<Vec<String>, String> {
+    let told = |e: std::io::Error| format!("{}: {e}", folder.display());
+    fs::create_dir_all(folder).map_err(told)?;
+    let version = env!("CARGO_PKG_VERSION");
+    let (mut packages, mut patches) = (Vec::new(), String::new());
+    for name in tree.crates() {
+        let name = package_name(tree, name)?;
+        let packed = root().join(format!("target/package/{name}-{version}.crate"));
+        let done = Command::new("tar").arg("xzf").arg(&packed).arg("-C").arg(folder).status();
+        if !done.is_ok_and(|status| status.success()) {
+            return Err(format!("cannot unpack {}", packed.display()));
+        }
+        for file in ["LICENSE-MIT", "LICENSE-APACHE", "README.md"] {
+            let file = folder.join(format!("{name}-{version}/{file}"));
+            fs::metadata(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        }
+        patches += &format!("{name} = {{ path = \"{name}-{version}\" }}\n");
+        packages.push(name);
+    }
+    let members = packages.iter().map(|name| format!("\"{name}-{version}\"")).collect::<Vec<_>>().join(", ");
+    let manifest = format!("[workspace]\nresolver = \"3\"\nmembers = [{members}]\n[patch.crates-io]\n{patches}");
+    fs::write(folder.join("Cargo.toml"), manifest).map_err(told)?;
+    fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).map_err(told)?;
+    Ok(packages)
 }
 
 /// Ten times as many searches against the definition as its tests make.

@@ -40,6 +40,13 @@ pub(super) fn manifests(tree: &Tree) -> Vec<Breach> {
     breaches
 }
 
+/// Crates whose README.md is not the first page of their documentation.
+pub(super) fn readmes(tree: &Tree) -> Vec<Breach> {
+    let differ = |(path, text): &(String, String)| tree.text(path) != Some(text);
+    let stale = crate::readme::wanted(tree).into_iter().filter(differ);
+    stale.map(|(path, _)| Breach::new(path, "is not the first page of src/lib.rs")).collect()
+}
+
 /// Crates without a paragraph in ARCHITECTURE.md, and names there without a crate.
 pub(super) fn architecture(tree: &Tree) -> Vec<Breach> {
     let Some(text) = tree.text("ARCHITECTURE.md") else {

@@ -38,7 +38,7 @@ struct Rule {
     check: fn(&Tree) -> Vec<Breach>,
 }
 
-const RULES: [Rule; 17] = [
+const RULES: [Rule; 18] = [
     Rule {
         name: "edges between crates",
         reason: "each crate is picked alone, and is understood by what it must never know",
@@ -62,6 +62,12 @@ const RULES: [Rule; 17] = [
         reason: "a newcomer finds every crate in ARCHITECTURE.md, and nothing there that is gone",
         fix: "add a paragraph that names `crates/NAME` to ARCHITECTURE.md, or take the stale one out",
         check: crates::architecture,
+    },
+    Rule {
+        name: "the first page as README",
+        reason: "what a registry shows of a crate is what was tested as its documentation",
+        fix: "run `cargo xtask readme`",
+        check: crates::readmes,
     },
     Rule {
         name: "no circle of files",
