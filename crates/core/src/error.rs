@@ -114,6 +114,14 @@ pub enum Error {
         /// Where the first one is, slowest axis first.
         at: Vec<u32>,
     },
+    /// An exemplar without a sample.
+    #[error("exemplar {exemplar} is empty: it has {} px", across(shape))]
+    EmptyExemplar {
+        /// Its number, from 0.
+        exemplar: usize,
+        /// Its shape, slowest axis first.
+        shape: Vec<u32>,
+    },
     /// Every sample of every exemplar is masked or transparent.
     #[error("no sample of any exemplar is valid: every one is masked or transparent")]
     NothingValid,
@@ -276,6 +284,7 @@ impl Error {
             Self::Shape { .. } => "give planes of one size",
             Self::Layout { .. } => "convert one of them",
             Self::NotFinite { .. } => "clean them first",
+            Self::EmptyExemplar { .. } => "give a picture with something in it",
             Self::NothingValid => "mask less, or give a picture with something in it",
             Self::Transform { .. } => "use finite angles and scales from 1/16 to 16",
             Self::Weights { .. } => "give one weight for each channel",

@@ -172,12 +172,16 @@ impl<const D: usize> Exemplars<D> {
     /// Each exemplar as it is masked and shown, in order.
     ///
     /// # Errors
-    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::NothingValid`], [`Error::Transform`], and
-    /// [`Error::Shape`] for a mask of another size.
+    /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::EmptyExemplar`], [`Error::NothingValid`],
+    /// [`Error::Transform`], and [`Error::Shape`] for a mask of another size.
     pub fn new(encoder: &Encoder, exemplars: &[Exemplar<'_, D>]) -> Result<Self, Error> {
         let mut sources = Vec::new();
         for (number, exemplar) in exemplars.iter().enumerate() {
             sources.extend(exemplar.sources(number, encoder)?);
+        }
+        if let Some(empty) = sources.iter().find(|source| source.domain().is_empty()) {
+            let (exemplar, shape) = (empty.origin.exemplar.into(), empty.domain().shape.to_vec());
+            return Err(Error::EmptyExemplar { exemplar, shape });
         }
         Self::from_sources(sources, encoder.weights().to_vec())
     }
@@ -214,6 +218,9 @@ impl<const D: usize> Exemplars<D> {
     fn from_shared(sources: Vec<Arc<Source<D>>>, weights: Vec<u8>) -> Result<Self, Error> {
         let first = sources.first().ok_or(Error::NoPlanes { exemplar: 0 })?;
         let channels = first.features.channels();
+        if channels == 0 {
+            return Err(Error::NoPlanes { exemplar: first.origin.exemplar.into() });
+        }
         if channels != weights.len() || sources.iter().any(|s| s.features.channels() != channels) {
             return Err(Error::Weights { expected: channels, found: weights.len() });
         }
@@ -336,6 +343,18 @@ mod tests {
     fn fully_transparent_exemplars_are_refused() {
         let plane = rgba([0, 0]);
         assert_eq!(Exemplars::of(&[std::slice::from_ref(&plane)]), Err(Error::NothingValid));
+    }
+
+    #[test]
+    fn exemplars_without_samples_or_channels_are_no_masked_ones() {
+        let plane = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(Domain::open([0, 4]), 1, Vec::new()).unwrap()));
+        let empty = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap_err();
+        assert_eq!(empty, Error::EmptyExemplar { exemplar: 0, shape: vec![0, 4] });
+        assert_eq!(empty.to_string(), "exemplar 0 is empty: it has 4x0 px");
+        let origin = Origin { exemplar: 2, transform: Transform::IDENTITY };
+        let features = Grid::from_vec(Domain::open([1, 1]), 0, Vec::new()).unwrap();
+        let none = Exemplars::from_sources(vec![Source { features, valid: None, origin }], Vec::new());
+        assert_eq!(none, Err(Error::NoPlanes { exemplar: 2 }));
     }
 
     #[test]
