@@ -177,7 +177,7 @@ impl<const D: usize> SeamCosts<D> {
 /// See [`SeamCosts::level`].
 fn grey_level(weights: &[u8]) -> u32 {
     let sum: u32 = weights.iter().map(|&w| u32::from(w)).sum();
-    let mean = f64::from(sum) / weights.len().max(1) as f64;
+    let mean = f64::from(sum) / weights.len() as f64;
     ((mean.sqrt() * f64::from(SCALE)).ceil() as u32).max(1)
 }
 

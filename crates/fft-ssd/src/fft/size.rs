@@ -66,8 +66,7 @@ impl Tiling {
 fn sizes(extension: &Extension, axis: usize, start: usize, template: usize, count: usize) -> Vec<(usize, usize)> {
     let whole = count + template - 1;
     // The last axis needs an even size.
-    let least = if axis == 2 { 2 } else { 1 };
-    let smallest_whole = smooth(whole.max(least), axis == 2);
+    let smallest_whole = smooth(whole, axis == 2);
     let mut options = vec![(smallest_whole, count)];
     // A little more may be faster: powers of two are, and factors of five are not.
     for size in [
@@ -80,7 +79,7 @@ fn sizes(extension: &Extension, axis: usize, start: usize, template: usize, coun
         }
     }
     // Where the first samples lie outside of the source, as what they stand for does, wrapping around meets only zeros.
-    let size = smooth(count.max(least), axis == 2);
+    let size = smooth(count, axis == 2);
     if template <= count
         && extension.is_outside(axis, start..start + template - 1)
         && extension.inside()[axis].end <= start + size
