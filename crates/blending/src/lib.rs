@@ -49,6 +49,9 @@ mod poisson;
 mod region;
 mod spline;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use error::Error;
 pub use feather::Feathered;
 pub use fused::Fused;

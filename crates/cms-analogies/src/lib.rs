@@ -70,6 +70,9 @@ mod worst;
 
 use selvedge_core::{Exemplars, Run, SourceMap, Woven};
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use constraint::Constraint;
 pub use error::Error;
 pub use estimate::{Sizes, estimate};

@@ -89,6 +89,9 @@ mod prices;
 mod prune;
 mod span;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use choice::{Choice, Holes, Pin};
 pub use error::Error;
 pub use expand::{Proposal, Scratch, expand};

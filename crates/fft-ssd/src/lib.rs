@@ -122,6 +122,9 @@ mod taps;
 mod template;
 mod word;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use candidates::{Candidates, Tolerance};
 pub use costs::{Costs, Errors, Positioned};
 pub use error::Error;

@@ -70,6 +70,9 @@ mod usable;
 pub mod video;
 mod weaver;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use error::Error;
 pub use estimate::estimate;
 pub use graphcut::{graphcut, graphcut_from, plan};

@@ -41,6 +41,9 @@ use selvedge_core::{Encoder, Grid, Plane, Samples, reserve};
 
 use gaussian::Gaussian;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use error::Error;
 pub use histogram::match_histogram;
 pub use orientation::orientation;

@@ -51,6 +51,9 @@ mod thresholds;
 mod usable;
 mod weave;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use error::Error;
 pub use estimate::{estimate, estimate_repair};
 pub use hybrid::{hybrid, hybrid_from};

@@ -59,6 +59,9 @@ mod strip;
 mod transfer;
 mod transfer_options;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use auto_block::suggest_block;
 pub use estimate::{estimate, estimate_transfer};
 pub use options::{Continuation, Error, Options, Stage};

@@ -58,6 +58,9 @@ mod stats;
 mod testing;
 mod weaver;
 
+/// What this crate takes and answers with: exemplars, domains, planes, maps.
+pub use selvedge_core as core;
+
 pub use control::{Control, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
