@@ -53,6 +53,9 @@ pub(crate) enum Command {
     /// Texture optimization: a whole texture at once, until each part of it is like a part of the exemplars.
     #[command(after_help = OPTIMIZE)]
     Optimize(commands::optimize::Optimize),
+    /// Video textures: a clip that loops without a visible end, over a seam in space and time.
+    #[command(after_help = VIDEO)]
+    Video(commands::video::Video),
     /// Apply a source map to other planes of the same exemplars, such as the maps of a material.
     #[command(after_help = APPLY)]
     Apply(commands::apply::Apply),
@@ -100,6 +103,7 @@ impl Command {
             Self::Detail(detail) => detail.run(session),
             Self::Hybrid(hybrid) => hybrid.run(session),
             Self::Optimize(optimize) => optimize.run(session),
+            Self::Video(video) => video.run(session),
             Self::Apply(apply) => apply.run(session),
             Self::Again(again) => again.run(session, run),
             Self::Info(info) => info.run(session),
@@ -149,6 +153,15 @@ Examples:
   selvedge optimize gravel.png -o path.png --size 512
   selvedge optimize bricks.png -o wall.png --start wall-map.exr
   selvedge optimize moss.png -o tile.png --tile xy --init random";
+const VIDEO: &str = "\
+Clips are numbered files ('fire.####.exr', 'fire.%04d.png'), a folder of them, a quoted glob, an animated PNG, GIF or WebP,
+or y4m, also by '-'. Sound is not carried. Other containers go through ffmpeg:
+  ffmpeg -i river.mp4 -f yuv4mpegpipe -pix_fmt yuv444p - | selvedge video - -o river.####.png
+
+Examples:
+  selvedge video river.####.png -o loop.####.png
+  selvedge video candle.gif -o loop.gif --period 48..96
+  selvedge video fire.####.exr --with velocity.####.exr -o '{stem}-loop.####.exr' --preview fire.png";
 const APPLY: &str = "\
 Examples:
   selvedge apply wall-map.exr bricks-height.png -o wall-height.png --role height

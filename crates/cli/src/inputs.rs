@@ -35,6 +35,11 @@ impl Input {
         Ok(Self { path: path.to_path_buf(), stream })
     }
 
+    /// The bytes of a stream; `None` for a file.
+    pub(crate) fn into_stream(self) -> Option<Vec<u8>> {
+        self.stream
+    }
+
     /// What the header says.
     pub(crate) fn probe(&self, options: &ReadOptions) -> Result<Info, Failure> {
         Ok(match &self.stream {

@@ -14,6 +14,7 @@ use crate::explain::explain;
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input, ReadMap};
+use crate::made;
 use crate::outputs::{self, Outputs};
 use crate::page;
 use crate::planes::{Ready, roles_typed};
@@ -264,12 +265,8 @@ impl Loom<'_> {
         let own = (self.report.command(), self.session.global.seed);
         let (command, seed) = self.made_by.as_ref().map_or(own, |made| (made.command, made.seed));
         let inputs = self.loaded.all_fingerprints().into_iter().chain(self.others.iter().chain(planes).cloned());
-        Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            seed,
-            inputs: inputs.collect(),
-            command: options.with("seed", seed).command(command, self.files.as_deref().unwrap_or(self.loaded.given())),
-        }
+        let files = self.files.as_deref().unwrap_or(self.loaded.given());
+        made::provenance((command, seed), options, files, inputs.collect())
     }
 
     /// Keeps the best so far if that is wanted.

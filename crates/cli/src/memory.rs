@@ -10,8 +10,8 @@ use crate::failure::Failure;
 /// The program itself: code, stacks of its threads, small things. About 13 MiB are seen.
 pub(crate) const PROGRAM: Bytes = Bytes(18 << 20);
 
-/// Bytes of a picture's samples.
-pub(crate) fn picture(domain: Domain<2>, channels: usize, depth: Depth) -> Bytes {
+/// Bytes of the samples of a picture or clip.
+pub(crate) fn picture<const D: usize>(domain: Domain<D>, channels: usize, depth: Depth) -> Bytes {
     Bytes::of_samples(domain, bytes_of(depth)) * channels as u64
 }
 
@@ -52,7 +52,7 @@ fn domain(info: &Info) -> Domain<2> {
 }
 
 /// An upper bound of what sources take: features and validity.
-pub(crate) fn sources(sources: &[Domain<2>], channels: usize) -> Bytes {
+pub(crate) fn sources<const D: usize>(sources: &[Domain<D>], channels: usize) -> Bytes {
     sources.iter().map(|domain| source(*domain, channels)).sum()
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn making(sources: &[Domain<2>], channels: usize) -> Bytes {
     self::sources(sources, channels) + sources.iter().map(|domain| source(*domain, channels)).max().unwrap_or_default()
 }
 
-fn source(domain: Domain<2>, channels: usize) -> Bytes {
+fn source<const D: usize>(domain: Domain<D>, channels: usize) -> Bytes {
     Bytes::of_samples(domain, channels as u64 + 1)
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> B
 }
 
 /// Bytes of a source map.
-pub(crate) fn places(domain: Domain<2>) -> Bytes {
+pub(crate) fn places<const D: usize>(domain: Domain<D>) -> Bytes {
     Bytes::of_samples(domain, 4)
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
 use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, Warning, WriteOptions, path_text};
 use serde_json::{Value, json};
 
@@ -99,6 +100,8 @@ struct Made {
     size: Option<[u32; 2]>,
     /// What the file says otherwise than the picture.
     told: Vec<Warning>,
+    /// Of a clip's files one tells of them all, and the others of nothing.
+    clip: Option<Value>,
 }
 
 impl Outputs {
@@ -121,7 +124,7 @@ impl Outputs {
         let bytes = selvedge_io::encode(plane, metadata, path, &options)?;
         let [height, width] = plane.domain().shape;
         let told = selvedge_io::changes(plane, metadata, format);
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told, clip: None });
         Ok(())
     }
 
@@ -129,18 +132,57 @@ impl Outputs {
     pub(crate) fn map(&mut self, path: &Path, file: &MapFile) -> Result<(), Failure> {
         let bytes = selvedge_io::encode_map(file, path)?;
         let [height, width] = file.map.domain().shape;
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told: Vec::new() });
+        self.made.push(Made {
+            path: path.to_path_buf(),
+            bytes,
+            size: Some([width, height]),
+            told: Vec::new(),
+            clip: None,
+        });
+        Ok(())
+    }
+
+    /// Adds a clip: its frames one after the other, and what comes last.
+    pub(crate) fn clip(
+        &mut self,
+        path: &Path,
+        frames: u32,
+        frame: &mut dyn FnMut(u32) -> Result<Plane<2>, Failure>,
+        (metadata, options): (&Metadata, ClipWriteOptions),
+    ) -> Result<(), Failure> {
+        let (rate, period) = (options.rate, options.period);
+        let mut writer = ClipWriter::create(path, frames, metadata.clone(), options)?;
+        let mut size = [0, 0];
+        for t in 0..frames {
+            let plane = frame(t)?;
+            size = plane.domain().shape;
+            if let Some((path, bytes)) = writer.encoded(&plane)? {
+                self.made.push(Made { path, bytes, size: None, told: Vec::new(), clip: Some(Value::Null) });
+            }
+        }
+        let [height, width] = size;
+        let (last, bytes) = writer.ended()?;
+        let noted = json!({
+            "path": path_text(path),
+            "blake3": blake3::hash(&bytes).to_hex().as_str(),
+            "frames": frames,
+            "width": width,
+            "height": height,
+            "period": period,
+            "rate": rate.map(|rate| rate.to_string()),
+        });
+        self.made.push(Made { path: last, bytes, size: None, told: Vec::new(), clip: Some(noted) });
         Ok(())
     }
 
     /// Adds a file that is no picture.
     pub(crate) fn bytes(&mut self, path: &Path, bytes: Vec<u8>) {
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: None, told: Vec::new() });
+        self.made.push(Made { path: path.to_path_buf(), bytes, size: None, told: Vec::new(), clip: None });
     }
 
     /// What the report will say of them.
     pub(crate) fn noted(&self) -> Vec<Value> {
-        self.made.iter().map(Made::noted).collect()
+        self.made.iter().map(Made::noted).filter(|noted| !noted.is_null()).collect()
     }
 
     /// Writes all of them, or none if one of them cannot be written.
@@ -166,6 +208,9 @@ impl Outputs {
 
 impl Made {
     fn noted(&self) -> Value {
+        if let Some(noted) = &self.clip {
+            return noted.clone();
+        }
         let mut noted = json!({"path": path_text(&self.path), "blake3": blake3::hash(&self.bytes).to_hex().as_str()});
         if let Some([width, height]) = self.size {
             (noted["width"], noted["height"]) = (width.into(), height.into());

@@ -36,7 +36,7 @@ impl<'a> Session<'a> {
     }
 
     /// What methods are handed.
-    pub(crate) fn run(&self) -> Run<'_, 2> {
+    pub(crate) fn run<const D: usize>(&self) -> Run<'_, D> {
         Run { seed: Seed(self.global.seed), limits: self.limits, observer: &self.watch, simd: SimdLevel::Auto }
     }
 

@@ -12,8 +12,20 @@ use serde_json::{Map, Value};
 pub(crate) struct Used(Vec<(String, Value)>);
 
 /// Options that say where a run writes, or that stand for others, which are shown instead.
-pub(crate) const NOT_USED: [&str; 10] =
-    ["output", "map", "explain", "report", "diff", "format", "help", "version", "paper", "save-config"];
+pub(crate) const NOT_USED: [&str; 12] = [
+    "output",
+    "map",
+    "explain",
+    "report",
+    "diff",
+    "format",
+    "help",
+    "version",
+    "paper",
+    "save-config",
+    "surface",
+    "preview",
+];
 
 impl Used {
     /// All options of a command that change samples, as typed or by default, in the order of its help but for size and

@@ -3,6 +3,7 @@
 use std::fmt::Debug;
 use std::str::FromStr;
 
+use selvedge_core::SeamMeasure;
 use serde_json::Value;
 
 use crate::wrong::Wrong;
@@ -25,6 +26,13 @@ macro_rules! choices {
     };
 }
 pub(crate) use choices;
+
+choices!(SeamArg for SeamMeasure {
+    /// By the difference of the two patches.
+    Difference,
+    /// By that difference over their gradients.
+    Gradient,
+});
 
 /// A choice as it is typed.
 pub(crate) fn name_of(choice: impl Debug) -> String {

@@ -17,3 +17,4 @@ pub(crate) mod random_labels;
 pub(crate) mod score;
 pub(crate) mod synthesize;
 pub(crate) mod transfer;
+pub(crate) mod video;

@@ -21,3 +21,4 @@ mod signals;
 mod streams;
 mod synthesize;
 mod transfer;
+mod video;

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use super::problem::ClipProblem;
 use super::y4m::is_y4m;
-use crate::Format;
+use crate::error::Problem;
+use crate::{Depth, Format};
 
 /// A kind of file that holds all frames of a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +30,25 @@ impl Container {
             "webp" => Some(Self::Webp),
             "y4m" => Some(Self::Y4m),
             _ => (path.as_os_str() == "-").then_some(Self::Y4m),
+        }
+    }
+
+    /// Refuses frames that the container does not hold.
+    pub(super) fn check(self, colors: usize, alpha: bool, depth: Depth, shape: [u32; 2]) -> Result<(), Problem> {
+        let container = match self {
+            Self::Apng | Self::Webp => return Format::Png.check(shape, colors, alpha, depth),
+            Self::Gif => "gif",
+            Self::Y4m => "y4m",
+        };
+        let no = |what: String| Err(ClipProblem::Unsupported { container, what }.into());
+        match (depth, colors) {
+            (Depth::U8, 1 | 3) if alpha && self == Self::Y4m => no("alpha".into()),
+            (Depth::U8, 1 | 3) if self == Self::Gif && shape.iter().any(|side| u32::from(u16::MAX) < *side) => {
+                no("a side over 65,535 px".into())
+            }
+            (Depth::U8, 1 | 3) => Ok(()),
+            (Depth::U8, n) => no(format!("a clip of {n} channels")),
+            _ => no(format!("a clip of {} samples", depth.name())),
         }
     }
 

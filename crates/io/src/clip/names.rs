@@ -57,6 +57,18 @@ impl ClipName {
         }
     }
 
+    /// The name of a picture for all frames: `name.exr` for `name.####.exr`.
+    pub fn without_number(&self) -> PathBuf {
+        match self {
+            Self::Sequence(Pattern { folder, before, after, .. }) => {
+                let before = before.trim_end_matches(['.', '_', '-', ' ']);
+                folder.join(if before.is_empty() { format!("clip{after}") } else { format!("{before}{after}") })
+            }
+            Self::Folder(folder) => folder.join("clip.png"),
+            Self::Glob(path) => path.clone(),
+        }
+    }
+
     /// The file beside the frames that tells of them all.
     pub(crate) fn manifest(&self) -> PathBuf {
         match self {

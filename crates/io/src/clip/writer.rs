@@ -14,7 +14,7 @@ use super::problem::ClipProblem;
 use super::rate::Rate;
 use super::y4m::Y4mWriter;
 use crate::error::Error;
-use crate::{Metadata, WriteOptions, display_name, encode, write_bytes};
+use crate::{Depth, Metadata, WriteOptions, display_name, encode, write_bytes};
 
 /// How to write a clip.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,6 +79,26 @@ impl ClipWriter {
             }
         };
         Ok(Self { target, metadata, options, frames, size: [0, 0], written: Vec::new(), taken: 0 })
+    }
+
+    /// Refuses frames of so many channels (alpha included), this depth, height and width, that are not held.
+    ///
+    /// # Errors
+    /// Those of a picture, or [`ClipProblem::Unsupported`].
+    pub fn check(&self, (channels, alpha): (usize, bool), depth: Depth, shape: [u32; 2]) -> Result<(), Error> {
+        let colors = channels - usize::from(alpha);
+        let (path, checked) = match &self.target {
+            Target::Sequence(name) => {
+                let file = name.file(1).unwrap_or_default();
+                let format = self.options.frame.format_of(&file)?;
+                (file, format.check(shape, colors, alpha, depth))
+            }
+            Target::File(path, _) => {
+                let container = Container::of_name(path).unwrap_or(Container::Apng);
+                (path.clone(), container.check(colors, alpha, depth, shape))
+            }
+        };
+        checked.map_err(|p| Error::new(&path, p))
     }
 
     /// All files that will be there at the end.

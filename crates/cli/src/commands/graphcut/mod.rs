@@ -4,7 +4,7 @@ mod scales;
 mod sources;
 
 use clap::Args;
-use selvedge_core::{Bytes, Domain, Observer, Run, SeamMeasure, Start};
+use selvedge_core::{Bytes, Domain, Observer, Run, Start};
 use selvedge_graphcut_textures::{Error, Options, Placement, Plan, Stats, estimate, plan};
 use serde_json::json;
 
@@ -20,7 +20,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
-use crate::values::{Auto, auto, choices, name_of, parsed, sides, sides_typed};
+use crate::values::{Auto, SeamArg, auto, choices, name_of, parsed, sides, sides_typed};
 use crate::weaving::{Sizing, Weaving};
 use crate::wrong::Wrong;
 
@@ -106,13 +106,6 @@ choices!(PlacementArg for Placement {
     Entire,
     /// Where the exemplar agrees with what is there in the region.
     Sub,
-});
-
-choices!(SeamArg for SeamMeasure {
-    /// By the difference of the two patches.
-    Difference,
-    /// By that difference over their gradients.
-    Gradient,
 });
 
 /// How far from a region.

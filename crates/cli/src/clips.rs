@@ -1,0 +1,113 @@
+//! Clips as commands read and write them.
+
+use std::path::{Path, PathBuf};
+
+use selvedge_core::{Bytes, Domain, Plane};
+use selvedge_io::Fingerprint;
+use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, Range, Rate, read_clip};
+use serde_json::json;
+
+use crate::failure::{Failure, n};
+use crate::inputs::Input;
+use crate::memory;
+use crate::report::Report;
+use crate::session::Session;
+use crate::wrong::Wrong;
+
+/// A clip whose headers were read.
+pub(crate) struct ClipInput {
+    reader: ClipReader,
+}
+
+/// A clip that was read whole.
+pub(crate) struct Clip {
+    pub(crate) path: PathBuf,
+    pub(crate) info: ClipInfo,
+    pub(crate) plane: Plane<3>,
+    pub(crate) fingerprint: Fingerprint,
+}
+
+impl ClipInput {
+    /// Looks at a clip; a stream is read to its end.
+    pub(crate) fn open(session: &Session<'_>, path: &Path, options: &ClipOptions) -> Result<Self, Failure> {
+        let reader = match Input::new(session, path)?.into_stream() {
+            Some(bytes) => ClipReader::of_bytes(bytes, path, options),
+            None => ClipReader::open(path, options),
+        };
+        Ok(Self { reader: reader? })
+    }
+
+    /// What it is.
+    pub(crate) fn info(&self) -> &ClipInfo {
+        self.reader.info()
+    }
+
+    /// Its domain, once it is read.
+    pub(crate) fn domain(&self) -> Domain<3> {
+        let info = self.info();
+        Domain::open([info.frames, info.height, info.width])
+    }
+
+    /// Bytes of its samples.
+    pub(crate) fn bytes(&self) -> Bytes {
+        memory::picture(self.domain(), self.info().channels, self.info().depth)
+    }
+
+    /// Refuses a pass that has other frames than the clip that decides.
+    pub(crate) fn check_like(&self, first: &Self) -> Result<(), Failure> {
+        let size = |info: &ClipInfo| [info.frames, info.width, info.height];
+        let ([frames, w, h], [of, fw, fh]) = (size(self.info()), size(first.info()));
+        if [frames, w, h] == [of, fw, fh] {
+            return Ok(());
+        }
+        let what = format!("{} of {w}x{h} px, but the clip has {of} of {fw}x{fh} px", n("frame", frames as usize));
+        Err(Failure::new(3, what).about(self.reader.path()).remedy("give a pass of the same frames"))
+    }
+
+    /// Reads all frames, says what is odd about them, and notes them in the report.
+    pub(crate) fn read(mut self, session: &Session<'_>, report: &mut Report) -> Result<Clip, Failure> {
+        session.check_signal()?;
+        let plane = read_clip(&mut self.reader, &session.limits)?;
+        let path = self.reader.path().to_path_buf();
+        for warning in self.reader.warnings() {
+            session.warn(&path, warning);
+        }
+        let (info, fingerprint) = (self.reader.info().clone(), self.reader.fingerprint());
+        report.inputs.push(json!({
+            "path": selvedge_io::path_text(&path),
+            "frames": info.frames,
+            "width": info.width,
+            "height": info.height,
+            "channels": info.channels,
+            "depth": info.depth.name(),
+            "rate": info.rate.map(|rate| rate.to_string()),
+            "container": info.container,
+            "blake3": fingerprint.blake3,
+        }));
+        Ok(Clip { path, info, plane, fingerprint })
+    }
+}
+
+/// What a clip's name is filled into an output's name as: that of a picture without its frames' numbers.
+pub(crate) fn plane_name(path: &Path) -> PathBuf {
+    let path = selvedge_io::file_of(path);
+    ClipName::parse(path).map_or_else(|| path.to_path_buf(), |name| name.without_number())
+}
+
+/// The files of a clip that is read, so that none of them is written.
+pub(crate) fn files(path: &Path, range: Option<Range>) -> Result<Vec<PathBuf>, Failure> {
+    if ClipName::parse(selvedge_io::file_of(path)).is_none() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    Ok(selvedge_io::clip::clip_files(path, range)?)
+}
+
+/// A rate as it is typed.
+pub(crate) fn rate(text: &str) -> Result<Rate, Wrong> {
+    text.parse().map_err(|_| Wrong::new(format!("'{text}' is no rate"), "write 25 or 30000/1001"))
+}
+
+/// A range of frames as it is typed.
+pub(crate) fn range(text: &str) -> Result<Range, Wrong> {
+    text.parse().map_err(|_| Wrong::new(format!("'{text}' is no range of frames"), "write 1-100 or 1-100x2"))
+}

@@ -1,0 +1,193 @@
+//! Loops of one clip: a jump back, at which each pixel makes the step when it is seen least. `[Kwatra03 7A]`
+
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
+use selvedge_graphcut_textures::video::{
+    DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, LoopStats, Looped, Surface, Tried, looped,
+};
+use serde_json::{Value, json};
+
+use super::look::Shown;
+use super::{Made, Video, fade};
+use crate::args::NonFiniteArg;
+use crate::clips::Clip;
+use crate::failure::Failure;
+use crate::inputs::{self, Input};
+use crate::report::Report;
+use crate::session::Session;
+use crate::steps::{Closure, Usual, over_seams};
+use crate::used::Used;
+
+impl Video {
+    /// Finds the jumps, cuts them, and says what came out.
+    pub(super) fn transition(&self, session: &Session<'_>, clip: &Clip, used: Used) -> Result<Made, Failure> {
+        let about = |failure: Failure| failure.about(&clip.path);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| about(e.into()))?;
+        let run = session.run();
+        let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run).or_else(|e| {
+            // A signal is why, or nothing is.
+            session.check_signal()?;
+            Err(about(e.into()))
+        })?;
+        let jumps = self.found(&distances).map_err(about)?;
+        if let Some(frames) = self.blend {
+            return self.faded(clip, &exemplars, &jumps[0], frames, used);
+        }
+        let woven = self.looped(session, &exemplars, &jumps).map_err(about)?;
+        let (result, stats) = (woven.result, woven.stats);
+        let map = result.map().map_err(|e| about(e.into()))?;
+        let output = features(&exemplars, &map)?;
+        let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
+        let preview = if self.preview.is_some() || self.report.is_some() {
+            let shown = Shown { output: &output, map: &map, looped: &result, distances: &distances, jumps: &jumps };
+            Some(shown.picture()?)
+        } else {
+            None
+        };
+        let period = result.jump.period();
+        let closes = distances.closes() && period == distances.frames();
+        let used = used.set("period", period.to_string());
+        Ok(Made {
+            period,
+            how: self.told(&result, &stats, closure.as_ref(), closes),
+            stats: told(&result, &stats, closure.as_ref(), closes),
+            options: used,
+            surface: self.surface.as_ref().map(|_| times(&result.surface)).transpose()?,
+            preview,
+            map: Some(map),
+            mixed: None,
+            complete: woven.complete,
+        })
+    }
+
+    /// The jumps to cut: the one that was typed, or the best.
+    fn found(&self, distances: &FrameDistances) -> Result<Vec<Jump>, Failure> {
+        if let Some(jump) = &self.jump {
+            return Ok(vec![jump.0]);
+        }
+        let options =
+            JumpOptions { count: self.jumps as usize, period: self.period.0.clone(), ..JumpOptions::default() };
+        Ok(distances.best(&options)?)
+    }
+
+    /// Cuts the jumps, or takes a surface that was cut before.
+    fn looped(
+        &self,
+        session: &Session<'_>,
+        exemplars: &Exemplars<3>,
+        jumps: &[Jump],
+    ) -> Result<selvedge_core::Woven<Looped, LoopStats>, Failure> {
+        if let Some(path) = &self.surface_from {
+            let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
+            // Its entry stands in the options.
+            let picture = Input::new(session, path)?.read(session, &options, &mut Report::new("video"))?;
+            let time = whole_numbers(&picture.plane).map_err(|e| e.about(path))?;
+            let result =
+                Looped::new(exemplars, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
+            return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
+        }
+        let options = LoopOptions { window: self.window, seam: SeamMeasure::from(self.seam) };
+        Ok(looped(exemplars, jumps, &options, &session.run())?)
+    }
+
+    fn faded(
+        &self,
+        clip: &Clip,
+        exemplars: &Exemplars<3>,
+        jump: &Jump,
+        frames: u32,
+        used: Used,
+    ) -> Result<Made, Failure> {
+        let mixed = fade::faded(&clip.plane, jump, frames).map_err(|e| e.about(&clip.path))?;
+        let features = &exemplars.sources()[0].features;
+        let steps = Usual::of(features).map(|usual| usual.closure(std::iter::empty()));
+        debug_assert!(steps.is_none_or(|closure| closure.steps == 0));
+        let period = jump.period();
+        let how = format!("a loop of {period} frames, {} to {}, faded over {frames}", jump.to, jump.from);
+        let stats = json!({"mode": "blend", "period": period, "jump": jump_json(jump)});
+        let options = used.set("period", period.to_string());
+        let (surface, preview) = (None, None);
+        Ok(Made { map: None, mixed: Some(mixed), period, options, stats, how, surface, preview, complete: true })
+    }
+
+    /// For people.
+    fn told(&self, result: &Looped, stats: &LoopStats, closure: Option<&Closure>, closes: bool) -> String {
+        let Jump { from, to, .. } = result.jump;
+        let period = result.jump.period();
+        if closes {
+            return format!("the clip closes already: a loop of all its {period} frames");
+        }
+        let seam = match stats.tried.get(stats.chosen) {
+            Some(tried) if 0 < tried.straight => {
+                let share = 100.0 * tried.price as f64 / tried.straight as f64;
+                format!(", a seam of {share:.0} % of the straight cut's price, the best of {}", stats.tried.len())
+            }
+            _ => String::new(),
+        };
+        let step = closure.map_or(String::new(), |closure| {
+            format!(", steps over it at most {:.2} of what is usual", closure.whole.max(closure.block))
+        });
+        format!("a loop of {period} frames, {to} to {from}{seam}{step}")
+    }
+}
+
+/// Counts of a run.
+fn told(result: &Looped, stats: &LoopStats, closure: Option<&Closure>, closes: bool) -> Value {
+    let tried = |tried: &Tried| {
+        json!({
+            "from": tried.jump.from,
+            "to": tried.jump.to,
+            "error": tried.jump.error,
+            "window": [tried.window.start, tried.window.end],
+            "price": tried.price,
+            "straight": tried.straight,
+            "shortened_bits": tried.shift,
+        })
+    };
+    json!({
+        "mode": "transition",
+        "closes_already": closes,
+        "period": result.jump.period(),
+        "jump": jump_json(&result.jump),
+        "price": stats.tried.get(stats.chosen).map(|tried| tried.price),
+        "straight": stats.tried.get(stats.chosen).map(|tried| tried.straight),
+        "tried": stats.tried.iter().map(tried).collect::<Vec<_>>(),
+        "closure": closure.map(|closure| json!({
+            "steps": closure.steps,
+            "whole": closure.whole,
+            "block": closure.block,
+            "closes": closure.closes(),
+        })),
+    })
+}
+
+fn jump_json(jump: &Jump) -> Value {
+    json!({"from": jump.from, "to": jump.to, "error": jump.error})
+}
+
+/// The features that an output of one clip has.
+fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<Grid<u8, 3>, Failure> {
+    let source = &exemplars.sources()[0].features;
+    let plane = Plane::new(Role::Scalar, Samples::U8(source.map(|v| v)?));
+    let Samples::U8(output) = map.render(&[&plane])?.samples else {
+        return Err(Failure::new(70, "features are 8 bits"));
+    };
+    Ok(output)
+}
+
+/// When each pixel jumps, as a picture.
+fn times(surface: &Surface) -> Result<Plane<2>, Failure> {
+    Ok(Plane::new(Role::Scalar, Samples::U16(surface.time.map(|v| v)?)))
+}
+
+/// The same, from a picture.
+fn whole_numbers(plane: &Plane<2>) -> Result<Grid<u16, 2>, Failure> {
+    let time: Vec<u16> = match &plane.samples {
+        Samples::U8(grid) => grid.plane(0).iter().map(|v| u16::from(*v)).collect(),
+        Samples::U16(grid) => grid.plane(0).to_vec(),
+        floats => {
+            let what = format!("has {} samples, which are no numbers of frames", floats.depth().name());
+            return Err(Failure::new(3, what).remedy("give the file that --surface wrote"));
+        }
+    };
+    Ok(Grid::from_vec(Domain::open(plane.domain().shape), 1, time)?)
+}

@@ -1,0 +1,128 @@
+//! How much frames of a clip differ from their next ones: whether a loop closes.
+
+use selvedge_core::{Grid, SourceMap};
+
+/// Sides of the blocks that are looked at by themselves: a jump of a small thing is lost in the mean of a whole frame.
+const BLOCK: u32 = 16;
+
+/// Squared differences between a frame and another, summed over the frame and over each of its blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Step {
+    whole: u64,
+    blocks: Vec<u64>,
+}
+
+/// What is usual in a clip: 99 of 100 steps are no larger.
+pub(crate) struct Usual(Step);
+
+/// How the steps over a seam compare with what is usual; 1 is the largest that is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Closure {
+    /// Steps that were looked at.
+    pub(crate) steps: u32,
+    /// The largest of a whole frame.
+    pub(crate) whole: f64,
+    /// The largest of a block.
+    pub(crate) block: f64,
+}
+
+impl Closure {
+    /// Whether nothing is larger than what is usual.
+    pub(crate) fn closes(&self) -> bool {
+        self.whole <= 1.0 && self.block <= 1.0
+    }
+}
+
+/// The step from frame `a` to frame `b` of features.
+pub(crate) fn step(features: &Grid<u8, 3>, a: u32, b: u32) -> Step {
+    let [_, height, width] = features.domain().shape;
+    let (n, columns) = ((height * width) as usize, width.div_ceil(BLOCK));
+    let mut blocks = vec![0_u64; (columns * height.div_ceil(BLOCK)) as usize];
+    for c in 0..features.channels() {
+        let frame = |t: u32| &features.plane(c)[t as usize * n..][..n];
+        for (y, (row, other)) in (0..).zip(frame(a).chunks(width as usize).zip(frame(b).chunks(width as usize))) {
+            for (x, (v, w)) in row.chunks(BLOCK as usize).zip(other.chunks(BLOCK as usize)).enumerate() {
+                let off = v.iter().zip(w).map(|(v, w)| u64::from(v.abs_diff(*w)).pow(2));
+                blocks[(y / BLOCK * columns) as usize + x] += off.sum::<u64>();
+            }
+        }
+    }
+    Step { whole: blocks.iter().sum(), blocks }
+}
+
+impl Usual {
+    /// Of all steps of a clip but the one from its end to its begin; `None` for fewer than two frames.
+    pub(crate) fn of(features: &Grid<u8, 3>) -> Option<Self> {
+        let frames = features.domain().shape[0];
+        let steps: Vec<Step> = (1..frames).map(|t| step(features, t - 1, t)).collect();
+        let first = steps.first()?;
+        let whole = percentile(steps.iter().map(|step| step.whole).collect());
+        let block = |i: usize| percentile(steps.iter().map(|step| step.blocks[i]).collect());
+        Some(Self(Step { whole, blocks: (0..first.blocks.len()).map(block).collect() }))
+    }
+
+    /// Steps beside what is usual.
+    pub(crate) fn closure(&self, steps: impl Iterator<Item = Step>) -> Closure {
+        // Where nothing ever moves, one step of a value in each sample of a block is as good as none.
+        let ratio = |is: u64, usual: u64, least: u64| is as f64 / usual.max(least).max(1) as f64;
+        let least = u64::from(BLOCK * BLOCK);
+        let mut closure = Closure { steps: 0, whole: 0.0, block: 0.0 };
+        for step in steps {
+            closure.steps += 1;
+            closure.whole = closure.whole.max(ratio(step.whole, self.0.whole, 0));
+            for (is, usual) in step.blocks.iter().zip(&self.0.blocks) {
+                closure.block = closure.block.max(ratio(*is, *usual, least));
+            }
+        }
+        closure
+    }
+}
+
+fn percentile(mut values: Vec<u64>) -> u64 {
+    values.sort_unstable();
+    let last = values.len() - 1;
+    values[last - last / 100]
+}
+
+/// Pairs of frames of a looped output between which a seam lies, and the features of the output.
+pub(crate) fn over_seams<'m>(map: &'m SourceMap<3>, output: &'m Grid<u8, 3>) -> impl Iterator<Item = Step> + 'm {
+    let [frames, height, width] = map.domain().shape;
+    let n = height * width;
+    let crosses = move |t: &u32| (0..n).any(|i| map.is_seam([*t, i / width, i % width], 0));
+    (0..frames).filter(crosses).map(move |t| step(output, t, (t + 1) % frames))
+}
+
+#[cfg(test)]
+mod tests {
+    use selvedge_core::Domain;
+
+    use super::*;
+
+    /// A bright line that goes right by one column a frame.
+    fn moving(frames: u32, width: u32) -> Grid<u8, 3> {
+        let domain = Domain::open([frames, 20, width]);
+        let samples = domain.positions().map(|[t, _, x]| if x == t % width { 200 } else { 10 }).collect();
+        Grid::from_vec(domain, 1, samples).unwrap()
+    }
+
+    #[test]
+    fn what_goes_on_closes_and_what_jumps_does_not() {
+        let closure = |frames: u32| {
+            let clip = moving(frames, 40);
+            Usual::of(&clip).unwrap().closure(std::iter::once(step(&clip, frames - 1, 0)))
+        };
+        assert!(closure(40).closes(), "{:?}", closure(40));
+        // Whole frames differ as usual, but not there.
+        let early = closure(30);
+        assert!(early.whole <= 1.0 && !early.closes(), "{early:?}");
+    }
+
+    #[test]
+    fn blocks_add_up_to_the_whole() {
+        let clip = moving(3, 37);
+        let found = step(&clip, 0, 1);
+        assert_eq!((found.whole, found.blocks.len()), (20 * 2 * 190 * 190, 6));
+        assert_eq!(found.blocks.iter().sum::<u64>(), found.whole);
+        assert!(Usual::of(&moving(1, 4)).is_none());
+    }
+}

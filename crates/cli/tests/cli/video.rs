@@ -1,0 +1,137 @@
+//! Clips in, loops out.
+
+use std::fs;
+
+use selvedge_core::{Plane, Samples};
+use selvedge_io::ReadOptions;
+use selvedge_io::clip::{ClipOptions, ClipReader, frame_of, read_clip};
+
+use crate::program::Folder;
+
+/// The generated fire of the fixtures.
+const FIRE: &str = "@/fire.png";
+
+fn clip(folder: &Folder, name: &str) -> Plane<3> {
+    let mut reader = ClipReader::open(folder.path(name), &ClipOptions::default()).unwrap();
+    read_clip(&mut reader, &ReadOptions::default().limits).unwrap()
+}
+
+fn bytes(plane: &Plane<3>) -> &[u8] {
+    let Samples::U8(grid) = &plane.samples else { panic!("not 8 bits") };
+    grid.samples()
+}
+
+#[test]
+fn a_loop_is_made_of_the_clips_own_samples() {
+    let folder = Folder::new("video-loop");
+    let said = folder.run(&format!("video {FIRE} -o fire.####.png --surface when.png --preview see.png --json"));
+    let json = said.done().json();
+    let stats = &json["stats"];
+    let (from, to) = (stats["jump"]["from"].as_u64().unwrap(), stats["jump"]["to"].as_u64().unwrap());
+    let period = stats["period"].as_u64().unwrap();
+    assert_eq!(period, from - to + 1);
+    assert!(stats["price"].as_i64() <= stats["straight"].as_i64());
+    // The frames, what tells of them, the surface and the preview.
+    assert_eq!(folder.names().len() as u64, period + 3);
+    assert_eq!(json["outputs"].as_array().unwrap().len(), 3, "the clip is one of them");
+    assert_eq!(json["outputs"][0]["frames"], period);
+    // Every pixel plays what comes before its time on the surface.
+    let fixtures = Folder::new("video-loop-in");
+    fs::copy(crate::program::fixtures() + "/fire.png", fixtures.path("fire.png")).unwrap();
+    let (input, output) = (clip(&fixtures, "fire.png"), clip(&folder, "fire.####.png"));
+    let when = selvedge_io::read(folder.path("when.png"), &ReadOptions::default()).unwrap().plane;
+    let [frames, h, w] = output.domain().shape;
+    assert_eq!(u64::from(frames), period);
+    let n = (h * w) as usize;
+    let all = input.domain().shape[0] as usize * n;
+    for i in 0..frames as usize * n {
+        let (t, pixel) = (i / n, i % n);
+        let end = when.samples.value(0, pixel) as usize;
+        let begin = end - period as usize;
+        // The frame of the loop's first one is `to`; what lies before the pixel's own begin comes a period later.
+        let own = (to as usize + period as usize + t - begin) % period as usize + begin;
+        for c in 0..3 {
+            assert_eq!(bytes(&output)[c * frames as usize * n + i], bytes(&input)[c * all + own * n + pixel]);
+        }
+    }
+}
+
+#[test]
+fn loops_repeat_close_and_go_to_every_container() {
+    let folder = Folder::new("video-containers");
+    folder.run(&format!("video {FIRE} -o a.png --period 16 --quiet")).done();
+    let once = clip(&folder, "a.png");
+    assert_eq!(once.domain().shape[0], 16);
+    folder.run(&format!("video {FIRE} -o b.##.png --period 16 --repeat 2 --closing-frame --quiet")).done();
+    let twice = clip(&folder, "b.##.png");
+    assert_eq!(twice.domain().shape[0], 33);
+    for t in 0..33 {
+        assert_eq!(frame_of(&twice, t).unwrap(), frame_of(&once, t % 16).unwrap());
+    }
+    for name in ["c.gif", "c.y4m"] {
+        folder.run(&format!("video {FIRE} -o {name} --period 16 --rate 30 --quiet")).done();
+        let reader = ClipReader::open(folder.path(name), &ClipOptions::default()).unwrap();
+        assert_eq!(reader.info().frames, 16, "{name}");
+    }
+    let piped = folder.run(&format!("video {FIRE} -o - --period 16 --rate 30 --quiet")).done();
+    assert_eq!(piped.stdout, fs::read(folder.path("c.y4m")).unwrap());
+}
+
+#[test]
+fn passes_have_the_same_seam_and_a_saved_surface_gives_it_again() {
+    let folder = Folder::new("video-passes");
+    folder.run(&format!("video {FIRE} -o in.##.png --period 24 --quiet")).done();
+    let line = "video in.##.png --with in.##.png -o {stem}-x.##.png --period 12 --quiet";
+    // Both would be written under one name.
+    let same = folder.run(line);
+    assert_eq!(same.exit, Some(2), "{same:?}");
+    for number in 1..=24 {
+        fs::copy(folder.path(format!("in.{number:02}.png")), folder.path(format!("pass.{number:02}.png"))).unwrap();
+    }
+    let line = "video in.##.png --with pass.##.png -o {stem}-x.##.png --period 12 --surface s.png --json";
+    let json = folder.run(line).done().json();
+    let loops = ["in-x.##.png", "pass-x.##.png"].map(|name| clip(&folder, name));
+    assert_eq!(bytes(&loops[0]), bytes(&loops[1]));
+    let jump = &json["stats"]["jump"];
+    let line = format!("video pass.##.png -o again.##.png --surface-from s.png --jump {},{}", jump["from"], jump["to"]);
+    folder.run(&line).done();
+    assert_eq!(bytes(&clip(&folder, "again.##.png")), bytes(&loops[0]));
+}
+
+#[test]
+fn a_cross_fade_mixes_what_a_seam_copies() {
+    let folder = Folder::new("video-fade");
+    let said = folder.run(&format!("video {FIRE} -o fade.##.png --period 16 --blend 6")).done();
+    assert!(said.stderr.contains("faded over 6"), "{}", said.stderr);
+    assert_eq!(clip(&folder, "fade.##.png").domain().shape[0], 16);
+}
+
+#[test]
+fn what_is_no_clip_is_told_in_a_line() {
+    let folder = Folder::new("video-wrong");
+    for number in [1, 2, 4] {
+        fs::copy(crate::program::fixtures() + "/cobbles.png", folder.path(format!("a.{number}.png"))).unwrap();
+    }
+    for (line, code, said) in [
+        ("video a.#.png -o b.#.png", 3, "frame 3 is missing after 2"),
+        ("video a.#.png --range 4 -o b.#.png", 3, "has one frame, of which no loop is made"),
+        ("video a.#.png --range 1-2 -o a.#.png", 4, "is the same file as the input"),
+        ("video a.#.png --range 1-2 -o b.webp", 2, "webp clips are read, not written"),
+        ("video a.#.png --range 1-2 -o b.jpg", 2, "is the name of no clip"),
+        ("video a.#.png --range 1-2 -o b.#.png --period 9", 3, "a clip of 2 frames has no loop of 9"),
+        ("video a.#.png --range 1-2 -o b.#.png --period 1", 2, "'1' is no period"),
+        ("video a.#.png --range 2-1 -o b.#.png", 2, "'2-1' is no range of frames"),
+        ("video a.#.png --range 1-2 -o b.#.png --rate 1/0", 2, "'1/0' is no rate"),
+        ("video a.1.png -o b.#.png", 3, "is a single picture, no clip"),
+        ("video none.#.png -o b.#.png", 4, "no frame of this name was found"),
+        ("video @/fire.png -o b.exr", 2, "is the name of no clip"),
+        ("video @/fire.png -o b.#.exr", 3, "exr cannot hold u8 samples"),
+        ("video @/fire.png -o b.#.png --max-memory 20MiB", 6, "memory"),
+        ("video @/fire.png -o b.#.png --jump 90,3", 2, "no jump back from frame 90"),
+    ] {
+        folder.run(line).refused(code, &[said]);
+    }
+    assert!(folder.names().iter().all(|name| name.starts_with("a.")), "nothing was written: {:?}", folder.names());
+    let dry = folder.run("video @/fire.png -o b.#.png --dry-run").done();
+    assert!(dry.stderr.contains("would be a loop"), "{}", dry.stderr);
+}
