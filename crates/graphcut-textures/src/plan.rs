@@ -124,6 +124,11 @@ pub(crate) fn reach<const D: usize>(
         _ if options.free.contains(&false) => longest,
         (Some(_), _) => sides.map(|n| n.div_ceil(2)),
         (None, Placement::Entire | Placement::Auto) => longest,
+        // Of a river as much moves as in the clip then. With a region's sides a fourth less does, at seams that cost 44 % more;
+        // with twice its sides steps begin to show.
+        (None, _) if D == 3 => {
+            std::array::from_fn(|a| if a == 0 { 2 * sides[0] } else { sides[a].saturating_mul(3) / 2 })
+        }
         (None, _) => sides,
     })
 }

@@ -32,7 +32,8 @@ pub struct JumpOptions {
     /// Pairs of frames around a jump that have to agree, so that movements go on: 2 or 4, binomially weighed, or 1 for the jump
     /// itself. Default: 4.
     pub taps: u32,
-    /// Frames that the loop may have, from 2. Default: from a fourth of the clip's on.
+    /// Frames that the loop may have, from 2. Default: from a third of the clip's on: shorter ones are cheaper, and are seen to come
+    /// again.
     pub period: Option<RangeInclusive<u32>>,
     /// No two jumps leave, and arrive, less than so many frames from each other. At least 1. Default: 4.
     pub spread: u32,
@@ -55,7 +56,7 @@ impl JumpOptions {
         if ![1, 2, 4].contains(&self.taps) {
             return Err(Error::Range { option: "taps", value: self.taps.into(), range: "1, 2 or 4" });
         }
-        let Some(asked) = &self.period else { return Ok(frames.div_ceil(4).max(2)..=frames) };
+        let Some(asked) = &self.period else { return Ok(frames.div_ceil(3).max(2)..=frames) };
         let (least, most) = (*asked.start(), *asked.end());
         if least < 2 || most < least {
             let value = if least < 2 { least } else { most };

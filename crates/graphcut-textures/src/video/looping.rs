@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven};
+use selvedge_core::{Bytes, Domain, Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven};
 
 use super::jumps::Jump;
 use super::surface::Surface;
@@ -79,12 +79,23 @@ pub struct LoopStats {
     pub chosen: usize,
 }
 
+/// The bytes that [`looped`] holds at most besides the exemplars themselves.
+pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Bytes {
+    // Measured: see `tests/it/memory.rs`. Features twice, links and gradients of both sides of the window with two frames around
+    // each; then the graph, which takes 51 bytes a node, and the answer.
+    let frames = |n: u32| Domain::open([n.min(clip.shape[0]), clip.shape[1], clip.shape[2]]);
+    let side = Bytes::of_samples(frames(options.window.saturating_add(4)), 2 * channels as u64 + 1 + 12);
+    let cut = Bytes::of_samples(frames(options.window), 56);
+    Bytes(1 << 16) + side * 2 + cut + Bytes::of_samples(frames(1), 64)
+}
+
 /// Cuts each jump along the surface of least price, and takes the one whose seam costs least. `[Kwatra03 7A]`
 ///
 /// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its frames.
 ///
 /// # Errors
-/// [`Error::NoJumps`], [`Error::Jump`] for one that is not in the clip, [`Error::OneClip`], [`Error::Frames`],
+/// [`Error::NoJumps`], [`Error::Jump`] for one that is not in the clip, [`Error::OneClip`], [`Error::Frames`], what
+/// [`Limits::admit`](selvedge_core::Limits::admit) refuses of the [`estimate`],
 /// [`Error::Cut`] and [`Error::Core`] if memory is short.
 ///
 /// # Complexity
@@ -108,11 +119,19 @@ pub fn looped(
     if let Some(jump) = jumps.iter().find(|jump| jump.from < jump.to || frames <= jump.from) {
         return Err(Error::Jump { from: jump.from, to: jump.to, frames });
     }
+    let clip = Domain::open([frames, height, width]);
+    run.limits.admit(clip, estimate(clip, exemplars.channels(), options))?;
     let mut stats = LoopStats::default();
     let mut best = Surface::flat(first, [height, width])?;
     let mut complete = true;
     for (number, jump) in jumps.iter().enumerate() {
         let window = window(jump, frames, options.window);
+        let same = |tried: &&Tried| tried.jump.period() == jump.period() && tried.window == window;
+        if let Some(tried) = stats.tried.iter().find(same) {
+            // The same frames to be parted at the same times.
+            stats.tried.push(Tried { jump: *jump, ..tried.clone() });
+            continue;
+        }
         let cut = match transition(exemplars, jump, window.clone(), options.seam, &|| run.observer.cancelled()) {
             Ok(cut) => cut,
             Err(error) if error.is_cancelled() => {

@@ -6,6 +6,7 @@
 //!
 //! 1. [`FrameDistances`] tells how alike frames are, and [`best`](FrameDistances::best) which jumps promise most.
 //! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Looped`], whose [`map`](Looped::map) renders any pass.
+//! 3. [`walk`] plays several loops by turns, drawn by the seed: no period is seen.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
@@ -32,12 +33,14 @@
 mod distances;
 mod jumps;
 mod looping;
+mod play;
 mod surface;
 mod transition;
 
 pub use distances::{DistanceOptions, FrameDistances};
 pub use jumps::{Jump, JumpOptions};
-pub use looping::{LoopOptions, LoopStats, Looped, Tried, looped};
+pub use looping::{LoopOptions, LoopStats, Looped, Tried, estimate, looped};
+pub use play::walk;
 pub use surface::Surface;
 
 use selvedge_core::{Exemplars, Source};

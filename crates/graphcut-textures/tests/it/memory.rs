@@ -2,6 +2,7 @@
 //! held would count in the next.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
+use selvedge_graphcut_textures::video::{self, Jump, LoopOptions, looped};
 use selvedge_graphcut_textures::{Options, Placement, Start, estimate, graphcut_from};
 use selvedge_testkit::memory;
 
@@ -73,4 +74,31 @@ fn runs_stay_within_their_estimates() {
         );
     };
     memory::of_each(TEST, cases.len(), |number| measure(&cases[number]), check);
+}
+
+const LOOPS: &str = "memory::loops_stay_within_their_estimate";
+
+#[test]
+fn loops_stay_within_their_estimate() {
+    // Clips, and the window.
+    let cases = [([12, 40, 50], 60), ([60, 90, 120], 20), ([90, 60, 80], 60), ([200, 16, 16], 80)];
+    let options = |window: u32| LoopOptions { window, ..LoopOptions::default() };
+    let run = |(shape, window): ([u32; 3], u32)| {
+        let mut rng = Seed(1).rng();
+        let domain = Domain::open(shape);
+        let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: None, origin };
+        let exemplars = Exemplars::from_sources(vec![source], vec![1; 3]).unwrap();
+        let before = memory::held();
+        let jump = Jump { from: shape[0] * 3 / 4 - 1, to: shape[0] / 4, error: 0.0 };
+        looped(&exemplars, &[jump], &options(window), &Run::seeded(0)).unwrap();
+        memory::tell(before);
+    };
+    let check = |number: usize, held: u64| {
+        let (shape, window) = cases[number];
+        let estimate = video::estimate(Domain::open(shape), 3, &options(window)).0;
+        assert!(held <= estimate && estimate <= 3 * held + (2 << 20), "{shape:?}: held {held}, estimated {estimate}");
+    };
+    memory::of_each(LOOPS, cases.len(), |number| run(cases[number]), check);
 }

@@ -7,7 +7,7 @@ use selvedge_core::{
     Transform,
 };
 use selvedge_graphcut_textures::video::{
-    DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, Looped, Surface, looped,
+    DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, Looped, Surface, looped, walk,
 };
 use selvedge_graphcut_textures::{Error, Options, Placement, graphcut};
 
@@ -315,4 +315,39 @@ fn patches_that_move_in_time_alone_keep_their_place() {
     assert!(matches!(error, Error::RegionExceedsExemplar { .. }), "{error}");
     let options = Options { free: [false; 3], ..Options::default() };
     assert!(matches!(graphcut(&e, wide, &options, &Run::seeded(1)).unwrap_err(), Error::Range { option: "free", .. }));
+}
+
+#[test]
+fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
+    let clip = noise([40, 7, 6], 21);
+    let e = of(&clip);
+    let options = LoopOptions { window: 8, ..LoopOptions::default() };
+    let loops: Vec<Looped> = [jump(12, 3), jump(25, 14), jump(38, 9), jump(30, 5)]
+        .map(|jump| looped(&e, &[jump], &options, &Run::seeded(0)).unwrap().result)
+        .to_vec();
+    for seed in 0..20 {
+        let map = walk(&e, &loops, 300, &Run::seeded(seed)).unwrap();
+        assert_eq!((map.domain(), map.holes()), (Domain::open([300, 7, 6]), 0));
+        assert!((0..42).all(|p| map.ids.plane(0)[p].get() == p as u32), "it begins with the clip");
+        let mut jumps = 0;
+        for [t, y, x] in Domain::open([299, 7, 6]).positions() {
+            let frame = |t: u32| map.locate([t, y, x]).map(|(_, at)| (at[0], at[1..] == [y, x])).unwrap();
+            let ((here, stays), (next, _)) = (frame(t), frame(t + 1));
+            let by = |l: &Looped| {
+                let end = u32::from(l.surface.time.get(0, [y, x]));
+                here + 1 == end && next == end - l.jump.period()
+            };
+            assert!(stays && (next == here + 1 || loops.iter().any(by)), "seed {seed}: {here} to {next}");
+            jumps += u32::from(next != here + 1);
+        }
+        assert!(42 * 8 < jumps, "{jumps} jumps");
+    }
+    let of_seed = |seed: u64| walk(&e, &loops, 90, &Run::seeded(seed)).unwrap();
+    assert!(of_seed(1) == of_seed(1) && of_seed(1) != of_seed(2));
+    // One loop alone is repeated.
+    let alone = walk(&e, &loops[..1], 60, &Run::seeded(0)).unwrap();
+    let frame = |t: u32| (0..42).map(|p| alone.ids.plane(0)[t as usize * 42 + p]).collect::<Vec<_>>();
+    assert!((20..50).all(|t| frame(t) == frame(t + 10)));
+    assert_eq!(walk(&e, &[], 9, &Run::seeded(0)).unwrap_err(), Error::NoJumps);
+    assert!(matches!(walk(&e, &loops, 0, &Run::seeded(0)).unwrap_err(), Error::EmptyOutput { .. }));
 }

@@ -1,0 +1,79 @@
+//! Clips that go on without a visible period: a walk from jump to jump. `[Kwatra03 7A]`
+
+use std::ops::Range;
+
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, reserve};
+
+use super::looping::Looped;
+use super::the_clip;
+use crate::error::Error;
+
+/// Plays a clip from its first frame for so many frames, and jumps again and again, each time by one of some loops, drawn by the
+/// seed, along the loop's own surface.
+///
+/// From where a jump leads to, any jump may follow whose surface has not begun yet. The same may always follow itself, since no
+/// surface is longer than its period: so there are no dead ends. It does so only where no other can.
+///
+/// # Errors
+/// [`Error::NoJumps`], [`Error::EmptyOutput`], [`Error::Surface`] for a loop of another clip, [`Error::OneClip`],
+/// [`Error::Frames`], and what [`Limits::admit`](selvedge_core::Limits::admit) refuses.
+///
+/// # Determinism
+/// Jump number `i` is drawn from `"video/walk"`, `i`.
+pub fn walk(exemplars: &Exemplars<3>, loops: &[Looped], frames: u32, run: &Run<'_, 3>) -> Result<SourceMap<3>, Error> {
+    let clip = the_clip(exemplars)?.domain();
+    let [_, height, width] = clip.shape;
+    let output = Domain::open([frames, height, width]);
+    if loops.is_empty() {
+        return Err(Error::NoJumps);
+    }
+    if frames == 0 {
+        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+    }
+    loops.iter().try_for_each(|looped| looped.surface.check(&looped.jump, clip))?;
+    run.limits.admit(output, Bytes::of_samples(output, size_of::<SampleId>() as u64))?;
+    let mut ids: Vec<SampleId> = Vec::new();
+    reserve(&mut ids, output.len())?;
+    let steps = Steps { spans: loops.iter().map(span).collect(), run };
+    let (mut at, mut last) = (0, None);
+    for step in 0.. {
+        let next = steps.next(step, at, last);
+        let Looped { jump, surface, .. } = &loops[next];
+        for frame in at..steps.spans[next].end {
+            if ids.len() == output.len() {
+                return Ok(SourceMap::new(Grid::from_vec(output, 1, ids)?, exemplars.table().clone())?);
+            }
+            ids.extend(surface.time.plane(0).iter().zip(0..).map(|(&end, pixel)| {
+                let shown = if frame < u32::from(end) { frame } else { frame - jump.period() };
+                SampleId::new(shown * height * width + pixel)
+            }));
+        }
+        at = steps.spans[next].end - jump.period();
+        last = Some(next);
+    }
+    unreachable!("the walk ends with its frames")
+}
+
+/// The frames in which the pixels of a loop jump: none has jumped before the first, all have after the last.
+fn span(looped: &Looped) -> Range<u32> {
+    let times = looped.surface.time.plane(0);
+    let ends = |end: Option<&u16>| end.map_or(0, |&end| u32::from(end));
+    ends(times.iter().min())..ends(times.iter().max())
+}
+
+/// Who may follow whom.
+struct Steps<'a> {
+    /// When pixels jump.
+    spans: Vec<Range<u32>>,
+    run: &'a Run<'a, 3>,
+}
+
+impl Steps<'_> {
+    /// The next jump, where all pixels show frame `at` and a jump was made last.
+    fn next(&self, step: u64, at: u32, last: Option<usize>) -> usize {
+        let ahead = |&i: &usize| at <= self.spans[i].start;
+        let others: Vec<usize> = (0..self.spans.len()).filter(ahead).filter(|&i| Some(i) != last).collect();
+        let drawn = self.run.seed.derive("video/walk", step).rng().below(others.len().max(1) as u32);
+        others.get(drawn as usize).copied().or(last).unwrap_or(0)
+    }
+}
