@@ -78,6 +78,28 @@ pub enum Error {
     /// The caller asked to stop before there was anything to show.
     #[error("stopped before there was a result")]
     Cancelled,
+    /// No labels, or too many.
+    #[error("{found} labels, of which at least 1 and at most {} can be told apart", crate::labels::MOST_LABELS)]
+    Labels {
+        /// How many there are.
+        found: usize,
+    },
+    /// A label of a source that there is not.
+    #[error("a label is of source {number}, and there are {sources}")]
+    LabelSource {
+        /// The label's source.
+        number: usize,
+        /// Sources of the exemplars.
+        sources: usize,
+    },
+    /// Positions where no label may show.
+    #[error("no label may show at {at:?} (nor at {} other positions)", places - 1)]
+    NoLabel {
+        /// The first of them, slowest axis first.
+        at: Vec<u32>,
+        /// How many there are.
+        places: usize,
+    },
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -135,6 +157,9 @@ impl Error {
             Self::Jump { frames, .. } => return format!("give frames below {frames}, the later one first"),
             Self::Surface { .. } => "use the surface of a loop of this clip, with the same jump",
             Self::Cancelled => "start again",
+            Self::Labels { .. } => "give from 1 to 64 labels",
+            Self::LabelSource { .. } => "give the source as well",
+            Self::NoLabel { .. } => "let a label show there",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),

@@ -35,6 +35,7 @@
 //! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
 //!
 //! [`video`] makes clips loop, by a jump whose seam is a surface in space and time.
+//! [`labels`] decides which of a few labels shows where: pictures that are merged, or one picture moved over itself.
 //!
 //! `DESIGN.md` in this crate tells how it works and why, and how time and memory grow.
 //!
@@ -56,6 +57,7 @@ mod error_cells;
 mod estimate;
 mod graphcut;
 mod history;
+pub mod labels;
 mod matching;
 mod options;
 mod plan;
