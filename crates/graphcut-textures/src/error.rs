@@ -79,7 +79,7 @@ pub enum Error {
     #[error("stopped before there was a result")]
     Cancelled,
     /// No labels, or too many.
-    #[error("{found} labels, of which at least 1 and at most {} can be told apart", crate::labels::MOST_LABELS)]
+    #[error("{found} labels, of which at least 1 and at most {} can be told apart", crate::labels::label::MOST_LABELS)]
     Labels {
         /// How many there are.
         found: usize,

@@ -3,12 +3,12 @@
 use selvedge_core::{SourceMap, reserve, try_vec};
 
 use crate::error::Error;
-use crate::labels::LabelOptions;
+use crate::labels::options::LabelOptions;
 use crate::labels::prices::NONE;
 use crate::labels::sets::Sets;
 
-/// Fills the holes of a map; answers with the label of each position ([`NONE`] for what stood there, and for holes that stay)
-/// and the number of holes that stay.
+/// Fills the holes of a map; answers with the label of each position ([`NONE`] for what stood there, and for holes that
+/// stay) and the number of holes that stay.
 ///
 /// # Errors
 /// [`Error::NoLabel`] unless holes may stay, [`Error::Core`].

@@ -1,79 +1,28 @@
-//! Which of a few labels shows where: merging, filling and tiling as one problem, solved by expansions. `[Kwatra03 3, 6B]`
+//! Which of a few labels shows where: merging, filling and tiling as one problem, solved by expansions. `[Kwatra03 6B]`
 //!
-//! A label is a source at an offset. Pictures that are merged are labels, and so is one picture moved over itself: what fills
-//! a hole in it, or closes it around a border. Seams between labels have the prices of [`SeamCosts`](selvedge_core::SeamCosts);
-//! each label in turn is offered wherever it may show, and a cut decides (`[Boykov99]`, as `[Kwatra03 2]` reads it).
-//!
-//! `[Boykov99]`: Y. Boykov, O. Veksler, R. Zabih, *Fast Approximate Energy Minimization via Graph Cuts*, ICCV 1999.
+//! A label is a source at an offset. Pictures that are merged are labels, and so is one picture moved over itself: what
+//! fills a hole in it, or closes it around a border. Seams between labels have the prices of
+//! [`SeamCosts`](selvedge_core::SeamCosts); each label in turn is offered wherever it may show, and a cut decides: an
+//! expansion.
 
+mod expand;
+mod fill;
 mod first;
+pub(crate) mod label;
+mod offsets;
 mod options;
+mod patches;
+mod place;
 mod prices;
 mod sets;
 mod sweeps;
+mod tile;
 mod windows;
 
-use selvedge_core::{Exemplars, Patch, Run, SourceMap, Start, Woven};
-
+pub use expand::expand;
+pub use fill::{FillOptions, FillStats, estimate_fill, estimate_labels, fill};
+pub use label::{Label, MOST_LABELS};
+pub use offsets::{OffsetOptions, dominant_offsets};
 pub use options::{LabelOptions, LabelStats};
-
-use crate::error::Error;
-use crate::labels::sweeps::Sweeps;
-
-/// A source at an offset: position `p` of the output shows sample `p - offset` of the source. Around periodic axes of the
-/// output it goes on where the source has that sample.
-pub type Label<const D: usize> = Patch<D>;
-
-/// At most so many labels can be told apart by place.
-pub const MOST_LABELS: usize = 64;
-
-/// Decides which label shows at each position that is not fixed: sweeps of expansions, one for each label in the order given,
-/// until a sweep brings nothing.
-///
-/// What `start` has stays until a label makes it cheaper. Where it has nothing, the first labelling is what the nearest
-/// position has at which only one label may show; with [`own`](LabelOptions::own) prices it is the label of the least.
-///
-/// Every sample next to one that a label cannot show keeps what it has: at a seam both sides are defined beyond it, as in
-/// [`Frame::choices`](selvedge_expansion::Frame::choices).
-///
-/// # Errors
-/// [`Error::Labels`], [`Error::LabelSource`], [`Error::NoLabel`] (unless holes may stay), those of [`Start::check`], and
-/// too little memory.
-///
-/// # Optimality
-/// With two labels everywhere and prices that are a metric, the least price of all. With more, that of all seams never rises, and
-/// no single expansion lowers it in the end. Measured against every labelling of 3x3 with three labels: the tests say how often it
-/// is the least of all, and how far from it the worst case is.
-///
-/// # Complexity
-/// A cut a label and sweep over the box of the positions that may change; boxes without a change since a label last failed
-/// there are skipped. Space: about 90 bytes a sample of the largest box, 8 of the output, and [`SeamCosts`](selvedge_core::SeamCosts).
-///
-/// # Events
-/// `"labels"` after each expansion that changed something, with the price of all seams and the map.
-///
-/// # Determinism
-/// The answer follows from the arguments alone, without any draw.
-pub fn expand<const D: usize>(
-    exemplars: &Exemplars<D>,
-    start: Start<D>,
-    labels: &[Label<D>],
-    options: &LabelOptions<D>,
-    run: &Run<'_, D>,
-) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
-    if start.map.domain().is_empty() {
-        return Err(Error::EmptyOutput { shape: start.map.domain().shape.to_vec() });
-    }
-    options.validate(labels, exemplars.sources().len(), start.map.domain())?;
-    start.check(exemplars)?;
-    let mut sweeps = Sweeps::new(exemplars, start, labels, options, run)?;
-    let complete = match sweeps.run() {
-        Ok(()) => true,
-        Err(error) if error.is_cancelled() => false,
-        Err(error) => return Err(error),
-    };
-    Ok(sweeps.answer(complete))
-}
-
-#[cfg(test)]
-mod tests;
+pub use place::{Prefer, aligned, preferred};
+pub use tile::{banded, close, overlaps};

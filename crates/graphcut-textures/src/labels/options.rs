@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Grid, SeamMeasure};
 
 use crate::error::Error;
-use crate::labels::{Label, MOST_LABELS};
+use crate::labels::label::{Label, MOST_LABELS};
 
 /// How labels are decided.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +14,8 @@ pub struct LabelOptions<const D: usize> {
     pub sweeps: u32,
     /// By position, bit `l` says whether label `l` may show there; `None` for all everywhere.
     pub only: Option<Grid<u64, D>>,
-    /// What each label costs at each position, a channel a label, in the units of seams (within 2^28 of 0); `None` for nothing.
+    /// What each label costs at each position, a channel a label, in the units of seams (within 2^28 of 0); `None` for
+    /// nothing.
     pub own: Option<Grid<i32, D>>,
     /// Positions where no label may show stay holes; otherwise they are an error.
     pub leave_holes: bool,

@@ -3,7 +3,8 @@
 use selvedge_core::{Domain, Exemplars, Grid, SampleId, Start, Window};
 
 use crate::error::Error;
-use crate::labels::{Label, LabelOptions};
+use crate::labels::label::Label;
+use crate::labels::options::LabelOptions;
 
 /// Labels, and what says where each may show.
 pub(super) struct Sets<'a, const D: usize> {
@@ -25,7 +26,8 @@ impl<'a, const D: usize> Sets<'a, D> {
         Self { exemplars, labels, output, only: options.only.as_ref(), sources: start.sources.take() }
     }
 
-    /// The sample of a label at a position given unwrapped: in this turn of periodic axes, or in the turn in which the source has it.
+    /// The sample of a label at a position given unwrapped: in this turn of periodic axes, or in the turn in which the
+    /// source has it.
     pub(super) fn sample(&self, label: usize, at: [i32; D]) -> SampleId {
         let Label { source, offset } = self.labels[label];
         let of = &self.exemplars.sources()[source];

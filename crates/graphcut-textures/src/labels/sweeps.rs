@@ -5,10 +5,11 @@ use selvedge_expansion::{Choice, Frame, Holes, Pin, Scratch, expand};
 
 use crate::error::Error;
 use crate::labels::first::first;
+use crate::labels::label::Label;
+use crate::labels::options::{LabelOptions, LabelStats};
 use crate::labels::prices::{LabelPrices, NONE, own_price};
 use crate::labels::sets::Sets;
 use crate::labels::windows::windows;
-use crate::labels::{Label, LabelOptions, LabelStats};
 
 /// A labelling in the making.
 pub(super) struct Sweeps<'a, const D: usize> {

@@ -4,8 +4,8 @@ use selvedge_core::{Domain, Window, try_vec};
 
 use crate::error::Error;
 
-/// The boxes that hold the parts of a set, disjoint, each with one more sample on every side, in the order of their first
-/// samples. Around a periodic axis a part that goes over the border has all of the axis.
+/// The boxes that hold the parts of a set, disjoint, each with one more sample on every side, in the order of their
+/// first samples. Around a periodic axis a part that goes over the border has all of the axis.
 ///
 /// # Errors
 /// [`Error::Core`] if memory is short.

@@ -116,7 +116,6 @@ fn three_labels_are_mostly_the_best_and_never_far() {
             equal += usize::from(found == best);
             worst = worst.max(found as f64 / (best as f64).max(1.0));
         }
-        println!("{seam:?}: equal on {equal} of {cases}, worst {worst:.3}");
         assert!(share * cases as f64 <= equal as f64 && worst <= factor, "{seam:?}: {equal} of {cases}, {worst}");
     }
 }

@@ -1,0 +1,60 @@
+//! Labels decided by expansions.
+
+use selvedge_core::{Exemplars, Run, SourceMap, Start, Woven};
+
+use crate::error::Error;
+use crate::labels::label::Label;
+use crate::labels::options::{LabelOptions, LabelStats};
+use crate::labels::sweeps::Sweeps;
+
+/// Decides which label shows at each position that is not fixed: sweeps of expansions, one for each label in the order
+/// given, until a sweep brings nothing.
+///
+/// What `start` has stays until a label makes it cheaper. Where it has nothing, the first labelling is what the nearest
+/// position has at which only one label may show; with [`own`](LabelOptions::own) prices it is the label of the least.
+///
+/// Every sample next to one that a label cannot show keeps what it has: at a seam both sides are defined beyond it, as
+/// in [`Frame::choices`](selvedge_expansion::Frame::choices).
+///
+/// # Errors
+/// [`Error::Labels`], [`Error::LabelSource`], [`Error::NoLabel`] (unless holes may stay), those of [`Start::check`],
+/// and too little memory.
+///
+/// # Optimality
+/// With two labels everywhere and prices that are a metric, the least price of all. With more, that of all seams never
+/// rises, and no single expansion lowers it in the end. Measured against every labelling of 3x3 with three labels: the
+/// tests say how often it is the least of all, and how far from it the worst case is.
+///
+/// # Complexity
+/// A cut a label and sweep over the box of the positions that may change; boxes without a change since a label last
+/// failed there are skipped. Space: about 90 bytes a sample of the largest box, 8 of the output, and
+/// [`SeamCosts`](selvedge_core::SeamCosts).
+///
+/// # Events
+/// `"labels"` after each expansion that changed something, with the price of all seams and the map.
+///
+/// # Determinism
+/// The answer follows from the arguments alone, without any draw.
+pub fn expand<const D: usize>(
+    exemplars: &Exemplars<D>,
+    start: Start<D>,
+    labels: &[Label<D>],
+    options: &LabelOptions<D>,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
+    if start.map.domain().is_empty() {
+        return Err(Error::EmptyOutput { shape: start.map.domain().shape.to_vec() });
+    }
+    options.validate(labels, exemplars.sources().len(), start.map.domain())?;
+    start.check(exemplars)?;
+    let mut sweeps = Sweeps::new(exemplars, start, labels, options, run)?;
+    let complete = match sweeps.run() {
+        Ok(()) => true,
+        Err(error) if error.is_cancelled() => false,
+        Err(error) => return Err(error),
+    };
+    Ok(sweeps.answer(complete))
+}
+
+#[cfg(test)]
+mod tests;

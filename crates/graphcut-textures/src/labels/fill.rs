@@ -1,0 +1,312 @@
+//! Holes filled by labels: coarse first, then finer, and grown where no label reaches. `[He12 3.2]`
+
+use selvedge_core::{
+    Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamMeasure, SourceMap, Start, Woven,
+};
+use selvedge_core::{reserve, try_vec};
+
+use crate::error::Error;
+use crate::estimate::estimate;
+use crate::graphcut::graphcut_from;
+use crate::labels::expand::expand;
+use crate::labels::label::{Label, MOST_LABELS};
+use crate::labels::offsets::{OffsetOptions, continuing, dominant_offsets};
+use crate::labels::options::LabelOptions;
+use crate::options::Options;
+
+/// Offsets are found, and labels decided first, where the longest side is at most so long: there structures are seen
+/// whole, and the search is exact at no great cost. `[He12 3.1]` takes 800x600.
+const COARSE: u32 = 400;
+
+/// Labels are decided anew so many samples around seams when they are carried up a level: a seam that was best in means
+/// of two samples is best to within one of them.
+const BAND: u32 = 3;
+
+/// Sides of the boxes on the borders of holes that look for what goes on: the small ones find more of it, the large
+/// ones surer.
+const BORDER: [u32; 2] = [12, 24];
+
+/// How often all labels are tried where they are too many to be told apart at once: a third time brings next to
+/// nothing.
+const ROUNDS: u32 = 2;
+
+/// How holes are filled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FillOptions {
+    /// How seams are priced.
+    pub seam: SeamMeasure,
+    /// How the offsets of labels are found.
+    pub offsets: OffsetOptions,
+    /// Patches laid over the worst seams at the end; `None` until seams stop falling.
+    pub refine: Option<u32>,
+}
+
+impl Default for FillOptions {
+    /// Seams by difference: prices by gradient forgive what stands out, and the border of a hole stands where it
+    /// stands.
+    fn default() -> Self {
+        Self { seam: SeamMeasure::Difference, offsets: OffsetOptions::default(), refine: None }
+    }
+}
+
+impl FillOptions {
+    /// Those of the patches that grow over what no label reaches, and that refine.
+    fn graphcut<const D: usize>(&self) -> Options<D> {
+        // All that a hole needs is near it: of whole exemplars most would be thrown away.
+        Options { seam: self.seam, refine: self.refine, placement: crate::Placement::Sub, ..Options::default() }
+    }
+}
+
+/// What was done.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FillStats {
+    /// Positions that were holes.
+    pub filled: usize,
+    /// Those of them that patches grew over, since no label reached them.
+    pub grown: usize,
+    /// Levels of the pyramid.
+    pub levels: u32,
+    /// Offsets found.
+    pub offsets: usize,
+    /// Those that show in the end, before refinement.
+    pub used: usize,
+    /// Expansions over all levels.
+    pub expansions: u64,
+    /// Patches that made seams cheaper at the end.
+    pub refined: u64,
+    /// Price of all seams with labels, and at the end.
+    pub energy: Vec<i64>,
+}
+
+/// A level of the pyramid, the output's own first.
+struct Level<const D: usize> {
+    exemplars: Exemplars<D>,
+    /// What stands; holes are unassigned.
+    standing: SourceMap<D>,
+}
+
+/// Fills the holes of a start from exemplars, among them the picture itself: which of its dominant offsets shows where
+/// is decided by [`expand`] at a coarse level and carried up, what none reaches is grown by patches, and the worst
+/// seams are refined. What stands stays.
+///
+/// # Errors
+/// Those of [`Start::check`] and [`graphcut_from`], and too little memory.
+///
+/// # Complexity
+/// That of [`dominant_offsets`] at a level of at most 400 a side, of a cut for each label over the boxes of holes there
+/// and around seams above, and of [`graphcut_from`] for refinements within holes.
+///
+/// # Events
+/// Those of [`expand`] and [`graphcut_from`].
+///
+/// # Determinism
+/// As that of [`graphcut_from`].
+pub fn fill<const D: usize>(
+    exemplars: &Exemplars<D>,
+    start: Start<D>,
+    options: &FillOptions,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, FillStats>, Error> {
+    let output = start.map.domain();
+    if output.is_empty() {
+        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+    }
+    start.check(exemplars)?;
+    let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    run.limits.admit(output, Bytes(estimate_fill(&domains, exemplars.channels(), output, options)))?;
+    let mut stats = FillStats { filled: start.map.holes(), ..FillStats::default() };
+    if stats.filled == 0 {
+        return Ok(Woven { result: start.map, stats, complete: true });
+    }
+    let levels = levels(exemplars, start.map)?;
+    stats.levels = levels.len() as u32;
+    let labelled = labelled(&levels, options, run, &mut stats)?;
+    let (map, standing) = (labelled.result, &levels[0].standing);
+    stats.grown = map.holes();
+    stats.used = shown(&map, standing)?.len();
+    if !labelled.complete {
+        return Ok(Woven { result: map, stats, complete: false });
+    }
+    let mut fixed = Grid::try_filled(output, 1, false)?;
+    fixed.samples_mut().iter_mut().zip(standing.ids.plane(0)).for_each(|(fixed, id)| *fixed = id.is_assigned());
+    let start = Start { map, fixed: Some(fixed), sources: start.sources };
+    let woven = graphcut_from(exemplars, start, &options.graphcut(), run)?;
+    stats.refined = woven.stats.improvements;
+    stats.energy.extend(woven.stats.energy.iter().copied());
+    Ok(Woven { result: woven.result, stats, complete: woven.complete })
+}
+
+/// An upper bound of the bytes that [`fill`] holds besides the exemplars themselves.
+pub fn estimate_fill<const D: usize>(
+    sources: &[Domain<D>],
+    channels: usize,
+    output: Domain<D>,
+    options: &FillOptions,
+) -> u64 {
+    let graphcut = Bytes(estimate(sources, channels, output, &options.graphcut()));
+    let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
+    // A pyramid of all is held throughout; patches are compared at its coarsest level, before patches grow.
+    let pyramid = samples * (channels as u64 + 1) + Bytes::of_samples(output, 24);
+    let compared = samples * (5 * channels as u64 + 4);
+    let labels = Bytes(estimate_labels(sources, channels, output)) + compared;
+    (graphcut.max(labels) + pyramid).0
+}
+
+/// An upper bound of the bytes that [`expand`] holds besides the exemplars themselves.
+pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> u64 {
+    let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
+    // Prices of seams; the map, its labels, and an expansion over all of it.
+    (samples * (channels as u64 + 1 + 4 * D as u64) + Bytes::of_samples(output, 150) + Bytes(1 << 20)).0
+}
+
+/// The pyramid, down to where sides are short or nothing valid is left.
+fn levels<const D: usize>(exemplars: &Exemplars<D>, standing: SourceMap<D>) -> Result<Vec<Level<D>>, Error> {
+    let all = 0..exemplars.sources().len();
+    let mut levels = vec![Level { exemplars: exemplars.only(all)?, standing }];
+    while let Some(finest) = levels.last().filter(|l| l.standing.domain().shape.iter().any(|&n| COARSE < n)) {
+        let coarse = match finest.exemplars.coarser() {
+            Err(CoreError::NothingValid) => break,
+            other => other?,
+        };
+        let mut standing = finest.standing.coarser(&coarse)?;
+        let (fine, domain) = (&finest.standing, standing.domain());
+        // A block of which anything is missing is a hole.
+        for (at, id) in fine.domain().positions().zip(fine.ids.plane(0)) {
+            if !id.is_assigned() {
+                standing.ids.plane_mut(0)[domain.index(at.map(|p| p / 2))] = SampleId::UNASSIGNED;
+            }
+        }
+        levels.push(Level { exemplars: coarse, standing });
+    }
+    Ok(levels)
+}
+
+/// Labels at the coarsest level, carried up to the finest.
+fn labelled<const D: usize>(
+    levels: &[Level<D>],
+    options: &FillOptions,
+    run: &Run<'_, D>,
+    stats: &mut FillStats,
+) -> Result<Woven<SourceMap<D>, ()>, Error> {
+    let Some((coarsest, finer)) = levels.split_last() else { unreachable!("there is the output's own level") };
+    let mut labels = dominant_offsets(&coarsest.exemplars, &coarsest.standing, &options.offsets)?;
+    for side in BORDER {
+        labels.extend(continuing(&coarsest.exemplars, &coarsest.standing, side)?);
+    }
+    stats.offsets = labels.len();
+    let fixed = stays(&coarsest.standing)?;
+    let (mut map, mut complete) = decided(coarsest, coarsest.standing.clone(), &fixed, &labels, options, run, stats)?;
+    for level in finer.iter().rev() {
+        map = map.finer(&level.exemplars, level.standing.domain())?;
+        let known = map.ids.plane_mut(0).iter_mut().zip(level.standing.ids.plane(0));
+        known.filter(|(_, stands)| stands.is_assigned()).for_each(|(id, stands)| *id = *stands);
+        if complete {
+            (map, complete) = refined(level, map, options, run, stats)?;
+        }
+    }
+    Ok(Woven { result: map, stats: (), complete })
+}
+
+/// Labels around seams decided anew, each moved by at most a sample.
+fn refined<const D: usize>(
+    level: &Level<D>,
+    map: SourceMap<D>,
+    options: &FillOptions,
+    run: &Run<'_, D>,
+    stats: &mut FillStats,
+) -> Result<(SourceMap<D>, bool), Error> {
+    let mut labels = Vec::new();
+    for (label, _) in shown(&map, &level.standing)? {
+        for step in Domain::<D>::open([3; D]).positions() {
+            labels.push(Label { offset: std::array::from_fn(|a| label.offset[a] + step[a] as i32 - 1), ..label });
+        }
+    }
+    let fixed = away_from_seams(&map, &level.standing)?;
+    decided(level, map, &fixed, &labels, options, run, stats)
+}
+
+/// Labels decided, so many at a time, until no more of them make seams cheaper.
+fn decided<const D: usize>(
+    level: &Level<D>,
+    mut map: SourceMap<D>,
+    fixed: &Grid<bool, D>,
+    labels: &[Label<D>],
+    options: &FillOptions,
+    run: &Run<'_, D>,
+    stats: &mut FillStats,
+) -> Result<(SourceMap<D>, bool), Error> {
+    // What no label reaches is grown over in the end.
+    let own = LabelOptions { seam: options.seam, leave_holes: true, ..LabelOptions::default() };
+    let rounds = if labels.len() <= MOST_LABELS { 1 } else { ROUNDS };
+    for _ in 0..rounds {
+        let mut improved = false;
+        for labels in labels.chunks(MOST_LABELS) {
+            let start = Start { map, fixed: Some(fixed.clone()), sources: None };
+            let woven = expand(&level.exemplars, start, labels, &own, run)?;
+            stats.expansions += woven.stats.expansions;
+            improved |= 0 < woven.stats.improvements;
+            map = woven.result;
+            if !woven.complete {
+                return Ok((map, false));
+            }
+        }
+        if !improved {
+            break;
+        }
+    }
+    Ok((map, true))
+}
+
+/// Where something stands.
+fn stays<const D: usize>(standing: &SourceMap<D>) -> Result<Grid<bool, D>, Error> {
+    Ok(standing.ids.map(SampleId::is_assigned)?)
+}
+
+/// What stands, and what is far from all seams.
+fn away_from_seams<const D: usize>(map: &SourceMap<D>, standing: &SourceMap<D>) -> Result<Grid<bool, D>, Error> {
+    let domain = map.domain();
+    let mut near = try_vec(domain.len(), 0_u32)?;
+    for (i, at) in domain.positions().enumerate() {
+        for axis in 0..D {
+            let Some(next) = domain.next(at, axis).map(|next| domain.index(next)) else { continue };
+            if map.is_seam(at, axis) {
+                (near[i], near[next]) = (BAND, BAND);
+            }
+        }
+    }
+    for axis in 0..D {
+        for by in [1, -1] {
+            for k in 0..domain.len() {
+                let i = if by == 1 { k } else { domain.len() - 1 - k };
+                let mut step = [0; D];
+                step[axis] = by;
+                if let Some(next) = domain.step(domain.position(i), step).map(|next| domain.index(next)) {
+                    near[next] = near[next].max(near[i].saturating_sub(1));
+                }
+            }
+        }
+    }
+    let mut fixed = stays(standing)?;
+    fixed.samples_mut().iter_mut().zip(&near).for_each(|(fixed, near)| *fixed |= *near == 0);
+    Ok(fixed)
+}
+
+/// Labels that show in the holes of what stands, the most frequent first.
+fn shown<const D: usize>(map: &SourceMap<D>, standing: &SourceMap<D>) -> Result<Vec<(Label<D>, usize)>, Error> {
+    let (domain, mut all) = (map.domain(), Vec::new());
+    reserve(&mut all, standing.holes())?;
+    for (i, id) in map.ids.plane(0).iter().enumerate().filter(|(i, _)| !standing.ids.plane(0)[*i].is_assigned()) {
+        let Some((source, from)) = map.table.locate(*id) else { continue };
+        let at = domain.position(i);
+        let offset = std::array::from_fn(|a| {
+            let offset = at[a] as i32 - from[a] as i32;
+            if domain.periodic[a] { offset.rem_euclid(domain.shape[a] as i32) } else { offset }
+        });
+        all.push(Label { source, offset });
+    }
+    all.sort_unstable();
+    let mut counts: Vec<(Label<D>, usize)> = all.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect();
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    Ok(counts)
+}

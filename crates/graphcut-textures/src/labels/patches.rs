@@ -1,0 +1,239 @@
+//! Exact nearest neighbours of small patches, away from where they are.
+
+use selvedge_core::{Domain, Exemplars, SourceMap, reserve, try_vec};
+
+use crate::error::Error;
+
+/// All valid patches of a shape in all sources.
+pub(super) struct Patches<'e, const D: usize> {
+    exemplars: &'e Exemplars<D>,
+    shape: [u32; D],
+    /// The weight of each value of a row of a patch, its samples side by side.
+    weights: Vec<u32>,
+    sources: Vec<Shown>,
+}
+
+/// One source.
+struct Shown {
+    /// Samples one after the other, their channels side by side.
+    features: Vec<u8>,
+    /// First samples of valid patches.
+    starts: Vec<u32>,
+    /// Sums of each of them, by channel.
+    sums: Vec<u32>,
+}
+
+impl<'e, const D: usize> Patches<'e, D> {
+    pub(super) fn new(exemplars: &'e Exemplars<D>, shape: [u32; D]) -> Result<Self, Error> {
+        let weights = exemplars.weights().iter().map(|&w| u32::from(w));
+        let weights = weights.cycle().take(exemplars.channels() * shape[D - 1] as usize).collect();
+        let mut patches = Self { exemplars, shape, weights, sources: Vec::new() };
+        for number in 0..exemplars.sources().len() {
+            let shown = patches.shown(number)?;
+            patches.sources.push(shown);
+        }
+        Ok(patches)
+    }
+
+    fn shown(&self, number: usize) -> Result<Shown, Error> {
+        let (source, channels) = (&self.exemplars.sources()[number], self.exemplars.channels());
+        let domain = source.domain();
+        let mut features = try_vec(domain.len() * channels, 0_u8)?;
+        for c in 0..channels {
+            let plane = source.features.plane(c);
+            features[c..].iter_mut().step_by(channels).zip(plane).for_each(|(to, &from)| *to = from);
+        }
+        let whole = match &source.valid {
+            Some(valid) => boxes(domain, valid.samples(), self.shape)?,
+            None => boxes(domain, &try_vec(domain.len(), true)?, self.shape)?,
+        };
+        let (mut starts, mut sums) = (Vec::new(), Vec::new());
+        let count = whole.iter().filter(|whole| **whole).count();
+        reserve(&mut starts, count)?;
+        reserve(&mut sums, count * channels)?;
+        for (start, _) in whole.iter().enumerate().filter(|(_, whole)| **whole) {
+            starts.push(start as u32);
+            sums.extend(self.sums(&rows(domain, self.shape, start, channels), &features));
+        }
+        Ok(Shown { features, starts, sums })
+    }
+
+    /// Sums of a patch by channel.
+    fn sums(&self, rows: &[usize], features: &[u8]) -> Vec<u32> {
+        let mut sums = vec![0; self.exemplars.channels()];
+        for &row in rows {
+            for sample in features[row..][..self.weights.len()].chunks(sums.len()) {
+                sums.iter_mut().zip(sample).for_each(|(sum, &v)| *sum += u32::from(v));
+            }
+        }
+        sums
+    }
+
+    /// Source and first sample of the patch most like what stands in the box at a position of a map; none closer than
+    /// `apart` to where it comes from. Of equal ones the nearest, then the first. What does not stand is not compared.
+    pub(super) fn nearest(&self, map: &SourceMap<D>, at: [u32; D], apart: u32) -> Option<(usize, [u32; D])> {
+        let template = self.template(map, at);
+        let (own, place) = template.origin?;
+        let mut best: Option<(u64, u64, usize, usize)> = None;
+        for (number, shown) in self.sources.iter().enumerate() {
+            let domain = self.exemplars.sources()[number].domain();
+            let around = rows(domain, self.shape, 0, self.exemplars.channels());
+            for (&start, sums) in shown.starts.iter().zip(shown.sums.chunks_exact(self.exemplars.channels())) {
+                let (least, start) = (best.map_or(u64::MAX, |b| b.0), start as usize);
+                let Some(error) = self.error(shown, start, sums, &template, &around, least) else { continue };
+                let from = domain.position(start);
+                let far = (0..D).map(|a| (i64::from(from[a]) - i64::from(place[a])).unsigned_abs().pow(2)).sum();
+                let found = (error, far, number, start);
+                if (number != own || u64::from(apart).pow(2) <= far) && best.is_none_or(|best| found < best) {
+                    best = Some(found);
+                }
+            }
+        }
+        best.map(|(_, _, number, start)| (number, self.exemplars.sources()[number].domain().position(start)))
+    }
+
+    /// The error of a patch, unless it is more than the least so far.
+    fn error(
+        &self,
+        shown: &Shown,
+        start: usize,
+        sums: &[u32],
+        template: &Template<D>,
+        around: &[usize],
+        least: u64,
+    ) -> Option<u64> {
+        if let Some((own, samples)) = &template.sums {
+            // The mean's part of the error is never more than all of it.
+            let both = sums.iter().zip(own).zip(self.exemplars.weights());
+            let of_means: u64 = both.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum();
+            if least.saturating_mul(*samples) < of_means {
+                return None;
+            }
+        }
+        let (first, width) = (start * self.exemplars.channels(), self.weights.len());
+        let parts = template.features.chunks_exact(width).zip(template.weights.chunks_exact(width));
+        let mut error = 0;
+        for (&row, (part, weights)) in around.iter().zip(parts) {
+            error += difference(&shown.features[first + row..][..width], part, weights);
+            if least < error {
+                return None;
+            }
+        }
+        Some(error)
+    }
+
+    /// What stands in the box at a position of a map.
+    fn template(&self, map: &SourceMap<D>, at: [u32; D]) -> Template<D> {
+        let (domain, channels, shape) = (map.domain(), self.exemplars.channels(), Domain::open(self.shape));
+        let len = shape.len() * channels;
+        let mut template = Template { features: vec![0; len], weights: vec![0; len], origin: None, sums: None };
+        let mut known = 0;
+        for (i, step) in shape.positions().enumerate() {
+            let place = domain.step(at, step.map(|s| s as i32)).map(|p| map.ids.get(0, p));
+            let Some((source, from)) = place.and_then(|id| self.exemplars.locate(id)) else { continue };
+            let first = self.exemplars.sources()[source].domain().index(from) * channels;
+            let values = i * channels..(i + 1) * channels;
+            template.features[values.clone()].copy_from_slice(&self.sources[source].features[first..][..channels]);
+            template.weights[values].copy_from_slice(&self.weights[..channels]);
+            let origin = std::array::from_fn(|a| from[a] as i32 - step[a] as i32);
+            template.origin = template.origin.or(Some((source, origin)));
+            known += 1;
+        }
+        if known == shape.len() {
+            let rows: Vec<usize> = (0..len).step_by(self.weights.len()).collect();
+            template.sums = Some((self.sums(&rows, &template.features), known as u64));
+        }
+        template
+    }
+}
+
+/// What patches are compared with.
+struct Template<const D: usize> {
+    features: Vec<u8>,
+    /// A weight for each value; 0 where nothing stands.
+    weights: Vec<u32>,
+    /// The source of the first sample that stands, and where the box begins in it.
+    origin: Option<(usize, [i32; D])>,
+    /// Sums by channel and the number of samples, if all of it stands.
+    sums: Option<(Vec<u32>, u64)>,
+}
+
+/// Weighted squared differences of two rows.
+#[inline]
+fn difference(a: &[u8], b: &[u8], weights: &[u32]) -> u64 {
+    let squares = a.iter().zip(b).zip(weights).map(|((&a, &b), &w)| {
+        let d = u32::from(a.abs_diff(b));
+        d * d * w
+    });
+    u64::from(squares.sum::<u32>())
+}
+
+/// Where the rows of a patch begin in interleaved features.
+fn rows<const D: usize>(domain: Domain<D>, shape: [u32; D], start: usize, channels: usize) -> Vec<usize> {
+    let (mut across, strides) = (shape, domain.strides());
+    across[D - 1] = 1;
+    let place = |at: [u32; D]| (0..D).map(|a| at[a] as usize * strides[a]).sum::<usize>();
+    Domain::open(across).positions().map(|at| (start + place(at)) * channels).collect()
+}
+
+/// By position, whether all of a box that starts there is set and lies inside.
+pub(super) fn boxes<const D: usize>(domain: Domain<D>, set: &[bool], shape: [u32; D]) -> Result<Vec<bool>, Error> {
+    let mut whole = try_vec(set.len(), false)?;
+    whole.copy_from_slice(set);
+    for (axis, stride) in domain.strides().into_iter().enumerate() {
+        let mut run = try_vec(set.len(), 0_u32)?;
+        for i in (0..set.len()).rev() {
+            let goes_on = i / stride % domain.shape[axis] as usize + 1 < domain.shape[axis] as usize;
+            let ahead = if goes_on { run[i + stride] } else { 0 };
+            run[i] = if whole[i] { ahead + 1 } else { 0 };
+        }
+        whole.iter_mut().zip(&run).for_each(|(whole, &run)| *whole = shape[axis] <= run);
+    }
+    Ok(whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Grid, Origin, Seed, Source, Transform};
+
+    #[test]
+    fn neighbours_are_those_of_the_definition() {
+        for case in 0..30 {
+            let mut rng = Seed(case).rng();
+            let domain = Domain::open([9 + rng.below(6), 9 + rng.below(6)]);
+            let features = (0..domain.len() * 2).map(|_| 40 * rng.below(4) as u8).collect();
+            let features = Grid::from_vec(domain, 2, features).unwrap();
+            let valid = Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(40) != 0).collect()).unwrap();
+            let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+            let source = Source { features, valid: Some(valid), origin };
+            let e = Exemplars::from_sources(vec![source], vec![1, 3]).unwrap();
+            let mut map = SourceMap::unassigned(&e, domain).unwrap();
+            map.lay_under(&e, 0).unwrap();
+            let (shape, apart) = ([3, 2], 2 + rng.below(3));
+            let (source, patches) = (&e.sources()[0], Patches::new(&e, shape).unwrap());
+            let samples = |at: [u32; 2]| -> Option<Vec<[u8; 2]>> {
+                let one = |step: [u32; 2]| {
+                    let at = [at[0] + step[0], at[1] + step[1]];
+                    let valid = domain.contains(at) && source.valid.as_ref().unwrap().get(0, at);
+                    valid.then(|| [0, 1].map(|c| source.features.get(c, at)))
+                };
+                Domain::open(shape).positions().map(one).collect()
+            };
+            for at in domain.positions() {
+                let Some(own) = samples(at) else { continue };
+                let mut best = None;
+                for from in domain.positions() {
+                    let far: u32 = [0, 1].map(|a| from[a].abs_diff(at[a]).pow(2)).iter().sum();
+                    let Some(other) = samples(from).filter(|_| apart * apart <= far) else { continue };
+                    let squares = own.iter().zip(&other).map(|(a, b)| {
+                        u32::from(a[0].abs_diff(b[0])).pow(2) + 3 * u32::from(a[1].abs_diff(b[1])).pow(2)
+                    });
+                    let found = (squares.sum::<u32>(), far, from);
+                    best = Some(best.map_or(found, |best| found.min(best)));
+                }
+                assert_eq!(patches.nearest(&map, at, apart), best.map(|b| (0, b.2)), "case {case} at {at:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Pictures that tile: closed over themselves along the least seam, or with a border that is filled anew.
+
+use selvedge_core::{Domain, Exemplars, Grid, Run, SampleId, SeamMeasure, Source, SourceMap, Start, Woven};
+
+use crate::error::Error;
+use crate::labels::expand::expand;
+use crate::labels::label::Label;
+use crate::labels::options::{LabelOptions, LabelStats};
+
+/// Overlaps of a picture with itself are looked for from a sixteenth of its side on, up to a third of it: seams become
+/// cheaper and cheaper beyond, and tiles small.
+const LEAST: u32 = 16;
+const MOST: u32 = 3;
+/// Those whose samples agree best are cut, and a fourth of the side: how well seams run is not seen before.
+const TRIED: usize = 6;
+
+/// A picture closed over itself: it is laid beside itself so that `overlap` samples lie over each other along each axis
+/// (0: it stays open), and cut along the least seam. Nothing is made up; the output is smaller by the overlap, and goes
+/// around.
+///
+/// # Errors
+/// [`Error::Range`] for an overlap of 1, or more than half of a side; those of [`expand`].
+pub fn close<const D: usize>(
+    exemplars: &Exemplars<D>,
+    overlap: [u32; D],
+    seam: SeamMeasure,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
+    let side = exemplars.sources()[0].domain().shape;
+    if let Some(axis) = (0..D).find(|&a| overlap[a] != 0 && !(2..=side[a] / 2).contains(&overlap[a])) {
+        let value = overlap[axis].into();
+        return Err(Error::Range { option: "overlap", value, range: "at least 2, and at most half of the side" });
+    }
+    let output = Domain {
+        shape: std::array::from_fn(|a| side[a] - overlap[a]),
+        periodic: std::array::from_fn(|a| overlap[a] != 0),
+    };
+    // Bit `a` of a label's number: moved back along axis `a`.
+    let moved = |label: usize, a: usize| label >> a & 1 == 1;
+    let numbers: Vec<usize> = (0..1 << D).filter(|&l| (0..D).all(|a| overlap[a] != 0 || !moved(l, a))).collect();
+    let offset = |l: usize| std::array::from_fn(|a| if moved(l, a) { -(output.shape[a] as i32) } else { 0 });
+    let labels: Vec<Label<D>> = numbers.iter().map(|&l| Label { source: 0, offset: offset(l) }).collect();
+    let mut only = Grid::try_filled(output, 1, 0_u64)?;
+    for (bits, at) in only.samples_mut().iter_mut().zip(output.positions()) {
+        // The first sample is the one after the last, and where the overlap ends the picture goes on by itself.
+        let may = |l: usize, a: usize| match at[a] {
+            _ if overlap[a] == 0 => true,
+            0 => moved(l, a),
+            p if overlap[a] - 1 <= p => !moved(l, a),
+            _ => true,
+        };
+        let shows = |&(_, &l): &(usize, &usize)| (0..D).all(|a| may(l, a));
+        *bits = numbers.iter().enumerate().filter(shows).fold(0, |bits, (i, _)| bits | 1 << i);
+    }
+    let start = Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None };
+    expand(exemplars, start, &labels, &LabelOptions { seam, only: Some(only), ..LabelOptions::default() }, run)
+}
+
+/// The overlap of the cheapest seam along each axis asked for.
+///
+/// # Errors
+/// [`Error::Range`] for sides of less than 4, and those of [`close`].
+pub fn overlaps<const D: usize>(
+    exemplars: &Exemplars<D>,
+    axes: [bool; D],
+    seam: SeamMeasure,
+    run: &Run<'_, D>,
+) -> Result<[u32; D], Error> {
+    let side = exemplars.sources()[0].domain().shape;
+    let mut best = [0; D];
+    for axis in (0..D).filter(|&a| axes[a]) {
+        if side[axis] < 4 {
+            return Err(Error::Range {
+                option: "side",
+                value: side[axis].into(),
+                range: "a picture of 4 or more a side",
+            });
+        }
+        let alone = |n: u32| std::array::from_fn(|a| if a == axis { n } else { 0 });
+        let mut least = None;
+        for n in tried(&exemplars.sources()[0], axis) {
+            let woven = close(exemplars, alone(n), seam, run)?;
+            let found = (woven.stats.energy.last().copied().unwrap_or(0), n);
+            least = Some(least.map_or(found, |least: (i64, u32)| least.min(found)));
+        }
+        best[axis] = least.map_or(side[axis] / 4, |(_, n)| n);
+    }
+    Ok(best)
+}
+
+/// Overlaps along an axis at which a picture agrees with itself better than beside them, the best first; and a fourth
+/// of its side.
+fn tried<const D: usize>(source: &Source<D>, axis: usize) -> Vec<u32> {
+    let (domain, side) = (source.domain(), source.domain().shape[axis]);
+    let (first, last) = ((side / LEAST).max(2), (side / MOST).max(2));
+    let means: Vec<f64> = (first..=last).map(|n| disagreement(source, axis, n)).collect();
+    let beside = |i: usize, by: isize| i.checked_add_signed(by).and_then(|j| means.get(j)).copied();
+    let peak = |i: &usize| [-1, 1].iter().all(|&by| beside(*i, by).is_none_or(|other| means[*i] <= other));
+    let mut found: Vec<usize> = (0..means.len()).filter(peak).collect();
+    found.sort_by(|&a, &b| means[a].total_cmp(&means[b]));
+    debug_assert!(!domain.is_empty());
+    let mut tried: Vec<u32> = found.into_iter().take(TRIED).map(|i| first + i as u32).collect();
+    tried.push((side / 4).max(first));
+    tried
+}
+
+/// Mean squared difference of a picture and itself where the last samples along an axis lie over the first.
+fn disagreement<const D: usize>(source: &Source<D>, axis: usize, overlap: u32) -> f64 {
+    let (domain, features) = (source.domain(), &source.features);
+    let stride = domain.strides()[axis];
+    let (side, by) = (domain.shape[axis] as usize, (domain.shape[axis] - overlap) as usize * stride);
+    let (mut sum, mut count) = (0_u64, 0_u64);
+    for c in 0..features.channels() {
+        let plane = features.plane(c);
+        for block in plane.chunks_exact(side * stride) {
+            for (&a, &b) in block.iter().zip(&block[by..]) {
+                sum += u64::from(a.abs_diff(b)).pow(2);
+                count += 1;
+            }
+        }
+    }
+    sum as f64 / count.max(1) as f64
+}
+
+/// A picture whose border is a hole: all but `width` samples on both sides of each axis stays, and what is there goes
+/// around those axes. The exemplars are those that the hole may be filled from.
+///
+/// # Errors
+/// [`Error::Range`] unless something stays, and too little memory.
+pub fn banded<const D: usize>(exemplars: &Exemplars<D>, width: [u32; D]) -> Result<(Exemplars<D>, Start<D>), Error> {
+    let first = &exemplars.sources()[0];
+    let side = first.domain().shape;
+    if let Some(axis) = (0..D).find(|&a| side[a] <= width[a].saturating_mul(2)) {
+        return Err(Error::Range { option: "band", value: width[axis].into(), range: "less than half of the side" });
+    }
+    let output = Domain { shape: side, periodic: std::array::from_fn(|a| 0 < width[a]) };
+    let stays = |at: [u32; D]| (0..D).all(|a| (width[a]..side[a] - width[a]).contains(&at[a]));
+    let fixed: Vec<bool> = output.positions().map(stays).collect();
+    let valid = fixed.iter().enumerate().map(|(i, &f)| f && first.valid.as_ref().is_none_or(|v| v.samples()[i]));
+    let valid = Grid::from_vec(first.domain(), 1, valid.collect())?;
+    let mut sources: Vec<Source<D>> = exemplars.sources().iter().map(|source| (**source).clone()).collect();
+    sources[0].valid = Some(valid);
+    let exemplars = Exemplars::from_sources(sources, exemplars.weights().to_vec())?;
+    let mut map = SourceMap::unassigned(&exemplars, output)?;
+    for (i, id) in map.ids.plane_mut(0).iter_mut().enumerate().filter(|(i, _)| fixed[*i]) {
+        *id = SampleId::new(i as u32);
+    }
+    Ok((exemplars, Start { map, fixed: Some(Grid::from_vec(output, 1, fixed)?), sources: None }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Origin, SeamCosts, Seed, Transform};
+
+    /// Noise that repeats itself after `period` columns.
+    fn repeating(shape: [u32; 2], period: u32) -> Exemplars<2> {
+        let mut rng = Seed(8).rng();
+        let domain = Domain::open(shape);
+        let cell: Vec<u8> = (0..shape[0] * period).map(|_| rng.below(256) as u8).collect();
+        let value = |[y, x]: [u32; 2]| cell[(y * period + x % period) as usize];
+        let features = Grid::from_vec(domain, 1, domain.positions().map(value).collect()).unwrap();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap()
+    }
+
+    #[test]
+    fn what_repeats_itself_closes_without_a_seam() {
+        let e = repeating([20, 40], 11);
+        let run = Run::seeded(0);
+        let overlap = overlaps(&e, [false, true], SeamMeasure::Difference, &run).unwrap();
+        assert_eq!((40 - overlap[1]) % 11, 0, "{overlap:?}");
+        let woven = close(&e, overlap, SeamMeasure::Difference, &run).unwrap();
+        assert_eq!(woven.stats.energy.last(), Some(&0));
+        assert_eq!(woven.result.domain(), Domain { shape: [20, 40 - overlap[1]], periodic: [false, true] });
+    }
+
+    /// The least seam between the two copies, by a path for each row that may move by one: cuts are at most as dear.
+    #[test]
+    fn seams_are_no_dearer_than_a_straight_one_and_all_there_is() {
+        let e = repeating([18, 30], 30);
+        for (overlap, seam) in [([0, 8], SeamMeasure::Difference), ([6, 7], SeamMeasure::Gradient)] {
+            let woven = close(&e, overlap, seam, &Run::seeded(0)).unwrap();
+            let costs = SeamCosts::new(&e, seam).unwrap();
+            assert_eq!(woven.stats.energy.last(), Some(&costs.total(&woven.result)));
+            if overlap[0] != 0 {
+                continue;
+            }
+            for at in 1..overlap[1] - 1 {
+                // Left of the column the end of the picture shows, from it on its beginning.
+                let mut straight = woven.result.clone();
+                let domain = straight.domain();
+                for (i, [y, x]) in domain.positions().enumerate() {
+                    let from = if x < at { x + domain.shape[1] } else { x };
+                    straight.ids.plane_mut(0)[i] = e.table().id(0, [y, from]);
+                }
+                assert!(costs.total(&woven.result) <= costs.total(&straight), "column {at}");
+            }
+        }
+    }
+
+    #[test]
+    fn wrong_sizes_are_refused() {
+        let e = repeating([8, 20], 5);
+        let run = Run::seeded(0);
+        for overlap in [[0, 1], [0, 11], [5, 0]] {
+            assert!(matches!(close(&e, overlap, SeamMeasure::Difference, &run), Err(Error::Range { .. })));
+        }
+        assert!(matches!(banded(&e, [4, 0]), Err(Error::Range { .. })));
+        let (_, start) = banded(&e, [2, 3]).unwrap();
+        assert_eq!((start.map.holes(), start.map.domain().periodic), (8 * 20 - 4 * 14, [true, true]));
+        assert!(matches!(
+            overlaps(&repeating([3, 9], 2), [true, false], SeamMeasure::Difference, &run),
+            Err(Error::Range { .. })
+        ));
+    }
+}
