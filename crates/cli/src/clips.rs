@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Domain, Plane};
 use selvedge_io::Fingerprint;
-use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, Range, Rate, read_clip};
+use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, Flipbook, Range, Rate, read_clip};
 use serde_json::json;
 
 use crate::failure::{Failure, n};
@@ -105,6 +105,11 @@ pub(crate) fn files(path: &Path, range: Option<Range>) -> Result<Vec<PathBuf>, F
 /// A rate as it is typed.
 pub(crate) fn rate(text: &str) -> Result<Rate, Wrong> {
     text.parse().map_err(|_| Wrong::new(format!("'{text}' is no rate"), "write 25 or 30000/1001"))
+}
+
+/// A flipbook as it is typed.
+pub(crate) fn flipbook(text: &str) -> Result<Flipbook, Wrong> {
+    text.parse().map_err(|_| Wrong::new(format!("'{text}' is no flipbook"), "write columns and rows, such as 8x8"))
 }
 
 /// A range of frames as it is typed.

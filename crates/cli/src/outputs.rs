@@ -161,7 +161,16 @@ impl Outputs {
             }
         }
         let [height, width] = size;
-        let (last, bytes) = writer.ended()?;
+        let mut ended = writer.ended()?;
+        let (last, bytes) = ended.swap_remove(0);
+        let more = ended.into_iter();
+        self.made.extend(more.map(|(path, bytes)| Made {
+            path,
+            bytes,
+            size: None,
+            told: Vec::new(),
+            clip: Some(Value::Null),
+        }));
         let noted = json!({
             "path": path_text(path),
             "blake3": blake3::hash(&bytes).to_hex().as_str(),

@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples};
+use selvedge_core::{Bytes, Depth, Domain, Exemplars, Grid, Plane, Role, Samples};
+use selvedge_io::clip::ClipOptions;
 use selvedge_io::{Format, Info, Metadata};
 use serde_json::json;
 
 use crate::args::NonFiniteArg;
+use crate::clips::ClipInput;
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, alike, common_layout, converted, widened};
 use crate::inputs::{self, Input};
@@ -15,17 +17,22 @@ use crate::memory;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
+use crate::steps::{Usual, step};
 use crate::wrong::Wrong;
 
 /// Options of `compare`.
 #[derive(Args, Debug)]
 pub(crate) struct Compare {
-    /// One picture.
+    /// One picture; with --loop, a clip.
     #[arg(value_name = "A", value_hint = ValueHint::FilePath)]
     a: PathBuf,
     /// Another one of the same size.
-    #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
-    b: PathBuf,
+    #[arg(value_name = "B", required_unless_present = "looped", value_hint = ValueHint::FilePath)]
+    b: Option<PathBuf>,
+    /// Exit with 1 if the clip does not close: if the step from its last frame to its first one, of the whole or of a block of
+    /// 16x16 px, is larger than 99 of 100 of its own.
+    #[arg(long = "loop", conflicts_with_all = ["b", "fail", "fail_percent", "hard_fail", "psnr", "diff"])]
+    looped: bool,
     /// A pixel fails if it differs by more than this in any channel. Integers count from 0 to 1.
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = not_negative)]
     fail: f64,
@@ -57,11 +64,15 @@ impl Compare {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("compare");
-        let files = [self.a.clone(), self.b.clone()];
+        let b = match &self.b {
+            Some(b) if !self.looped => b,
+            _ => return self.closes(session, report),
+        };
+        let files = [self.a.clone(), b.clone()];
         inputs::check_streams(&files)?;
         let format = self.diff.as_ref().map(|path| outputs::format(path, None, None)).transpose()?;
         outputs::check(session, self.diff.as_slice(), &files)?;
-        let [a, b] = self.read(session, &mut report)?;
+        let [a, b] = self.read(session, b, &mut report)?;
         report.stage("read");
         let difference = Difference::of(&a, &b, self.fail);
         report.stage("compare");
@@ -72,26 +83,26 @@ impl Compare {
             report.stage("write");
         }
         let over = self.over(&difference);
-        report.options = session.options.clone();
+        report.options = session.options.clone().without("loop");
         report.stats = difference.json(over);
         let verdict = if over { "differ" } else { "agree" };
-        let text = format!("{} {}: {verdict}\n{}", shown(&self.a), shown(&self.b), difference.text(&a));
+        let text = format!("{} {}: {verdict}\n{}", shown(&self.a), shown(&files[1]), difference.text(&a));
         report.outputs.extend(outputs.noted());
         Ok(Done { exit: over.into(), outputs, ..Done::answered(report, text) })
     }
 
     /// Both pictures in one depth and with the same channels.
-    fn read(&self, session: &Session<'_>, report: &mut Report) -> Result<[Plane<2>; 2], Failure> {
+    fn read(&self, session: &Session<'_>, path: &Path, report: &mut Report) -> Result<[Plane<2>; 2], Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let inputs = [Input::new(session, &self.a)?, Input::new(session, &self.b)?];
+        let inputs = [Input::new(session, &self.a)?, Input::new(session, path)?];
         let infos = [inputs[0].probe(&options)?, inputs[1].probe(&options)?];
         let [[w, h], [bw, bh]] = [0, 1].map(|i| [infos[i].width, infos[i].height]);
         if [h, w] != [bh, bw] {
             let what = format!("{bw}x{bh} px, but '{}' has {w}x{h} px", shown(&self.a));
-            return Err(Failure::new(3, what).about(&self.b).remedy("give pictures of the same size"));
+            return Err(Failure::new(3, what).about(path).remedy("give pictures of the same size"));
         }
         let [a_layout, b_layout] = [0, 1].map(|i| Layout::of(&infos[i]));
-        let common = common_layout([(self.a.as_path(), a_layout), (self.b.as_path(), b_layout)])?;
+        let common = common_layout([(self.a.as_path(), a_layout), (path, b_layout)])?;
         let depth = deeper(infos[0].depth, infos[1].depth);
         let needed = self.need(&infos, common, depth);
         memory::check_fixed(&session.limits, needed)?;
@@ -102,12 +113,42 @@ impl Compare {
         };
         let ((a, a_tags), (b, b_tags)) = (read(&inputs[0], report)?, read(&inputs[1], report)?);
         if infos[0].depth != infos[1].depth || a_layout != b_layout {
-            session.warn(&self.b, &"its depth or its channels are others; both are compared in the wider ones");
+            session.warn(path, &"its depth or its channels are others; both are compared in the wider ones");
         }
         let wide = |path, plane, tags| converted(session, path, widened(plane, common)?, depth, tags);
-        let both = vec![wide(&self.a, a, &a_tags)?, wide(&self.b, b, &b_tags)?];
-        let both = alike(session, &[self.a.clone(), self.b.clone()], both)?;
+        let both = vec![wide(&self.a, a, &a_tags)?, wide(path, b, &b_tags)?];
+        let both = alike(session, &[self.a.clone(), path.to_path_buf()], both)?;
         Ok(both.try_into().expect("two"))
+    }
+
+    /// Whether a clip closes.
+    fn closes(&self, session: &Session<'_>, mut report: Report) -> Result<Done, Failure> {
+        let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
+        outputs::check::<&Path>(session, &[], std::slice::from_ref(&self.a))?;
+        let clip = ClipInput::open(session, &self.a, &ClipOptions { frame, ..ClipOptions::default() })?;
+        let needed = memory::PROGRAM + clip.bytes() + memory::sources(&[clip.domain()], clip.info().channels);
+        memory::check_fixed(&session.limits, needed)?;
+        report.estimate = Some(needed.0);
+        let clip = clip.read(session, &mut report)?;
+        report.stage("read");
+        let exemplars =
+            Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| Failure::from(e).about(&self.a))?;
+        let features = &exemplars.sources()[0].features;
+        let one =
+            || Failure::new(3, "has one frame, which is no loop").about(&self.a).remedy("give a clip of more frames");
+        let usual = Usual::of(features).ok_or_else(one)?;
+        let closure = usual.closure(std::iter::once(step(features, clip.info.frames - 1, 0)));
+        report.stage("compare");
+        report.options = session.options.clone();
+        report.stats = json!({"frames": clip.info.frames, "closes": closure.closes(), "whole": closure.whole, "block": closure.block});
+        let verdict = if closure.closes() { "closes" } else { "does not close" };
+        let text = format!(
+            "{}: {verdict}\n  step from the last frame to the first: {:.3} of what is usual, {:.3} in the worst block\n",
+            shown(&self.a),
+            closure.whole,
+            closure.block
+        );
+        Ok(Done { exit: (!closure.closes()).into(), ..Done::answered(report, text) })
     }
 
     /// An upper bound of what it takes: both pictures, one more while they are made alike, and the picture of differences

@@ -135,3 +135,44 @@ fn what_is_no_clip_is_told_in_a_line() {
     let dry = folder.run("video @/fire.png -o b.#.png --dry-run").done();
     assert!(dry.stderr.contains("would be a loop"), "{}", dry.stderr);
 }
+
+#[test]
+fn flipbooks_are_filled_and_read_again() {
+    let folder = Folder::new("video-flipbook");
+    folder.run(&format!("video {FIRE} -o book.png --flipbook 4x4 --pad 1 --quiet")).done();
+    folder.run(&format!("video {FIRE} -o loop.##.png --period 16 --quiet")).done();
+    assert!(folder.names().contains(&"book.json".to_owned()));
+    let options = ClipOptions {
+        flipbook: Some(selvedge_io::clip::Flipbook { columns: 4, rows: 4, pad: 1 }),
+        ..ClipOptions::default()
+    };
+    let mut reader = ClipReader::open(folder.path("book.png"), &options).unwrap();
+    let book = read_clip(&mut reader, &ReadOptions::default().limits).unwrap();
+    assert_eq!(bytes(&book), bytes(&clip(&folder, "loop.##.png")));
+    let again = folder.run("video book.png --from-flipbook 4x4 --from-pad 1 -o again.##.png --json").done().json();
+    assert_eq!(again["inputs"][0]["frames"], 16);
+    folder.run("video book.png --from-flipbook 7x4 -o x.##.png").refused(3, &["are not 7x4 frames"]);
+    folder
+        .run(&format!("video {FIRE} -o y.png --flipbook 2x2 --period 16"))
+        .refused(3, &["more than a flipbook of 2x2"]);
+}
+
+#[test]
+fn whether_a_clip_closes_is_the_exit_code() {
+    let folder = Folder::new("video-closes");
+    let open = folder.run(&format!("compare {FIRE} --loop"));
+    assert_eq!(open.exit, Some(1), "{open:?}");
+    assert!(String::from_utf8_lossy(&open.stdout).contains("does not close"), "{open:?}");
+    // There and back again closes.
+    fs::create_dir(folder.path("f")).unwrap();
+    let fire = Folder::new("video-closes-in");
+    fs::copy(crate::program::fixtures() + "/fire.png", fire.path("fire.png")).unwrap();
+    let clip = clip(&fire, "fire.png");
+    for (number, t) in (0..8).chain((1..7).rev()).enumerate() {
+        let frame = frame_of(&clip, t).unwrap();
+        let path = folder.path(format!("f/{number:02}.png"));
+        selvedge_io::write(path, &frame, &Default::default(), &Default::default()).unwrap();
+    }
+    let closes = folder.run("compare f --loop --json").done().json();
+    assert_eq!((&closes["stats"]["closes"], &closes["stats"]["frames"]), (&true.into(), &14.into()));
+}

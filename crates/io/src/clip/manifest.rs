@@ -32,7 +32,7 @@ impl Manifest {
         if let Some(period) = self.period {
             write!(text, ",\n  \"period\": {period}").expect("a string takes any text");
         }
-        for (name, value) in &self.more {
+        for (name, value) in self.more.iter().filter(|(name, _)| *name != "frames") {
             write!(text, ",\n  \"{name}\": {value}").expect("a string takes any text");
         }
         text.push_str(",\n  \"files\": [");

@@ -12,6 +12,7 @@
 //! | `name.####.exr`, `name.%04d.png` | the files with a number there, of at least so many digits |
 //! | a folder | all pictures in it, in natural order |
 //! | `name*.png` with `*` or `?` | the files that match, in natural order |
+//! | any picture, with [`ClipOptions::flipbook`] | its cells, row by row |
 //! | an animated PNG, GIF or WebP, a y4m file | its frames |
 //!
 //! Numbers go up by one, or by the step of a [`Range`]: a frame that is missing, or is of another size, depth or layout, is
@@ -20,6 +21,7 @@
 mod animation;
 mod apng;
 mod container;
+mod flipbook;
 mod gif;
 mod info;
 mod manifest;
@@ -36,6 +38,7 @@ mod y4m;
 mod yuv;
 
 pub use container::Container;
+pub use flipbook::Flipbook;
 pub use info::ClipInfo;
 pub use manifest::Manifest;
 pub use names::{ClipName, clip_files};

@@ -18,6 +18,36 @@ pub enum ClipProblem {
         /// What was typed.
         text: String,
     },
+    /// No flipbook.
+    #[error("'{text}' is no flipbook")]
+    Flipbook {
+        /// What was typed.
+        text: String,
+    },
+    /// A picture that is no such flipbook.
+    #[error("{width}x{height} px are not {columns}x{rows} frames{}", if *pad == 0 { String::new() } else { format!(" with {pad} px around each") })]
+    Cells {
+        /// Samples along x.
+        width: u32,
+        /// Samples along y.
+        height: u32,
+        /// Frames beside each other.
+        columns: u32,
+        /// Frames below each other.
+        rows: u32,
+        /// Samples around each frame.
+        pad: u32,
+    },
+    /// More frames than a flipbook has places.
+    #[error("{frames} frames are more than a flipbook of {columns}x{rows} holds")]
+    Full {
+        /// Frames.
+        frames: u32,
+        /// Frames beside each other.
+        columns: u32,
+        /// Frames below each other.
+        rows: u32,
+    },
     /// A name that is that of no clip.
     #[error("is the name of no clip")]
     NoClip,
@@ -112,7 +142,9 @@ impl ClipProblem {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Rate { .. } | Self::Range { .. } | Self::NoClip | Self::OnlyRead { .. } => ErrorKind::Option,
+            Self::Rate { .. } | Self::Range { .. } | Self::Flipbook { .. } | Self::NoClip | Self::OnlyRead { .. } => {
+                ErrorKind::Option
+            }
             Self::NoFrames => ErrorKind::FileSystem,
             Self::Count { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
@@ -124,6 +156,9 @@ impl ClipProblem {
         match self {
             Self::Rate { .. } => "use a number or a fraction above 0, such as 25 or 30000/1001",
             Self::Range { .. } => "use FIRST-LAST or FIRST-LASTxSTEP, such as 1-100x2",
+            Self::Flipbook { .. } => "use COLUMNSxROWS, such as 8x8",
+            Self::Cells { .. } => "give the numbers of its columns and rows, and what lies around its frames",
+            Self::Full { .. } => "use more columns or rows, or fewer frames",
             Self::NoClip => "name frames as name.####.png, a folder, or a container",
             Self::NoFrames => "check the name, and the number of its digits",
             Self::Still => "give frames as name.####.png, or an animation",

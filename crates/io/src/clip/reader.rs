@@ -11,6 +11,7 @@ use selvedge_core::Plane;
 use super::animation::Animation;
 use super::apng::Apng;
 use super::container::Container;
+use super::flipbook::{Cells, Flipbook};
 use super::info::{ClipInfo, Frames};
 use super::names::{ClipName, clip_files};
 use super::problem::ClipProblem;
@@ -32,6 +33,8 @@ pub struct ClipOptions {
     pub range: Option<Range>,
     /// How fast it plays, whatever the file says.
     pub rate: Option<Rate>,
+    /// The name is that of a picture of all frames, which lie so.
+    pub flipbook: Option<Flipbook>,
 }
 
 /// A clip that is read frame by frame.
@@ -71,6 +74,10 @@ impl ClipReader {
     /// [`Error`] that names the frame, or the whole clip.
     pub fn open(path: impl AsRef<Path>, options: &ClipOptions) -> Result<Self, Error> {
         let path = path.as_ref();
+        if let Some(layout) = options.flipbook {
+            let (info, frames) = Cells::open(path, layout, &options.frame)?;
+            return Self::picked(path, info, Box::new(frames), options);
+        }
         if ClipName::parse(file_of(path)).is_some() {
             let (info, frames) = Sequence::open(path, clip_files(path, options.range)?, &options.frame)?;
             return Ok(Self::new(path, info, Box::new(frames), None, options.rate));

@@ -6,6 +6,7 @@ use selvedge_core::Plane;
 
 use super::apng::ApngWriter;
 use super::container::Container;
+use super::flipbook::{Flipbook, FlipbookWriter};
 use super::gif::GifWriter;
 use super::info::FrameEncoder;
 use super::manifest::Manifest;
@@ -25,6 +26,8 @@ pub struct ClipWriteOptions {
     pub rate: Option<Rate>,
     /// Frames after which it begins again, for a loop.
     pub period: Option<u32>,
+    /// All frames in one picture, which lie so.
+    pub flipbook: Option<Flipbook>,
 }
 
 /// A file of a clip, whole.
@@ -63,12 +66,21 @@ impl ClipWriter {
         let path = path.as_ref();
         let no_clip = || Error::new(path, ClipProblem::NoClip);
         let rate = options.rate.unwrap_or(Rate::USUAL);
-        let target = match ClipName::parse(path) {
-            Some(name) => {
+        let target = match (options.flipbook, ClipName::parse(path)) {
+            (Some(layout), _) => {
+                let Flipbook { columns, rows, .. } = layout;
+                options.frame.format_of(path)?;
+                if layout.cells() < frames {
+                    return Err(Error::new(path, ClipProblem::Full { frames, columns, rows }));
+                }
+                let encoder = FlipbookWriter::new(path, layout, &options.frame, metadata.clone());
+                Target::File(path.to_path_buf(), Box::new(encoder))
+            }
+            (None, Some(name)) => {
                 options.frame.format_of(name.file(1).ok_or_else(no_clip)?)?;
                 Target::Sequence(name)
             }
-            None => {
+            (None, None) => {
                 let encoder: Box<dyn FrameEncoder> = match Container::of_name(path).ok_or_else(no_clip)? {
                     Container::Apng => Box::new(ApngWriter::new(frames, rate, metadata.clone())),
                     Container::Gif => Box::new(GifWriter::new(rate)),
@@ -93,10 +105,17 @@ impl ClipWriter {
                 let format = self.options.frame.format_of(&file)?;
                 (file, format.check(shape, colors, alpha, depth))
             }
-            Target::File(path, _) => {
-                let container = Container::of_name(path).unwrap_or(Container::Apng);
-                (path.clone(), container.check(colors, alpha, depth, shape))
-            }
+            Target::File(path, _) => match self.options.flipbook {
+                Some(layout) => {
+                    let [width, height] = layout.size([shape[1], shape[0]]);
+                    let format = self.options.frame.format_of(path)?;
+                    (path.clone(), format.check([height, width], colors, alpha, depth))
+                }
+                None => {
+                    let container = Container::of_name(path).unwrap_or(Container::Apng);
+                    (path.clone(), container.check(colors, alpha, depth, shape))
+                }
+            },
         };
         checked.map_err(|p| Error::new(&path, p))
     }
@@ -107,6 +126,9 @@ impl ClipWriter {
             Target::Sequence(name) => {
                 let frames = (1..=self.frames).filter_map(|number| name.file(number));
                 frames.chain([name.manifest()]).collect()
+            }
+            Target::File(path, _) if self.options.flipbook.is_some() => {
+                vec![path.clone(), path.with_extension("json")]
             }
             Target::File(path, _) => vec![path.clone()],
         }
@@ -155,29 +177,34 @@ impl ClipWriter {
         }
     }
 
-    /// What is written after the last frame: the file that tells of them all, or the one that holds them.
+    /// What is written after the last frame: the file that holds all of them, or one that tells of them, or both.
     ///
     /// # Errors
     /// [`ClipProblem::Count`], and what the encoder refuses.
-    pub fn ended(self) -> Result<ClipFile, Error> {
+    pub fn ended(self) -> Result<Vec<ClipFile>, Error> {
         let (found, expected) = (self.taken, self.frames);
-        let count = |path: &Path| Error::new(path, ClipProblem::Count { expected, found });
-        match self.target {
-            Target::Sequence(name) => {
-                let path = name.manifest();
-                if found != expected {
-                    return Err(count(&path));
-                }
-                let (rate, period) = (self.options.rate, self.options.period);
-                let manifest = Manifest { size: self.size, rate, period, frames: self.written, more: Vec::new() };
-                Ok((path, manifest.json().into_bytes()))
-            }
-            Target::File(path, _) if found != expected => Err(count(&path)),
-            Target::File(path, encoder) => match encoder.finish() {
-                Ok(bytes) => Ok((path, bytes)),
-                Err(p) => Err(Error::new(&path, p)),
-            },
+        let manifest = Manifest {
+            size: self.size,
+            rate: self.options.rate,
+            period: self.options.period,
+            frames: self.written,
+            more: Vec::new(),
+        };
+        let (path, encoder) = match self.target {
+            Target::Sequence(name) => (name.manifest(), None),
+            Target::File(path, encoder) => (path, Some(encoder)),
+        };
+        if found != expected {
+            return Err(Error::new(&path, ClipProblem::Count { expected, found }));
         }
+        let Some(encoder) = encoder else { return Ok(vec![(path, manifest.json().into_bytes())]) };
+        let bytes = encoder.finish().map_err(|p| Error::new(&path, p))?;
+        let Some(Flipbook { columns, rows, pad }) = self.options.flipbook else { return Ok(vec![(path, bytes)]) };
+        let frames = vec![(display_name(&path), blake3::hash(&bytes).to_hex().to_string())];
+        let more = [("frames", found), ("columns", columns), ("rows", rows), ("pad", pad)];
+        let more = more.map(|(name, number)| (name, number.to_string())).into();
+        let beside = path.with_extension("json");
+        Ok(vec![(path, bytes), (beside, Manifest { frames, more, ..manifest }.json().into_bytes())])
     }
 
     /// Writes what comes last.
@@ -186,8 +213,7 @@ impl ClipWriter {
     /// Those of [`ended`](Self::ended) and of [`write_bytes`].
     pub fn finish(self) -> Result<(), Error> {
         let no_clobber = self.options.frame.no_clobber;
-        let (path, bytes) = self.ended()?;
-        write_bytes(&path, &bytes, no_clobber)
+        self.ended()?.iter().try_for_each(|(path, bytes)| write_bytes(path, bytes, no_clobber))
     }
 }
 

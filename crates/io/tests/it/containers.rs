@@ -3,7 +3,7 @@
 use crate::clips::{Folder, all, frames, open, write};
 use crate::common::bits;
 use selvedge_core::{Depth, Domain, Grid, Limits, Plane, Role, Samples};
-use selvedge_io::clip::{ClipOptions, ClipProblem, ClipReader, ClipWriteOptions};
+use selvedge_io::clip::{ClipOptions, ClipProblem, ClipReader, ClipWriteOptions, Flipbook};
 use selvedge_io::{Error, Problem, ReadOptions};
 
 fn rate(text: &str) -> ClipWriteOptions {
@@ -244,4 +244,41 @@ fn ranges_choose_frames_by_place() {
     assert_eq!(all(&mut reader).len(), 3);
     assert!(some("5-8").unwrap_err().to_string().contains("frame 8 is missing after 7"));
     assert!(ClipReader::is_clip(&path) && !ClipReader::is_clip(folder.path("b.png")));
+}
+
+#[test]
+fn flipbooks_hold_frames_row_by_row_with_their_borders_repeated() {
+    let folder = Folder::new("flipbook");
+    for (name, depth, pad) in [("a.png", Depth::U8, 0), ("b.png", Depth::U16, 2), ("c.exr", Depth::F16, 1)] {
+        let written = frames(depth, 3, false, [6, 4, 5]);
+        let book = Flipbook { pad, .."3x2".parse().unwrap() };
+        let options = ClipWriteOptions { flipbook: Some(book), period: Some(6), ..rate("24") };
+        write(&folder.path(name), &written, options).unwrap().finish().unwrap();
+        let sheet = selvedge_io::read(folder.path(name), &ReadOptions::default()).unwrap().plane;
+        assert_eq!(sheet.domain().shape, [2 * (4 + 2 * pad), 3 * (5 + 2 * pad)]);
+        let options = ClipOptions { flipbook: Some(book), ..ClipOptions::default() };
+        let read = all(&mut ClipReader::open(folder.path(name), &options).unwrap());
+        assert!(read.len() == 6 && read.iter().zip(&written).all(|(a, b)| bits(a) == bits(b)), "{name}");
+        let manifest = std::fs::read_to_string(folder.path(name).with_extension("json")).unwrap();
+        for part in ["\"frames\": 6,", "\"columns\": 3", &format!("\"pad\": {pad}"), "\"rate\": [24, 1]"] {
+            assert!(manifest.contains(part), "{part}: {manifest}");
+        }
+        assert_eq!(manifest.matches("\"frames\"").count(), 1);
+    }
+    let sheet = selvedge_io::read(folder.path("b.png"), &ReadOptions::default()).unwrap().plane;
+    let value = |y: u32, x: u32| sheet.samples.value(0, sheet.domain().index([y, x]));
+    assert_eq!(value(0, 0), value(2, 2), "the corner is repeated");
+    assert_eq!(value(7, 8), value(5, 6), "at every corner");
+    let open = |book: &str| {
+        let options = ClipOptions { flipbook: book.parse().ok(), ..ClipOptions::default() };
+        ClipReader::open(folder.path("a.png"), &options).unwrap_err().to_string()
+    };
+    assert!(open("4x2").contains("15x8 px are not 4x2 frames"));
+    for wrong in ["", "8", "0x8", "8x", "8x8x8", "9999x1"] {
+        assert!(wrong.parse::<Flipbook>().is_err(), "{wrong}");
+    }
+    let written = frames(Depth::U8, 3, false, [3, 4, 5]);
+    let options = ClipWriteOptions { flipbook: "2x1".parse().ok(), ..ClipWriteOptions::default() };
+    let full = write(&folder.path("d.png"), &written, options).unwrap_err().to_string();
+    assert!(full.contains("3 frames are more than a flipbook of 2x1 holds"), "{full}");
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Depth, Plane, Role, SourceMap};
-use selvedge_io::clip::{ClipOptions, ClipWriteOptions, ClipWriter, Range, Rate};
+use selvedge_io::clip::{ClipOptions, ClipWriteOptions, ClipWriter, Flipbook, Range, Rate};
 use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
 
 use self::choices::{JumpArg, Period};
@@ -37,6 +37,13 @@ pub(crate) struct Video {
     /// Frames to use, such as 1-100 or 1-100x2: by their numbers, or by their places from 1 in an animation.
     #[arg(long, value_name = "RANGE", value_parser = clips::range)]
     range: Option<Range>,
+    /// The clip is one picture of so many columns and rows of frames.
+    #[arg(long, value_name = "COLSxROWS", value_parser = clips::flipbook, conflicts_with = "range")]
+    from_flipbook: Option<Flipbook>,
+    /// Pixels around each frame of --from-flipbook that are no part of it.
+    #[arg(long, value_name = "PX", requires = "from_flipbook")]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=4096))]
+    from_pad: Option<u32>,
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     nonfinite: NonFiniteArg,
@@ -71,6 +78,14 @@ pub(crate) struct Video {
     /// Frames a second, such as 25 or 30000/1001. Default: as the clip says.
     #[arg(long, value_name = "RATE", value_parser = clips::rate)]
     rate: Option<Rate>,
+    /// Write one picture of so many columns and rows of frames, and OUT.json; the loop has as many frames unless --period
+    /// says otherwise.
+    #[arg(help_heading = "Files that are written", long, value_name = "COLSxROWS", value_parser = clips::flipbook)]
+    flipbook: Option<Flipbook>,
+    /// Pixels around each frame of --flipbook that repeat its border, against bleeding.
+    #[arg(help_heading = "Files that are written", long, value_name = "PX", requires = "flipbook")]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pad: Option<u32>,
     /// The clip to write: 'name.####.png' and the like, name.gif, name.png (animated), name.y4m, or '-' for y4m.
     #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     output: PathBuf,
@@ -115,6 +130,7 @@ impl Video {
             frame: inputs::options(session.limits, Role::Color, self.nonfinite),
             range: self.range,
             rate: self.rate,
+            flipbook: self.from_flipbook.map(|book| Flipbook { pad: self.from_pad.unwrap_or(0), ..book }),
         };
         let open = |path: &PathBuf| ClipInput::open(session, path, &read_options);
         let clips = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
@@ -167,7 +183,8 @@ impl Video {
 
     fn write_options(&self, clip: Option<&Clip>, period: Option<u32>) -> ClipWriteOptions {
         let rate = self.rate.or(clip.and_then(|clip| clip.info.rate));
-        ClipWriteOptions { frame: WriteOptions::default(), rate, period }
+        let flipbook = self.flipbook.map(|book| Flipbook { pad: self.pad.unwrap_or(0), ..book });
+        ClipWriteOptions { frame: WriteOptions::default(), rate, period, flipbook }
     }
 
     /// Refuses what could not be written, before any work.
@@ -176,13 +193,15 @@ impl Video {
         let mut written: Vec<PathBuf> = Vec::new();
         let paths = std::iter::once(&self.clip).chain(&self.with);
         for (path, clip) in paths.zip(clips) {
-            let files = clips::files(path, self.range)?;
+            let files = if self.from_flipbook.is_some() { vec![path.clone()] } else { clips::files(path, self.range)? };
             let output = self.name(path);
             let info = clip.info();
-            // No loop is longer than its clip.
-            let most = self.written(info.frames);
+            // No loop is longer than its clip, or than its flipbook.
+            let most = self.flipbook.map_or_else(|| self.written(info.frames), Flipbook::cells);
             let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
-            writer.check((info.channels, info.alpha), info.depth, [info.height, info.width])?;
+            let held = writer.check((info.channels, info.alpha), info.depth, [info.height, info.width]);
+            // Clips keep their depth.
+            held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
             let made = writer.files();
             if let Some(input) = made.iter().find(|file| files.iter().any(|input| selvedge_io::same_file(file, input)))
             {

@@ -4,6 +4,7 @@ use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, 
 use selvedge_graphcut_textures::video::{
     DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, LoopStats, Looped, Surface, Tried, looped,
 };
+use selvedge_io::clip::Flipbook;
 use serde_json::{Value, json};
 
 use super::look::Shown;
@@ -45,7 +46,8 @@ impl Video {
         };
         let period = result.jump.period();
         let closes = distances.closes() && period == distances.frames();
-        let used = used.set("period", period.to_string());
+        // A jump that is typed says the period.
+        let used = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
         Ok(Made {
             period,
             how: self.told(&result, &stats, closure.as_ref(), closes),
@@ -64,8 +66,10 @@ impl Video {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
-        let options =
-            JumpOptions { count: self.jumps as usize, period: self.period.0.clone(), ..JumpOptions::default() };
+        // A flipbook is filled.
+        let filled = self.flipbook.filter(|_| self.repeat == 1 && !self.closing_frame).map(Flipbook::cells);
+        let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
+        let options = JumpOptions { count: self.jumps as usize, period, ..JumpOptions::default() };
         Ok(distances.best(&options)?)
     }
 
@@ -104,7 +108,7 @@ impl Video {
         let period = jump.period();
         let how = format!("a loop of {period} frames, {} to {}, faded over {frames}", jump.to, jump.from);
         let stats = json!({"mode": "blend", "period": period, "jump": jump_json(jump)});
-        let options = used.set("period", period.to_string());
+        let options = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
         let (surface, preview) = (None, None);
         Ok(Made { map: None, mixed: Some(mixed), period, options, stats, how, surface, preview, complete: true })
     }
