@@ -93,6 +93,17 @@ impl Lattice {
         ((2 * often * samples + times) / (2 * times)) as u32
     }
 
+    /// The same, but no longer than `length` where the lattice goes into it at all.
+    pub fn closing_within(&self, axis: usize, length: u32) -> u32 {
+        let Some((samples, times)) = self.along[axis] else { return length };
+        let next = self.closing(axis, length);
+        if next <= length {
+            return next;
+        }
+        let shorter = self.closing(axis, next - samples / times);
+        if shorter <= length { shorter } else { length }
+    }
+
     /// How far translations reach that [`of`](Self::of) looks at.
     pub(crate) fn reach(picture: &Picture) -> Reach<2> {
         Reach { most: picture.shape().map(|n| n * 4 / 5), one_in: 7 }

@@ -212,6 +212,12 @@ mod tests {
         let lattice = rows.lattice.unwrap();
         assert_eq!((lattice.vectors, rows.kind), ([[50, -35], [50, 35]], Kind::Lattice), "{rows:?}");
         assert_eq!([0, 1].map(|axis| lattice.closing(axis, 333)), [300, 350]);
+        for length in 1..400 {
+            for (axis, period) in [100, 70].into_iter().enumerate() {
+                let most = if length < period { length } else { length / period * period };
+                assert_eq!(lattice.closing_within(axis, length), most, "{axis}, {length}");
+            }
+        }
     }
 
     #[test]

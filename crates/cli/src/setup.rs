@@ -3,12 +3,13 @@
 
 use std::path::PathBuf;
 
+use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Depth, Domain, Transform};
 use selvedge_io::Format;
 
 use crate::backdrop::Backdrop;
 use crate::blending::Blending;
-use crate::exemplars::Headers;
+use crate::exemplars::{Headers, Loaded};
 use crate::failure::Failure;
 use crate::ground::Ground;
 use crate::harmonise::Layout;
@@ -144,6 +145,7 @@ impl<'a> Setup<'a> {
             Ok(ready)
         };
         let layers = layers.into_iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        let domain = self.closed(session, &loaded, domain)?;
         report.estimate = Some(needed.0);
         report.stage("read");
         Ok(Loom {
@@ -160,6 +162,39 @@ impl<'a> Setup<'a> {
             made_by: None,
             files: None,
         })
+    }
+
+    /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in pixels
+    /// stays, and one that closes is named; any other becomes the next smaller one that does, which is told.
+    fn closed(&self, session: &Session<'_>, loaded: &Loaded, domain: Domain<2>) -> Result<Domain<2>, Failure> {
+        let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
+        let free = match self.size {
+            OutputSize::Exemplar(_) => true,
+            OutputSize::Ground(ground, _) => ground.is_bare(),
+            OutputSize::Picture(..) => false,
+        };
+        if domain.periodic == [false; 2] || !as_it_is || !free {
+            return Ok(domain);
+        }
+        let source = &loaded.exemplars.sources()[0];
+        let texture = Texture::of(&source.features, source.valid.as_ref(), loaded.exemplars.weights())?;
+        let Some(lattice) = texture.lattice.filter(|_| texture.is_orderly()) else { return Ok(domain) };
+        let side = |axis: usize| match domain.shape[axis] {
+            side if domain.periodic[axis] => lattice.closing_within(axis, side),
+            side => side,
+        };
+        let ([height, width], closed) = (domain.shape, [side(0), side(1)]);
+        if closed == domain.shape {
+            return Ok(domain);
+        }
+        let closing = format!("{}x{}", closed[1], closed[0]);
+        if self.size.follows_exemplar() {
+            session.say(&format!("size: {closing} px, which closes the exemplar's lattice, not {width}x{height}"));
+            return Ok(Domain { shape: closed, ..domain });
+        }
+        let what = format!("its lattice may be torn where {width}x{height} px wrap; {closing} px close it");
+        session.warn(&self.weaving.input.exemplars[0], &what);
+        Ok(domain)
     }
 
     /// How planes of --with are laid.
