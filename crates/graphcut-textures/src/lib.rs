@@ -80,6 +80,6 @@ pub use estimate::estimate;
 pub use graphcut::{graphcut, graphcut_from, plan};
 pub use options::{Options, Placement};
 pub use plan::Plan;
-pub use scales::Scales;
+pub use scales::{Scales, WantedScale};
 pub use selvedge_core::Start;
 pub use stats::Stats;

@@ -4,7 +4,6 @@ use selvedge_core::{Domain, Grid};
 
 use crate::error::Error;
 
-/// What sources can be magnified by.
 const LEAST: f64 = 1.0 / 16.0;
 const MOST: f64 = 16.0;
 
@@ -33,6 +32,9 @@ pub struct Scales {
 }
 
 impl Scales {
+    /// What sources can be magnified by: the least and the most.
+    pub const LIMITS: [f64; 2] = [LEAST, MOST];
+
     /// The scales from `low` to `high` whose neighbours differ by a factor of `step`.
     ///
     /// # Errors
@@ -86,6 +88,52 @@ impl Scales {
     }
 }
 
+/// The scale of a texture at each place of an output.
+#[derive(Clone, Copy, Debug)]
+pub enum WantedScale<L> {
+    /// From side to side in equal steps, given at the top, the bottom, the left and the right; what goes down times what
+    /// goes across.
+    Sides([f64; 4]),
+    /// A picture that is stretched over the output.
+    Picture {
+        /// Its height and width.
+        shape: [u32; 2],
+        /// How light each of its samples is, from 0 to 1.
+        light: L,
+        /// The scales that black and white stand for.
+        range: [f64; 2],
+    },
+}
+
+impl<L: Fn([u32; 2]) -> f64> WantedScale<L> {
+    /// The scale at a position of the output.
+    pub fn at(&self, output: Domain<2>, at: [u32; 2]) -> f64 {
+        let part = [0, 1].map(|axis: usize| (f64::from(at[axis]) + 0.5) / f64::from(output.shape[axis]));
+        match self {
+            Self::Sides([top, bottom, left, right]) => {
+                between(*top, *bottom, part[0]) * between(*left, *right, part[1])
+            }
+            Self::Picture { shape, light, range: [low, high] } => between(*low, *high, stretched(*shape, light, part)),
+        }
+    }
+}
+
+fn between(low: f64, high: f64, part: f64) -> f64 {
+    low + (high - low) * part
+}
+
+/// How light a picture is at a place, both in 0..1, between the samples around it.
+fn stretched([h, w]: [u32; 2], light: impl Fn([u32; 2]) -> f64, part: [f64; 2]) -> f64 {
+    let along = |part: f64, side: u32| {
+        let place = (part * f64::from(side) - 0.5).clamp(0.0, f64::from(side - 1));
+        let first = place as u32;
+        (first, (first + 1).min(side - 1), place - f64::from(first))
+    };
+    let ((top, bottom, down), (left, right, across)) = (along(part[0], h), along(part[1], w));
+    let row = |y: u32| between(light([y, left]), light([y, right]), across);
+    between(row(top), row(bottom), down)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,6 +163,19 @@ mod tests {
         // Far from all of them the nearest has to do.
         let far = Scales::new([1.0, 1.0], 1.1).unwrap();
         assert_eq!(far.field(Domain::open([1]), |_| 9.0, &[0b100]).unwrap().plane(0), [0b100]);
+    }
+
+    #[test]
+    fn pictures_are_stretched_and_sides_multiplied() {
+        let ramp = |[_, x]: [u32; 2]| f64::from(x);
+        let at = |x| stretched([1, 2], ramp, [0.3, x]);
+        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(at), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(stretched([1, 1], |_| 0.2, [0.9, 0.1]), 0.2);
+        let (output, range) = (Domain::open([1, 4]), [1.0, 3.0]);
+        let picture = WantedScale::Picture { shape: [1, 2], light: ramp, range };
+        assert_eq!([0, 1, 2, 3].map(|x| picture.at(output, [0, x])), [1.0, 1.5, 2.5, 3.0]);
+        let sides: WantedScale<fn([u32; 2]) -> f64> = WantedScale::Sides([1.0, 2.0, 0.5, 1.5]);
+        assert_eq!(sides.at(Domain::open([2, 2]), [1, 0]), 1.75 * 0.75);
     }
 
     #[test]

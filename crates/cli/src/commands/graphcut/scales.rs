@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use selvedge_core::{Depth, Domain, Grid, Plane};
-use selvedge_graphcut_textures as graphcut;
+use selvedge_graphcut_textures::{self as graphcut, WantedScale};
 
 use crate::failure::Failure;
 use crate::used::Used;
 use crate::wrong::Wrong;
 
 /// What textures can be magnified by.
-const LIMITS: Range = Range { low: 1.0 / 16.0, high: 16.0 };
+const LIMITS: Range = Range { low: graphcut::Scales::LIMITS[0], high: graphcut::Scales::LIMITS[1] };
 /// Sides of an output, in the order of [`Field::Sides`].
 const SIDES: [&str; 4] = ["top", "bottom", "left", "right"];
 
@@ -168,40 +168,22 @@ impl Scales {
     /// By position, bit `i` says whether the place may copy from a source of level `i` of [`levels`](Self::levels).
     pub(super) fn allowed(&self, output: Domain<2>, picture: Option<&Plane<2>>) -> Result<Grid<u64, 2>, Failure> {
         let bits: Vec<u64> = (0..self.series.levels().len()).map(|level| 1 << level).collect();
-        Ok(self.series.field(output, |at| self.at(output, at, picture), &bits)?)
-    }
-
-    /// The scale at a position of the output.
-    fn at(&self, output: Domain<2>, at: [u32; 2], picture: Option<&Plane<2>>) -> f64 {
-        let part = |axis: usize| (f64::from(at[axis]) + 0.5) / f64::from(output.shape[axis]);
-        let between = |low: f64, high: f64, part: f64| low + (high - low) * part;
-        match (&self.field, picture) {
-            (Field::Sides([top, bottom, left, right]), _) => {
-                between(*top, *bottom, part(0)) * between(*left, *right, part(1))
-            }
-            (_, Some(plane)) => between(self.range.low, self.range.high, stretched(plane, [part(0), part(1)])),
-            (_, None) => self.range.low,
-        }
+        let wanted = match (&self.field, picture) {
+            (Field::Sides(sides), _) => WantedScale::Sides(*sides),
+            (Field::Picture(_), Some(plane)) => WantedScale::Picture {
+                shape: plane.domain().shape,
+                light: |at| light(plane, plane.domain().index(at)),
+                range: [self.range.low, self.range.high],
+            },
+            (Field::Picture(path), None) => return Err(Failure::new(3, "was not read").about(path)),
+        };
+        Ok(self.series.field(output, |at| wanted.at(output, at), &bits)?)
     }
 
     /// The options as used.
     pub(super) fn used(&self, used: Used) -> Used {
         used.set("scale-field", self.field.to_string()).set("scale-range", self.typed.map(|range| range.to_string()))
     }
-}
-
-/// How light a picture is at a place, both in 0..1, between the samples around it.
-fn stretched(plane: &Plane<2>, part: [f64; 2]) -> f64 {
-    let [h, w] = plane.domain().shape;
-    let along = |part: f64, side: u32| {
-        let place = (part * f64::from(side) - 0.5).clamp(0.0, f64::from(side - 1));
-        let first = place as u32;
-        (first, (first + 1).min(side - 1), place - f64::from(first))
-    };
-    let ((top, bottom, down), (left, right, across)) = (along(part[0], h), along(part[1], w));
-    let at = |y: u32, x: u32| light(plane, plane.domain().index([y, x]));
-    let row = |y: u32| at(y, left) + (at(y, right) - at(y, left)) * across;
-    row(top) + (row(bottom) - row(top)) * down
 }
 
 /// Lightness as masks have it: 77, 150 and 29 of 256 parts of red, green and blue, as stored.
@@ -239,7 +221,6 @@ pub(super) fn check_number(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Role, Samples};
 
     fn refused(text: &str) -> String {
         let Wrong { what, remedy } = text.parse::<Field>().unwrap_err();
@@ -256,16 +237,5 @@ mod tests {
             assert!(refused(wrong).contains("is no scale") || refused(wrong).contains("twice"), "{wrong}");
         }
         assert!(refused("top=10,left=10").contains("from 1 to 100"), "{}", refused("top=10,left=10"));
-    }
-
-    #[test]
-    fn pictures_are_stretched() {
-        let plane = |shape: [u32; 2], values: &[u8]| {
-            let grid = Grid::from_vec(Domain::open(shape), 1, values.to_vec()).unwrap();
-            Plane::new(Role::Scalar, Samples::U8(grid))
-        };
-        let ramp = plane([1, 2], &[0, 255]);
-        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(|x| stretched(&ramp, [0.3, x])), [0.0, 0.0, 0.5, 1.0, 1.0]);
-        assert_eq!(stretched(&plane([1, 1], &[51]), [0.9, 0.1]), 0.2);
     }
 }
