@@ -3,7 +3,7 @@
 use selvedge_core::{Exemplars, Grid, Patch, SampleId, Window, reserve};
 
 use crate::boxes::{Boxes, Taps};
-use crate::constraint::{Constraint, MOST_AGREEMENT, Scale, packed, price};
+use crate::constraint::{Constraint, MOST_AGREEMENT, Scale, packed, price, unit};
 use crate::error::Error;
 use crate::options::Options;
 
@@ -16,14 +16,15 @@ pub(crate) struct Term<'a> {
 }
 
 impl<'a> Term<'a> {
-    pub(crate) fn list(constraints: &'a [Constraint], options: &Options) -> Vec<Self> {
-        let half = options.neighborhood;
+    /// Those of the constraints that count: what weighs nothing is neither priced nor searched.
+    pub(crate) fn list(exemplars: &Exemplars<2>, constraints: &'a [Constraint], options: &Options) -> Vec<Self> {
+        let (half, unit) = (options.neighborhood, unit(exemplars));
         let of = |constraint: &'a Constraint| {
-            let weight = options.constraint_weight * constraint.weight;
+            let weight = options.constraint_weight * constraint.weight * unit;
             let scale = Scale::new(weight, constraint.guide.weights(), u64::from(2 * half + 1).pow(2));
             Self { constraint, scale, taps: Taps::around(half, constraint.ratio) }
         };
-        constraints.iter().map(of).collect()
+        constraints.iter().map(of).filter(|term| !term.scale.is_zero()).collect()
     }
 
     /// Sums of a label's errors over the neighborhoods of a window's samples, packed with the number of taps.
@@ -36,7 +37,7 @@ impl<'a> Term<'a> {
         boxes.of(window, self.taps, |reached, values| self.write(patch, reached, values))
     }
 
-    /// The label's errors, 0 where a tap is missing.
+    /// The label's errors, 0 where a tap is missing, and no error where nothing is asked for.
     fn write(&self, patch: &Patch<2>, reached: &Window<2>, values: &mut [u64]) {
         let (guide, wide) = (&self.constraint.guide, reached.shape[1] as usize);
         let source = &guide.exemplars().sources()[patch.source];
@@ -58,8 +59,13 @@ impl<'a> Term<'a> {
                 }
                 let row = &mut row[run.start..run.start + run.len];
                 row.iter_mut().zip(&*errors).for_each(|(v, &e)| *v = packed(e));
-                clear(row, guide.asked(), to);
                 clear(row, source.valid.as_ref(), from);
+            }
+        }
+        let Some(asked) = guide.asked() else { return };
+        for (value, place) in values.iter_mut().zip(reached.places(output)) {
+            if place.is_some_and(|place| !asked.samples()[place]) {
+                *value = packed(0);
             }
         }
     }
@@ -69,7 +75,7 @@ impl<'a> Term<'a> {
         let guide = &self.constraint.guide;
         let Some(source) = guide.exemplars().table().source(id) else { return 0 };
         if guide.asked().is_some_and(|asked| !asked.samples()[place]) {
-            return 0;
+            return packed(0);
         }
         let index = (id.get() - guide.exemplars().table().first(source)) as usize;
         let features = &guide.exemplars().sources()[source].features;

@@ -18,6 +18,11 @@ impl Taps {
         Self { first: [-((half * ratio) as i32); 2], count: [2 * half + 1; 2], ratio }
     }
 
+    /// How far the taps around a sample reach.
+    pub(crate) fn reach(self) -> u32 {
+        self.first[0].unsigned_abs()
+    }
+
     /// All positions at which a window's samples have taps, and between them.
     pub(crate) fn reached(self, window: &Window<2>) -> Window<2> {
         let start = [0, 1].map(|a| window.start[a] + self.first[a]);

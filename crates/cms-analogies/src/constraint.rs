@@ -23,7 +23,8 @@ pub(crate) const DUMMY: i32 = 1 << 28;
 /// One constraint: `Q` under the exemplars and `C` under the output. `[CMS III]`
 #[derive(Clone, Debug)]
 pub struct Constraint {
-    /// Both at the output's resolution. What is not asked for, and what of a source is not valid, is a missing tap.
+    /// Both at the output's resolution. What is not asked for agrees with everything; what of a source is not valid, and what
+    /// lies beyond borders, is a missing tap.
     pub guide: Guide<2>,
     /// Distance of the taps of a neighborhood in samples: how many times coarser `C` was than the output. 1 for maps of
     /// the same resolution.
@@ -72,6 +73,14 @@ impl Constraint {
     }
 }
 
+/// What the paper's unit of an energy is here, beside that of exemplars whose channels' weights sum 3: a seam is priced by the
+/// norm over all channels, so that it grows with the root of their weights. Agreement and tolerance grow with it, and `K`
+/// means the same for grey exemplars, for colours, and for further planes that decide with them.
+pub(crate) fn unit(exemplars: &Exemplars<2>) -> f64 {
+    let sum: u32 = exemplars.weights().iter().map(|&w| u32::from(w)).sum();
+    (f64::from(sum) / CHANNELS).sqrt()
+}
+
 /// Turns squared errors over a neighborhood into prices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
@@ -80,12 +89,18 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// `weight` for channels of weights whose sum counts as 3, over a whole neighborhood of so many taps.
+    /// `weight` for channels of weights whose sum counts as 3, over a whole neighborhood of so many taps, times the
+    /// [`unit`] of prices.
     pub(crate) fn new(weight: f64, channels: &[u8], taps: u64) -> Self {
         let sum: u32 = channels.iter().map(|&w| u32::from(w)).sum();
         let each = if sum == 0 { 0.0 } else { CHANNELS / f64::from(sum) };
         let factor = weight * each * LEVEL / 255.0 * f64::from(1_u32 << FRACTION);
         Self { factor: factor.round() as u64, taps }
+    }
+
+    /// True where nothing costs anything.
+    pub(crate) fn is_zero(self) -> bool {
+        self.factor == 0
     }
 
     /// The same where a whole neighborhood has so many taps.

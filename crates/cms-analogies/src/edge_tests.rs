@@ -1,7 +1,10 @@
 //! At the edges of what is allowed: constant pictures, outputs that go around and are smaller than an exemplar.
 
+use crate::agreement::Term;
+use crate::labelling::Labelling;
+use crate::ranking::Ranking;
 use crate::{Constraint, Options, analogy};
-use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Source, Transform};
+use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Seed, Source, SourceMap, Start, Transform};
 
 /// Exemplars longer than an output that goes around: any part of them may show, not their first corner alone.
 #[test]
@@ -44,5 +47,139 @@ fn constant_pictures_end() {
         let options = Options { tolerance: Some(0.0), ..Options::paper() };
         let woven = analogy(&exemplars, &[Constraint::new(guide.unwrap())], &options, &Run::seeded(0)).unwrap();
         assert_eq!((woven.result.holes(), woven.stats.model.boundary), (0, 0));
+    }
+}
+
+/// A picture of grey noise under labels of its left and right half, in channels of a weight, and an output that asks for stripes.
+fn striped(channels: usize, weight: u8, weight_of_constraint: f64) -> (Exemplars<2>, Vec<Constraint>) {
+    let mut rng = Seed(5).rng();
+    let source = Domain::open([18, 20]);
+    let grey: Vec<u8> = (0..source.len()).map(|_| rng.below(256) as u8).collect();
+    let features = Grid::from_vec(source, channels, grey.repeat(channels)).unwrap();
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let exemplars =
+        Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![weight; channels]).unwrap();
+    let map = |domain: Domain<2>, is_light: &dyn Fn([u32; 2]) -> bool| {
+        let samples = domain.positions().map(|at| if is_light(at) { 90 } else { 20 }).collect();
+        Grid::from_vec(domain, 1, samples).unwrap()
+    };
+    let target = map(Domain::open([16, 24]), &|[y, x]| (y / 4 + x / 7) % 2 == 0);
+    let guide = Guide::new(&exemplars, &[map(source, &|[_, x]| 9 < x)], target).unwrap();
+    (exemplars, vec![Constraint { guide, ratio: 1, weight: weight_of_constraint }])
+}
+
+#[test]
+fn constraints_weigh_the_same_whatever_channels_the_exemplars_have() {
+    let options = Options { neighborhood: 1, apart: 3, tolerance: Some(0.05), ..Options::paper() };
+    let of = |channels, weight, k| {
+        let (exemplars, constraints) = striped(channels, weight, 1.0);
+        let options = Options { constraint_weight: k, ..options.clone() };
+        analogy(&exemplars, &constraints, &options, &Run::seeded(0)).unwrap().result.ids
+    };
+    for k in [0.1, 1.0] {
+        let one = of(1, 1, k);
+        assert!(of(1, 4, k) == one, "a heavier channel, {k}");
+        assert!(of(3, 1, k) == one, "three channels, {k}");
+        assert!(of(1, 1, 4.0 * k) != one, "K decides, {k}");
+    }
+}
+
+#[test]
+fn what_weighs_nothing_is_not_searched() {
+    let (exemplars, mut constraints) = striped(1, 1, 0.0);
+    constraints.push(striped(1, 1, 2.0).1.remove(0));
+    assert_eq!(Term::list(&exemplars, &constraints, &Options::paper()).len(), 1);
+    let none = Options { constraint_weight: 0.0, ..Options::paper() };
+    assert!(Term::list(&exemplars, &constraints, &none).is_empty());
+}
+
+#[test]
+fn seams_are_bad_where_neighborhoods_are_single_samples() {
+    let (exemplars, constraints) = striped(1, 1, 1.0);
+    let options = Options { constraint_weight: 0.0, neighborhood: 0, ..Options::paper() };
+    let mut map = SourceMap::unassigned(&exemplars, Domain::open([16, 24])).unwrap();
+    // Two patches, beside each other.
+    map.domain().positions().for_each(|at| {
+        let id = exemplars.table().id(0, [at[0] % 18, if at[1] < 12 { at[1] } else { at[1] - 10 }]);
+        map.ids.set(0, at, id);
+    });
+    let terms = Term::list(&exemplars, &constraints, &options);
+    let labelling = Labelling::new(&exemplars, terms, map, None, &options).unwrap();
+    let places = labelling.worst.places(1, 1);
+    let column = labelling.map.domain().position(places[0])[1];
+    assert!([11, 12].contains(&column), "{column}");
+}
+
+/// Watches nothing, and wants no more.
+struct Enough;
+
+impl selvedge_core::Observer<2> for Enough {
+    fn cancelled(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_run_that_is_cancelled_searches_no_more() {
+    let (exemplars, constraints) = striped(1, 1, 1.0);
+    for random_labels in [None, Some(100)] {
+        let options = Options { random_labels, ..Options::paper() };
+        let run = Run { observer: &Enough, ..Run::seeded(0) };
+        let woven = analogy(&exemplars, &constraints, &options, &run).unwrap();
+        assert_eq!((woven.complete, woven.stats.searches), (false, 0));
+    }
+}
+
+#[test]
+fn the_best_of_many_labels_are_the_first_of_equal_ones_on_any_threads() {
+    let source = Domain::open([150, 160]);
+    let flat = |domain| Grid::try_filled(domain, 1, 7).unwrap();
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let exemplars =
+        Exemplars::from_sources(vec![Source { features: flat(source), valid: None, origin }], vec![1]).unwrap();
+    let output = Domain::open([9, 9]);
+    let constraints = [Constraint::new(Guide::new(&exemplars, &[flat(source)], flat(output)).unwrap())];
+    let options = Options { candidates: 40, ..Options::paper() };
+    let map = SourceMap::unassigned(&exemplars, output).unwrap();
+    let terms = Term::list(&exemplars, &constraints, &options);
+    let labelling = Labelling::new(&exemplars, terms, map, None, &options).unwrap();
+    let mut expected: Vec<[u32; 2]> = Vec::new();
+    for at in source.positions() {
+        let far = |p: &[u32; 2]| 400 <= (0..2).map(|a| p[a].abs_diff(at[a]).pow(2)).sum::<u32>();
+        if expected.len() < 40 && expected.iter().all(far) {
+            expected.push(at);
+        }
+    }
+    for threads in 1..4 {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let labels = || {
+            let mut ranking = Ranking::new(&exemplars, &labelling, &options, Default::default()).unwrap();
+            ranking.labels(&labelling, &[true], [4, 4]).unwrap()
+        };
+        let found: Vec<[u32; 2]> = pool.install(labels).iter().map(|p| p.offset.map(|o| (4 - o) as u32)).collect();
+        assert_eq!(found, expected, "{threads}");
+    }
+}
+
+#[test]
+fn a_source_that_may_not_be_used_everywhere_is_not_used() {
+    let mut rng = Seed(9).rng();
+    let mut source = |exemplar| {
+        let domain = Domain::open([14, 14]);
+        let features = Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(256) as u8).collect()).unwrap();
+        Source { features, valid: None, origin: Origin { exemplar, transform: Transform::IDENTITY } }
+    };
+    let exemplars = Exemplars::from_sources(vec![source(0), source(1)], vec![1]).unwrap();
+    let maps = [0, 1].map(|s| exemplars.sources()[s].features.clone());
+    let output = Domain::open([20, 20]);
+    let constraints =
+        [Constraint::new(Guide::new(&exemplars, &maps, Grid::try_filled(output, 1, 99).unwrap()).unwrap())];
+    let sources = Grid::from_vec(output, 1, output.positions().map(|[y, _]| if y < 5 { 2 } else { 3 }).collect());
+    for random_labels in [None, Some(9)] {
+        let map = SourceMap::unassigned(&exemplars, output).unwrap();
+        let start = Start { map, fixed: None, sources: Some(sources.clone().unwrap()) };
+        let options = Options { random_labels, ..Options::paper() };
+        let woven = crate::analogy_from(&exemplars, &constraints, &start, &options, &Run::seeded(0)).unwrap();
+        assert!(output.positions().all(|at| woven.result.locate(at).unwrap().0 == 1));
     }
 }

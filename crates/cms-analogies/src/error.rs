@@ -37,8 +37,8 @@ pub enum Error {
         /// Its shape, slowest axis first.
         shape: Vec<u32>,
     },
-    /// A map to begin with is not of these exemplars, or of another size.
-    #[error("the map to start from is not one of these exemplars and of {expected:?}")]
+    /// A map to begin with is not of the output's shape and topology.
+    #[error("the map to start from is not of {expected:?}, as constraints are, or closes around other axes")]
     Start {
         /// The output's shape, slowest axis first.
         expected: Vec<u32>,
@@ -73,7 +73,7 @@ impl Error {
             Self::NoConstraint => "give at least one",
             Self::Target { .. } => "make all of one size",
             Self::Neighborhood { .. } => "use smaller neighborhoods or larger pictures",
-            Self::Start { .. } => "give the exemplars and orientations that it was made from",
+            Self::Start { .. } => "give a map of the size of the constraints",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),

@@ -25,6 +25,7 @@ pub(crate) struct Labelling<'a> {
     pub(crate) worst: Worst,
     pub(crate) holes: usize,
     energy: Energy,
+    /// Half of the neighborhood whose seams count, at least 1: a sample alone has none, and no place would be bad for them.
     half: u32,
     boxes: Boxes,
 }
@@ -47,7 +48,7 @@ impl<'a> Labelling<'a> {
             worst: Worst::new(output, fixed)?,
             holes: samples,
             energy: Energy { agreement: i64::from(DUMMY) * samples as i64, boundary: 0 },
-            half: options.neighborhood,
+            half: options.neighborhood.max(1),
             boxes: Boxes::default(),
             terms,
             map: SourceMap::unassigned(exemplars, output)?,
@@ -114,7 +115,7 @@ impl<'a> Labelling<'a> {
                 self.edges[axis][place] = price;
             }
         }
-        let reach = self.terms.iter().map(|t| self.half * t.constraint.ratio).max().unwrap_or(0).max(self.half) + 1;
+        let reach = self.terms.iter().map(|t| t.taps.reach()).max().unwrap_or(0).max(self.half) + 1;
         let grown = changed.grown(output, [reach; 2], [reach; 2]);
         let mut errors = try_vec(grown.len(), 0_i64)?;
         self.true_agreement(&grown, &mut errors)?;

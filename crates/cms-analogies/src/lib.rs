@@ -61,14 +61,13 @@ mod low;
 mod options;
 mod plan;
 mod ranking;
-mod start;
 mod stats;
 mod synthesis;
 #[cfg(test)]
 mod tests;
 mod worst;
 
-use selvedge_core::{Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Exemplars, Run, SourceMap, Start, Woven};
 
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;
@@ -79,7 +78,6 @@ pub use estimate::{Sizes, estimate};
 pub use low::low_resolution;
 pub use options::Options;
 pub use plan::Plan;
-pub use start::Start;
 pub use stats::{Energy, Stats};
 
 /// An output that follows constraints; it has the size of what they lie over.
@@ -102,7 +100,7 @@ pub fn analogy(
 pub fn analogy_from(
     exemplars: &Exemplars<2>,
     constraints: &[Constraint],
-    start: &Start,
+    start: &Start<2>,
     options: &Options,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {

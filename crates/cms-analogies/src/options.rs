@@ -9,6 +9,9 @@ pub(crate) const MOST_WEIGHT: f64 = 10_000.0;
 /// The largest half-width of a neighborhood: three times the paper's largest.
 pub(crate) const MOST_NEIGHBORHOOD: u32 = 32;
 
+/// Most labels that are drawn at random: a thousand times the paper's expansions, and hours of work.
+const MOST_LABELS: u32 = 1_000_000;
+
 /// Options of [`analogy`](crate::analogy). Default: [`Options::paper`] with `K` and `N` that suit most tasks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -62,6 +65,7 @@ impl Options {
         whole("candidates", self.candidates, 1, 1000, "1 to 1000")?;
         whole("apart", self.apart, 0, 65_535, "0 to 65535")?;
         whole("history", self.history, 1, 1000, "1 to 1000")?;
+        whole("random_labels", self.random_labels.unwrap_or(1), 1, MOST_LABELS, "1 to 1000000")?;
         match self.tolerance {
             Some(value) if !(0.0..=1e9).contains(&value) => {
                 Err(Error::Range { option: "tolerance", value, range: "0 to 1000000000" })
@@ -70,10 +74,10 @@ impl Options {
         }
     }
 
-    /// `t` in the units of prices. `[CMS IV-C step 4]`
-    pub(crate) fn least_gain(&self) -> i64 {
+    /// `t` in the units of prices, of which the paper's is one. `[CMS IV-C step 4]`
+    pub(crate) fn least_gain(&self, unit: f64) -> i64 {
         let units = self.tolerance.unwrap_or(5.0 * (self.constraint_weight + 2.0));
-        (units * 255.0 * 16.0).round() as i64
+        (units * unit * 255.0 * 16.0).round() as i64
     }
 }
 
@@ -95,7 +99,9 @@ mod tests {
         }
         let none = Options { candidates: 0, ..Options::paper() };
         assert_eq!(none.validate(), Err(Error::Range { option: "candidates", value: 0.0, range: "1 to 1000" }));
+        let drawn = Options { random_labels: Some(0), ..Options::paper() };
+        assert_eq!(drawn.validate(), Err(Error::Range { option: "random_labels", value: 0.0, range: "1 to 1000000" }));
         assert_eq!(Options::paper().validate(), Ok(()));
-        assert_eq!(Options::paper().least_gain(), 15 * 255 * 16);
+        assert_eq!(Options::paper().least_gain(1.0), 15 * 255 * 16);
     }
 }

@@ -1,13 +1,12 @@
 //! A run that was checked: exemplars, constraints and options fit each other, and there is room.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Start, Woven};
 
 use crate::agreement::Term;
 use crate::constraint::Constraint;
 use crate::error::Error;
 use crate::estimate::{Sizes, bytes};
 use crate::options::Options;
-use crate::start::Start;
 use crate::stats::Stats;
 use crate::synthesis;
 
@@ -65,34 +64,29 @@ impl<'a> Plan<'a> {
     /// [`Error::Search`], [`Error::Cut`] and [`Error::Core`] if memory is short.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
         let map = SourceMap::unassigned(self.exemplars, self.output)?;
-        self.weave_from(&Start { map, fixed: None }, run)
+        self.weave_from(&Start { map, fixed: None, sources: None }, run)
     }
 
-    /// Does it, from what is there.
+    /// Does it, from what is there. A source is used if it may be everywhere.
     ///
     /// # Errors
-    /// [`Error::Start`], and those of [`weave`](Self::weave).
-    pub fn weave_from(&self, start: &Start, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
+    /// [`Error::Start`], those of [`Start::check`], and those of [`weave`](Self::weave).
+    pub fn weave_from(&self, start: &Start<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
         self.weave_by(start, run, true)
     }
 
     /// The same, with pruning or without.
     pub(crate) fn weave_by(
         &self,
-        start: &Start,
+        start: &Start<2>,
         run: &Run<'_, 2>,
         pruning: bool,
     ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        let known = |map: &SourceMap<2>| {
-            let ids = map.ids.plane(0);
-            map.table == *self.exemplars.table() && ids.iter().all(|id| !id.is_assigned() || id.get() < map.table.len())
-        };
-        let fits = start.map.domain() == self.output
-            && start.fixed.as_ref().is_none_or(|f| f.domain().shape == self.output.shape);
-        if !fits || !known(&start.map) {
+        if start.map.domain() != self.output {
             return Err(Error::Start { expected: self.output.shape.to_vec() });
         }
-        let terms = Term::list(self.constraints, self.options);
+        start.check(self.exemplars)?;
+        let terms = Term::list(self.exemplars, self.constraints, self.options);
         let (result, stats, complete) = synthesis::weave(self.exemplars, &terms, start, self.options, run, pruning)?;
         Ok(Woven { result, stats, complete })
     }

@@ -4,7 +4,7 @@ use selvedge_core::{Exemplars, Patch, SampleId, SimdLevel, Window, par, reserve,
 use selvedge_fft_ssd::{Costs, Errors, Options as SearchOptions, Scratch, SsdSearcher, Template};
 
 use crate::boxes::Taps;
-use crate::constraint::Scale;
+use crate::constraint::{Scale, unit};
 use crate::error::Error;
 use crate::labelling::Labelling;
 use crate::options::Options;
@@ -33,8 +33,9 @@ struct Search<'a> {
     /// The template's features and mask.
     features: Vec<u8>,
     mask: Vec<bool>,
-    /// Samples of it that are known.
+    /// Samples of it that are known, and those that stand for nothing that is asked for: they agree with everything.
     known: u64,
+    unasked: u64,
 }
 
 impl<'a> Ranking<'a> {
@@ -55,8 +56,9 @@ impl<'a> Ranking<'a> {
             features: Vec::new(),
             mask: Vec::new(),
             known: 0,
+            unasked: 0,
         };
-        let own = Scale::new(1.0, exemplars.weights(), taps);
+        let own = Scale::new(unit(exemplars), exemplars.weights(), taps);
         let mut searches = vec![of(SsdSearcher::with_options(exemplars, search)?, own, Taps::around(half, 1))];
         for term in &labelling.terms {
             searches.push(of(SsdSearcher::of_guide(&term.constraint.guide, search)?, term.scale, term.taps));
@@ -67,7 +69,14 @@ impl<'a> Ranking<'a> {
     }
 
     /// The best labels for a place, best first; that which stands there is left out.
-    pub(crate) fn labels(&mut self, labelling: &Labelling<'_>, at: [u32; 2]) -> Result<Vec<Patch<2>>, Error> {
+    ///
+    /// `allowed` says by source whether it may be used.
+    pub(crate) fn labels(
+        &mut self,
+        labelling: &Labelling<'_>,
+        allowed: &[bool],
+        at: [u32; 2],
+    ) -> Result<Vec<Patch<2>>, Error> {
         self.template_of_output(labelling, at)?;
         // What stands nowhere has no colour: it is no missing tap, it does not count.
         self.searches[0].scale = self.searches[0].scale.over(self.searches[0].known);
@@ -85,11 +94,16 @@ impl<'a> Ranking<'a> {
                     known
                 },
             )?;
+            let reached = term.taps.reached(&Window { start: at.map(|p| p as i32), shape: [1, 1] });
+            let search = &mut self.searches[number + 1];
+            let inside =
+                reached.places(target.domain()).enumerate().filter(|(i, place)| place.is_some() && search.is_tap(*i));
+            search.unasked = inside.count() as u64 - search.known;
         }
         for search in &mut self.searches {
             search.run()?;
         }
-        self.sum()?;
+        self.sum(allowed)?;
         let standing = labelling.map.ids.get(0, at);
         if standing.is_assigned() {
             self.totals[standing.get() as usize] = NONE;
@@ -110,11 +124,15 @@ impl<'a> Ranking<'a> {
     }
 
     /// `Imprv` of every sample of every source at the place, [`NONE`] where it is not valid.
-    fn sum(&mut self) -> Result<(), Error> {
+    fn sum(&mut self, allowed: &[bool]) -> Result<(), Error> {
         for (number, source) in self.exemplars.sources().iter().enumerate() {
             let domain = source.domain();
             let first = self.exemplars.table().first(number) as usize;
             let totals = &mut self.totals[first..first + domain.len()];
+            if !allowed[number] {
+                totals.fill(NONE);
+                continue;
+            }
             let valid = source.valid.as_ref().map(|v| v.samples());
             let searches: Vec<&Search<'_>> = self.searches.iter().filter(|s| s.known != 0).collect();
             let wide = domain.shape[1] as usize;
@@ -172,7 +190,7 @@ impl Search<'_> {
         of: impl Fn(usize, &mut [u8], usize) -> bool,
     ) -> Result<(), Error> {
         let window = self.taps.reached(&Window { start: at.map(|p| p as i32), shape: [1, 1] });
-        let (len, wide, ratio) = (window.len(), window.shape[1], self.taps.ratio);
+        let len = window.len();
         self.features.clear();
         self.mask.clear();
         reserve(&mut self.features, len * channels)?;
@@ -180,13 +198,19 @@ impl Search<'_> {
         self.features.resize(len * channels, 0);
         self.mask.resize(len, false);
         for (i, place) in window.places(output).enumerate() {
-            let (y, x) = (i as u32 / wide, i as u32 % wide);
-            if let Some(place) = place.filter(|_| y.is_multiple_of(ratio) && x.is_multiple_of(ratio)) {
+            if let Some(place) = place.filter(|_| self.is_tap(i)) {
                 self.mask[i] = of(place, &mut self.features[i..], len);
             }
         }
         self.known = self.mask.iter().filter(|&&known| known).count() as u64;
         Ok(())
+    }
+
+    /// Whether a sample of the template is a tap, not one between.
+    fn is_tap(&self, i: usize) -> bool {
+        let (wide, ratio) = ((self.taps.count[1] - 1) * self.taps.ratio + 1, self.taps.ratio);
+        let (y, x) = (i as u32 / wide, i as u32 % wide);
+        y.is_multiple_of(ratio) && x.is_multiple_of(ratio)
     }
 
     /// Compares it wherever its middle stands on a valid sample.
@@ -216,7 +240,7 @@ impl Search<'_> {
                 Errors::Narrow(errors) => Some(errors[i]).filter(|&e| e != u32::MAX).map(u64::from),
                 Errors::Wide(errors) => Some(errors[i]).filter(|&e| e != u64::MAX),
             };
-            let compared = counts.map_or(self.known, |c| u64::from(c[i]));
+            let compared = counts.map_or(self.known, |c| u64::from(c[i])) + self.unasked;
             *to = to.saturating_add(error.map_or(0, |e| self.scale.of(e, compared)));
         }
     }

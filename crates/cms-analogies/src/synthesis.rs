@@ -1,21 +1,28 @@
 //! Steps 0 to 4: from nothing, or from a map, to an output that no label improves. `[CMS IV-C]`
 
-use selvedge_core::{Event, Exemplars, Grid, Patch, Run, SampleId, SourceMap, Window};
+use std::collections::BTreeMap;
+
+use selvedge_core::{Event, Exemplars, Patch, Run, SampleId, SourceMap, Start, Window};
 
 use crate::agreement::Term;
+use crate::constraint::unit;
 use crate::error::Error;
 use crate::expansion::Expansions;
 use crate::labelling::Labelling;
 use crate::options::Options;
 use crate::ranking::Ranking;
-use crate::start::Start;
 use crate::stats::Stats;
 
 /// Labels that were searched for a place and did not help; they are the answer until something near the place changes.
 struct Tried {
-    at: [u32; 2],
     /// Each with whether something has changed where it could show since it was tried.
     labels: Vec<(Patch<2>, bool)>,
+    /// Whether nothing has: it would be in vain again.
+    ///
+    /// Where a constraint asks for what no exemplar holds, at borders of labels above all, errors stay the largest of the
+    /// output. Were those places tried again and again, as the paper has it, they alone would fill the history, and the run
+    /// would end with errors elsewhere that one expansion mends.
+    is_idle: bool,
 }
 
 /// A run over one resolution.
@@ -25,7 +32,10 @@ pub(crate) struct Weaver<'a, 'r> {
     run: &'r Run<'r, 2>,
     labelling: Labelling<'a>,
     expansions: Expansions<'a>,
-    tried: Vec<Tried>,
+    /// By place.
+    tried: BTreeMap<usize, Tried>,
+    /// By source, whether it may be used.
+    allowed: Vec<bool>,
     pub(crate) stats: Stats,
 }
 
@@ -33,12 +43,16 @@ impl<'a, 'r> Weaver<'a, 'r> {
     pub(crate) fn new(
         exemplars: &'a Exemplars<2>,
         terms: Vec<Term<'a>>,
-        start: (&SourceMap<2>, Option<&'a Grid<bool, 2>>),
+        start: &'a Start<2>,
         options: &'a Options,
         run: &'r Run<'r, 2>,
         pruning: bool,
     ) -> Result<Self, Error> {
-        let (map, fixed) = start;
+        let (map, fixed) = (&start.map, start.fixed.as_ref());
+        // A source that may not be used everywhere is used nowhere: labels are of whole sources.
+        let everywhere = start.sources.as_ref().map(|s| s.plane(0).iter().fold(u64::MAX, |all, bits| all & bits));
+        let allowed =
+            (0..exemplars.sources().len()).map(|s| everywhere.is_none_or(|bits| bits >> s & 1 == 1)).collect();
         let samples = map.domain().len();
         let mut map_copy = SourceMap::unassigned(exemplars, map.domain())?;
         map_copy.ids.samples_mut().copy_from_slice(map.ids.samples());
@@ -48,7 +62,8 @@ impl<'a, 'r> Weaver<'a, 'r> {
             run,
             labelling: Labelling::new(exemplars, terms, map_copy, fixed, options)?,
             expansions: Expansions::new(exemplars, fixed, samples, pruning)?,
-            tried: Vec::new(),
+            tried: BTreeMap::new(),
+            allowed,
             stats: Stats::default(),
         })
     }
@@ -61,7 +76,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
         };
         match done {
             Err(error) if error.is_cancelled() => Ok(false),
-            done => done.map(|()| true),
+            done => done,
         }
     }
 
@@ -73,16 +88,21 @@ impl<'a, 'r> Weaver<'a, 'r> {
     }
 
     /// `[CMS IV-C]`
-    fn search(&mut self) -> Result<(), Error> {
+    fn search(&mut self) -> Result<bool, Error> {
         let mut ranking = Ranking::new(self.exemplars, &self.labelling, self.options, self.run.simd)?;
-        let (apart, least) = (2 * self.options.neighborhood + 1, self.options.least_gain());
+        let least = self.options.least_gain(unit(self.exemplars));
+        // Places share no tap.
+        let reach = self.labelling.terms.iter().map(|term| term.taps.reach()).max().unwrap_or(0);
+        let apart = 2 * reach.max(self.options.neighborhood) + 1;
         loop {
             let mut improved = false;
             let history = if self.labelling.holes == 0 { self.options.history as usize } else { 1 };
-            for place in self.labelling.worst.places(history, apart, &self.idle()) {
+            for place in self.labelling.worst.places(history, apart) {
+                if self.run.observer.cancelled() {
+                    return Ok(false);
+                }
                 let before = (self.labelling.holes, self.labelling.energy().sum());
-                let at = self.labelling.map.domain().position(place);
-                self.improve(&mut ranking, at)?;
+                self.improve(&mut ranking, place)?;
                 let gain = before.1 - self.labelling.energy().sum();
                 improved = self.labelling.holes < before.0 || least < gain;
                 if improved {
@@ -90,7 +110,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
                 }
             }
             if !improved {
-                return self.check_filled();
+                return self.check_filled().map(|()| true);
             }
         }
     }
@@ -102,26 +122,23 @@ impl<'a, 'r> Weaver<'a, 'r> {
         Err(selvedge_core::Error::NoSource { at: self.labelling.map.domain().position(place).to_vec() }.into())
     }
 
-    /// Places that were tried in vain, and near which nothing has changed since: they would be in vain again.
-    ///
-    /// Where a constraint asks for what no exemplar holds, at borders of labels above all, errors stay the largest of the
-    /// output. Were those places tried again and again, as the paper has it, they alone would fill the history, and the run
-    /// would end with errors elsewhere that one expansion mends.
-    fn idle(&self) -> Vec<[u32; 2]> {
-        let waits = |t: &&Tried| t.labels.iter().all(|(_, again)| !again);
-        self.tried.iter().filter(waits).map(|t| t.at).collect()
+    /// What lies nearer to a place that was tried in vain is like it.
+    fn near(&self) -> u32 {
+        2 * self.options.neighborhood + 1
     }
 
     /// Tries the best labels for a place. `[CMS IV-C step 2]`
-    fn improve(&mut self, ranking: &mut Ranking<'a>, at: [u32; 2]) -> Result<(), Error> {
-        let mut labels = match self.tried.iter().position(|t| t.at == at) {
-            Some(known) => self.tried.swap_remove(known).labels,
+    fn improve(&mut self, ranking: &mut Ranking<'a>, place: usize) -> Result<(), Error> {
+        let at = self.labelling.map.domain().position(place);
+        let mut labels = match self.tried.remove(&place) {
+            Some(known) => self.uncovered(place, known).labels,
             None => {
                 self.stats.searches += 1;
-                ranking.labels(&self.labelling, at)?.into_iter().map(|label| (label, true)).collect()
+                let labels = ranking.labels(&self.labelling, &self.allowed, at)?;
+                labels.into_iter().map(|label| (label, true)).collect()
             }
         };
-        self.tried.push(Tried { at, labels: Vec::new() });
+        self.tried.insert(place, Tried { labels: Vec::new(), is_idle: false });
         for i in 0..labels.len() {
             if std::mem::take(&mut labels[i].1) {
                 let patch = labels[i].0;
@@ -134,10 +151,24 @@ impl<'a, 'r> Weaver<'a, 'r> {
                 }
             }
         }
-        if let Some(tried) = self.tried.iter_mut().find(|t| t.at == at) {
-            tried.labels = labels;
+        // Gone if something that its search looked at has changed.
+        if self.tried.remove(&place).is_some() {
+            let is_idle = labels.iter().all(|(_, again)| !again);
+            if is_idle {
+                self.labelling.worst.cover(at, self.near());
+            }
+            self.tried.insert(place, Tried { labels, is_idle });
         }
         Ok(())
+    }
+
+    /// What was tried for a place, which is one to try again.
+    fn uncovered(&mut self, place: usize, tried: Tried) -> Tried {
+        if tried.is_idle {
+            let at = self.labelling.map.domain().position(place);
+            self.labelling.worst.uncover(at, self.near());
+        }
+        Tried { is_idle: false, ..tried }
     }
 
     /// True if a label could show beside what has changed.
@@ -151,13 +182,20 @@ impl<'a, 'r> Weaver<'a, 'r> {
     fn forget(&mut self, changed: &Window<2>) {
         let (output, half) = (self.labelling.map.domain(), self.options.neighborhood);
         let seen = changed.grown(output, [half; 2], [half; 2]);
-        let sees = |at: [u32; 2]| Window { start: at.map(|p| p as i32), shape: [1; 2] }.meets(&seen, output);
-        self.tried.retain(|t| !sees(t.at));
-        let mut tried = std::mem::take(&mut self.tried);
-        for label in tried.iter_mut().flat_map(|t| &mut t.labels) {
-            label.1 |= self.shows_in(&label.0, changed);
+        for (place, mut tried) in std::mem::take(&mut self.tried) {
+            let at = output.position(place);
+            if (Window { start: at.map(|p| p as i32), shape: [1; 2] }).meets(&seen, output) {
+                self.uncovered(place, tried);
+                continue;
+            }
+            for (label, again) in &mut tried.labels {
+                *again |= self.shows_in(label, changed);
+            }
+            if tried.labels.iter().any(|(_, again)| *again) {
+                tried = self.uncovered(place, tried);
+            }
+            self.tried.insert(place, tried);
         }
-        self.tried = tried;
     }
 
     /// One expansion, told to whoever watches.
@@ -175,26 +213,29 @@ impl<'a, 'r> Weaver<'a, 'r> {
     }
 
     /// Schödl's baseline: labels at random instead of step 1 and 2. `[CMS IV-D]`
-    fn draw(&mut self, labels: u32) -> Result<(), Error> {
+    fn draw(&mut self, labels: u32) -> Result<bool, Error> {
         let output = self.labelling.map.domain();
         let valid = self.exemplars.validity();
         let (mut drawn, mut number) = (0, 0);
         while drawn < labels || self.labelling.holes != 0 {
+            if self.run.observer.cancelled() {
+                return Ok(false);
+            }
             let mut rng = self.run.seed.derive("cms/random-label", number).rng();
             number += 1;
-            let hole = (self.labelling.holes != 0).then(|| self.labelling.worst.places(1, 1, &[]));
+            let hole = (self.labelling.holes != 0).then(|| self.labelling.worst.places(1, 1));
             let hole = hole.and_then(|places| places.first().copied());
             let at = output.position(hole.unwrap_or_else(|| rng.below(output.len() as u32) as usize));
             let id = SampleId::new(rng.below(self.exemplars.table().len()));
             let Some((source, from)) = self.exemplars.locate(id) else { continue };
-            if valid[source].is_some_and(|v| !v.get(0, from)) {
+            if !self.allowed[source] || valid[source].is_some_and(|v| !v.get(0, from)) {
                 continue;
             }
             drawn += 1;
             self.stats.searches += 1;
             self.expand(&Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) }, at)?;
         }
-        Ok(())
+        Ok(true)
     }
 }
 
@@ -202,13 +243,12 @@ impl<'a, 'r> Weaver<'a, 'r> {
 pub(crate) fn weave(
     exemplars: &Exemplars<2>,
     terms: &[Term<'_>],
-    start: &Start,
+    start: &Start<2>,
     options: &Options,
     run: &Run<'_, 2>,
     pruning: bool,
 ) -> Result<(SourceMap<2>, Stats, bool), Error> {
-    let begin = (&start.map, start.fixed.as_ref());
-    let mut weaver = Weaver::new(exemplars, terms.to_vec(), begin, options, run, pruning)?;
+    let mut weaver = Weaver::new(exemplars, terms.to_vec(), start, options, run, pruning)?;
     let complete = weaver.weave()?;
     let (map, stats) = weaver.finish()?;
     Ok((map, stats, complete))

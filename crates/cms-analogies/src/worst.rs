@@ -11,10 +11,12 @@ pub(crate) const OF_HOLE: i64 = i64::MAX;
 pub(crate) struct Worst {
     domain: Domain<2>,
     errors: Vec<i64>,
-    /// The largest of each row.
+    /// The largest of each row, of places that are not covered.
     rows: Vec<i64>,
     /// Places that nobody may improve.
     fixed: Vec<bool>,
+    /// How often each place is [covered](Self::cover).
+    covered: Vec<u16>,
 }
 
 impl Worst {
@@ -25,7 +27,7 @@ impl Worst {
             of_place.copy_from_slice(fixed.samples());
         }
         let (errors, rows) = (try_vec(domain.len(), 0)?, try_vec(domain.shape[0] as usize, 0)?);
-        Ok(Self { domain, errors, rows, fixed: of_place })
+        Ok(Self { domain, errors, rows, fixed: of_place, covered: try_vec(domain.len(), 0)? })
     }
 
     /// An error of a place; [`renew`](Self::renew) makes it count.
@@ -39,21 +41,47 @@ impl Worst {
     pub(crate) fn renew(&mut self, window: &Window<2>, output: Domain<2>) {
         let wide = self.domain.shape[1] as usize;
         for start in window.along(output, 0).flatten() {
-            let row = &self.errors[start as usize..start as usize + wide];
-            self.rows[start as usize / wide] = row.iter().copied().max().unwrap_or(0);
+            let row = start as usize..start as usize + wide;
+            let errors = self.errors[row.clone()].iter().zip(&self.covered[row]);
+            self.rows[start as usize / wide] =
+                errors.filter(|(_, covered)| **covered == 0).map(|(e, _)| *e).max().unwrap_or(0);
         }
     }
 
-    /// The worst place, then the worst that is at least `apart` from it along some axis, and so on, all as far from what is
-    /// `avoided`: places above 0, the first of equal ones.
-    pub(crate) fn places(&self, count: usize, apart: u32, avoided: &[[u32; 2]]) -> Vec<usize> {
-        let mut found = avoided.to_vec();
-        while found.len() < avoided.len() + count
+    /// Leaves out what is less than `apart` from a place along both axes, until that is [uncovered](Self::uncover). So the
+    /// worst of what is left is found as fast, however much is left out.
+    pub(crate) fn cover(&mut self, at: [u32; 2], apart: u32) {
+        self.count(at, apart, |covered| covered.saturating_add(1));
+    }
+
+    pub(crate) fn uncover(&mut self, at: [u32; 2], apart: u32) {
+        self.count(at, apart, |covered| covered.saturating_sub(1));
+    }
+
+    fn count(&mut self, at: [u32; 2], apart: u32, next: impl Fn(u16) -> u16) {
+        let domain = self.domain;
+        let Some(reach) = apart.checked_sub(1) else { return };
+        // Once around at most: a place is covered once by each.
+        let along = |a: usize| match domain.periodic[a] && domain.shape[a] < 2 * reach + 1 {
+            true => (0, domain.shape[a]),
+            false => (at[a] as i32 - reach as i32, 2 * reach + 1),
+        };
+        let [(y, height), (x, width)] = [along(0), along(1)];
+        let window = Window { start: [y, x], shape: [height, width] };
+        window.places(domain).flatten().for_each(|place| self.covered[place] = next(self.covered[place]));
+        self.renew(&window, domain);
+    }
+
+    /// The worst place, then the worst that is at least `apart` from it along some axis, and so on: places above 0 that are not
+    /// covered, the first of equal ones.
+    pub(crate) fn places(&self, count: usize, apart: u32) -> Vec<usize> {
+        let mut found = Vec::new();
+        while found.len() < count
             && let Some(place) = self.next(&found, apart)
         {
             found.push(self.domain.position(place));
         }
-        found[avoided.len()..].iter().map(|&at| self.domain.index(at)).collect()
+        found.iter().map(|&at| self.domain.index(at)).collect()
     }
 
     fn next(&self, found: &[[u32; 2]], apart: u32) -> Option<usize> {
@@ -65,7 +93,9 @@ impl Worst {
             }
             let near: Vec<u32> =
                 found.iter().filter(|f| self.distance(f[0], y as u32, 0) < apart).map(|f| f[1]).collect();
-            for (x, &error) in self.errors[y * wide..(y + 1) * wide].iter().enumerate() {
+            let row = y * wide..(y + 1) * wide;
+            let free = self.errors[row.clone()].iter().zip(&self.covered[row]).enumerate();
+            for (x, (&error, _)) in free.filter(|(_, (_, covered))| **covered == 0) {
                 if worst < error && near.iter().all(|&f| apart <= self.distance(f, x as u32, 1)) {
                     (worst, best) = (error, Some(y * wide + x));
                 }
@@ -97,21 +127,27 @@ mod tests {
             errors.iter().enumerate().for_each(|(place, &e)| worst.set(place, e));
             worst.renew(&Window::all(domain), domain);
             let apart = 1 + rng.below(6);
-            let far = |p: usize, q: usize| {
+            let far = |p: usize, q: usize, apart: u32| {
                 let [p, q] = [p, q].map(|p| domain.position(p));
                 (0..2).any(|a| {
                     let d = p[a].abs_diff(q[a]);
                     apart <= if domain.periodic[a] { d.min(shape[a] - d) } else { d }
                 })
             };
-            let avoided: Vec<usize> = (0..rng.below(3)).map(|_| rng.below(domain.len() as u32) as usize).collect();
-            let mut expected = avoided.clone();
+            let near = 1 + rng.below(6);
+            let covered: Vec<usize> = (0..rng.below(4)).map(|_| rng.below(domain.len() as u32) as usize).collect();
+            covered.iter().for_each(|&place| worst.cover(domain.position(place), near));
+            // Some are left out no more, one of them was left out twice.
+            let kept = covered.len() / 2;
+            covered[kept..].iter().for_each(|&place| worst.uncover(domain.position(place), near));
+            let mut expected: Vec<usize> = Vec::new();
             for _ in 0..5 {
-                let free = (0..errors.len()).filter(|&p| 0 < errors[p] && expected.iter().all(|&q| far(p, q)));
+                let is_free = |p: usize| covered[..kept].iter().all(|&q| far(p, q, near));
+                let free = (0..errors.len())
+                    .filter(|&p| 0 < errors[p] && is_free(p) && expected.iter().all(|&q| far(p, q, apart)));
                 expected.extend(free.max_by_key(|&p| (errors[p], usize::MAX - p)));
             }
-            let at: Vec<[u32; 2]> = avoided.iter().map(|&p| domain.position(p)).collect();
-            assert_eq!(worst.places(5, apart, &at), expected[avoided.len()..], "{domain:?} {apart}");
+            assert_eq!(worst.places(5, apart), expected, "{domain:?} {apart}");
         }
     }
 }

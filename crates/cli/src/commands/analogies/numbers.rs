@@ -65,7 +65,8 @@ impl Numbers {
             pairs: pairs(&self.knobs.guide, &self.weaving)?,
             first: Input::new(session, &self.target)?,
             ratio: 1,
-            channels: if self.one_hot { palette::MOST } else { 3 },
+            // How many labels there are is known once they are read, and what they need refused by the plan; two at least.
+            channels: if self.one_hot { 2 } else { 3 },
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
             read: &|loom, target| Ok(vec![self.constraint(loom, &sources, target)?]),
             files: None,
