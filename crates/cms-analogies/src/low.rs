@@ -1,6 +1,6 @@
 //! Constraints of low resolution: what exemplars look like from as far away. `[CMS V-B]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Guide, reserve};
+use selvedge_core::{Domain, Exemplars, Grid, Guide, Source, reserve};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
@@ -8,7 +8,7 @@ use crate::error::Error;
 /// A constraint from a picture `ratio` times as coarse as the output, in the features of `maps`, one an exemplar.
 ///
 /// `Q` stays at full resolution and is averaged over squares of the ratio's side around every sample: what a sample of the
-/// low-resolution picture sees, at every phase of its grid. The target is interpolated between the middles of its samples.
+/// low-resolution picture sees, at every phase of its grid, but for what masks hide. The target is interpolated between the middles of its samples.
 /// Around periodic axes of the output both go on.
 ///
 /// # Errors
@@ -22,15 +22,16 @@ pub fn low_resolution(
     if !(1..=256).contains(&ratio) {
         return Err(Error::Range { option: "ratio", value: ratio.into(), range: "1 to 256" });
     }
-    let maps = maps.iter().map(|map| averaged(map, ratio)).collect::<Result<Vec<_>, _>>()?;
-    let guide = Guide::new(exemplars, &maps, enlarged(low, ratio)?)?;
+    let guide = Guide::new(exemplars, maps, enlarged(low, ratio)?)?;
+    let guide = guide.over_sources(|source| averaged(source, ratio))?;
     Ok(Constraint { guide, ratio, weight: 1.0 })
 }
 
 /// Means over squares of so many samples a side around each sample; of an even side the outermost count half. Beyond open
-/// borders nothing counts.
-fn averaged(map: &Grid<u8, 2>, side: u32) -> Result<Grid<u8, 2>, Error> {
-    let domain = map.domain();
+/// borders and under masks nothing counts, and 0 is the mean of nothing.
+fn averaged(source: &Source<2>, side: u32) -> Result<Grid<u8, 2>, Error> {
+    let (map, domain) = (&source.features, source.domain());
+    let valid = source.valid.as_ref().map(|valid| valid.samples());
     let mut out = Grid::try_filled(domain, map.channels(), 0)?;
     let reach = (side / 2) as i32;
     // Twice the weight, so that halves are whole.
@@ -46,18 +47,16 @@ fn averaged(map: &Grid<u8, 2>, side: u32) -> Result<Grid<u8, 2>, Error> {
     reserve(&mut columns, domain.len())?;
     for c in 0..map.channels() {
         columns.clear();
-        columns.extend(
-            domain
-                .positions()
-                .map(|at| reached(at, 0).fold((0, 0), |(sum, n), (p, w)| (sum + w * u64::from(map.get(c, p)), n + w))),
-        );
+        let shown = |&(p, _): &([u32; 2], u64)| valid.is_none_or(|valid| valid[domain.index(p)]);
+        let add = |(sum, n), (p, w): ([u32; 2], u64)| (sum + w * u64::from(map.get(c, p)), n + w);
+        columns.extend(domain.positions().map(|at| reached(at, 0).filter(shown).fold((0, 0), add)));
         for (to, at) in out.plane_mut(c).iter_mut().zip(domain.positions()) {
             let add = |(sum, n), (p, w): ([u32; 2], u64)| {
                 let column = columns[domain.index(p)];
                 (sum + w * column.0, n + w * column.1)
             };
             let (sum, n) = reached(at, 1).fold((0, 0), add);
-            *to = ((2 * sum + n) / (2 * n)) as u8;
+            *to = if n == 0 { 0 } else { ((2 * sum + n) / (2 * n)) as u8 };
         }
     }
     Ok(out)
@@ -98,19 +97,44 @@ fn enlarged(low: &Grid<u8, 2>, ratio: u32) -> Result<Grid<u8, 2>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use selvedge_core::{Origin, Transform};
 
     fn grid(shape: [u32; 2], samples: &[u8]) -> Grid<u8, 2> {
         Grid::from_vec(Domain::open(shape), 1, samples.to_vec()).unwrap()
     }
 
+    /// Means over what a mask shows.
+    fn averaged(map: &Grid<u8, 2>, side: u32, valid: Option<Grid<bool, 2>>) -> Grid<u8, 2> {
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        super::averaged(&Source { features: map.clone(), valid, origin }, side).unwrap()
+    }
+
+    #[test]
+    fn what_masks_hide_is_no_part_of_a_mean() {
+        let map = grid([1, 6], &[10, 30, 255, 90, 0, 0]);
+        let valid = Grid::from_vec(map.domain(), 1, vec![true, true, false, true, false, false]).unwrap();
+        assert_eq!(averaged(&map, 3, Some(valid.clone())).samples(), [20, 20, 60, 90, 90, 0]);
+        let exemplars = Exemplars::from_sources(
+            vec![Source {
+                features: map.clone(),
+                valid: Some(valid),
+                origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
+            }],
+            vec![1],
+        );
+        let low = grid([1, 2], &[1, 2]);
+        let constraint = low_resolution(&exemplars.unwrap(), &[map], &low, 3).unwrap();
+        assert_eq!(constraint.guide.exemplars().sources()[0].features.samples()[..2], [20, 20]);
+    }
+
     #[test]
     fn means_see_what_a_coarse_sample_sees() {
         let map = grid([1, 6], &[0, 30, 60, 90, 120, 250]);
-        assert_eq!(averaged(&map, 3).unwrap().samples(), [15, 30, 60, 90, 153, 185]);
+        assert_eq!(averaged(&map, 3, None).samples(), [15, 30, 60, 90, 153, 185]);
         // (30 / 2 + 60 + 90 / 2) / 2 in the middle.
-        assert_eq!(averaged(&map, 2).unwrap().samples()[2], 60);
-        assert_eq!(averaged(&map, 1).unwrap(), map);
-        let around = averaged(&map.with_periodic([false, true]), 3).unwrap();
+        assert_eq!(averaged(&map, 2, None).samples()[2], 60);
+        assert_eq!(averaged(&map, 1, None), map);
+        let around = averaged(&map.with_periodic([false, true]), 3, None);
         assert_eq!(around.samples()[0], 93);
     }
 

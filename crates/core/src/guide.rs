@@ -72,6 +72,17 @@ impl<const D: usize> Guide<D> {
         Ok(Self { exemplars, target, asked: copied(self.asked.as_ref())? })
     }
 
+    /// The same guide with other features under each source, of as many channels: `f` is given what lies there, and where it is
+    /// valid.
+    ///
+    /// # Errors
+    /// Those of `f`, and [`Error::Weights`] if it makes another number of channels.
+    pub fn over_sources<E: From<Error>>(self, f: impl Fn(&Source<D>) -> Result<Grid<u8, D>, E>) -> Result<Self, E> {
+        let maps = self.exemplars.sources().iter().map(|s| f(s)).collect::<Result<Vec<_>, E>>()?;
+        let exemplars = self.exemplars.with_features(maps, self.weights().to_vec())?;
+        Ok(Self { exemplars, ..self })
+    }
+
     /// The same guide with another target, all of which is asked for.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide, Plane};
 use selvedge_guides::encode_together;
 
-use super::palette::{self, Palette};
+use super::palette::Palette;
 use super::{Job, Knobs, Task};
 use crate::commands::transfer::{check_shape, listed, pairs};
 use crate::failure::{Failure, n, shown};

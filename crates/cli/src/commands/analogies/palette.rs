@@ -7,7 +7,7 @@ use selvedge_core::{Domain, Grid, try_vec};
 use crate::failure::Failure;
 
 /// Labels at most; a map with more is a picture.
-pub(super) const MOST: usize = 64;
+const MOST: usize = 64;
 /// In maps of more colours than that, those that differ by no more than this in any channel are one: the noise of lossy
 /// compression around flat colours.
 const NEAR: u8 = 40;
