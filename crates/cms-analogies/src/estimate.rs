@@ -6,6 +6,14 @@ use selvedge_fft_ssd::{Options as SearchOptions, Placement, Sizes as SearchSizes
 use crate::error::Error;
 use crate::options::Options;
 
+/// Bytes of a place of the output: three maps (what a run begins with, its copy, what stands), agreement, seams along both axes,
+/// offers and whether they could be taken, match errors and what they leave out, and those of a whole output twice.
+const OF_PLACE: u64 = 3 * 4 + 4 + 2 * 4 + 5 + (8 + 1 + 2) + 2 * 8;
+/// Bytes of a sample that neighborhoods are summed over: its value, and sums along one axis and both.
+const OF_SUMS: u64 = 3 * 8;
+/// Bytes of a sample of a label's window: its scaled sum and price, and the frame and network of a cut.
+const OF_WINDOW: u64 = 8 + 4 + 1 + 80;
+
 /// The sizes of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes<'a> {
@@ -25,10 +33,16 @@ pub fn estimate(sizes: &Sizes<'_>, options: &Options) -> u64 {
 }
 
 pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<u64, Error> {
-    let area = |d: &Domain<2>| u64::from(d.shape[0]) * u64::from(d.shape[1]);
-    let (samples, output) = (sizes.sources.iter().map(area).sum::<u64>(), area(&sizes.output));
-    let largest = sizes.sources.iter().map(area).max().unwrap_or(0);
-    let window = largest.min(output);
+    let area = |shape: [u64; 2]| shape[0].saturating_mul(shape[1]);
+    let sides = |d: &Domain<2>| d.shape.map(u64::from);
+    let samples = sizes.sources.iter().map(|d| area(sides(d))).sum::<u64>();
+    let output = area(sides(&sizes.output));
+    // Neighborhoods reach beyond what they are summed for, on both sides.
+    let ratio = sizes.constraints.iter().map(|c| c.1).max().unwrap_or(1).max(1);
+    let reach = 2 * u64::from(options.neighborhood.max(1).saturating_mul(ratio));
+    let summed = |shape: [u64; 2]| area(shape.map(|n| n + reach)).saturating_mul(OF_SUMS);
+    // A label shows as far as its source and the output reach.
+    let windows = || sizes.sources.iter().map(|d| [0, 1].map(|a| sides(d)[a].min(sides(&sizes.output)[a])));
     let own = std::iter::once((sizes.channels, 1));
     let searches = own.chain(sizes.constraints.iter().copied());
     let mut searching = 0;
@@ -46,9 +60,8 @@ pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<u64, Error> 
         searching += selvedge_fft_ssd::estimate(&sizes, Placement::overlapping(1), &SearchOptions::default())?;
     }
     let constraints = sizes.constraints.len() as u64;
-    // The map, twice; agreement; seams by axis; offers; match errors; what stands; by constraint its errors.
-    let standing = output * (4 + 4 + 4 + 8 + 4 + 8 + 1 + 8 * constraints);
-    // Sums over neighborhoods, and the frame of a cut.
-    let moving = window * (3 * 8 + 8 + 4 + 1) + window * 80;
-    Ok(searching + standing + moving + samples * (sizes.channels as u64 + 1 + 8) + output * 24)
+    let standing = output * (OF_PLACE + 8 * constraints) + summed(sides(&sizes.output));
+    let moving = windows().map(|shape| summed(shape) + area(shape) * OF_WINDOW).max().unwrap_or(0);
+    // Features, masks, and the value of each label.
+    Ok(searching + standing + moving + samples * (sizes.channels as u64 + 1 + 8))
 }

@@ -1,0 +1,3 @@
+//! Integration tests: one binary, since each is a link.
+
+mod memory;
