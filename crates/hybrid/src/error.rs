@@ -24,8 +24,8 @@ pub enum Error {
         /// What it may be, in words.
         range: &'static str,
     },
-    /// No exemplar holds a start block.
-    #[error("{width}x{height} px is smaller than the block of {block_width}x{block_height} px")]
+    /// No exemplar holds a start block, with an overlap where the output goes on.
+    #[error("{width}x{height} px is smaller than the block of {block_width}x{block_height} px with its overlap")]
     BlockExceedsExemplar {
         /// The block's height.
         block_height: u32,

@@ -5,7 +5,7 @@ use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
 use crate::estimate::estimate;
-use crate::layout::{Blocks, power_of_two};
+use crate::layout::{Blocks, overlap_of, power_of_two};
 use crate::options::Options;
 use crate::stats::Stats;
 use crate::usable::Usable;
@@ -40,7 +40,7 @@ impl Plan {
         if output.is_empty() {
             return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
         }
-        check_fit(exemplars, options.block)?;
+        check_fit(exemplars, output, options.block)?;
         let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
         run.limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
@@ -90,15 +90,19 @@ impl Plan {
     }
 }
 
-/// A start block that an exemplar holds.
-fn check_fit(exemplars: &Exemplars<2>, block: Option<[u32; 2]>) -> Result<(), Error> {
+/// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first block alone
+/// would be laid whole.
+fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<[u32; 2]>) -> Result<(), Error> {
     let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
-    let Some([block_height, block_width]) = block else { return Ok(()) };
-    if shapes().any(|[h, w]| block_height <= h && block_width <= w) {
+    let Some(block) = block else { return Ok(()) };
+    let needed = [0, 1].map(|a| block[a] + if block[a] < output.shape[a] { overlap_of(block[a]) } else { 0 });
+    if shapes().any(|shape| (0..2).all(|a| needed[a] <= shape[a])) {
         return Ok(());
     }
     let [height, width] = shapes().max_by_key(|s| s[0].min(s[1])).unwrap_or([0, 0]);
-    let limit = power_of_two(height.min(width));
+    let most = power_of_two(height.min(width));
+    let limit = if height.min(width) < most + overlap_of(most) { (most / 2).max(1) } else { most };
+    let [block_height, block_width] = block;
     Err(Error::BlockExceedsExemplar { block_height, block_width, height, width, limit })
 }
 
@@ -109,7 +113,7 @@ fn suggested(exemplars: &Exemplars<2>) -> Result<[u32; 2], Error> {
 }
 
 /// The same exemplars, each going on around its borders.
-fn around(exemplars: &Exemplars<2>) -> Result<Exemplars<2>, Error> {
+pub(crate) fn around(exemplars: &Exemplars<2>) -> Result<Exemplars<2>, Error> {
     let periodic = |s: &Source<2>| -> Result<Source<2>, selvedge_core::Error> {
         let valid =
             s.valid.as_ref().map(|v| Ok::<_, selvedge_core::Error>(Grid::map(v, |v| v)?.with_periodic([true; 2])));

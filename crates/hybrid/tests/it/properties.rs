@@ -32,7 +32,7 @@ fn everything_is_filled_whatever_the_options_and_exemplars_are() {
             for options in [
                 blocks(16),
                 Options { layout: Layout::Brick, k: 0.0, resynthesize: Resynthesize::Overlap, ..blocks(8) },
-                Options { circular: true, k: 1.0, block: Some([8, 32]), ..blocks(8) },
+                Options { circular: true, k: 1.0, block: Some([8, 16]), ..blocks(8) },
                 Options { max_error: Threshold::OfRandom(0.01), search: PixelSearch::Coherent, k: 0.1, ..blocks(4) },
                 Options { block: None, tolerance: 0.0, spread: 0.0, ..blocks(1) },
             ] {
@@ -200,7 +200,12 @@ fn bad_input_is_named_with_numbers_and_a_remedy() {
         assert_eq!(fails(output, &wrong).kind(), ErrorKind::Option, "{wrong:?}");
     }
     let large = fails(output, &blocks(64));
-    assert_eq!(large.to_string(), "40x50 px is smaller than the block of 64x64 px");
+    assert_eq!(large.to_string(), "40x50 px is smaller than the block of 64x64 px with its overlap");
+    // One that leaves no room for an overlap would be laid once, and split everywhere else.
+    let tight = of(&simple::noise(32, 32, 1));
+    let plan = |shape| Plan::new(&tight, Domain::open(shape), &blocks(32), &run);
+    assert_eq!(plan([33, 32]).unwrap_err().remedy(), "use a block of at most 16 or a larger exemplar");
+    assert!(plan([32, 32]).is_ok());
     assert_eq!(
         (large.kind(), large.remedy().as_str()),
         (ErrorKind::Input, "use a block of at most 32 or a larger exemplar")
