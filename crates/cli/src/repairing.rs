@@ -19,6 +19,9 @@ pub(crate) struct Repairing {
     /// How far around bad seams --repair chooses pixels anew, 1 to 64. Default: 2.
     #[arg(long, value_name = "N")]
     radius: Option<u32>,
+    /// Whether exemplars were used around their borders.
+    #[arg(skip)]
+    circular: bool,
 }
 
 impl Repairing {
@@ -30,6 +33,11 @@ impl Repairing {
         Ok(self.options().validate()?)
     }
 
+    /// The same for maps of exemplars that go on around their borders.
+    pub(crate) fn around(self, circular: bool) -> Self {
+        Self { circular, ..self }
+    }
+
     /// True if seams are repaired.
     pub(crate) fn is_on(self) -> bool {
         self.repair
@@ -37,7 +45,7 @@ impl Repairing {
 
     /// Bytes that it takes at most.
     pub(crate) fn bytes(self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        if self.repair { Bytes(estimate_repair(sources, channels, output)) } else { Bytes(0) }
+        if self.repair { Bytes(estimate_repair(sources, channels, output, self.circular)) } else { Bytes(0) }
     }
 
     /// What a method wove, told by its counts and how it was made, with its seams repaired but for what is fixed. Nothing is
@@ -67,7 +75,7 @@ impl Repairing {
 
     fn options(self) -> RepairOptions {
         let usual = RepairOptions::default();
-        RepairOptions { radius: self.radius.unwrap_or(usual.radius), ..usual }
+        RepairOptions { radius: self.radius.unwrap_or(usual.radius), circular: self.circular, ..usual }
     }
 }
 

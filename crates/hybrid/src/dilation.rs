@@ -1,41 +1,55 @@
 //! In which order waiting samples are re-synthesised: layer by layer from what is known inwards, so that each has known
 //! neighbours when its turn comes. `[Ding 3.3]`
 
+use selvedge_core::{Error, reserve, try_vec};
+
 use crate::canvas::Canvas;
 
 /// The order of the waiting samples of `places`, and how many of the eight neighbours each has that are known or come in a
 /// layer before its own. Layers are dilations of what is known; within one the order is that of the map's buffer.
 /// Samples that nothing known reaches are left out.
 ///
-/// Time `O(places * layers)`.
-pub(crate) fn order(canvas: &Canvas, places: &[usize]) -> Vec<(usize, u32)> {
+/// Time `O(places * log(places))`, space `O(places)`.
+///
+/// # Errors
+/// No memory.
+pub(crate) fn order(canvas: &Canvas, places: &[usize]) -> Result<Vec<(usize, u32)>, Error> {
     let domain = canvas.domain();
-    let mut left: Vec<usize> = places.iter().copied().filter(|&place| canvas.is_waiting(place)).collect();
+    let mut left: Vec<usize> = Vec::new();
+    reserve(&mut left, places.len())?;
+    left.extend(places.iter().filter(|&&place| canvas.is_waiting(place)));
     left.sort_unstable();
     left.dedup();
-    let mut order: Vec<(usize, u32)> = Vec::with_capacity(left.len());
-    // Sorted, so that it can be asked.
-    let mut reached: Vec<usize> = Vec::new();
-    while !left.is_empty() {
-        let known = |place: usize| canvas.is_known(place) || reached.binary_search(&place).is_ok();
-        let mut layer = Vec::new();
-        left.retain(|&place| {
-            let at = domain.position(place);
-            let around = (0..9).filter(|&i| i != 4).filter_map(|i| domain.step(at, [i / 3 - 1, i % 3 - 1]));
-            let neighbors = around.filter(|&to| known(domain.index(to))).count() as u32;
-            if 0 < neighbors {
-                layer.push((place, neighbors));
-            }
-            neighbors == 0
-        });
-        if layer.is_empty() {
-            break;
+    // Whether a sample has had its turn in a layer before.
+    let mut is_done = try_vec(left.len(), false)?;
+    let around = |place: usize| {
+        let at = domain.position(place);
+        (0..9)
+            .filter(|&i| i != 4)
+            .filter_map(move |i| domain.step(at, [i / 3 - 1, i % 3 - 1]))
+            .map(|to| domain.index(to))
+    };
+    let mut order: Vec<(usize, u32)> = Vec::new();
+    reserve(&mut order, left.len())?;
+    let mut layer: Vec<usize> = Vec::new();
+    reserve(&mut layer, left.len())?;
+    layer.extend((0..left.len()).filter(|&i| around(left[i]).any(|to| canvas.is_known(to))));
+    while !layer.is_empty() {
+        let from = order.len();
+        for &i in &layer {
+            let known = |to: &usize| canvas.is_known(*to) || left.binary_search(to).is_ok_and(|j| is_done[j]);
+            order.push((left[i], around(left[i]).filter(known).count() as u32));
         }
-        reached.extend(layer.iter().map(|&(place, _)| place));
-        reached.sort_unstable();
-        order.append(&mut layer);
+        layer.iter().for_each(|&i| is_done[i] = true);
+        layer.clear();
+        for &(place, _) in &order[from..] {
+            let next = around(place).filter_map(|to| left.binary_search(&to).ok()).filter(|&j| !is_done[j]);
+            layer.extend(next);
+        }
+        layer.sort_unstable();
+        layer.dedup();
     }
-    order
+    Ok(order)
 }
 
 #[cfg(test)]
@@ -56,7 +70,7 @@ mod tests {
         let hole: Vec<usize> =
             output.positions().filter(|[y, x]| 0 < *y && (*x < 3 || 10 <= *x)).map(|p| output.index(p)).collect();
         hole.iter().for_each(|&place| canvas.wait(place));
-        let found = order(&canvas, &hole);
+        let found = order(&canvas, &hole).unwrap();
         assert_eq!(found.len(), hole.len());
         let layer = |[y, x]: [u32; 2]| y.min(3 - (i64::from((x + 2) % 12) - 2).unsigned_abs() as u32);
         let layers: Vec<u32> = found.iter().map(|&(place, _)| layer(output.position(place))).collect();
@@ -66,6 +80,6 @@ mod tests {
         assert!(found.contains(&(corner, 5)), "three above and two beside");
         // Where nothing is known, nothing has a turn.
         (0..output.len()).for_each(|place| canvas.wait(place));
-        assert!(order(&canvas, &hole).is_empty());
+        assert!(order(&canvas, &hole).unwrap().is_empty());
     }
 }

@@ -41,11 +41,17 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     measured.then(woven).0
 }
 
-/// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map.
-pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
-    let features = exemplars.iter().map(|&e| Bytes::of_samples(e, 2 * channels as u64 + 2)).sum::<Bytes>();
-    // The map before, what waits, and where all of it is bad: seams, places and their order.
-    (features + Bytes::of_samples(output, A_SAMPLE + 80)).0
+/// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; what waits, what is near, what a region has;
+/// the regions and a larger one, in lists that grow; what stood there; and the order of what waits.
+const A_BAD_SAMPLE: u64 = 4 + 3 + 2 * 24 + 4 + (8 + 1 + 16 + 8 + 16);
+
+/// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map;
+/// `circular` as in its options.
+pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, circular: bool) -> u64 {
+    let channels = channels as u64;
+    let each = 2 * channels + 2 + if circular { channels + 1 } else { 0 };
+    let features = exemplars.iter().map(|&e| Bytes::of_samples(e, each)).sum::<Bytes>();
+    (features + Bytes::of_samples(output, A_BAD_SAMPLE)).0
 }
 
 fn search(exemplars: &[Domain<2>], channels: usize, template: [u32; 2], options: &Options) -> Bytes {

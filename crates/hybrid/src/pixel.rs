@@ -80,7 +80,7 @@ impl<'e> Pixels<'e> {
     /// Re-synthesises the waiting samples of `places`, from what is known inwards, and returns how many; those that nothing
     /// known reaches keep what they have.
     pub(crate) fn resynthesize(&mut self, canvas: &mut Canvas, places: &[usize]) -> Result<u64, Error> {
-        let order = dilation::order(canvas, places);
+        let order = dilation::order(canvas, places)?;
         let mut done = 0;
         for (place, _) in order {
             let choice = match self.search {

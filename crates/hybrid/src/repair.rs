@@ -1,7 +1,7 @@
 //! Repair: bad seams of any map, whoever made it, chosen anew sample by sample. (Nealen and Alexa 2004)
 
 use selvedge_core::{
-    Bytes, Domain, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve,
+    Bytes, Domain, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve, try_vec,
 };
 
 use crate::canvas::Canvas;
@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::estimate::estimate_repair;
 use crate::options::{PixelSearch, Threshold};
 use crate::pixel::Pixels;
+use crate::plan::around;
 use crate::thresholds::{Limit, Of};
 
 /// Options of [`repair`].
@@ -23,6 +24,8 @@ pub struct RepairOptions {
     pub passes: u32,
     /// Which samples are tried.
     pub search: PixelSearch,
+    /// Exemplars go on around their borders, as for [`Options::circular`](crate::Options): what continues there is no seam.
+    pub circular: bool,
 }
 
 /// Regions grow by so much where the first attempt made nothing better: more room for a transition.
@@ -32,7 +35,7 @@ const ATTEMPTS: u32 = 3;
 
 impl Default for RepairOptions {
     fn default() -> Self {
-        Self { pixel_error: Threshold::Auto, radius: 2, passes: 4, search: PixelSearch::Coherent }
+        Self { pixel_error: Threshold::Auto, radius: 2, passes: 4, search: PixelSearch::Coherent, circular: false }
     }
 }
 
@@ -80,7 +83,7 @@ pub struct RepairStats {
 /// Wrong options ([`RepairOptions::validate`]), those of [`Start::check`], one over the run's limits, no memory.
 ///
 /// # Complexity
-/// Time `O(output + samples around bad seams)`. Space `O(output + c * n)`.
+/// Time `O(n log(n))` for `n` samples around bad seams, and `O(output)` a pass. Space `O(output + c * n)`.
 ///
 /// # Events
 /// `"repair"` after each pass, with the price of all seams and the map so far.
@@ -95,20 +98,26 @@ pub fn repair(
 ) -> Result<Woven<SourceMap<2>, RepairStats>, Error> {
     options.validate()?;
     let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
-    let needed = estimate_repair(&domains, exemplars.channels(), start.map.domain());
+    let needed = estimate_repair(&domains, exemplars.channels(), start.map.domain(), options.circular);
     run.limits.admit(start.map.domain(), Bytes(needed))?;
     start.check(exemplars)?;
+    let going_on = if options.circular { Some(around(exemplars)?) } else { None };
+    let exemplars = going_on.as_ref().unwrap_or(exemplars);
     // Samples of sources that may not be used at all places stay, but are chosen nowhere else.
     let allowed = everywhere(exemplars, start.sources.take().as_ref());
     let limit = Limit::of(options.pixel_error, Of::Pixel, exemplars);
+    let samples = start.map.domain().len();
     let mut mender = Mender {
         canvas: Canvas::new(start)?,
         pixels: Pixels::new(exemplars, allowed, options.search)?,
         costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
         limit: seam_limit(&limit),
+        taken: try_vec(samples, false)?,
         stats: RepairStats::default(),
     };
-    let before = mender.canvas.map.ids.plane(0).to_vec();
+    let mut before = Vec::new();
+    reserve(&mut before, samples)?;
+    before.extend_from_slice(mender.canvas.map.ids.plane(0));
     let complete = mender.mend(options, run)?;
     let Mender { canvas, mut stats, .. } = mender;
     stats.pixels = before.iter().zip(canvas.map.ids.plane(0)).filter(|(a, b)| a != b).count() as u64;
@@ -128,6 +137,8 @@ struct Mender<'a> {
     costs: SeamCosts<2>,
     /// A seam that costs more is bad.
     limit: i64,
+    /// By place, whether a region that is being grown has it.
+    taken: Vec<bool>,
     stats: RepairStats,
 }
 
@@ -135,10 +146,9 @@ impl Mender<'_> {
     /// Pass after pass; false if the run was cancelled.
     fn mend(&mut self, options: &RepairOptions, run: &Run<'_, 2>) -> Result<bool, Error> {
         self.stats.costs.push(self.costs.total(&self.canvas.map));
-        let mut bad = self.bad();
-        self.stats.bad = [bad.len() as u64; 2];
+        self.stats.bad = [self.bad().count() as u64; 2];
         for pass in 0..options.passes {
-            let regions = self.regions(&bad, options.radius)?;
+            let regions = self.regions(options.radius)?;
             let mut better = 0;
             for region in regions {
                 if run.observer.cancelled() {
@@ -148,8 +158,7 @@ impl Mender<'_> {
             }
             let total = self.costs.total(&self.canvas.map);
             self.stats.costs.push(total);
-            bad = self.bad();
-            self.stats.bad[1] = bad.len() as u64;
+            self.stats.bad[1] = self.bad().count() as u64;
             let step = Event::step("repair", u64::from(pass) + 1, options.passes.into());
             run.observer.event(&Event { energy: Some(total), so_far: Some(&self.canvas.map), ..step });
             if better == 0 {
@@ -160,18 +169,18 @@ impl Mender<'_> {
     }
 
     /// All bad seams: a position and the axis along which the next one follows.
-    fn bad(&self) -> Vec<([u32; 2], usize)> {
+    fn bad(&self) -> impl Iterator<Item = ([u32; 2], usize)> + '_ {
         let map = &self.canvas.map;
         let seams = map.domain().positions().flat_map(|at| [(at, 0), (at, 1)]);
-        seams.filter(|&(at, axis)| self.limit < i64::from(self.costs.at(map, at, axis))).collect()
+        seams.filter(move |&(at, axis)| self.limit < i64::from(self.costs.at(map, at, axis)))
     }
 
     /// The places near bad seams, those that touch together.
-    fn regions(&self, bad: &[([u32; 2], usize)], radius: u32) -> Result<Vec<Vec<usize>>, Error> {
+    fn regions(&self, radius: u32) -> Result<Vec<Vec<usize>>, Error> {
         let domain = self.canvas.domain();
-        let mut near = selvedge_core::try_vec(domain.len(), false)?;
+        let mut near = try_vec(domain.len(), false)?;
         let mut places = Vec::new();
-        for &(at, axis) in bad {
+        for (at, axis) in self.bad() {
             places.clear();
             beside(&self.canvas, at, axis, radius, &mut places);
             places.iter().filter(|&&place| !self.canvas.is_fixed(place)).for_each(|&place| near[place] = true);
@@ -204,10 +213,12 @@ impl Mender<'_> {
         self.stats.regions[0] += 1;
         for attempt in 0..ATTEMPTS {
             if 0 < attempt {
-                region = self.grown(&region, if attempt == 1 { LARGER.min(radius) } else { LARGER });
+                region = self.grown(&region, if attempt == 1 { LARGER.min(radius) } else { LARGER })?;
             }
             let before = self.price(&region);
-            let ids: Vec<_> = region.iter().map(|&place| self.canvas.id(place)).collect();
+            let mut ids = Vec::new();
+            reserve(&mut ids, region.len())?;
+            ids.extend(region.iter().map(|&place| self.canvas.id(place)));
             region.iter().for_each(|&place| self.canvas.wait(place));
             self.pixels.resynthesize(&mut self.canvas, &region)?;
             if self.price(&region) < before {
@@ -220,18 +231,25 @@ impl Mender<'_> {
     }
 
     /// A region and what lies around it, but for fixed samples and holes.
-    fn grown(&self, region: &[usize], by: u32) -> Vec<usize> {
+    fn grown(&mut self, region: &[usize], by: u32) -> Result<Vec<usize>, Error> {
         let (domain, by) = (self.canvas.domain(), by as i32);
         let side = 2 * by + 1;
-        let around = |&place: &usize| {
+        let mut grown: Vec<usize> = Vec::new();
+        for &place in region {
             let at = domain.position(place);
-            (0..side * side).filter_map(move |i| domain.step(at, [i / side - by, i % side - by]))
-        };
-        let mut grown: Vec<usize> = region.iter().flat_map(around).map(|at| domain.index(at)).collect();
+            let around = (0..side * side).filter_map(|i| domain.step(at, [i / side - by, i % side - by]));
+            for to in around.map(|to| domain.index(to)) {
+                let may = !self.taken[to] && !self.canvas.is_fixed(to) && self.canvas.id(to).is_assigned();
+                if may {
+                    reserve(&mut grown, 1)?;
+                    grown.push(to);
+                    self.taken[to] = true;
+                }
+            }
+        }
+        grown.iter().for_each(|&place| self.taken[place] = false);
         grown.sort_unstable();
-        grown.dedup();
-        grown.retain(|&place| !self.canvas.is_fixed(place) && self.canvas.id(place).is_assigned());
-        grown
+        Ok(grown)
     }
 
     /// What all seams cost that a sorted region's samples have a part in, each once.

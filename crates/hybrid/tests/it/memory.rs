@@ -1,8 +1,8 @@
 //! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a case
 //! held would count in the next.
 
-use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, Transform};
-use selvedge_hybrid::{Options, Threshold, estimate, hybrid};
+use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Start, Transform};
+use selvedge_hybrid::{Options, RepairOptions, Threshold, estimate, estimate_repair, hybrid, repair};
 use selvedge_testkit::memory;
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
@@ -61,4 +61,28 @@ fn runs_stay_within_their_estimates() {
         assert!(estimate <= 6 * held + (16 << 20), "case {number}: held {held} bytes, estimated {estimate}");
     };
     memory::of_each(TEST, cases.len(), |number| measure(&cases[number]), check);
+}
+
+/// A map all of whose samples lie beside bad seams: one region, as large as the output, that grows in vain.
+#[test]
+fn repairs_stay_within_their_estimate() {
+    let case = Case { output: Domain::open([400, 360]), exemplar: [48, 48], ..cases().remove(0) };
+    let options = RepairOptions { passes: 1, pixel_error: Threshold::Absolute(0.0), ..RepairOptions::default() };
+    let measure = |_| {
+        let (exemplars, mut rng) = (exemplars(&case), Seed(2).rng());
+        let mut map = SourceMap::unassigned(&exemplars, case.output).unwrap();
+        map.ids.plane_mut(0).iter_mut().for_each(|id| *id = SampleId::new(rng.below(48 * 48)));
+        let before = memory::held();
+        let start = Start { map, fixed: None, sources: None };
+        assert!(repair(&exemplars, start, &options, &Run::seeded(0)).unwrap().complete);
+        memory::tell(before);
+    };
+    let check = |_, held: u64| {
+        let estimate = estimate_repair(&[Domain::open(case.exemplar)], 3, case.output, false);
+        println!("held {held}, estimated {estimate}");
+        // Pages that were there before.
+        assert!(held <= estimate, "held {held} bytes, estimated {estimate}");
+        assert!(estimate <= 6 * held + (4 << 20), "held {held} bytes, estimated {estimate}");
+    };
+    memory::of_each("memory::repairs_stay_within_their_estimate", 1, measure, check);
 }

@@ -114,3 +114,18 @@ fn wrong_options_and_foreign_maps_are_refused() {
     let refused = repair(&e, start(&foreign), &RepairOptions::default(), &Run::seeded(0)).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Input);
 }
+
+#[test]
+fn what_goes_on_around_an_exemplar_is_no_seam_where_it_was_used_so() {
+    let e = of(&simple::noise_rgb(24, 20, 3));
+    let (source, output) = (e.sources()[0].domain(), Domain::open([50, 60]));
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    output.positions().for_each(|at| {
+        map.ids.set(0, at, e.table().id(0, [0, 1].map(|a| (at[a] + 7) % source.shape[a])));
+    });
+    let of = |circular| mend(&e, &map, None, &RepairOptions { circular, ..RepairOptions::default() });
+    let (mended, stats) = of(true);
+    assert_eq!((stats.bad, stats.pixels), ([0, 0], 0));
+    assert!(mended == map);
+    assert!(of(false).1.bad[0] != 0, "to open exemplars they are");
+}
