@@ -9,6 +9,7 @@ mod degenerate;
 mod exit_codes;
 mod files;
 mod graphcut;
+mod hybrid;
 mod optimize;
 mod over;
 mod planes;

@@ -30,17 +30,18 @@ pub(crate) struct Hybrid {
     #[command(flatten)]
     sizing: Sizing,
     /// Size of the first blocks in pixels, powers of two: 32, 64x32 (width by height), or auto. They are split where they
-    /// do not fit.
-    #[arg(long, value_name = "SIZE|auto", default_value = "auto",
+    /// do not fit. Default: auto.
+    #[arg(long, value_name = "SIZE|auto",
         value_parser = auto("block", "write 32, 64x32 (width by height), or auto", sides))]
-    block: Auto<[u32; 2]>,
+    block: Option<Auto<[u32; 2]>>,
     /// Split blocks whose overlap has a larger error: from 0 to 1, a part of the error of random pixels such as 20%, or auto:
-    /// 75%.
-    #[arg(long, value_name = "D|P%|auto", default_value = "auto", value_parser = error)]
-    max_error: choices::Error,
+    /// 75%. Default: auto.
+    #[arg(long, value_name = "D|P%|auto", value_parser = error)]
+    max_error: Option<choices::Error>,
     /// Re-synthesise pixels with a larger error, written in the same way; auto: 12%.
-    #[arg(long, value_name = "D|P%|auto", default_value = "auto", value_parser = error)]
-    pixel_error: choices::Error,
+    /// Default: auto.
+    #[arg(long, value_name = "D|P%|auto", value_parser = error)]
+    pixel_error: Option<choices::Error>,
     /// Blocks are cut where their error is below this part of --max-error, else re-synthesised: 1 never, 0 always.
     #[arg(short, long, value_name = "K", default_value_t = Options::default().k)]
     k: f64,
@@ -109,7 +110,7 @@ impl Method for Job<'_> {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let method = Bytes(estimate(sources, channels, output, &self.args.options()));
-        let repair = self.args.repairing.bytes(sources, channels, output);
+        let repair = self.args.repairing().bytes(sources, channels, output);
         method.then(repair) + self.args.start.bytes(output)
     }
 
@@ -130,7 +131,7 @@ impl Method for Job<'_> {
                 (false, _) => how_woven(&woven.stats),
             };
             let told = (counts(&woven.stats), how);
-            args.repairing.outcome(session, &exemplars, woven, (kept, sources), told)
+            args.repairing().outcome(session, &exemplars, woven, (kept, sources), told)
         }))
     }
 }
@@ -168,10 +169,11 @@ impl Hybrid {
     }
 
     fn options(&self) -> Options {
+        let usual = if self.paper { Options::paper() } else { Options::default() };
         let typed = Options {
-            block: self.block.0,
-            max_error: self.max_error.0,
-            pixel_error: self.pixel_error.0,
+            block: self.block.map_or(usual.block, |block| block.0),
+            max_error: self.max_error.map_or(usual.max_error, |error| error.0),
+            pixel_error: self.pixel_error.map_or(usual.pixel_error, |error| error.0),
             k: self.k,
             layout: self.layout.into(),
             search: self.search.into(),
@@ -184,17 +186,19 @@ impl Hybrid {
         if !self.paper {
             return typed;
         }
-        let paper = Options::paper();
-        let given =
-            |one: choices::Error, of_paper| if one.0 == Options::default().max_error { of_paper } else { one.0 };
         Options {
-            block: typed.block.or(paper.block),
-            max_error: given(self.max_error, paper.max_error),
-            pixel_error: given(self.pixel_error, paper.pixel_error),
+            block: typed.block,
+            max_error: typed.max_error,
+            pixel_error: typed.pixel_error,
             k: typed.k,
             layout: typed.layout,
-            ..paper
+            ..usual
         }
+    }
+
+    /// What is no seam to the blocks is none to repair.
+    fn repairing(&self) -> Repairing {
+        self.repairing.around(self.options().circular)
     }
 }
 
