@@ -7,7 +7,8 @@ use crate::schedule::{check, paper_schedule};
 /// How the nearest neighborhoods are found, the M-step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Search {
-    /// All positions, on samples rounded to 8 bits, each as heavy as the others: exact, and fast.
+    /// All positions, on samples rounded to 8 bits, each as heavy as the others, and channels by weights in as many steps as 32 bits
+    /// hold at a size: exact, and fast.
     #[default]
     Exact,
     /// The definition: all positions, on unrounded samples, with the fall-off that averages use. Without

@@ -8,7 +8,8 @@ use crate::neighborhoods::{CELLS, places};
 
 /// The coarsest resolution: beyond, textures have no samples left.
 const COARSEST: u32 = 64;
-/// The largest neighborhood: a sum of its squares fits 32 bits for all weights that encoders make.
+/// The largest neighborhood: a sum of its squares fits 32 bits in one channel. From 148 px on three channels do not, and few windows
+/// are compared one by one.
 const LARGEST: u32 = 256;
 
 /// A level that pyramids and searches have.

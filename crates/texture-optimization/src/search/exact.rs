@@ -18,6 +18,7 @@ const PART: usize = 8;
 #[derive(Debug)]
 pub(crate) struct Exact<'a> {
     exemplars: &'a Exemplars<2>,
+    weights: Vec<u8>,
     all: &'a Neighborhoods,
     simd: SimdLevel,
     /// See [`Options::complete`](crate::Options::complete).
@@ -32,7 +33,7 @@ impl<'a> Exact<'a> {
         alpha: Option<f64>,
         simd: SimdLevel,
     ) -> Self {
-        Self { exemplars, all, simd, alpha, before: None }
+        Self { exemplars, weights: fitting(exemplars.weights(), all.size), all, simd, alpha, before: None }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
@@ -57,7 +58,7 @@ impl<'a> Exact<'a> {
 
     /// What an error is divided by to be a mean: samples times the weights of channels.
     fn compared(&self) -> f64 {
-        let weights: f64 = self.exemplars.weights().iter().map(|&w| f64::from(w)).sum();
+        let weights: f64 = self.weights.iter().map(|&w| f64::from(w)).sum();
         f64::from(self.all.size) * f64::from(self.all.size) * weights
     }
 
@@ -108,7 +109,7 @@ impl<'a> Exact<'a> {
     /// The nearest of the neighborhoods in some rows and columns: all that are evenly spaced at once, those that are
     /// flush with an edge by themselves.
     fn part(&self, seen: &Grid<u8, 2>, part: [Range<usize>; 2]) -> Result<Vec<Option<Neighbor>>, Error> {
-        let (sources, weights) = (Field::all(self.exemplars), self.exemplars.weights());
+        let (sources, weights) = (Field::all(self.exemplars), &self.weights);
         self.by_runs(seen, part, |field, windows| Ok(nearest(field, &sources, weights, windows, self.simd)?))
     }
 
@@ -119,7 +120,7 @@ impl<'a> Exact<'a> {
         whole: [Range<usize>; 2],
         alpha: f64,
     ) -> Result<Vec<Option<Neighbor>>, Error> {
-        let (sources, weights) = (Field::all(self.exemplars), self.exemplars.weights());
+        let (sources, weights) = (Field::all(self.exemplars), &self.weights);
         let mut all: Option<Coverage> = None;
         for run in self.runs(&whole) {
             let cut = self.covering(seen, &run)?;
@@ -184,6 +185,20 @@ impl<'a> Exact<'a> {
     }
 }
 
+/// Weights of channels by which errors of a size fit 32 bits, as a search by displacement needs: in fewer steps where finer ones
+/// would have every window compared with every other, which takes a hundred times as long. As they are where none fit.
+fn fitting(weights: &[u8], size: u32) -> Vec<u8> {
+    let most = u64::from(u32::MAX - 1) / (65_025 * u64::from(size).pow(2));
+    let heaviest = u32::from(weights.iter().copied().max().unwrap_or(0)).max(1);
+    let steps = |n: u32| -> Vec<u8> {
+        // What counts goes on counting.
+        let step = |&w: &u8| ((u32::from(w) * n + heaviest / 2) / heaviest).max(u32::from(w != 0)) as u8;
+        weights.iter().map(step).collect()
+    };
+    let fits = |weights: &Vec<u8>| weights.iter().map(|&w| u64::from(w)).sum::<u64>() <= most;
+    (1..=heaviest).rev().map(steps).find(fits).unwrap_or_else(|| weights.to_vec())
+}
+
 /// A part of a picture, around its periodic axes.
 fn cropped(seen: &Grid<u8, 2>, [rows, columns]: [Range<u32>; 2], domain: Domain<2>) -> Result<Grid<u8, 2>, Error> {
     let part = Domain::open([rows.len() as u32, columns.len() as u32]);
@@ -208,6 +223,26 @@ mod tests {
     fn noise(rng: &mut Rng, domain: Domain<2>) -> Grid<f64, 2> {
         let samples = (0..domain.len() * 2).map(|_| f64::from(rng.below(256))).collect();
         Grid::from_vec(domain, 2, samples).unwrap()
+    }
+
+    #[test]
+    fn weights_keep_to_what_is_searched_by_displacement() {
+        assert_eq!(fitting(&[1, 1, 1], 32), [1, 1, 1]);
+        assert_eq!(fitting(&[77, 150, 29], 8), [77, 150, 29]);
+        for size in [16, 32, 64] {
+            let fine = [60, 61, 0, 255, 1];
+            let found = fitting(&fine, size);
+            let sum: u64 = found.iter().map(|&w| u64::from(w)).sum();
+            let whole = u64::from(size).pow(2) * 65_025;
+            assert!(
+                sum * whole < u64::from(u32::MAX) && u64::from(u32::MAX) < (sum + 4) * whole,
+                "{found:?} at {size}"
+            );
+            assert_eq!((found[2], found[4]), (0, 1));
+            let share = f64::from(found[3]) / f64::from(found[0]);
+            assert!((share - 4.25).abs() < 1.3, "{found:?}");
+        }
+        assert_eq!(fitting(&[1, 1, 1], 160), [1, 1, 1], "there are no fewer steps");
     }
 
     const LEVELS: [SimdLevel; 4] = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Auto];
