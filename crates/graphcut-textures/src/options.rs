@@ -7,6 +7,8 @@ use crate::error::Error;
 /// Each of them has a graph of its own: a bound for memory, far above what pays (the best of two costs two cuts, that of four
 /// four).
 const MOST_TRIES: u32 = 64;
+/// More refinements than this are a slip of the keyboard: each is noted.
+const MOST_REFINEMENTS: u32 = 1_000_000;
 
 /// How the next patch is found. `[Kwatra03 4]`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,6 +110,9 @@ impl<const D: usize> Options<D> {
         }
         if !(1..=MOST_TRIES).contains(&self.tries) {
             return Err(Error::Range { option: "tries", value: self.tries.into(), range: "1 to 64" });
+        }
+        if let Some(refine) = self.refine.filter(|refine| MOST_REFINEMENTS < *refine) {
+            return Err(Error::Range { option: "refine", value: refine.into(), range: "0 to 1000000" });
         }
         for (option, value) in [("randomness", self.randomness), ("variety", self.variety.unwrap_or(0.0))] {
             if !(0.0..=1000.0).contains(&value) {

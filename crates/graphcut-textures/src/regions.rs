@@ -29,6 +29,8 @@ pub(crate) fn region_sides<const D: usize>(
     let most = shortest.into_iter().filter(|side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
     let known = measured.iter().map(|t| t.feature_size).max();
     let structure = known.map_or_else(|| feature_size(exemplars), Ok)?;
+    // What is flat has no structures, and measures 1: every region shows all of it, and the largest ones are the fewest.
+    let structure = if structure <= 1 { most } else { structure };
     let side = largest_region(most).min(structure.saturating_mul(STRUCTURES)).max(most.min(LEAST)).max(1);
     let mut sides = [side; D];
     if D == CLIP {

@@ -26,11 +26,16 @@ pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     for (source, _) in exemplars.sources().iter().zip(&sides).filter(|&(_, &side)| counts(side)) {
         structure = structure.max(feature_size_of(&source.features, source.valid.as_ref(), weights)?);
     }
+    if structure <= FLAT {
+        return Ok(largest_block(shorter));
+    }
     Ok(largest_block(shorter).min(structure.saturating_mul(STRUCTURES)).max(shorter.min(LEAST)))
 }
 
 /// A block holds no more than so many times the largest structures.
 const STRUCTURES: u32 = 4;
+/// What has so small structures has none at all: every block shows all of it, and the largest ones are the fewest.
+const FLAT: u32 = 1;
 /// Smaller blocks hold nothing that could be matched.
 const LEAST: u32 = 4;
 
@@ -74,6 +79,12 @@ mod tests {
         // Dots on a lattice of 32 samples; between them nothing.
         let dots = |y: u32, x: u32| if y % 32 < 4 && x % 32 < 4 { 255 } else { 0 };
         assert_eq!(block_for([160, 160], dots), 60);
+    }
+
+    #[test]
+    fn of_what_is_flat_blocks_are_large() {
+        assert_eq!(block_for([192, 192], |_, _| 90), 72);
+        assert!(block_for([192, 192], |y, x| ((y * 31 + x * 17) % 3) as u8) < 72);
     }
 
     #[test]
