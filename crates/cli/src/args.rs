@@ -7,14 +7,16 @@ use selvedge_core::{Bytes, Depth, Role};
 use selvedge_io::{Format, NonFinite};
 
 use crate::size;
+use crate::turns::Seeds;
 
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Options of every command")]
 pub(crate) struct Global {
-    /// The same seed gives the same picture, on any number of threads.
-    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u64,
+    /// The same seed gives the same picture, on any number of threads. 1..4 or 1,2,3 are as many runs, whose outputs have
+    /// '{seed}' or '{n}' in their names.
+    #[arg(long, global = true, value_name = "N", default_value = "0")]
+    pub(crate) seed: Seeds,
     /// Threads to work on; 0 means all cores.
     #[arg(short = 'j', long, global = true, value_name = "N", default_value_t = 0)]
     pub(crate) threads: usize,
@@ -48,6 +50,13 @@ pub(crate) struct Global {
     /// Write the options as used to a file for --config.
     #[arg(long, global = true, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]
     pub(crate) save_config: Option<PathBuf>,
+}
+
+impl Global {
+    /// The seed of the run, or of the first one.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed.0.first().copied().unwrap_or_default()
+    }
 }
 
 /// How to show progress.

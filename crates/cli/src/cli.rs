@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Arg, CommandFactory, Parser, Subcommand};
 
 use crate::args::Global;
 use crate::commands;
@@ -112,10 +112,46 @@ impl Command {
             Self::Score(score) => score.run(session),
             #[cfg(test)]
             Self::RandomLabels(labels) => labels.run(session),
-            Self::Completions(completions) => completions.run(session, Cli::command()),
-            Self::Man(man) => man.run(session, Cli::command()),
+            Self::Completions(completions) => completions.run(session, program()),
+            Self::Man(man) => man.run(session, program()),
         }
     }
+}
+
+/// Options of every command that do nothing for a command: not listed for it, and told where they are typed.
+pub(crate) fn idle(command: &clap::Command) -> Vec<&'static str> {
+    let (weaves, command) = (weaves(command), command.get_name());
+    const ALL: [(&str, &[&str]); 6] = [
+        ("threads", &["info", "completions", "man"]),
+        ("max_memory", &["completions", "man"]),
+        ("no_clobber", &["info", "inspect", "score", "completions"]),
+        ("dry_run", &["again", "info", "inspect", "score", "completions"]),
+        ("config", &["completions", "man"]),
+        ("save_config", &["completions", "man"]),
+    ];
+    let draws = weaves || command == "video";
+    let seed = (!draws).then_some("seed");
+    let keep_partial = (!draws && command != "again").then_some("keep_partial");
+    let named = ALL.iter().filter(|(_, commands)| commands.contains(&command)).map(|(option, _)| *option);
+    seed.into_iter().chain(keep_partial).chain(named).collect()
+}
+
+/// The program's commands, each with the options that act on it.
+pub(crate) fn program() -> clap::Command {
+    let all = Cli::command();
+    let options: Vec<Arg> = all.get_arguments().filter(|arg| arg.is_global_set()).cloned().collect();
+    let commands: Vec<_> = all.get_subcommands().map(|c| (c.get_name().to_owned(), idle(c))).collect();
+    // An option that a command has already is not handed down to it.
+    let hidden = |idle: Vec<&str>| {
+        let of_command = options.iter().filter(move |arg| idle.contains(&arg.get_id().as_str()));
+        of_command.map(|arg| arg.clone().hide(true)).collect::<Vec<_>>()
+    };
+    commands.into_iter().fold(all, |all, (name, idle)| all.mut_subcommand(&name, |c| c.args(hidden(idle))))
+}
+
+/// Whether a command weaves pictures.
+fn weaves(command: &clap::Command) -> bool {
+    command.get_arguments().any(|arg| arg.get_id() == "each")
 }
 
 const QUILT: &str = "\

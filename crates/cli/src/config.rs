@@ -20,8 +20,21 @@ use crate::wrong::Wrong;
 const LARGEST: u64 = 1 << 20;
 
 /// Options that say where a run writes and how it is watched, not what it makes.
-pub(crate) const NOT_SAVED: [&str; 10] =
-    ["output", "map", "explain", "report", "diff", "config", "save-config", "format", "help", "version"];
+pub(crate) const NOT_SAVED: [&str; 13] = [
+    "output",
+    "map",
+    "explain",
+    "preview",
+    "report",
+    "sheet",
+    "each",
+    "diff",
+    "config",
+    "save-config",
+    "format",
+    "help",
+    "version",
+];
 
 /// Options of a file, as words of the command line.
 pub(crate) struct FromFile {
@@ -87,7 +100,7 @@ fn option<'a>(command: &'a Command, long: &str) -> Option<&'a Arg> {
     command.get_arguments().find(|arg| !never && arg.get_long() == Some(long))
 }
 
-fn was_typed(arg: &Arg, matches: &ArgMatches) -> bool {
+pub(crate) fn was_typed(arg: &Arg, matches: &ArgMatches) -> bool {
     matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine)
 }
 

@@ -10,7 +10,7 @@ use crate::args::{DepthArg, NonFiniteArg};
 use crate::backdrop::{Backdrop, spare_holes};
 use crate::failure::{Failure, n};
 use crate::harmonise::{
-    Layout, alike, associated, common_association, common_depth, common_layout, converted, widened,
+    Layout, alike, associated, common_association, common_depth, common_layout, converted, is_integer, stops, widened,
 };
 use crate::inputs::{self, Input};
 use crate::light::LightArgs;
@@ -36,6 +36,9 @@ pub(crate) struct ExemplarArgs {
     /// Depth of the output; by default that of the exemplars.
     #[arg(long, value_enum, value_name = "DEPTH")]
     pub(crate) depth: Option<DepthArg>,
+    /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
+    pub(crate) exposure: f64,
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     pub(crate) nonfinite: NonFiniteArg,
@@ -58,6 +61,8 @@ pub(crate) struct Headers {
     pub(crate) mask_infos: Vec<Info>,
     /// Whether the depth was typed.
     converts: bool,
+    /// Stops by which floats that become integers are brighter.
+    exposure: f64,
     /// Depth of what is rendered from them.
     pub(crate) depth: Depth,
     /// Channels of what is rendered from them.
@@ -133,9 +138,28 @@ impl ExemplarArgs {
             None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
-        let converts = self.depth.is_some();
+        let (converts, exposure) = (self.depth.is_some(), self.exposure);
+        if exposure != 0.0 && (!is_integer(depth) || infos.iter().all(|info| is_integer(info.depth))) {
+            let what = "--exposure is for floats that become integers, and none do";
+            return Err(
+                Failure::new(2, what).remedy("give --depth u8 or u16 and an exemplar of floats, or leave it out")
+            );
+        }
         let (light, matched) = (self.light, Vec::new());
-        Ok(Headers { given, options, light, converts, depth, layout, infos, mask_infos, masks, matched, inputs })
+        Ok(Headers {
+            given,
+            options,
+            light,
+            converts,
+            exposure,
+            depth,
+            layout,
+            infos,
+            mask_infos,
+            masks,
+            matched,
+            inputs,
+        })
     }
 }
 
@@ -258,7 +282,8 @@ impl Headers {
         let exemplars = self.light.ignore(exemplars)?;
         let depths: Vec<Depth> = planes.iter().map(|plane| plane.samples.depth()).collect();
         let payload = paths.iter().zip(planes).zip(&metadata);
-        let payload = payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, tags));
+        let payload =
+            payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, (tags, self.exposure)));
         let payload = alike(session, &paths, payload.collect::<Result<_, _>>()?)?;
         let first = metadata.swap_remove(0).converted(depths[0], self.depth);
         Ok(Loaded {

@@ -11,6 +11,16 @@ const UNUSED: Rgb = [40, 40, 40];
 /// Colours of an exemplar's corners: top left, top right, bottom left, bottom right.
 const CORNERS: [Rgb; 4] = [[50, 90, 230], [40, 200, 120], [225, 60, 70], [250, 215, 60]];
 
+/// What its colours mean, for the page of `--report`.
+pub(crate) const LEGEND: [(Rgb, &str); 6] = [
+    (SEAM, "a seam"),
+    (CORNERS[0], "from the top left of an exemplar"),
+    (CORNERS[1], "its top right"),
+    (CORNERS[2], "its bottom left"),
+    (CORNERS[3], "its bottom right"),
+    (UNUSED, "never used"),
+];
+
 type Rgb = [u8; 3];
 
 /// Three panels, 8-bit RGB: the picture with its seams; the picture in the colours of the places that its parts came

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Association, Depth, Grid, Plane, Samples};
+use selvedge_core::{Association, Depth, Grid, Plane, Role, Samples};
 use selvedge_io::{Info, Metadata};
 
 use crate::failure::{Failure, shown};
 use crate::session::Session;
+use crate::wrong::Wrong;
 
 /// The depth that holds the samples of all pictures as they are: the deeper of two integers or of two floats.
 ///
@@ -100,11 +101,12 @@ pub(crate) fn converted(
     path: &Path,
     plane: Plane<2>,
     depth: Depth,
-    metadata: &Metadata,
+    (metadata, stops): (&Metadata, f64),
 ) -> Result<Plane<2>, Failure> {
     if plane.samples.depth() == depth {
         return Ok(plane);
     }
+    let plane = if is_integer(depth) { exposed(path, plane, stops)? } else { plane };
     let converted = selvedge_io::convert(&plane, depth, metadata).map_err(|p| Failure::from_problem(path, p))?;
     if converted.clipped != 0 {
         let what = format!("{} sample(s) are beyond what {} holds and were clipped", converted.clipped, depth.name());
@@ -112,6 +114,34 @@ pub(crate) fn converted(
     }
     converted.warnings.iter().for_each(|warning| session.warn(path, warning));
     Ok(converted.plane)
+}
+
+/// True for samples that are integers.
+pub(crate) fn is_integer(depth: Depth) -> bool {
+    matches!(depth, Depth::U8 | Depth::U16)
+}
+
+/// Light of floats, so many stops brighter; all else stays as it is.
+fn exposed(path: &Path, plane: Plane<2>, stops: f64) -> Result<Plane<2>, Failure> {
+    if stops == 0.0 || plane.role != Role::Color || is_integer(plane.samples.depth()) {
+        return Ok(plane);
+    }
+    let wide = selvedge_io::convert(&plane, Depth::F32, &Metadata::default());
+    let mut plane = wide.map_err(|p| Failure::from_problem(path, p))?.plane;
+    let (colors, factor) = (plane.color_channels(), libm::exp2(stops));
+    if let Samples::F32(grid) = &mut plane.samples {
+        for c in 0..colors {
+            grid.plane_mut(c).iter_mut().for_each(|v| *v = (f64::from(*v) * factor) as f32);
+        }
+    }
+    Ok(plane)
+}
+
+/// A number of stops.
+pub(crate) fn stops(text: &str) -> Result<f64, Wrong> {
+    // Beyond these nothing that a half holds is left between black and white.
+    let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= 64.0);
+    stops.ok_or_else(|| Wrong::new(format!("'{text}' is no exposure"), "write stops from -64 to 64, such as -1.5"))
 }
 
 /// How colour and alpha go together in pictures that are to be alike, by whether they have alpha: multiplied if that is so

@@ -10,7 +10,8 @@ use crate::args::NonFiniteArg;
 use crate::blending::Blending;
 use crate::course::Course;
 use crate::exemplars::Loaded;
-use crate::explain::explain;
+use crate::explain::{LEGEND, explain};
+use crate::eyes;
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input, ReadMap};
@@ -129,6 +130,7 @@ impl Loom<'_> {
         let used = self.session.options.clone().set("tile", Tile::of(self.domain).map(crate::args::typed_name));
         let used = if used.has("size") { used.set("size", format!("{w}x{h}")) } else { used };
         let used = if self.args.quality.is_none() { used.without("quality") } else { used };
+        let used = if self.args.input.exposure == 0.0 { used.without("exposure") } else { used };
         // It acts on odd pictures alone.
         let odd = self.args.input.nonfinite != NonFiniteArg::Error;
         let used = if odd { used } else { used.set("nonfinite", Value::Null) };
@@ -150,7 +152,7 @@ impl Loom<'_> {
 
     /// Renders what was woven, to be written; a run that was interrupted ends here.
     pub(crate) fn finish(mut self, used: Used, mut outcome: Outcome) -> Result<Done, Failure> {
-        self.session.watch.finish();
+        self.session.watch.busy(if self.blending.is_none() { "render" } else { "blend" });
         self.report.stage("synthesis");
         self.made_by = outcome.made_by.take();
         self.report.options = self.made_by.as_ref().map_or(used, |made| made.options.clone());
@@ -161,6 +163,7 @@ impl Loom<'_> {
         self.session.check_signal()?;
         let ([h, w], name, how) = (self.domain.shape, self.names(), outcome.how.clone());
         let outputs = self.make(outcome)?;
+        self.session.watch.finish();
         let line = format!("{name}: {w}x{h} px {how}, in {:.2} s", self.report.elapsed());
         Ok(Done::made(self.report, line, outputs))
     }
@@ -174,7 +177,7 @@ impl Loom<'_> {
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, kept, complete, course, .. } = outcome;
+        let Outcome { woven, kept, complete, course, how, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
@@ -188,6 +191,7 @@ impl Loom<'_> {
             plane = transparent_holes(plane, map, self.format)?;
         }
         self.report.stage("render");
+        self.session.watch.busy("encode");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
         let mut outputs = Outputs::with_quality(self.args.quality);
         let name = |path: &PathBuf| if complete { path.clone() } else { outputs::partial(path) };
@@ -211,6 +215,10 @@ impl Loom<'_> {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
             outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
         }
+        if let (Some(path), true) = (&self.written.preview, complete) {
+            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
+            outputs.picture(path, outputs::format(path, None, None)?, &eyes::tiled(&plane, self.domain)?, &metadata)?;
+        }
         if let Some(path) = &self.written.map {
             let metadata = Metadata { provenance, ..Metadata::default() };
             let map = woven.into_map().ok_or_else(averaged)?;
@@ -218,7 +226,7 @@ impl Loom<'_> {
         }
         self.report.stage("encode");
         if let (Some(folder), Some((command, explained))) = (&self.written.report, &shown) {
-            let page = self.page(command, &outputs, &[&plane, explained], course.as_ref())?;
+            let page = self.page((command, &how), &outputs, &[&plane, explained], course.as_ref())?;
             outputs.bytes(&page::file(folder), page.into_bytes());
         }
         Ok(outputs)
@@ -227,14 +235,16 @@ impl Loom<'_> {
     /// The page of `--report`.
     fn page(
         &self,
-        command: &str,
+        (command, how): (&str, &str),
         outputs: &Outputs,
         [picture, explained]: &[&Plane<2>; 2],
         course: Option<&Course>,
     ) -> Result<String, Failure> {
         let threads = rayon::current_num_threads();
-        let mut run = self.report.json(self.session.global.seed, threads, false);
+        let mut run = self.report.json(&[self.session.global.seed()], threads, false);
         run["outputs"] = outputs.noted().into();
+        let [height, width] = self.domain.shape;
+        run["summary"] = format!("{width}x{height} px {how}").into();
         run["made"] = ["version", "seed", "threads", "peak_memory_bytes"]
             .into_iter()
             .map(|key| (key.to_owned(), run[key].clone()))
@@ -246,7 +256,10 @@ impl Loom<'_> {
             stats.remove("energy");
         }
         let course = course.map_or(Ok(String::new()), Course::html)?;
-        page::page(&run, command, &[("The output", picture), (what, explained)], &course)
+        let names: Vec<String> = self.loaded.paths.iter().map(|path| format!("Exemplar {}", shown(path))).collect();
+        let mut pictures = vec![("The output", *picture), (what, *explained)];
+        pictures.extend(names.iter().map(String::as_str).zip(&self.loaded.payload));
+        page::page(&run, command, &pictures, &(page::swatches(&LEGEND) + &course))
     }
 
     /// How the picture was made: nothing that differs between equal runs.
@@ -262,7 +275,7 @@ impl Loom<'_> {
     }
 
     fn made(&self, options: Used, planes: &[Fingerprint]) -> Provenance {
-        let own = (self.report.command(), self.session.global.seed);
+        let own = (self.report.command(), self.session.global.seed());
         let (command, seed) = self.made_by.as_ref().map_or(own, |made| (made.command, made.seed));
         let inputs = self.loaded.all_fingerprints().into_iter().chain(self.others.iter().chain(planes).cloned());
         let files = self.files.as_deref().unwrap_or(self.loaded.given());

@@ -12,6 +12,7 @@ mod config;
 mod course;
 mod exemplars;
 mod explain;
+mod eyes;
 mod failure;
 mod ground;
 mod harmonise;
@@ -31,9 +32,11 @@ mod roles;
 mod run;
 mod session;
 mod setup;
+mod sheet;
 mod size;
 mod stdio;
 mod steps;
+mod turns;
 mod typed;
 mod used;
 mod values;
@@ -48,7 +51,15 @@ use std::process::ExitCode;
 
 use crate::failure::Failure;
 
+/// Bytes that a command line takes to be understood, and its errors to be told: no step of that can be refused memory and
+/// go on.
+const ROOM: usize = 6 << 20;
+
 fn main() -> ExitCode {
+    if std::hint::black_box(Vec::<u8>::new()).try_reserve_exact(ROOM).is_err() {
+        let failure = Failure::new(6, "the system has no memory for the program itself");
+        return ExitCode::from(failure.remedy("allow more").tell(std::env::args_os().any(|word| word == "--json")));
+    }
     // A net below everything: a broken promise of ours ends in one line and code 70, never in a stack trace.
     failure::catch_panics();
     let words: Vec<OsString> = std::env::args_os().collect();

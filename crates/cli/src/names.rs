@@ -20,7 +20,8 @@ pub(crate) fn check_apart(pattern: &Path, outputs: usize) -> Result<(), Failure>
     Err(Failure::new(2, what).about(pattern).remedy("use '{name}' or '{stem}' in it"))
 }
 
-fn filled(pattern: &Path, words: &[(&str, Option<&std::ffi::OsStr>)]) -> PathBuf {
+/// A name with words in it replaced, each where it stands; what was filled in is not looked at again.
+pub(crate) fn filled(pattern: &Path, words: &[(&str, Option<&std::ffi::OsStr>)]) -> PathBuf {
     let Some(mut rest) = pattern.to_str() else { return pattern.to_path_buf() };
     let mut name = OsString::new();
     let first = |rest: &str| words.iter().filter_map(|(word, by)| Some((rest.find(word)?, *word, *by))).min();

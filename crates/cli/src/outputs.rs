@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
-use selvedge_io::{Format, MapFile, Metadata, Problem, Staged, Warning, WriteOptions, path_text};
+use selvedge_io::{Format, MapFile, Metadata, Problem, ReadOptions, Staged, Warning, WriteOptions, path_text};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n, shown};
@@ -32,7 +32,7 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
         }
     }
     // Once more when they are written: names may lead elsewhere by then.
-    let _ = session.inputs.set(inputs);
+    session.reads(inputs);
     Ok(())
 }
 
@@ -184,6 +184,22 @@ impl Outputs {
         Ok(())
     }
 
+    /// Adds all that others have made.
+    pub(crate) fn extend(&mut self, others: Self) {
+        self.made.extend(others.made);
+    }
+
+    /// Bytes of all of them.
+    pub(crate) fn held(&self) -> u64 {
+        self.made.iter().map(|made| made.bytes.len() as u64).sum()
+    }
+
+    /// The first picture as its file has it.
+    pub(crate) fn first(&self) -> Result<Option<Plane<2>>, Failure> {
+        let read = |made: &Made| selvedge_io::decode(&made.bytes, &made.path, &ReadOptions::default());
+        Ok(self.made.first().map(read).transpose()?.map(|picture| picture.plane))
+    }
+
     /// Adds a file that is no picture.
     pub(crate) fn bytes(&mut self, path: &Path, bytes: Vec<u8>) {
         self.made.push(Made { path: path.to_path_buf(), bytes, size: None, told: Vec::new(), clip: None });
@@ -205,8 +221,8 @@ impl Outputs {
             session.warn(&made.path, warning);
         }
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
-        let (no_clobber, inputs) = (session.global.no_clobber, session.inputs.get().map_or(&[][..], Vec::as_slice));
-        let staged = files.iter().map(|made| Staged::beside(&made.path, &made.bytes, no_clobber, inputs));
+        let (no_clobber, inputs) = (session.global.no_clobber, session.inputs());
+        let staged = files.iter().map(|made| Staged::beside(&made.path, &made.bytes, no_clobber, &inputs));
         let mut staged = staged.collect::<Result<Vec<_>, _>>()?;
         let streamed = streams.iter().try_for_each(|made| stdio::picture(&made.bytes));
         streamed.map_err(|e| Failure::of_stream(&e))?;

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Depth, Domain, Grid, Plane, Samples};
-use selvedge_io::{Association, Format, Metadata, Problem, WriteOptions};
+use selvedge_core::Plane;
+use selvedge_io::{Format, Metadata, WriteOptions};
 use serde_json::Value;
 
+use crate::eyes;
 use crate::failure::Failure;
 
 /// The page's name in its folder.
@@ -23,7 +24,8 @@ img{max-width:100%;image-rendering:pixelated;border:1px solid #ccc}figure{margin
 figcaption,th{color:#666;font-weight:normal}table{border-collapse:collapse}\
 th,td{text-align:left;vertical-align:top;padding:.1rem 1rem .1rem 0}td{font-family:ui-monospace,monospace;\
 overflow-wrap:anywhere}pre{white-space:pre-wrap;background:#eee;padding:.5rem}\
-svg{width:100%;height:12rem;background:#fff;border:1px solid #ccc}polyline{fill:none;stroke:#b33}circle{fill:#b33}\
+.legend{list-style:none;padding:0;display:flex;flex-wrap:wrap;gap:0 1.5rem}\
+.legend svg{width:1em;height:1em;margin-right:.4em;vertical-align:-.1em}figure svg{width:100%;height:12rem;background:#fff;border:1px solid #ccc}polyline{fill:none;stroke:#b33}circle{fill:#b33}\
 .steps{display:grid;grid-template-columns:repeat(auto-fill,minmax(13rem,1fr));gap:0 1rem}.steps img{width:100%}";
 
 /// The file that a folder of `--report` gets, or, while there is no such folder, the folder: what has to be writable.
@@ -55,7 +57,7 @@ pub(crate) fn file(folder: &Path) -> PathBuf {
     folder.join(NAME)
 }
 
-/// The page of a run, given as the object of `--json`, with the command that makes it again, pictures with captions, and
+/// The page of a run, given as the object of `--json` and its `summary`, with the command that makes it again, pictures with captions, and
 /// what a method shows of its course, ready as HTML.
 pub(crate) fn page(
     run: &Value,
@@ -66,9 +68,10 @@ pub(crate) fn page(
     let title = run["outputs"][0]["path"].as_str().unwrap_or("a run");
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\">{GENERATOR}<title>{0}</title><style>{STYLE}</style>\n\
-         <h1>{0}</h1>\n<pre>{1}</pre>\n",
+         <h1>{0}</h1>\n<pre>{1}</pre>\n<p>{2}</p>\n",
         escaped(title),
-        escaped(command)
+        escaped(command),
+        escaped(run["summary"].as_str().unwrap_or_default())
     );
     for (caption, plane) in pictures {
         let [height, width] = plane.domain().shape;
@@ -86,6 +89,14 @@ pub(crate) fn page(
         page += &format!("<h2>{heading}</h2>\n{}\n", table(&run[key]));
     }
     Ok(page + "</html>\n")
+}
+
+/// Colours and what they mean.
+pub(crate) fn swatches(all: &[([u8; 3], &str)]) -> String {
+    let swatch = |([r, g, b], what): &([u8; 3], &str)| {
+        format!("<li><svg><rect width=\"100%\" height=\"100%\" fill=\"rgb({r},{g},{b})\"/></svg>{}</li>", escaped(what))
+    };
+    format!("<ul class=\"legend\">{}</ul>\n", all.iter().map(swatch).collect::<String>())
 }
 
 /// A picture inside of the page, with what it shows and a caption.
@@ -117,37 +128,10 @@ fn escaped(text: &str) -> String {
 
 /// The picture as a PNG of 8 bits that a browser shows, reduced where it is large.
 fn preview(plane: &Plane<2>) -> Result<Vec<u8>, Failure> {
-    let failed = |problem| Failure::from_problem(Path::new(NAME), problem);
-    let to_eight = |plane: &Plane<2>| selvedge_io::convert(plane, Depth::U8, &Metadata::default());
-    let eight = match to_eight(plane) {
-        // Light without alpha is shown as nothing: it has no place in a browser.
-        Err(Problem::LightWithoutAlpha { .. }) => {
-            to_eight(&Plane { association: Association::Straight, ..plane.clone() })
-        }
-        done => done,
-    };
-    let eight = eight.map_err(failed)?.plane;
-    let [height, width] = eight.domain().shape;
-    let (n, Samples::U8(grid)) = (height.max(width).div_ceil(LARGEST), &eight.samples) else {
-        return Err(Failure::new(70, "a conversion to 8 bits gave something else").remedy("please report it"));
-    };
-    let small = if n == 1 { eight } else { Plane { samples: Samples::U8(reduced(grid, n)?), ..eight } };
+    let [height, width] = plane.domain().shape;
+    let small = eyes::smaller(plane, height.max(width).div_ceil(LARGEST))?;
     let options = WriteOptions { format: Some(Format::Png), ..WriteOptions::default() };
     Ok(selvedge_io::encode(&small, &Metadata::default(), NAME, &options)?)
-}
-
-/// The means of `n * n` samples; what does not fill a square is left out.
-fn reduced(grid: &Grid<u8, 2>, n: u32) -> Result<Grid<u8, 2>, Failure> {
-    let domain = Domain::open(grid.domain().shape.map(|side| (side / n).max(1)));
-    let mut out = Grid::try_filled(domain, grid.channels(), 0_u8)?;
-    let block = Domain::open([0, 1].map(|axis| n.min(grid.domain().shape[axis])));
-    for c in 0..grid.channels() {
-        for [y, x] in domain.positions() {
-            let sum: u64 = block.positions().map(|[dy, dx]| u64::from(grid.get(c, [y * n + dy, x * n + dx]))).sum();
-            out.set(c, [y, x], ((sum + block.len() as u64 / 2) / block.len() as u64) as u8);
-        }
-    }
-    Ok(out)
 }
 
 fn base64(bytes: &[u8]) -> String {
@@ -165,7 +149,7 @@ fn base64(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::Role;
+    use selvedge_core::{Domain, Grid, Role, Samples};
     use serde_json::json;
 
     #[test]
@@ -183,13 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn large_pictures_are_reduced_to_means() {
-        let samples = (0..7 * 5).map(|i| i as u8 * 7).collect();
-        let grid = Grid::from_vec(Domain::open([5, 7]), 1, samples).unwrap();
-        let small = reduced(&grid, 2).unwrap();
-        assert_eq!(small.domain().shape, [2, 3]);
-        assert_eq!(small.samples()[0], (7 + 49 + 56 + 2) / 4);
-        assert_eq!(reduced(&grid, 6).unwrap().domain().shape, [1, 1]);
+    fn large_pictures_are_shown_small() {
         let plane = Plane::new(Role::Color, Samples::F32(Grid::try_filled(Domain::open([2, 3300]), 3, 0.5).unwrap()));
         let png = selvedge_io::decode(&preview(&plane).unwrap(), "p", &Default::default()).unwrap().plane;
         assert_eq!(png.domain().shape, [1, 1100]);

@@ -22,6 +22,8 @@ pub(crate) struct Laying<'a> {
     /// What their channels mean, as typed: one for all, one for each, or none, and names tell.
     pub(crate) roles: &'a [RoleArg],
     pub(crate) depth: Option<Depth>,
+    /// Stops by which floats that become integers are brighter.
+    pub(crate) exposure: f64,
     pub(crate) format: Option<Format>,
     pub(crate) nonfinite: NonFiniteArg,
     pub(crate) blending: Blending,
@@ -48,6 +50,7 @@ pub(crate) struct Looked {
     infos: Vec<Info>,
     depth: Depth,
     layout: Layout,
+    exposure: f64,
     nonfinite: NonFiniteArg,
 }
 
@@ -137,7 +140,8 @@ impl Laying<'_> {
             outputs::check_held(output, shape, (Layout::of(info), self.depth.unwrap_or(info.depth)), Some(path))?;
         }
         outputs::check_held(output, shape, (layout, depth), None)?;
-        Ok(Looked { layer, inputs, infos, depth, layout, nonfinite: self.nonfinite })
+        let (exposure, nonfinite) = (self.exposure, self.nonfinite);
+        Ok(Looked { layer, inputs, infos, depth, layout, exposure, nonfinite })
     }
 }
 
@@ -208,7 +212,7 @@ impl Looked {
             fingerprints.push(fingerprint);
             let from = picture.plane.samples.depth();
             let plane = widened(picture.plane, self.layout)?;
-            planes.push(converted(session, &input.path, plane, self.depth, &picture.metadata)?);
+            planes.push(converted(session, &input.path, plane, self.depth, (&picture.metadata, self.exposure))?);
             metadata.get_or_insert_with(|| picture.metadata.converted(from, self.depth));
         }
         let planes = alike(session, &self.layer.planes, planes)?;

@@ -24,6 +24,8 @@ pub(crate) struct Report {
     pub(crate) stats: Value,
     /// Memory that the run is expected to need at most.
     pub(crate) estimate: Option<u64>,
+    /// Objects of the runs that this one is of.
+    runs: Vec<Value>,
 }
 
 impl Report {
@@ -40,6 +42,7 @@ impl Report {
             outputs: Vec::new(),
             stats: json!({}),
             estimate: None,
+            runs: Vec::new(),
         }
     }
 
@@ -64,8 +67,9 @@ impl Report {
         self.began.elapsed().as_secs_f64()
     }
 
-    /// The object of `--json`.
-    pub(crate) fn json(&self, seed: u64, threads: usize, dry_run: bool) -> Value {
+    /// The object of `--json`; several seeds are a list, and each run of several has an object of its own in `runs`.
+    pub(crate) fn json(&self, seeds: &[u64], threads: usize, dry_run: bool) -> Value {
+        let seed = if let [only] = seeds { Value::from(*only) } else { seeds.into() };
         let mut seconds = self.seconds.clone();
         seconds.insert("total", self.elapsed());
         let mut object = json!({
@@ -84,6 +88,9 @@ impl Report {
             object["dry_run"] = true.into();
             object["estimated_memory_bytes"] = self.estimate.into();
         }
+        if !self.runs.is_empty() {
+            object["runs"] = self.runs.clone().into();
+        }
         object
     }
 }
@@ -93,8 +100,8 @@ pub(crate) struct Done {
     pub(crate) report: Report,
     /// Its answer on standard output, which the object of `--json` replaces.
     pub(crate) answer: String,
-    /// A line for people on standard error.
-    pub(crate) line: Option<String>,
+    /// Lines for people on standard error.
+    pub(crate) lines: Vec<String>,
     /// Files to write.
     pub(crate) outputs: Outputs,
     /// Exit code.
@@ -105,7 +112,7 @@ impl Done {
     /// Pictures were made, to be written; a line says which.
     pub(crate) fn made(mut report: Report, line: String, outputs: Outputs) -> Self {
         report.outputs.extend(outputs.noted());
-        Self { report, answer: String::new(), line: Some(line), outputs, exit: 0 }
+        Self { report, answer: String::new(), lines: vec![line], outputs, exit: 0 }
     }
 
     /// A line says what would be made.
@@ -115,7 +122,23 @@ impl Done {
 
     /// A question was answered.
     pub(crate) fn answered(report: Report, answer: String) -> Self {
-        Self { report, answer, line: None, outputs: Outputs::default(), exit: 0 }
+        Self { report, answer, lines: Vec::new(), outputs: Outputs::default(), exit: 0 }
+    }
+
+    /// Adds a run that is one of several, with its seed.
+    pub(crate) fn add(&mut self, other: Self, seed: u64, dry_run: bool) {
+        self.report.command = other.report.command;
+        self.report.runs.push(other.report.json(&[seed], rayon::current_num_threads(), dry_run));
+        let new = |input: &Value| !self.report.inputs.contains(input);
+        let inputs: Vec<Value> = other.report.inputs.into_iter().filter(new).collect();
+        self.report.inputs.extend(inputs);
+        self.report.outputs.extend(other.report.outputs);
+        for (stage, seconds) in other.report.seconds {
+            *self.report.seconds.entry(stage).or_default() += seconds;
+        }
+        self.report.estimate = self.report.estimate.max(other.report.estimate);
+        self.lines.extend(other.lines);
+        self.outputs.extend(other.outputs);
     }
 }
 

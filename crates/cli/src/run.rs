@@ -2,15 +2,16 @@
 
 use std::ffi::OsString;
 
-use selvedge_io::Staged;
+use selvedge_io::{Metadata, Staged};
 
 use crate::args::Global;
 use crate::failure::Failure;
-use crate::report::Done;
+use crate::outputs::Outputs;
+use crate::report::{Done, Report};
 use crate::session::Session;
-use crate::stdio;
+use crate::turns::Turns;
 use crate::typed::{self, Stop, Typed};
-use crate::watch;
+use crate::{eyes, outputs, sheet, stdio, watch};
 
 /// More threads than this help nobody.
 const MOST_THREADS: usize = 256;
@@ -19,6 +20,9 @@ const MOST_THREADS: usize = 256;
 pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
     let global = &typed.cli.global;
     let session = Session::new(global, typed.used());
+    for option in typed.idle() {
+        session.say(&format!("note: {option} does nothing for this command"));
+    }
     if MOST_THREADS < global.threads {
         session.say(&format!("note: {} threads are too many; using {MOST_THREADS}", global.threads));
     }
@@ -40,7 +44,12 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     let global = &typed.cli.global;
     // What cannot be saved is known before the work.
     let saved = global.save_config.as_ref().map(|_| typed.saved()).transpose()?;
-    let mut done = typed.cli.command.execute(session, &|words| again(session, words))?;
+    let turns = typed.turns()?;
+    let mut done = if turns.all.is_empty() {
+        typed.cli.command.execute(session, &|words| Ok(within(session, words, 0)?.1))?
+    } else {
+        several(session, &turns)?
+    };
     // A dry run is how options are tried: what they are is all that it writes.
     if let (Some(path), Some(text)) = (&global.save_config, saved) {
         done.outputs.bytes(path, text.into_bytes());
@@ -48,21 +57,54 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     Ok(done)
 }
 
-/// Runs the words that a picture carries: with its seed, and else as the session does.
-fn again(session: &Session<'_>, words: &[OsString]) -> Result<Done, Failure> {
+/// Several runs as one, which are written together. Those that came to their end are kept where the next one is interrupted
+/// and the best so far is wanted.
+fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
+    let global = session.global;
+    let mut done = Done::answered(Report::new(""), String::new());
+    if let Some(path) = &turns.sheet {
+        outputs::format(path, None, None)?;
+        outputs::check(session, std::slice::from_ref(path), &[])?;
+    }
+    let mut pictures = Vec::new();
+    for (i, turn) in turns.all.iter().enumerate() {
+        session.watch.turn(i + 1, turns.all.len());
+        let (seed, one) = within(session, &turn.words, done.outputs.held()).or_else(|failure| {
+            if global.keep_partial && session.watch.signal().is_some() {
+                done.outputs.write(session)?;
+            }
+            Err(failure)
+        })?;
+        if let Some(picture) = one.outputs.first()?.filter(|_| turns.sheet.is_some()) {
+            pictures.push((eyes::eight(&picture)?, turn.label));
+        }
+        done.add(one, seed, global.dry_run);
+    }
+    if let Some(path) = turns.sheet.as_ref().filter(|_| !pictures.is_empty()) {
+        let mut sheet = Outputs::default();
+        sheet.picture(path, outputs::format(path, None, None)?, &sheet::sheet(&pictures)?, &Metadata::default())?;
+        done.report.outputs.extend(sheet.noted());
+        done.outputs.extend(sheet);
+    }
+    Ok(done)
+}
+
+/// Runs other words: with their seed, and else as the session does. Answers with the seed.
+fn within(session: &Session<'_>, words: &[OsString], held: u64) -> Result<(u64, Done), Failure> {
+    let nothing = || Failure::new(3, "the picture carries no run").remedy("give another picture");
     let typed = typed::parse(words).map_err(|stop| match stop {
         Stop::Wrong(failure) => failure,
-        Stop::Answer(_) => Failure::new(3, "the picture carries no run").remedy("give another picture"),
+        Stop::Answer(_) => nothing(),
     })?;
-    let global = Global { seed: typed.cli.global.seed, ..session.global.clone() };
-    let nothing = |_: &[OsString]| Err(Failure::new(3, "the picture carries no run").remedy("give another picture"));
-    typed.cli.command.execute(&Session::new(&global, typed.used()), &nothing)
+    let global = Global { seed: typed.cli.global.seed.clone(), ..session.global.clone() };
+    let done = typed.cli.command.execute(&session.within(&global, typed.used(), held), &|_| Err(nothing()))?;
+    Ok((global.seed(), done))
 }
 
 /// Says what a command has to say, and gives its files their names once standard output has taken its part.
 fn finish(session: &Session<'_>, done: &Done, staged: Vec<Staged<'_>>) -> Result<u8, Failure> {
     if session.global.json {
-        let object = done.report.json(session.global.seed, rayon::current_num_threads(), session.global.dry_run);
+        let object = done.report.json(&session.global.seed.0, rayon::current_num_threads(), session.global.dry_run);
         stdio::answer(format!("{object}\n").as_bytes())
     } else {
         stdio::answer(done.answer.as_bytes())
@@ -72,8 +114,6 @@ fn finish(session: &Session<'_>, done: &Done, staged: Vec<Staged<'_>>) -> Result
     for (stage, seconds) in done.report.stages() {
         session.detail(&format!("{stage}: {seconds:.3} s"));
     }
-    if let Some(line) = &done.line {
-        session.say(line);
-    }
+    done.lines.iter().for_each(|line| session.say(line));
     Ok(done.exit)
 }

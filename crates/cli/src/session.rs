@@ -1,7 +1,7 @@
 //! The surroundings of one command.
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use selvedge_core::{Limits, Run, Seed, SimdLevel};
 
@@ -19,8 +19,8 @@ pub(crate) struct Session<'a> {
     pub(crate) limits: Limits,
     /// The options that change samples, as typed.
     pub(crate) options: Used,
-    /// All that the run reads, once it is known.
-    pub(crate) inputs: OnceLock<Vec<PathBuf>>,
+    /// All that the run reads, as far as it is known.
+    inputs: Arc<Mutex<Vec<PathBuf>>>,
 }
 
 impl<'a> Session<'a> {
@@ -31,13 +31,29 @@ impl<'a> Session<'a> {
             watch: Watch::new(global),
             limits: Limits { memory, ..Limits::default() },
             options,
-            inputs: OnceLock::new(),
+            inputs: Arc::default(),
         }
+    }
+
+    /// A run within this one: it is watched as this one is, has `held` bytes less to use, and what it reads is read by both.
+    pub(crate) fn within<'g>(&self, global: &'g Global, options: Used, held: u64) -> Session<'g> {
+        let limits = Limits { memory: self.limits.memory.saturating_sub(held), ..self.limits };
+        Session { global, watch: self.watch.clone(), limits, options, inputs: self.inputs.clone() }
+    }
+
+    /// Notes files that the run reads.
+    pub(crate) fn reads(&self, files: impl IntoIterator<Item = PathBuf>) {
+        self.inputs.lock().unwrap_or_else(PoisonError::into_inner).extend(files);
+    }
+
+    /// All that the run reads, as far as it is known.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        self.inputs.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// What methods are handed.
     pub(crate) fn run<const D: usize>(&self) -> Run<'_, D> {
-        Run { seed: Seed(self.global.seed), limits: self.limits, observer: &self.watch, simd: SimdLevel::Auto }
+        Run { seed: Seed(self.global.seed()), limits: self.limits, observer: &self.watch, simd: SimdLevel::Auto }
     }
 
     /// Ends a run that a signal cancelled. Called between the steps of commands that cannot be cancelled within.

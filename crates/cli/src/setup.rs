@@ -20,7 +20,7 @@ use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
 use crate::report::Report;
 use crate::session::Session;
 use crate::weaving::{Sizing, Weaving};
-use crate::{explain, names, outputs, page};
+use crate::{explain, eyes, names, outputs, page};
 
 /// What the size of an output follows from.
 pub(crate) enum OutputSize<'a> {
@@ -50,6 +50,8 @@ pub(crate) struct Setup<'a> {
     pub(crate) keeps: bool,
     /// Pairs of guides that have weights, which come before those of planes that decide with the exemplars.
     pub(crate) guides: usize,
+    /// Side of a square that an exemplar has to hold.
+    pub(crate) block: Option<u32>,
 }
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
@@ -96,6 +98,7 @@ impl<'a> Setup<'a> {
             blending: Blending::default(),
             keeps: false,
             guides: 0,
+            block: None,
         }
     }
 
@@ -118,7 +121,12 @@ impl<'a> Setup<'a> {
         written.report.as_deref().map_or(Ok(()), page::check)?;
         let weights = args.with.weights(self.guides, args.with.matched.len() / exemplars);
         let headers = args.input.look(session, self.backdrop)?.matching(session, &args.with.matched, &weights)?;
+        let only = args.input.exemplars.first().filter(|_| args.input.exemplars.len() == 1).map(PathBuf::as_path);
         let domains = headers.domains();
+        // Before the budget, which such a block would exceed as well.
+        self.block
+            .map_or(Ok(()), |block| check_block(block, &domains))
+            .map_err(|e| only.map_or(e.clone(), |path| e.about(path)))?;
         let (domain, resized) = (self.size.domain(session, args, &domains)?, self.size.resized());
         memory::check_caps(&session.limits, domain, resized).map_err(|refused| {
             if self.size.follows_exemplar() { refused.about(&args.input.exemplars[0]) } else { refused }
@@ -128,8 +136,14 @@ impl<'a> Setup<'a> {
             let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
             outputs::check_held((path, outputs::format(path, None, None)?), domain.shape, rgb, None)?;
         }
+        if let Some(path) = &written.preview {
+            if domain.periodic == [false; 2] {
+                let failure = Failure::new(2, "would show how the output tiles, and it does not").about(path);
+                return Err(failure.remedy("add --tile xy, or leave --preview out"));
+            }
+            outputs::format(path, None, Some(Depth::U8))?;
+        }
         let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
-        let only = args.input.exemplars.first().filter(|_| args.input.exemplars.len() == 1).map(PathBuf::as_path);
         let need = |domain| self.need(&headers, &layers, estimate, domain);
         let needed = memory::check(&session.limits, only, domain, resized, &need)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
@@ -204,6 +218,7 @@ impl<'a> Setup<'a> {
             roles: &args.with.role,
             depth: args.input.depth.map(Depth::from),
             format: args.format.map(Format::from),
+            exposure: args.input.exposure,
             nonfinite: args.input.nonfinite,
             blending: self.blending,
             copy: args.with.copy,
@@ -228,13 +243,27 @@ impl<'a> Setup<'a> {
         let args = self.weaving;
         let explained = [args.explain.is_some(), args.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
+        let shown_twice = if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };
         let blended = self.blending.bytes(domain, headers.layout.colors + 1, self.keeps);
         let method = estimate(&sources, features, domain) + blended;
         let laid =
             layers.iter().map(|layer| layer.laid_bytes(domain, &resampled, self.keeps)).max().unwrap_or_default();
         let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
-        let written = memory::outputs(domain, channels, depth, args.map.is_some()) + explained + laid + made;
+        let written =
+            memory::outputs(domain, channels, depth, args.map.is_some()) + explained + laid + made + shown_twice;
         let worked = memory::sources(&sources, features) + method.then(written);
         memory::PROGRAM + kept + read.then(making).max(worked)
     }
+}
+
+/// Refuses a block that no exemplar holds.
+fn check_block(block: u32, exemplars: &[Domain<2>]) -> Result<(), Failure> {
+    let side = |domain: &&Domain<2>| domain.shape[0].min(domain.shape[1]);
+    let Some(largest) = exemplars.iter().max_by_key(side) else { return Ok(()) };
+    let (limit, [height, width]) = (side(&largest), largest.shape);
+    if block <= limit {
+        return Ok(());
+    }
+    let error = selvedge_quilting::Error::BlockExceedsExemplar { block, width, height, limit };
+    Err(Failure::from(error).remedy(format!("use --block {limit} or a larger exemplar")))
 }

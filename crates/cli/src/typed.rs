@@ -4,12 +4,13 @@ use std::error::Error as _;
 use std::ffi::OsString;
 
 use clap::error::ErrorKind;
-use clap::{ArgMatches, CommandFactory, FromArgMatches};
+use clap::{ArgMatches, FromArgMatches};
 
-use crate::cli::Cli;
+use crate::cli::{self, Cli};
 use crate::config;
 use crate::failure::Failure;
 use crate::stdio;
+use crate::turns::{self, Turns};
 use crate::used::Used;
 use crate::wrong::Wrong;
 
@@ -28,6 +29,23 @@ impl Typed {
     pub(crate) fn used(&self) -> Used {
         let Some((name, matches)) = self.matches.subcommand() else { return Used::default() };
         Used::of(&config::command(&self.command, name), matches)
+    }
+
+    /// Options that were typed and do nothing for the command, as they are typed.
+    pub(crate) fn idle(&self) -> Vec<String> {
+        let Some((name, matches)) = self.matches.subcommand() else { return Vec::new() };
+        let command = config::command(&self.command, name);
+        let of_command = cli::idle(&command);
+        let typed = command.get_arguments().filter(|arg| of_command.contains(&arg.get_id().as_str()));
+        typed
+            .filter(|arg| config::was_typed(arg, matches))
+            .filter_map(|arg| Some(format!("--{}", arg.get_long()?)))
+            .collect()
+    }
+
+    /// The runs that it asks for, where it asks for several.
+    pub(crate) fn turns(&self) -> Result<Turns, Failure> {
+        turns::turns(&self.command, &self.matches)
     }
 
     /// The options as a file for `--config`.
@@ -74,7 +92,7 @@ impl From<clap::Error> for Stop {
 
 /// Understands a command line. What was typed goes before what `--config` says, and that before the defaults.
 pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
-    let command = numbers(Cli::command());
+    let command = numbers(cli::program());
     // What the file may still supply is not missing yet.
     let typed = optional(command.clone()).try_get_matches_from(words)?;
     let from_file = config::words(&command, &typed)?;
@@ -116,12 +134,11 @@ fn spliced(words: &[OsString], more: &[OsString]) -> Vec<OsString> {
 }
 
 /// What other programs call something that this one has under another name: nearest spellings would mislead.
-const HINTS: [(&str, &str); 8] = [
+const HINTS: [(&str, &str); 7] = [
     ("--seamless", "use --tile xy"),
     ("--overwrite", "files are replaced unless --no-clobber is given; leave it out"),
     ("--force", "files are replaced unless --no-clobber is given; leave it out"),
     ("--inpaint", "use 'selvedge graphcut --over PICTURE --fixed MASK'"),
-    ("--preview", "use --explain FILE.png or --report DIR"),
     ("--block", "use --region, the size that patches are found for"),
     ("--region", "use --block, the side of the blocks"),
     ("--width", "use --size WxH"),
@@ -161,6 +178,7 @@ fn usage(error: &clap::Error) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
 
     fn failure(line: &str) -> String {
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();

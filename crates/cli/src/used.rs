@@ -1,6 +1,6 @@
 //! Options as used: what `--json` shows, and the canonical command that pictures carry.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::{Map, Value};
@@ -12,11 +12,14 @@ use serde_json::{Map, Value};
 pub(crate) struct Used(Vec<(String, Value)>);
 
 /// Options that say where a run writes, or that stand for others, which are shown instead.
-pub(crate) const NOT_USED: [&str; 12] = [
+pub(crate) const NOT_USED: [&str; 14] = [
     "output",
     "map",
     "explain",
+    "preview",
     "report",
+    "sheet",
+    "each",
     "diff",
     "format",
     "help",
@@ -24,7 +27,6 @@ pub(crate) const NOT_USED: [&str; 12] = [
     "paper",
     "save-config",
     "surface",
-    "preview",
 ];
 
 impl Used {
@@ -83,16 +85,19 @@ impl Used {
     /// output or anything else that leaves the samples as they are.
     pub(crate) fn command(&self, name: &str, files: &[PathBuf]) -> String {
         let mut words = vec!["selvedge".to_owned(), name.to_owned()];
-        // A name that begins with a dash is no option.
-        let name_of = |path: &PathBuf| match selvedge_io::display_name(path) {
-            name if name.starts_with('-') && name != "-" => format!("./{name}"),
-            name => name,
-        };
-        words.extend(files.iter().map(name_of));
+        words.extend(files.iter().map(|path| file_name(path)));
         for (name, value) in &self.0 {
             words.extend(typed(name, value));
         }
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// A file's name without its folders, so that it can be typed: one that begins with a dash is no option.
+fn file_name(path: &Path) -> String {
+    match selvedge_io::display_name(path) {
+        name if name.starts_with('-') && name != "-" => format!("./{name}"),
+        name => name,
     }
 }
 
@@ -127,7 +132,7 @@ fn values(id: &str, matches: &ArgMatches) -> Vec<Value> {
     }
     numbers!(f64, u64, u32, u8, usize);
     if let Ok(Some(files)) = matches.try_get_many::<PathBuf>(id) {
-        return files.map(|file| selvedge_io::display_name(file).into()).collect();
+        return files.map(|file| file_name(file).into()).collect();
     }
     let typed = matches.get_raw(id).into_iter().flatten();
     typed.map(|raw| raw.to_string_lossy().into_owned().into()).collect()

@@ -18,7 +18,8 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// How often signals are looked for.
 const TICK: Duration = Duration::from_millis(20);
 
-/// Shows a run and ends it on a signal. A second signal ends the program at once.
+/// Shows a run and ends it on a signal. A second signal ends the program at once. Clones are one.
+#[derive(Clone)]
 pub(crate) struct Watch {
     bar: Option<ProgressBar>,
     json: bool,
@@ -42,6 +43,23 @@ impl Watch {
     pub(crate) fn signal(&self) -> Option<u8> {
         let number = self.signal.load(Ordering::Relaxed);
         (number != 0).then_some(number as u8)
+    }
+
+    /// Says which of several runs is watched.
+    pub(crate) fn turn(&self, number: usize, of: usize) {
+        if let (Some(bar), true) = (&self.bar, 1 < of) {
+            bar.set_prefix(format!("{number} of {of}: "));
+        }
+    }
+
+    /// Says what is done that cannot tell how far it is.
+    pub(crate) fn busy(&self, what: &'static str) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(what);
+            bar.set_length(0);
+            bar.set_position(0);
+            bar.enable_steady_tick(Duration::from_millis(100));
+        }
     }
 
     /// Takes the bar away.
@@ -119,7 +137,7 @@ pub(crate) fn wait_for_the_end() -> ! {
 }
 
 fn bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:12} {wide_bar} {pos}/{len} {elapsed}");
+    let style = ProgressStyle::with_template("{prefix}{msg:12} {wide_bar} {pos}/{len} {elapsed}, {eta} left");
     let bar = ProgressBar::new(0);
     if let Ok(style) = style {
         bar.set_style(style);

@@ -40,6 +40,15 @@ pub(crate) struct Weaving {
     /// Write a picture of the seams and of where each part came from, for eyes.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) explain: Option<PathBuf>,
+    /// Write two by two copies of an output that tiles beside each other, 8 bits, for eyes.
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    pub(crate) preview: Option<PathBuf>,
+    /// Write the outputs of several runs into one picture, each above its seed, or above its number if it is one of --each.
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    pub(crate) sheet: Option<PathBuf>,
+    /// Weave from each exemplar alone, one after the other; '{stem}', '{name}' or '{n}' in names tell their outputs apart.
+    #[arg(long)]
+    pub(crate) each: bool,
     /// Write a page about the run with its pictures inside: DIR/index.html. That of graphcut also shows what seams cost
     /// after refinements that changed something, evenly thinned to at most 25 pictures.
     #[arg(help_heading = "Files that are written", long, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -78,6 +87,7 @@ pub(crate) struct Written {
     pub(crate) output: PathBuf,
     pub(crate) map: Option<PathBuf>,
     pub(crate) explain: Option<PathBuf>,
+    pub(crate) preview: Option<PathBuf>,
     pub(crate) report: Option<PathBuf>,
 }
 
@@ -86,8 +96,13 @@ impl Weaving {
     pub(crate) fn written(&self) -> Written {
         let named = |path: &PathBuf| names::of_plane(path, &self.input.exemplars[0]);
         let maybe = |path: &Option<PathBuf>| path.as_ref().map(named);
-        let (map, explain, report) = (maybe(&self.map), maybe(&self.explain), maybe(&self.report));
-        Written { output: named(&self.output), map, explain, report }
+        Written {
+            output: named(&self.output),
+            map: maybe(&self.map),
+            explain: maybe(&self.explain),
+            preview: maybe(&self.preview),
+            report: maybe(&self.report),
+        }
     }
 
     /// An output of a shape, with the topology asked for.
@@ -108,6 +123,11 @@ impl Weaving {
         let keeps = session.global.keep_partial && self.output.as_os_str() != STREAM;
         let partial: Vec<PathBuf> = made.iter().filter(|_| keeps).map(|path| outputs::partial(path)).collect();
         let page = written.report.as_deref().map(page::checked);
-        made.into_iter().chain(written.explain.clone()).chain(partial).chain(page).collect()
+        made.into_iter()
+            .chain(written.explain.clone())
+            .chain(written.preview.clone())
+            .chain(partial)
+            .chain(page)
+            .collect()
     }
 }

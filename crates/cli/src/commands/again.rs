@@ -51,7 +51,9 @@ impl Again {
         let before = input.hash();
         let same = done.report.outputs.iter().any(|output| output["blake3"] == before.as_str());
         let verdict = if same { "the same bytes as" } else { "made as" };
-        done.line = done.line.map(|line| format!("{line}; {verdict} '{}'", shown(&self.picture)));
+        if let Some(line) = done.lines.last_mut() {
+            *line += &format!("; {verdict} '{}'", shown(&self.picture));
+        }
         Ok(done)
     }
 

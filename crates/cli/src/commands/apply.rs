@@ -10,6 +10,7 @@ use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
 use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n as count, shown};
+use crate::harmonise::stops;
 use crate::inputs::{self, Input, ReadMap};
 use crate::outputs::{self, Outputs};
 use crate::planes::{Layer, Laying, Looked, roles_typed};
@@ -56,6 +57,9 @@ pub(crate) struct Apply {
     /// Quality of a JPEG file, 1 to 100.
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: Option<u8>,
+    /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
+    exposure: f64,
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     nonfinite: NonFiniteArg,
@@ -94,6 +98,7 @@ impl Apply {
         Laying {
             roles: &self.role,
             depth: self.depth.map(Depth::from),
+            exposure: self.exposure,
             format: self.format.map(Format::from),
             nonfinite: self.nonfinite,
             blending: self.blending,
@@ -155,6 +160,7 @@ impl Apply {
         let used = self.blending.used(session.options.clone().without("role"));
         let used = if self.copy { used } else { used.without("copy") };
         let used = if self.quality.is_none() { used.without("quality") } else { used };
+        let used = if self.exposure == 0.0 { used.without("exposure") } else { used };
         let odd = (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite));
         used.set("nonfinite", odd).with("role", roles)
     }
@@ -222,6 +228,7 @@ impl Run<'_> {
         if self.session.global.dry_run {
             return Ok(());
         }
+        self.session.watch.busy(if ready.layer.blending.is_none() { "render" } else { "blend" });
         let valid = if ready.layer.blending.is_none() {
             Vec::new()
         } else {

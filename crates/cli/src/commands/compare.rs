@@ -115,7 +115,7 @@ impl Compare {
         if infos[0].depth != infos[1].depth || a_layout != b_layout {
             session.warn(path, &"its depth or its channels are others; both are compared in the wider ones");
         }
-        let wide = |path, plane, tags| converted(session, path, widened(plane, common)?, depth, tags);
+        let wide = |path, plane, tags| converted(session, path, widened(plane, common)?, depth, (tags, 0.0));
         let both = vec![wide(&self.a, a, &a_tags)?, wide(path, b, &b_tags)?];
         let both = alike(session, &[self.a.clone(), path.to_path_buf()], both)?;
         Ok(both.try_into().expect("two"))
@@ -285,7 +285,7 @@ fn picture(
     }
     let plane = Plane::new(Role::Color, Samples::U8(samples));
     match format.depths() {
-        [Depth::F16, ..] => converted(session, path, plane, Depth::F16, &Metadata::default()),
+        [Depth::F16, ..] => converted(session, path, plane, Depth::F16, (&Metadata::default(), 0.0)),
         _ => Ok(plane),
     }
 }

@@ -46,6 +46,7 @@ impl Inspect {
         let exemplars = Exemplars::of(&[std::slice::from_ref(plane)]).map_err(|e| about(e.into()))?;
         report.stage("read");
         let source = &exemplars.sources()[0];
+        session.watch.busy("inspect");
         let texture = Texture::of(&source.features, source.valid.as_ref(), exemplars.weights());
         let texture = texture.map_err(|e| about(Failure::of(e.kind(), &e, e.remedy())))?;
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;

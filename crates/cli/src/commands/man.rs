@@ -35,11 +35,31 @@ impl Man {
     }
 }
 
+/// What is typed, in the order in which it is read: files, what must be given, all else.
+fn synopsis(command: &Command) -> String {
+    let name = command.get_bin_name().unwrap_or_else(|| command.get_name());
+    if command.has_subcommands() {
+        return format!("{name} COMMAND [OPTIONS]");
+    }
+    let mut words = vec![name.to_owned()];
+    for arg in command.get_positionals() {
+        let more = if arg.get_num_args().is_some_and(|n| 1 < n.max_values()) { "..." } else { "" };
+        words.push(arg.get_value_names().unwrap_or_default().iter().map(|name| format!("{name}{more}")).collect());
+    }
+    for arg in command.get_arguments().filter(|arg| !arg.is_positional() && arg.is_required_set()) {
+        let value = arg.get_value_names().unwrap_or_default().join(" ");
+        let flag = arg.get_short().map_or_else(|| format!("--{}", arg.get_id()), |short| format!("-{short}"));
+        words.push(format!("{flag} {value}"));
+    }
+    words.push("[OPTIONS]".to_owned());
+    words.join(" ")
+}
+
 /// The pages by their names: one for the program, one a command.
 fn pages(mut command: Command) -> std::io::Result<Vec<(String, Vec<u8>)>> {
     command.build();
     let page = |command: &Command| {
-        let page = Page::new(command.clone());
+        let page = Page::new(command.clone().override_usage(synopsis(command)));
         let mut bytes = Vec::new();
         page.render(&mut bytes)?;
         Ok((page.get_filename(), bytes))

@@ -72,7 +72,7 @@ impl Method for Quilt {
         self.options().validate()?;
         self.repairing.validate()?;
         let size = OutputSize::Exemplar(self.sizing);
-        Ok(Setup { blending: self.blending, ..Setup::new("quilt", &self.weaving, size) })
+        Ok(Setup { blending: self.blending, block: self.block.0, ..Setup::new("quilt", &self.weaving, size) })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {

@@ -3,7 +3,10 @@
 use crate::program::{Folder, fixtures};
 
 /// Command lines that fail, their codes, and what their lines name.
-const REFUSED: [(&str, i32, &[&str]); 34] = [
+const REFUSED: [(&str, i32, &[&str]); 37] = [
+    ("quilt @/weave.png -o a.png --block 30000", 3, &["weave.png", "30000", "--block 192"]),
+    ("transfer @/weave.png --target @/weave.png -o a.png --block 30000", 3, &["30000", "--block 192"]),
+    ("graphcut @/weave.png -o a.png --refine 4294967295", 2, &["refine is 4294967295", "use 0 to 1000000"]),
     ("weave a.png", 2, &["unrecognized subcommand 'weave'"]),
     ("quilt @/weave.png", 2, &["--output <OUT>"]),
     ("quilt @/weave.png -o a.png --sise 3", 2, &["'--sise'", "a similar argument exists: '--size'"]),

@@ -90,8 +90,11 @@ fn a_report_is_one_page_with_its_pictures_inside() {
         for part in ["<!doctype html>", "selvedge ", "Options", "Counts", "Seconds", "synthesis", "m.exr", "--seed 0"] {
             assert!(page.contains(part), "{line}: no {part}");
         }
-        // Graphcut shows what seams cost as well.
-        let pictures = if line.starts_with("graphcut") { 3 } else { 2 };
+        for part in ["a seam", "never used", "Exemplar ", " px from "] {
+            assert!(page.contains(part), "{line}: no {part}");
+        }
+        // The output, its explanation and the exemplar; graphcut shows what seams cost as well.
+        let pictures = if line.starts_with("graphcut") { 4 } else { 3 };
         assert_eq!(page.matches("src=\"data:image/png;base64,").count(), pictures);
         assert_eq!(
             page.matches("src=").count() + page.matches("href=").count(),

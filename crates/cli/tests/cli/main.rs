@@ -22,4 +22,5 @@ mod signals;
 mod streams;
 mod synthesize;
 mod transfer;
+mod turns;
 mod video;

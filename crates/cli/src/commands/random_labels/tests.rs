@@ -38,7 +38,7 @@ fn a_new_command_has_masks_maps_reports_budget_and_provenance() {
     let exemplars = "@/weave.png @/cobbles.png --mask none --mask @/cobbles.png";
     let line = format!("{exemplars} -o %/o.png --size 40x30 --tile x --steps 3 --map %/m.exr -q --seed 7");
     let done = run(&folder, &format!("{line} --explain %/e.png --report %/page")).unwrap();
-    let json = done.report.json(7, 1, false);
+    let json = done.report.json(&[7], 1, false);
     assert_eq!((&json["options"]["steps"], &json["options"]["size"]), (&3.into(), &"40x30".into()), "{json}");
     assert_eq!(json["outputs"].as_array().map(Vec::len), Some(4), "{json}");
     assert!(0 < json["stats"]["taken"].as_u64().unwrap());
@@ -51,12 +51,12 @@ fn a_new_command_has_masks_maps_reports_budget_and_provenance() {
     assert_eq!((made.command.as_str(), made.seed, made.inputs.len()), (command, 7, 3));
 
     let dry = run(&folder, &format!("{exemplars} -o %/dry.png --size 40x30 --dry-run -q")).unwrap();
-    assert!(dry.line.unwrap().contains("would be 40x30 px from 20 random patches, with about "));
+    assert!(dry.lines[0].contains("would be 40x30 px from 20 random patches, with about "));
     let refused = run(&folder, &format!("{exemplars} -o %/big.png --size 9000 --max-memory 64MiB -q")).err().unwrap();
     assert_eq!((refused.exit, refused.remedy.unwrap().starts_with("use --size ")), (6, true));
     fs::write(folder.join("c.toml"), "steps = 1\nsize = \"20x10\"\n").unwrap();
     let done = run(&folder, "@/weave.png -o %/c.png -q --config %/c.toml").unwrap();
-    let json = done.report.json(0, 1, false);
+    let json = done.report.json(&[0], 1, false);
     assert_eq!((&json["options"]["steps"], &json["options"]["size"]), (&1.into(), &"20x10".into()), "{json}");
     assert!(!folder.join("dry.png").exists() && !folder.join("big.png").exists());
     fs::remove_dir_all(&folder).unwrap();

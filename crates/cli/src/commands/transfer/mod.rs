@@ -101,7 +101,7 @@ impl Method for Job<'_> {
         let Transfer { weaving, blending, target, .. } = self.args;
         let others = target.iter().chain(self.pairs.iter().flat_map(Pair::files)).cloned().collect();
         let setup = Setup::new("transfer", weaving, OutputSize::Picture(&self.first, 1));
-        Ok(Setup { blending: *blending, guides: self.pairs.len(), others, ..setup })
+        Ok(Setup { blending: *blending, block: self.args.block.0, guides: self.pairs.len(), others, ..setup })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {

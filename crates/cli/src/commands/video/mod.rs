@@ -244,7 +244,7 @@ impl Video {
 
     fn provenance(&self, session: &Session<'_>, clips: &[Clip], made: &Made) -> Provenance {
         let inputs: Vec<Fingerprint> = clips.iter().map(|clip| clip.fingerprint.clone()).collect();
-        let own = ("video", session.global.seed);
+        let own = ("video", session.global.seed());
         made::provenance(own, made.options.clone(), std::slice::from_ref(&self.clip), inputs)
     }
 
@@ -284,7 +284,7 @@ impl Video {
         }
         if let (Some(folder), Some(made_by)) = (&self.report, provenance) {
             let threads = rayon::current_num_threads();
-            let mut run = report.json(session.global.seed, threads, false);
+            let mut run = report.json(&[session.global.seed()], threads, false);
             run["outputs"] = outputs.noted().into();
             let what = "Frames; slices through two turns of the loop, the second with its seam; when each pixel jumps; the jumps";
             let pictures: Vec<(&str, &Plane<2>)> = made.preview.iter().map(|plane| (what, plane)).collect();
