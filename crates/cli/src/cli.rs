@@ -38,6 +38,15 @@ pub(crate) enum Command {
     /// Graphcut textures: a larger texture from patches cut along the best seams.
     #[command(after_help = GRAPHCUT)]
     Graphcut(commands::graphcut::Graphcut),
+    /// Merge pictures along the seams that show least.
+    #[command(after_help = MERGE)]
+    Merge(commands::merge::Merge),
+    /// Fill holes of a picture from the picture itself.
+    #[command(after_help = FILL)]
+    Fill(commands::fill::Fill),
+    /// Make a picture tile: closed over itself along the least seam, or with its border filled anew.
+    #[command(after_help = TILE)]
+    Tile(commands::tile::TileCommand),
     /// Texture by numbers: a picture of several textures, arranged like a map of labels.
     #[command(after_help = NUMBERS)]
     Numbers(commands::analogies::numbers::Numbers),
@@ -98,6 +107,9 @@ impl Command {
             Self::Quilt(quilt) => quilt.run(session),
             Self::Transfer(transfer) => transfer.run(session),
             Self::Graphcut(graphcut) => graphcut.run(session),
+            Self::Merge(merge) => merge.run(session),
+            Self::Fill(fill) => fill.run(session),
+            Self::Tile(tile) => tile.run(session),
             Self::Numbers(numbers) => numbers.run(session),
             Self::Analogy(analogy) => analogy.run(session),
             Self::Detail(detail) => detail.run(session),
@@ -169,6 +181,21 @@ Examples:
   selvedge graphcut bricks.png -o wall.png --size 1024
   selvedge graphcut grass.png -o meadow.png --scale-field top=0.5,bottom=1.5
   selvedge graphcut photo.png --over photo.png --fixed keep.png -o mended.png";
+const MERGE: &str = "\
+Examples:
+  selvedge merge left.png right.png --at 220,0 -o both.png --fuse
+  selvedge merge river.png raft.png --strokes paint.png --color '#ffff00=2' -o out.png
+  selvedge merge 1.png 2.png 3.png --prefer median -o empty-square.png";
+const FILL: &str = "\
+Examples:
+  selvedge fill photo.png --mask hole.png -o whole.png
+  selvedge fill cut-out.png -o whole.png
+  selvedge fill wall.png --mask hole.png --from other-wall.png --source-mask none -o whole.png";
+const TILE: &str = "\
+Examples:
+  selvedge tile photo.jpg -o tile.png
+  selvedge tile gravel.png -o tile.png --method band --band 64
+  selvedge tile wood.png -o tile.png --tile x --overlap 96";
 const NUMBERS: &str = "\
 Examples:
   selvedge numbers shore.png --labels shore-labels.png --target plan.png -o new-shore.png";

@@ -44,6 +44,17 @@ pub(crate) struct ExemplarArgs {
     pub(crate) nonfinite: NonFiniteArg,
     #[command(flatten)]
     pub(crate) light: LightArgs,
+    /// The mask of the first exemplar is white where it has holes.
+    #[arg(skip)]
+    pub(crate) holes: bool,
+}
+
+/// Exact orientations: by quarter turns, mirrored, as they are first.
+pub(crate) fn orientations(turn: bool, mirror: bool) -> Vec<Transform> {
+    let turns = if turn { 0..4 } else { 0..1 };
+    let mirrors = if mirror { &[false, true][..] } else { &[false] };
+    let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
+    turns.flat_map(exact).collect()
 }
 
 /// Exemplars of which the headers were read.
@@ -54,6 +65,8 @@ pub(crate) struct Headers {
     matched: Vec<Matched>,
     /// How many were given as exemplars.
     given: usize,
+    /// Whether the first mask is white where its exemplar has holes.
+    holes: bool,
     options: ReadOptions,
     light: LightArgs,
     pub(crate) infos: Vec<Info>,
@@ -145,9 +158,10 @@ impl ExemplarArgs {
                 Failure::new(2, what).remedy("give --depth u8 or u16 and an exemplar of floats, or leave it out")
             );
         }
-        let (light, matched) = (self.light, Vec::new());
+        let (light, matched, holes) = (self.light, Vec::new(), self.holes);
         Ok(Headers {
             given,
+            holes,
             options,
             light,
             converts,
@@ -277,8 +291,8 @@ impl Headers {
         let transforms: Vec<&[Transform]> = (0..planes.len()).map(|i| self.transforms(i, transforms)).collect();
         let matched = self.read_matched(session, report, &mut other_fingerprints)?;
         let weights: Vec<f64> = std::iter::once(1.0).chain(self.matched.iter().map(|matched| matched.weight)).collect();
-        let (encoder, exemplars) =
-            encoded(&planes, matched, &weights, &masks, &transforms).map_err(|e| named(&paths, e))?;
+        let encoded = encoded(&planes, matched, &weights, &masks, &transforms);
+        let (encoder, exemplars) = encoded.map_err(|e| named(&paths, e, self.holes))?;
         let exemplars = self.light.ignore(exemplars)?;
         let depths: Vec<Depth> = planes.iter().map(|plane| plane.samples.depth()).collect();
         let payload = paths.iter().zip(planes).zip(&metadata);
@@ -332,7 +346,11 @@ impl Headers {
             };
             let picture = input.read(session, &self.options, report)?;
             let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
-            masks.push(Some(mask.map_err(|p| Failure::from_problem(&input.path, p))?));
+            let mut mask = mask.map_err(|p| Failure::from_problem(&input.path, p))?;
+            if self.holes && masks.is_empty() {
+                mask.samples_mut().iter_mut().for_each(|white| *white = !*white);
+            }
+            masks.push(Some(mask));
             fingerprints.push(inputs::fingerprint(&input.path, &picture));
         }
         Ok((masks, fingerprints))
@@ -372,7 +390,7 @@ fn encoded(
 }
 
 /// An error of the core about an exemplar, with the name of its file.
-fn named(paths: &[PathBuf], error: selvedge_core::Error) -> Failure {
+fn named(paths: &[PathBuf], error: selvedge_core::Error, holes: bool) -> Failure {
     use selvedge_core::Error;
     let exemplar = match &error {
         Error::NotFinite { exemplar, .. } | Error::Shape { exemplar, .. } | Error::Layout { exemplar, .. } => {
@@ -382,6 +400,8 @@ fn named(paths: &[PathBuf], error: selvedge_core::Error) -> Failure {
         _ => None,
     };
     let failure = match error {
+        Error::NothingValid if holes => Failure::new(3, "all of it is to be filled: nothing is left to fill it from")
+            .remedy("make less of the mask white, or give other pictures with --from"),
         Error::NothingValid => Failure::new(3, "no sample can be used: all are masked or transparent")
             .remedy("give a picture, or a mask, with something in it"),
         other => Failure::from(other),

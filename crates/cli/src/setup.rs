@@ -28,6 +28,8 @@ pub(crate) enum OutputSize<'a> {
     Exemplar(Sizing),
     /// A picture, of which the header is read, so many times larger.
     Picture(&'a Input, u32),
+    /// All exemplars, as a command lays them.
+    Laid(&'a dyn Fn(&[Domain<2>]) -> Domain<2>),
     /// What was there before, with which the size typed must agree.
     Ground(&'a Ground, Sizing),
 }
@@ -66,6 +68,7 @@ impl OutputSize<'_> {
                 let info = picture.probe(&weaving.read_options(session))?;
                 Ok(weaving.tiled([info.height, info.width].map(|side| side.saturating_mul(*times))))
             }
+            Self::Laid(laid) => Ok(laid(exemplars)),
             Self::Ground(ground, sizing) => ground.domain(exemplars, *sizing, weaving),
         }
     }
@@ -80,6 +83,7 @@ impl OutputSize<'_> {
         match self {
             Self::Exemplar(sizing) => sizing.is_multiple(),
             Self::Picture(..) => false,
+            Self::Laid(_) => true,
             Self::Ground(ground, sizing) => ground.is_bare() && sizing.is_multiple(),
         }
     }

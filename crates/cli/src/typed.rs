@@ -227,6 +227,9 @@ mod tests {
         let possible = arg.get_possible_values();
         match (long, possible.iter().find(|v| !default.contains(&std::ffi::OsStr::new(v.get_name())))) {
             ("size", _) => "7x9".into(),
+            ("at", _) => "3,4".into(),
+            ("color", _) => "#ffff00=1 --strokes f".into(),
+            ("keep", _) => "1 f".into(),
             ("scale-range", _) => "0.5..3".into(),
             ("correspondence", _) => "orientation=3".into(),
             (_, Some(value)) => value.get_name().into(),
@@ -254,6 +257,9 @@ mod tests {
             ("transfer", "a -o b"),
             ("graphcut", "a -o b"),
             ("hybrid", "a -o b"),
+            ("merge", "a b -o c"),
+            ("fill", "a -o b"),
+            ("tile", "a -o b"),
             ("apply", "m a -o b"),
             ("compare", "a b"),
         ] {

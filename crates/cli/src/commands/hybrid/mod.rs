@@ -3,13 +3,14 @@
 mod choices;
 
 use clap::Args;
-use selvedge_core::{Bytes, Domain, Exemplars, Role, Start, Transform};
+use selvedge_core::{Bytes, Domain, Exemplars, Role, Start};
 use selvedge_hybrid::{Error, Options, Plan, Stats, estimate, weighed};
 use serde_json::json;
 
 use self::choices::{LayoutArg, ResynthesizeArg, SearchArg, error, typed};
 use super::quilt::ContinuationArg;
 use crate::blending::Blending;
+use crate::exemplars::orientations;
 use crate::failure::{Failure, n};
 use crate::ground::{Ground, StartArgs};
 use crate::loom::Loom;
@@ -95,12 +96,9 @@ impl Method for Job<'_> {
 
     fn setup(&self) -> Result<Setup<'_>, Failure> {
         let Hybrid { weaving, sizing, start, blending, .. } = self.args;
-        let turns = if self.args.turn { 0..4 } else { 0..1 };
-        let mirrors = if self.args.mirror { &[false, true][..] } else { &[false] };
-        let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
         Ok(Setup {
             others: start.files(),
-            transforms: turns.flat_map(exact).collect(),
+            transforms: orientations(self.args.turn, self.args.mirror),
             backdrop: start.backdrop(),
             blending: *blending,
             keeps: true,

@@ -1,0 +1,232 @@
+//! `selvedge merge`: several pictures made one, cut along the seams that show least. `[Kwatra03 6B]`
+
+mod strokes;
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Bytes, Domain, Grid, SourceMap, Start};
+use selvedge_graphcut_textures::Error;
+use selvedge_graphcut_textures::labels::{Label, LabelOptions, Prefer, aligned, estimate_labels, expand, preferred};
+use serde_json::json;
+
+use self::strokes::StrokeColor;
+use crate::blending::Blending;
+use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
+use crate::method::{Method, Planned};
+use crate::report::Done;
+use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
+use crate::used::Used;
+use crate::values::{SeamArg, choices};
+use crate::weaving::Weaving;
+use crate::wrong::Wrong;
+
+/// Options of `merge`.
+#[derive(Args, Debug)]
+#[command(mut_arg("exemplars", |arg| arg
+    .value_names(["PICTURE"])
+    .help("Pictures, numbered from 1; one that is given again may lie at another place")))]
+#[command(mut_arg("mask", |arg| arg
+    .help("Show a picture only where this one is white. Give one for each picture, in order, or 'none'")))]
+pub(crate) struct Merge {
+    #[command(flatten)]
+    weaving: Weaving,
+    /// Where the second picture lies, and each further one: pixels across and down from the corner of the first, or
+    /// auto, where it agrees best with the first. Default: 0,0.
+    #[arg(long, value_name = "X,Y|auto", allow_hyphen_values = true)]
+    at: Vec<At>,
+    /// What must show, painted: each colour of --color its picture, all that is black or transparent whatever fits. It
+    /// has the output's size.
+    #[arg(long, value_name = "STROKES", value_hint = ValueHint::FilePath)]
+    strokes: Option<PathBuf>,
+    /// The picture that a colour of --strokes stands for, by its number: '#ffff00=1'.
+    #[arg(long, value_name = "#RRGGBB=N", requires = "strokes")]
+    color: Vec<StrokeColor>,
+    /// Show the picture of this number wherever the other one, which has the output's size, is white. May be given
+    /// several times.
+    #[arg(long, num_args = 2, value_names = ["N", "MASK"], value_hint = ValueHint::FilePath)]
+    keep: Vec<String>,
+    /// What is wanted at each place, as far as seams allow it.
+    #[arg(long, value_enum, value_name = "WHAT")]
+    prefer: Option<PreferArg>,
+    /// How seams are priced: by their difference, or by difference over gradient.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
+    seam: SeamArg,
+    #[command(flatten)]
+    blending: Blending,
+}
+
+choices!(PreferArg for Prefer {
+    /// What most pictures have: who passes by vanishes.
+    Median,
+    /// What is in focus.
+    Sharpest,
+    /// The lightest.
+    Brightest,
+    /// The darkest.
+    Darkest,
+});
+
+/// Where a picture lies: down and across, or a choice by the program.
+#[derive(Clone, Copy, Debug)]
+struct At(Option<[i32; 2]>);
+
+impl FromStr for At {
+    type Err = Wrong;
+
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        let number = |s: &str| s.trim().parse::<i32>().ok().filter(|n| n.unsigned_abs() < 1 << 20);
+        let both = || text.split_once(',').and_then(|(x, y)| Some([number(y)?, number(x)?]));
+        match text {
+            "auto" => Ok(Self(None)),
+            _ => both()
+                .map(|at| Self(Some(at)))
+                .ok_or_else(|| Wrong::new(format!("'{text}' is no place"), "write 220,-8 (across and down), or auto")),
+        }
+    }
+}
+
+/// Where all lie, and what may show.
+struct Placed {
+    labels: Vec<Label<2>>,
+    only: Option<Grid<u64, 2>>,
+}
+
+/// A run.
+struct Job<'a> {
+    args: &'a Merge,
+    domain: &'a dyn Fn(&[Domain<2>]) -> Domain<2>,
+}
+
+impl Method for Job<'_> {
+    type Read = Placed;
+
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        self.args.validate()?;
+        let kept = self.args.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
+        Ok(Setup {
+            others: self.args.strokes.iter().cloned().chain(kept).collect(),
+            blending: self.args.blending,
+            ..Setup::new("merge", &self.args.weaving, OutputSize::Laid(self.domain))
+        })
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let own = if self.args.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
+        Bytes(estimate_labels(sources, channels, output)) + Bytes::of_samples(output, own + 8 + 4)
+    }
+
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Placed, Failure> {
+        let labels = self.args.placed(loom)?;
+        let only = self.args.only(loom, labels.len())?;
+        Ok(Placed { labels, only })
+    }
+
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, placed: Placed) -> Result<Planned<'l>, Failure> {
+        let how = format!("from {}", n("picture", placed.labels.len()));
+        Ok(Planned::new(self.args.used(loom, &placed.labels), how, move || self.args.weave(loom, placed)))
+    }
+}
+
+impl Merge {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let domain = |sources: &[Domain<2>]| {
+            // Of a place that is to be found, no more is known than that both pictures lie side by side at most.
+            let end = |axis: usize| {
+                let at = |i: usize| match i.checked_sub(1).and_then(|i| self.at.get(i)) {
+                    Some(At(Some(at))) => at[axis],
+                    Some(At(None)) => sources[0].shape[axis] as i32,
+                    None => 0,
+                };
+                let ends = sources.iter().enumerate().map(|(i, s)| i64::from(at(i)) + i64::from(s.shape[axis]));
+                let starts = (0..sources.len()).map(|i| i64::from(at(i)));
+                (ends.max().unwrap_or(1) - starts.min().unwrap_or(0)).clamp(1, u32::MAX.into()) as u32
+            };
+            self.weaving.tiled([end(0), end(1)])
+        };
+        Job { args: self, domain: &domain }.run(session)
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        let (pictures, places) = (self.weaving.input.exemplars.len(), self.at.len());
+        if !(2..=64).contains(&pictures) {
+            return Err(Failure::new(2, format!("{} to merge", n("picture", pictures))).remedy("give from 2 to 64"));
+        }
+        if places != 0 && places != pictures - 1 {
+            let what = format!("{} of --at for {}", n("place", places), n("further picture", pictures - 1));
+            return Err(Failure::new(2, what).remedy("give one for each after the first"));
+        }
+        self.check_numbers(pictures)
+    }
+
+    fn weave(&self, loom: &Loom<'_>, Placed { labels, only }: Placed) -> Result<Outcome, Failure> {
+        let exemplars = &loom.loaded.exemplars;
+        let own = self.prefer.map(|prefer| preferred(exemplars, &labels, loom.domain, prefer.into())).transpose()?;
+        let options = LabelOptions { seam: self.seam.into(), only, own, ..LabelOptions::default() };
+        let start = Start { map: SourceMap::unassigned(exemplars, loom.domain)?, fixed: None, sources: None };
+        let woven = expand(exemplars, start, &labels, &options, &loom.session.run()).map_err(failure)?;
+        let stats = &woven.stats;
+        let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
+        let counts = json!({
+            "at": labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>(),
+            "shown": stats.shown,
+            "expansions": stats.expansions,
+            "improvements": stats.improvements,
+            "sweeps": stats.sweeps,
+            "energy": stats.energy,
+        });
+        let how = format!("from {shown} of {}", n("picture", labels.len()));
+        Ok(Outcome::new(Box::new(woven.result), woven.complete, counts, how))
+    }
+
+    /// Where each picture lies in the output, which reaches as far as they do.
+    fn placed(&self, loom: &mut Loom<'_>) -> Result<Vec<Label<2>>, Failure> {
+        let (exemplars, simd) = (&loom.loaded.exemplars, loom.session.run::<2>().simd);
+        let mut labels = vec![Label { source: 0, offset: [0, 0] }];
+        for source in 1..exemplars.sources().len() {
+            labels.push(match self.at.get(source - 1).copied().unwrap_or(At(Some([0, 0]))) {
+                At(Some(offset)) => Label { source, offset },
+                At(None) => aligned(exemplars, 0, source, simd)?.ok_or_else(|| {
+                    let what = "it overlaps the first picture nowhere by an eighth of the smaller of both";
+                    Failure::new(3, what).about(&loom.loaded.paths[source]).remedy("say where it lies with --at X,Y")
+                })?,
+            });
+        }
+        let shape = |label: &Label<2>| exemplars.sources()[label.source].domain().shape;
+        for axis in 0..2 {
+            let low = labels.iter().map(|label| label.offset[axis]).min().unwrap_or(0);
+            labels.iter_mut().for_each(|label| label.offset[axis] -= low);
+            let ends = labels.iter().map(|label| label.offset[axis] as u32 + shape(label)[axis]);
+            loom.domain.shape[axis] = ends.max().unwrap_or(1);
+        }
+        Ok(labels)
+    }
+
+    /// The options as used.
+    fn used(&self, loom: &Loom<'_>, labels: &[Label<2>]) -> Used {
+        let first = labels[0].offset;
+        let place = |label: &Label<2>| format!("{},{}", label.offset[1] - first[1], label.offset[0] - first[0]);
+        let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
+        let used = loom
+            .used()
+            .set("at", labels[1..].iter().map(place).collect::<Vec<_>>())
+            .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>());
+        self.blending.used_if_any(used)
+    }
+}
+
+/// Errors about places, as people count them.
+fn failure(error: Error) -> Failure {
+    match &error {
+        Error::NoLabel { at, places } => {
+            let more = if *places == 1 { String::new() } else { format!(" and at {} other places", places - 1) };
+            let what = format!("no picture may show at {},{}{more}", at[1], at[0]);
+            Failure::new(3, what).remedy("lay the pictures closer with --at, or let others show there as well")
+        }
+        _ => Failure::from(error),
+    }
+}

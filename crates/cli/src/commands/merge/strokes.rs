@@ -1,0 +1,169 @@
+//! What must show: strokes and masks.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use selvedge_core::{Depth, Grid, Plane};
+use selvedge_io::MaskChannel;
+
+use super::Merge;
+use crate::failure::{Failure, n};
+use crate::ground::check_size;
+use crate::inputs::Input;
+use crate::loom::Loom;
+use crate::wrong::Wrong;
+
+/// Colours of strokes that are told when they stand for nothing.
+const TOLD: usize = 8;
+
+/// A colour, and the number of its picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct StrokeColor {
+    rgb: [u8; 3],
+    picture: usize,
+}
+
+impl FromStr for StrokeColor {
+    type Err = Wrong;
+
+    fn from_str(text: &str) -> Result<Self, Wrong> {
+        let parse = || {
+            let (color, picture) = text.strip_prefix('#')?.split_once('=')?;
+            let number = (color.len() == 6).then(|| u32::from_str_radix(color, 16).ok())??;
+            Some(Self { rgb: [16, 8, 0].map(|by| (number >> by) as u8), picture: picture.parse().ok()? })
+        };
+        parse().ok_or_else(|| Wrong::new(format!("'{text}' is no colour of a picture"), "write '#ffff00=1'"))
+    }
+}
+
+impl fmt::Display for StrokeColor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", hex(self.rgb), self.picture)
+    }
+}
+
+fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+impl Merge {
+    /// Numbers of pictures are those of pictures that there are.
+    pub(super) fn check_numbers(&self, pictures: usize) -> Result<(), Failure> {
+        let colors = self.color.iter().map(|color| (color.picture, format!("--color '{color}'")));
+        let kept = self.keep.chunks(2).map(|pair| (pair[0].parse().unwrap_or(0), format!("--keep {}", pair[0])));
+        for (number, what) in colors.chain(kept) {
+            if !(1..=pictures).contains(&number) {
+                let what = format!("{what} is none of {}", n("picture", pictures));
+                return Err(Failure::new(2, what).remedy(format!("use a number from 1 to {pictures}")));
+            }
+        }
+        if self.strokes.is_some() && self.color.is_empty() {
+            let failure = Failure::new(2, "no colour of --strokes stands for a picture");
+            return Err(failure.remedy("give --color '#RRGGBB=N' for each"));
+        }
+        Ok(())
+    }
+
+    /// By position, which pictures may show; none if all may everywhere.
+    pub(super) fn only(&self, loom: &mut Loom<'_>, pictures: usize) -> Result<Option<Grid<u64, 2>>, Failure> {
+        if self.strokes.is_none() && self.keep.is_empty() {
+            return Ok(None);
+        }
+        let all = u64::MAX >> (64 - pictures);
+        let mut only = Grid::try_filled(loom.domain, 1, all)?;
+        if let Some(path) = &self.strokes {
+            let plane = sized(loom, path)?;
+            let wanted = self.wanted(path, &plane)?;
+            keep(&mut only, path, |i| wanted[i])?;
+        }
+        for pair in self.keep.chunks(2) {
+            let (number, path): (usize, &Path) = (pair[0].parse().unwrap_or(1), pair[1].as_ref());
+            let mask = selvedge_io::mask(&sized(loom, path)?, MaskChannel::Light);
+            let mask = mask.map_err(|p| Failure::from_problem(path, p))?;
+            keep(&mut only, path, |i| mask.samples()[i].then_some(number))?;
+        }
+        Ok(Some(only))
+    }
+
+    /// The picture that each sample of the strokes asks for.
+    fn wanted(&self, path: &Path, plane: &Plane<2>) -> Result<Vec<Option<usize>>, Failure> {
+        let mut unknown: BTreeMap<[u8; 3], usize> = BTreeMap::new();
+        let mut wanted = Vec::new();
+        for i in 0..plane.domain().len() {
+            let rgb = color(plane, i);
+            let found = self.color.iter().find(|color| Some(color.rgb) == rgb).map(|color| color.picture);
+            if let (None, Some(rgb)) = (found, rgb.filter(|rgb| *rgb != [0; 3])) {
+                *unknown.entry(rgb).or_default() += 1;
+            }
+            wanted.push(found);
+        }
+        if unknown.is_empty() {
+            return Ok(wanted);
+        }
+        let mut list: Vec<([u8; 3], usize)> = unknown.into_iter().collect();
+        list.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let told: Vec<String> =
+            list.iter().take(TOLD).map(|(rgb, count)| format!("{} ({count} px)", hex(*rgb))).collect();
+        let more = if list.len() <= TOLD { String::new() } else { format!(" and {} more", list.len() - TOLD) };
+        let what = format!("{}{more} of its colours stand for no picture", told.join(", "));
+        Err(Failure::new(3, what)
+            .about(path)
+            .remedy("give --color for each, or paint in exact colours without smooth edges"))
+    }
+}
+
+/// The colour of a sample in 8 bits; none where it is transparent.
+fn color(plane: &Plane<2>, i: usize) -> Option<[u8; 3]> {
+    let white = match plane.samples.depth() {
+        Depth::U8 => 255.0,
+        Depth::U16 => 65_535.0,
+        Depth::F16 | Depth::F32 => 1.0,
+    };
+    let value = |c: usize| (plane.samples.value(c, i) / white * 255.0 + 0.5).clamp(0.0, 255.0) as u8;
+    let colors = plane.color_channels();
+    if plane.alpha && value(colors) == 0 {
+        return None;
+    }
+    Some(std::array::from_fn(|c| value(if colors < 3 { 0 } else { c })))
+}
+
+/// A picture that has the output's size.
+fn sized(loom: &mut Loom<'_>, path: &Path) -> Result<Plane<2>, Failure> {
+    let plane = loom.read(&Input::new(loom.session, path)?)?;
+    let output = Some(loom.domain.shape);
+    check_size(path, plane.domain().shape, output, "the output has", "paint over a picture of that size")?;
+    Ok(plane)
+}
+
+/// Where a picture is asked for, no other may show.
+fn keep(only: &mut Grid<u64, 2>, path: &Path, wanted: impl Fn(usize) -> Option<usize>) -> Result<(), Failure> {
+    let domain = only.domain();
+    for (i, bits) in only.samples_mut().iter_mut().enumerate() {
+        let Some(number) = wanted(i) else { continue };
+        if *bits >> (number - 1) & 1 == 0 {
+            let [y, x] = domain.position(i);
+            let what = format!("picture {number} is to show at {x},{y}, where another one is to show as well");
+            return Err(Failure::new(3, what).about(path).remedy("let strokes and masks of --keep not overlap"));
+        }
+        *bits = 1 << (number - 1);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_are_read_as_they_are_written() {
+        let color: StrokeColor = "#ffA001=12".parse().unwrap();
+        assert_eq!((color.rgb, color.picture, color.to_string().as_str()), ([255, 160, 1], 12, "#ffa001=12"));
+        assert!(
+            ["", "ffff00=1", "#ffff0=1", "#ffff00", "#gggggg=1", "#ffff00=x"]
+                .iter()
+                .all(|t| t.parse::<StrokeColor>().is_err())
+        );
+    }
+}

@@ -1,0 +1,157 @@
+//! `selvedge tile`: a picture that tiles.
+
+use clap::{Args, ValueEnum};
+use selvedge_core::{Bytes, Domain, SeamMeasure};
+use selvedge_graphcut_textures::labels::{FillOptions, banded, close, estimate_fill, fill, overlaps};
+use serde_json::json;
+
+use crate::blending::Blending;
+use crate::failure::{Failure, n};
+use crate::loom::{Loom, Outcome};
+use crate::method::{Method, Planned};
+use crate::report::Done;
+use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
+use crate::size::Tile;
+use crate::used::Used;
+use crate::values::{Auto, SeamArg, auto, parsed};
+use crate::weaving::Weaving;
+
+/// Options of `tile`.
+#[derive(Args, Debug)]
+#[command(mut_arg("exemplars", |arg| arg
+    .value_names(["PICTURE"])
+    .num_args(1)
+    .help("The picture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_arg("tile", |arg| arg.help("Along which axes it is to tile. Default: both")))]
+pub(crate) struct TileCommand {
+    #[command(flatten)]
+    weaving: Weaving,
+    /// How it is closed.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = MethodArg::Overlap)]
+    method: MethodArg,
+    /// How far the picture is laid over itself by --method overlap, in pixels along both axes; auto: by the price of
+    /// the seam.
+    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    overlap: Auto<u32>,
+    /// Width of the border that --method band fills anew, in pixels; auto: an eighth of the shorter side.
+    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    band: Auto<u32>,
+    /// How seams are priced: by their difference, or by difference over gradient.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
+    seam: SeamArg,
+    #[command(flatten)]
+    blending: Blending,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MethodArg {
+    /// The picture is laid over itself, and cut along the least seam: nothing is made up, and it becomes smaller.
+    Overlap,
+    /// A border is filled anew from the middle, which stays to the bit: the size stays.
+    Band,
+}
+
+/// How far a picture is laid over itself, or the width of its border, along each axis.
+type Widths = [u32; 2];
+
+/// A run.
+struct Job<'a> {
+    args: &'a TileCommand,
+    domain: &'a dyn Fn(&[Domain<2>]) -> Domain<2>,
+}
+
+impl Method for Job<'_> {
+    type Read = Widths;
+
+    fn setup(&self) -> Result<Setup<'_>, Failure> {
+        self.args.validate()?;
+        // The picture's own size is the most that it can have; what an overlap takes off is known once it is read.
+        let size = OutputSize::Laid(self.domain);
+        Ok(Setup { blending: self.args.blending, keeps: true, ..Setup::new("tile", &self.args.weaving, size) })
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        Bytes(estimate_fill(sources, channels, output, &FillOptions::default()))
+    }
+
+    fn read(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
+        self.args.widths(loom)
+    }
+
+    fn plan<'l>(&'l self, loom: &'l Loom<'_>, widths: Widths) -> Result<Planned<'l>, Failure> {
+        let how = self.args.how(widths);
+        Ok(Planned::new(self.args.used(loom, widths), how.clone(), move || self.args.weave(loom, widths, how)))
+    }
+}
+
+impl TileCommand {
+    /// Runs the command.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        let axes = self.weaving.tile.unwrap_or(Tile::Xy);
+        Job { args: self, domain: &|sources| Tile::domain(Some(axes), sources[0].shape) }.run(session)
+    }
+
+    fn validate(&self) -> Result<(), Failure> {
+        let (given, other) = match self.method {
+            MethodArg::Overlap => (self.band.0, "--band is for --method band"),
+            MethodArg::Band => (self.overlap.0, "--overlap is for --method overlap"),
+        };
+        let masks = self.weaving.input.mask.len();
+        if 1 < masks {
+            return Err(Failure::new(2, format!("{masks} masks for one picture")).remedy("give one --mask"));
+        }
+        given.map_or(Ok(()), |_| Err(Failure::new(2, other).remedy("leave it out, or change --method")))
+    }
+
+    fn widths(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
+        let axes = Tile::domain(Some(self.weaving.tile.unwrap_or(Tile::Xy)), [1, 1]).periodic;
+        let along = |n: u32| std::array::from_fn(|a| if axes[a] { n } else { 0 });
+        let (exemplars, shape) = (&loom.loaded.exemplars, loom.domain.shape);
+        let widths = match (self.method, self.overlap.0, self.band.0) {
+            (MethodArg::Overlap, Some(n), _) | (MethodArg::Band, _, Some(n)) => along(n),
+            (MethodArg::Band, ..) => along((shape[0].min(shape[1]) / 8).max(1)),
+            (MethodArg::Overlap, ..) => overlaps(exemplars, axes, self.seam.into(), &loom.session.run())
+                .map_err(|e| loom.loaded.about(Failure::from(e)))?,
+        };
+        if self.method == MethodArg::Overlap {
+            loom.domain.shape = std::array::from_fn(|a| shape[a].saturating_sub(widths[a]).max(1));
+        }
+        Ok(widths)
+    }
+
+    fn weave(&self, loom: &Loom<'_>, widths: Widths, how: String) -> Result<Outcome, Failure> {
+        let (exemplars, run, seam) = (&loom.loaded.exemplars, loom.session.run(), SeamMeasure::from(self.seam));
+        let about = |e| loom.loaded.about(Failure::from(e));
+        if self.method == MethodArg::Overlap {
+            let woven = close(exemplars, widths, seam, &run).map_err(about)?;
+            let stats = json!({ "overlap": widths, "energy": woven.stats.energy });
+            return Ok(Outcome::new(Box::new(woven.result), woven.complete, stats, how));
+        }
+        let (exemplars, start) = banded(exemplars, widths).map_err(about)?;
+        let kept = start.fixed.clone();
+        let woven = fill(&exemplars, start, &FillOptions { seam, ..FillOptions::default() }, &run).map_err(about)?;
+        let stats = json!({ "band": widths, "filled": woven.stats.filled, "energy": woven.stats.energy });
+        Ok(Outcome { kept, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) })
+    }
+
+    /// The options as used.
+    fn used(&self, loom: &Loom<'_>, widths: Widths) -> Used {
+        let width = widths.into_iter().max().unwrap_or(0);
+        let used = self.blending.used_if_any(loom.used());
+        // Overlaps that were chosen differ along the axes: chosen again, they are the same.
+        match self.method {
+            MethodArg::Overlap => used.without("band"),
+            MethodArg::Band => used.without("overlap").set("band", width),
+        }
+    }
+
+    fn how(&self, [down, across]: Widths) -> String {
+        match self.method {
+            MethodArg::Overlap => format!("that tile, laid over themselves by {across} across and {down} down"),
+            MethodArg::Band => format!("that tile, a border of {} filled anew", n("pixel", down.max(across) as usize)),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! `fill` and `tile`: masks of every kind, and what stays.
+
+use selvedge_core::Samples;
+
+use crate::graphcut::{map, samples, write};
+use crate::program::{Folder, fixtures};
+
+/// A part of the cobbles.
+fn cobbles(folder: &Folder, name: &str, shape: [u32; 2]) {
+    let cobbles = samples(folder, &(fixtures() + "/cobbles.png"));
+    write(folder, name, shape, 3, |c, [y, x]| cobbles.value(c, (y * 192 + x) as usize) as u8);
+}
+
+/// A picture fills where its mask is white, and has its bytes elsewhere.
+fn filled(folder: &Folder, mask: impl Fn([u32; 2]) -> u8) -> Samples<2> {
+    write(folder, "mask.png", [70, 60], 1, |_, at| mask(at));
+    folder.run("fill photo.png --mask mask.png -o out.png --map m.exr").done();
+    let (photo, out, made) = (samples(folder, "photo.png"), samples(folder, "out.png"), map(folder, "m.exr").map);
+    let domain = made.domain();
+    for (i, at) in domain.positions().enumerate() {
+        let (_, from) = made.locate(at).unwrap();
+        if mask(at) < 128 {
+            assert!(from == at && (0..3).all(|c| photo.value(c, i) == out.value(c, i)), "{at:?} stays");
+        } else {
+            assert!(mask(from) < 128, "{at:?} comes from {from:?}, which is to vanish");
+        }
+    }
+    out
+}
+
+#[test]
+fn masks_of_every_kind_are_filled_and_all_else_stays() {
+    let folder = Folder::new("fill-masks");
+    cobbles(&folder, "photo.png", [70, 60]);
+    let white = |yes: bool| if yes { 255 } else { 0 };
+    filled(&folder, |[y, x]| white(y.abs_diff(35) < 9 && x.abs_diff(30) < 7));
+    // At one border, a corner, and all four.
+    filled(&folder, |[y, x]| white(y < 12 && (20..40).contains(&x)));
+    filled(&folder, |[y, x]| white(y < 10 && x < 14));
+    filled(&folder, |[y, x]| white(!(6..64).contains(&y) || !(5..55).contains(&x)));
+    // Several, one sample, a ring.
+    filled(&folder, |[y, x]| white(y % 30 < 7 && x % 25 < 6));
+    filled(&folder, |at| white(at == [40, 11]));
+    filled(&folder, |[y, x]| white((9..16).contains(&y.abs_diff(35).max(x.abs_diff(30)))));
+    // Larger than the rest, and soft: from half of white on.
+    filled(&folder, |[y, x]| white(y.abs_diff(35) < 30 && x.abs_diff(30) < 25));
+    filled(&folder, |[y, x]| (y * 3 + x).min(255) as u8);
+    let said = folder.run("fill photo.png --mask @/stars.png -o no.png");
+    said.refused(3, &["stars.png'", "photo.png'"]);
+    write(&folder, "all.png", [70, 60], 1, |_, _| 255);
+    folder.run("fill photo.png --mask all.png -o no.png").refused(3, &["photo.png'", "nothing is left", "--from"]);
+    folder.run("fill photo.png --mask all.png --from @/cobbles.png -o from.png").done();
+    write(&folder, "none.png", [70, 60], 1, |_, _| 127);
+    let said = folder.run("fill photo.png --mask none.png -o same.png").done();
+    assert!(said.stderr.contains("as it was: the mask has no white"), "{said:?}");
+    assert_eq!(samples(&folder, "same.png"), samples(&folder, "photo.png"));
+    let said = folder.run("fill photo.png -o same.png").done();
+    assert!(said.stderr.contains("as it was: nothing is transparent"), "{said:?}");
+    folder
+        .run("fill photo.png --from a.png --from b.png --source-mask none -o no.png")
+        .refused(2, &["--source-mask", "2 pictures"]);
+}
+
+#[test]
+fn small_pictures_are_filled_in_any_depth() {
+    let folder = Folder::new("fill-depths");
+    write(&folder, "line.png", [1, 50], 1, |_, [_, x]| (x % 7 * 30) as u8);
+    write(&folder, "line-mask.png", [1, 50], 1, |_, [_, x]| if (20..27).contains(&x) { 255 } else { 0 });
+    folder.run("fill line.png --mask line-mask.png -o out.png").done();
+    write(&folder, "one.png", [1, 1], 1, |_, _| 0);
+    folder.run("fill @/bad/ok-1x1.png --mask one.png -o one-out.png").done();
+    write(&folder, "mask.png", [192, 192], 1, |_, [y, x]| if (80..110).contains(&y) && x < 30 { 255 } else { 0 });
+    for (picture, out) in [("@/bricks/height.png", "h.png"), ("@/cobbles.png", "c.exr --depth half")] {
+        folder.run(&format!("fill {picture} --mask mask.png -o {out}")).done();
+    }
+    folder.run("fill @/cobbles-hole.png -o whole.png").done();
+    let (hole, whole) = (samples(&folder, &(fixtures() + "/cobbles-hole.png")), samples(&folder, "whole.png"));
+    assert!((0..128 * 128).all(|i| whole.value(3, i) == 255.0
+        && (hole.value(3, i) == 0.0 || (0..3).all(|c| hole.value(c, i) == whole.value(c, i)))));
+    folder.run("fill @/bricks/albedo.png --mask mask.png --with @/bricks/roughness.png -o a-{name}").done();
+    let (rough, out) = (samples(&folder, "@/bricks/roughness.png"), samples(&folder, "a-roughness.png"));
+    let hole = |i: usize| (80..110).contains(&(i / 192)) && i % 192 < 30;
+    assert!((0..192 * 192).all(|i| hole(i) || rough.value(0, i) == out.value(0, i)), "other planes stay as well");
+    assert!((0..192 * 192).any(|i| rough.value(0, i) != out.value(0, i)));
+}
+
+#[test]
+fn tiles_close_and_keep_their_middle() {
+    let folder = Folder::new("tile");
+    cobbles(&folder, "photo.png", [90, 80]);
+    folder.run("tile photo.png -o over.png --map m.exr").done();
+    let made = map(&folder, "m.exr").map;
+    assert_eq!(made.domain().periodic, [true, true]);
+    assert!((45..90).contains(&made.domain().shape[0]) && (40..80).contains(&made.domain().shape[1]));
+    folder.run("tile photo.png -o x.png --tile x --overlap 20 --map x.exr").done();
+    let made = map(&folder, "x.exr").map;
+    assert_eq!((made.domain().shape, made.domain().periodic), ([90, 60], [false, true]));
+    folder.run("tile photo.png -o band.png --method band --band 9 --map b.exr").done();
+    let (photo, band, made) = (samples(&folder, "photo.png"), samples(&folder, "band.png"), map(&folder, "b.exr").map);
+    assert_eq!((made.domain().shape, made.domain().periodic), ([90, 80], [true, true]));
+    for (i, [y, x]) in made.domain().positions().enumerate() {
+        let middle = (9..81).contains(&y) && (9..71).contains(&x);
+        assert!(!middle || (0..3).all(|c| photo.value(c, i) == band.value(c, i)), "{x}, {y}");
+    }
+    folder.run("tile photo.png -o no.png --overlap 60").refused(2, &["overlap", "60", "half"]);
+    folder.run("tile photo.png -o no.png --method band --band 50").refused(2, &["band", "50", "half"]);
+    folder.run("tile photo.png -o no.png --band 9").refused(2, &["--band", "--method band"]);
+}
