@@ -61,16 +61,30 @@ impl<const D: usize> Frame<D> {
         let mut places = Vec::new();
         framed.indices(output, &mut places)?;
         let mut old = try_vec(places.len(), SampleId::UNASSIGNED)?;
-        let mut new = try_vec(places.len(), SampleId::UNASSIGNED)?;
+        let new = try_vec(places.len(), SampleId::UNASSIGNED)?;
         let ids = map.ids.plane(0);
         old.iter_mut().zip(&places).for_each(|(old, &place)| *old = ids[place as usize]);
-        let inner = window.moved(framed.start.map(|s| -s)).places(Domain::open(framed.shape));
+        let mut frame = Self { window: framed, domain, places, old, new };
+        frame.offer(window, offered);
+        Ok(frame)
+    }
+
+    /// Offers something else over the same window, row-major, unassigned for nothing.
+    pub(crate) fn offer(&mut self, window: &Window<D>, offered: impl Iterator<Item = SampleId>) {
+        self.new.fill(SampleId::UNASSIGNED);
+        let inner = window.moved(self.window.start.map(|s| -s)).places(Domain::open(self.window.shape));
         for (place, id) in inner.zip(offered) {
             if let Some(place) = place {
-                new[place] = id;
+                self.new[place] = id;
             }
         }
-        Ok(Self { window: framed, domain, places, old, new })
+    }
+
+    /// Shows what was offered where it is taken.
+    pub(crate) fn take(&mut self, taken: &[bool]) {
+        for (i, _) in taken.iter().enumerate().filter(|(_, taken)| **taken) {
+            self.old[i] = self.new[i];
+        }
     }
 
     /// Takes offers back where they are not `allowed`, a question to each place of the output.

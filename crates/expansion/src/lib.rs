@@ -70,6 +70,12 @@
 //! is decided has none, so that fewer are lowered; prices never rise either way. Alpha-expansions of labels that fit nowhere
 //! cost next to nothing by it.
 //!
+//! # Near seams alone
+//! A map that was solved at half the size, where all is a fourth of the work, and carried up
+//! ([`SourceMap::finer`](selvedge_core::SourceMap::finer)) has its seams to within two samples, and its patches to within
+//! one. [`shift`] moves whole patches by a sample where seams become cheaper, and [`settle`] offers the patches of each
+//! tile to the band around its seams ([`Frame::band`]) `[Lombaert05]`. Both work on any map, and never make it dearer.
+//!
 //! # Determinism
 //! Prices are integers. Of several cuts of least price that in which most samples take the offer is made, on any machine.
 //!
@@ -78,15 +84,19 @@
 //!
 //! # Papers
 //! `[Kwatra03]`: V. Kwatra, A. Schödl, I. Essa, G. Turk, A. Bobick, *Graphcut Textures: Image and Video Synthesis Using
-//! Graph Cuts*, SIGGRAPH 2003.
+//! Graph Cuts*, SIGGRAPH 2003. `[Lombaert05]`: H. Lombaert, Y. Sun, L. Grady, C. Xu, *A Multilevel Banded Graph Cuts Method
+//! for Fast Image Segmentation*, ICCV 2005.
 #![forbid(unsafe_code)]
 
+mod band;
 mod choice;
 mod error;
 mod expand;
 mod frame;
 mod prices;
 mod prune;
+mod settle;
+mod shift;
 mod span;
 
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
@@ -97,3 +107,5 @@ pub use error::Error;
 pub use expand::{Proposal, Scratch, expand};
 pub use frame::Frame;
 pub use prices::{Prices, Quad};
+pub use settle::{Kept, settle};
+pub use shift::shift;

@@ -1,0 +1,162 @@
+//! A map decided again near its seams: banded cuts, tile by tile. `[Lombaert05]`
+
+use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, Window, par};
+
+use crate::choice::{Choice, Holes, Pin};
+use crate::error::Error;
+use crate::expand::{Scratch, expand};
+use crate::frame::Frame;
+
+/// Sides of tiles. A cut costs more than its share where it is large, and a tile that a seam crosses offers all of its samples
+/// to each of its patches; where it is small, seams end at its border too soon. What lies between is a guess.
+const TILE: u32 = 64;
+
+/// Tiles that are decided before any of them is laid: bounds their memory, about 24 bytes a sample.
+const TOGETHER: usize = 512;
+
+/// What must not change.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Kept<'a, const D: usize> {
+    /// Positions whose sample stays.
+    pub fixed: Option<&'a Grid<bool, D>>,
+    /// By position, bit `s` says whether source `s` may show.
+    pub sources: Option<&'a Grid<u64, D>>,
+}
+
+/// Decides a map again within `width` of its seams: every patch that meets a tile is offered to all of its band, and taken
+/// where seams become cheaper. Answers with how much the price of all seams fell: it never rises. Holes stay.
+///
+/// A map that was solved at half the size ([`SourceMap::finer`]) has its seams to within two samples of where they would lie;
+/// so they are found for the price of a band, not of a picture.
+///
+/// # Errors
+/// [`Error::Cut`]: no memory, or `cancelled`: the map is whole then; [`Error::Core`]: no memory.
+///
+/// # Complexity
+/// Time: two cuts a patch over each tile of 64 samples a side that a seam crosses. Tiles that do not touch are decided on
+/// the caller's pool.
+///
+/// # Determinism
+/// The map does not depend on the number of threads.
+pub fn settle<const D: usize>(
+    exemplars: &Exemplars<D>,
+    map: &mut SourceMap<D>,
+    costs: &SeamCosts<D>,
+    kept: Kept<'_, D>,
+    width: u32,
+    cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<i64, Error> {
+    let mut workers: Vec<Scratch<D>> = (0..par::threads()).map(|_| Scratch::default()).collect();
+    let mut gain = 0;
+    // A seam cannot leave its tile; the second time others do not end where those of the first did.
+    for shift in [0, TILE / 2] {
+        for tiles in tiles(map.domain(), TILE, shift) {
+            for some in tiles.chunks(TOGETHER) {
+                let sweep = Sweep { exemplars, map, costs, kept, width, cancelled };
+                let settled = par::map_with(&mut workers, some.len(), |scratch, i| sweep.tile(&some[i], scratch));
+                for settled in settled {
+                    let Some((frame, fell)) = settled? else { continue };
+                    gain += fell;
+                    let ids = map.ids.plane_mut(0);
+                    frame.places.iter().zip(&frame.old).for_each(|(&place, &id)| ids[place as usize] = id);
+                }
+            }
+        }
+    }
+    Ok(gain)
+}
+
+struct Sweep<'a, const D: usize> {
+    exemplars: &'a Exemplars<D>,
+    map: &'a SourceMap<D>,
+    costs: &'a SeamCosts<D>,
+    kept: Kept<'a, D>,
+    width: u32,
+    cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<const D: usize> Sweep<'_, D> {
+    /// What stands in a tile once its patches were offered, and how much its seams fell; `None` if nothing changed.
+    fn tile(&self, tile: &Window<D>, scratch: &mut Scratch<D>) -> Result<Option<(Frame<D>, i64)>, Error> {
+        let nothing = std::iter::repeat_n(SampleId::UNASSIGNED, tile.len());
+        let mut frame = Frame::new(self.map, tile, nothing)?;
+        if !frame.seams(|axis, s, t| self.is_seam(axis, s, t))?.contains(&true) {
+            return Ok(None);
+        }
+        let mut gain = 0;
+        for patch in self.map.patches(&frame.window) {
+            gain += self.offer(&patch, tile, &mut frame, scratch)?;
+        }
+        Ok((0 < gain).then_some((frame, gain)))
+    }
+
+    /// Offers a patch, and takes it where it pays; answers with what it brings.
+    fn offer(
+        &self,
+        patch: &Patch<D>,
+        tile: &Window<D>,
+        frame: &mut Frame<D>,
+        scratch: &mut Scratch<D>,
+    ) -> Result<i64, Error> {
+        frame.offer(tile, patch.samples(self.exemplars, tile));
+        if let Some(sources) = self.kept.sources {
+            frame.allow(|place| sources.plane(0)[place] >> patch.source & 1 == 1);
+        }
+        let fixed = |place: usize| self.kept.fixed.filter(|f| f.samples()[place]).map(|_| Pin::Old);
+        // Holes stay: they are offered nothing.
+        let holes = frame.old.iter().map(|id| id.is_assigned());
+        frame.new.iter_mut().zip(holes).filter(|(_, stands)| !stands).for_each(|(n, _)| *n = SampleId::UNASSIGNED);
+        let mut choices = frame.choices(Holes::Fill, fixed)?;
+        frame.band(&mut choices, self.width, |axis, s, t| self.is_seam(axis, s, t))?;
+        // What shows the patch already has no choice: no node for it.
+        let shown = frame.old.iter().zip(&frame.new).map(|(old, new)| old == new);
+        choices
+            .iter_mut()
+            .zip(shown)
+            .filter(|(c, shown)| **c == Choice::Free && *shown)
+            .for_each(|(c, _)| *c = Choice::New);
+        if !choices.contains(&Choice::Free) {
+            return Ok(0);
+        }
+        let proposal = expand(frame, &choices, self.costs, scratch, &|| (self.cancelled)())?;
+        if proposal.gain() <= 0 {
+            return Ok(0);
+        }
+        frame.take(&proposal.taken);
+        Ok(proposal.gain())
+    }
+
+    fn is_seam(&self, axis: usize, here: SampleId, there: SampleId) -> bool {
+        self.costs.continued(here, 2 * axis) != Some(there)
+    }
+}
+
+/// Boxes that cover an output once, in groups of which no two boxes touch. The first of each axis ends, or begins where
+/// there is no end, at `shift`.
+fn tiles<const D: usize>(output: Domain<D>, side: u32, shift: u32) -> Vec<Vec<Window<D>>> {
+    let mut groups = vec![Vec::new(); 3_usize.pow(D as u32)];
+    let along: [Vec<(i32, u32)>; D] = std::array::from_fn(|a| pieces(output.shape[a], output.periodic[a], side, shift));
+    let counts: Domain<D> = Domain::open(std::array::from_fn(|a| along[a].len() as u32));
+    for at in counts.positions() {
+        let piece: [(i32, u32); D] = std::array::from_fn(|a| along[a][at[a] as usize]);
+        let group = (0..D).fold(0, |group, a| {
+            // Around an axis of an odd number of pieces the last meets the first.
+            let is_odd_one = output.periodic[a] && 1 < at[a] && at[a] + 1 == counts.shape[a] && at[a].is_multiple_of(2);
+            3 * group + if is_odd_one { 2 } else { at[a] as usize % 2 }
+        });
+        groups[group].push(Window { start: piece.map(|p| p.0), shape: piece.map(|p| p.1) });
+    }
+    groups
+}
+
+/// Starts and lengths along an axis.
+fn pieces(side: u32, periodic: bool, tile: u32, shift: u32) -> Vec<(i32, u32)> {
+    let shift = shift.min(side);
+    let (first, rest) = if periodic { (0, side) } else { (shift, side - shift) };
+    let head = (0 < first).then_some((0, first));
+    let tail = (0..rest).step_by(tile as usize).map(|from| ((shift + from) as i32, tile.min(rest - from)));
+    head.into_iter().chain(tail).collect()
+}
+
+#[cfg(test)]
+mod tests;
