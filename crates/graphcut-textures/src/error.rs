@@ -100,6 +100,12 @@ pub enum Error {
         /// How many there are.
         places: usize,
     },
+    /// Levels were asked for, but something stands in the output, or not all may show everywhere.
+    #[error("an output that begins with something in it cannot be solved at {levels} levels")]
+    LevelsOfStart {
+        /// What was asked for.
+        levels: u32,
+    },
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -133,7 +139,11 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Range { .. } | Self::EmptyOutput { .. } | Self::NoJumps | Self::Jump { .. } => ErrorKind::Option,
+            Self::Range { .. }
+            | Self::EmptyOutput { .. }
+            | Self::NoJumps
+            | Self::Jump { .. }
+            | Self::LevelsOfStart { .. } => ErrorKind::Option,
             Self::Cancelled => ErrorKind::Internal,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -147,6 +157,7 @@ impl Error {
         match self {
             Self::Range { range, .. } => return format!("use {range}"),
             Self::EmptyOutput { .. } => "give every side at least 1",
+            Self::LevelsOfStart { .. } => "use 1 level",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
             Self::OneClip { .. } => "give one clip, neither turned nor mirrored",
             Self::Frames { .. } => "give a clip of 2 to 65535 frames",

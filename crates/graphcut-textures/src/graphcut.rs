@@ -4,11 +4,11 @@ use selvedge_core::{Bytes, Domain, Exemplars, Grid, Limits, Run, SourceMap, Star
 
 use crate::error::Error;
 use crate::estimate::estimate;
-use crate::matching::singles;
+use crate::levels;
 use crate::options::Options;
 use crate::plan::{Plan, measured};
 use crate::stats::Stats;
-use crate::weaver::Weaver;
+use crate::weaver::weave_at;
 
 /// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
 ///
@@ -21,7 +21,8 @@ use crate::weaver::Weaver;
 ///
 /// # Events
 /// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All of
-/// them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)).
+/// them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)), these of the smallest of several levels but no map; `"settle"` once
+/// a finer level was decided.
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
@@ -97,13 +98,16 @@ impl<const D: usize> Plan<D> {
         run: &Run<'_, D>,
     ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
         start.check(exemplars)?;
-        let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
-        let mut weaver = Weaver::new(exemplars, &singles, self, start, options, run)?;
-        let complete = match weaver.weave() {
-            Ok(complete) => complete,
-            Err(error) if error.is_cancelled() => false,
-            Err(error) => return Err(error),
-        };
-        Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
+        if self.levels == 1 {
+            return weave_at(exemplars, start, self, options, run);
+        }
+        let output = start.map.domain();
+        if start.fixed.is_none() && start.sources.is_none() && start.map.holes() == output.len() {
+            return levels::weave(exemplars, output, self, options, run);
+        }
+        match options.levels {
+            Some(levels) => Err(Error::LevelsOfStart { levels }),
+            None => weave_at(exemplars, start, &Self { levels: 1, ..*self }, options, run),
+        }
     }
 }

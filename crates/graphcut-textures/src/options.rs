@@ -10,6 +10,9 @@ const MOST_TRIES: u32 = 64;
 /// More refinements than this are a slip of the keyboard: each is noted.
 const MOST_REFINEMENTS: u32 = 1_000_000;
 
+/// At the last of so many levels nothing is left of an exemplar of 2K.
+pub(crate) const MOST_LEVELS: u32 = 8;
+
 /// How the next patch is found. `[Kwatra03 4]`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -64,6 +67,10 @@ pub struct Options<const D: usize> {
     pub patience: u32,
     /// Candidates that are cut at each refinement, of which the best is taken. From 1 to 64.
     pub tries: u32,
+    /// At how many sizes the map is solved, each half of the one before: 1 as the paper does, at most 8, and no more than leave
+    /// an exemplar of 16 samples a side. More apply to outputs that begin empty. Default: for pictures, as many as leave
+    /// exemplars of 192 samples a side and structures of 6, so that smaller ones have 1.
+    pub levels: Option<u32>,
 }
 
 impl<const D: usize> Default for Options<D> {
@@ -79,6 +86,7 @@ impl<const D: usize> Default for Options<D> {
             refine: None,
             patience: 8,
             tries: 2,
+            levels: None,
         }
     }
 }
@@ -90,7 +98,7 @@ impl<const D: usize> Options<D> {
     /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
     /// that is drawn is taken.
     pub fn paper() -> Self {
-        Self { reach: Some([u32::MAX; D]), variety: Some(0.0), tries: 1, ..Self::default() }
+        Self { reach: Some([u32::MAX; D]), variety: Some(0.0), tries: 1, levels: Some(1), ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.
@@ -113,6 +121,9 @@ impl<const D: usize> Options<D> {
         }
         if let Some(refine) = self.refine.filter(|refine| MOST_REFINEMENTS < *refine) {
             return Err(Error::Range { option: "refine", value: refine.into(), range: "0 to 1000000" });
+        }
+        if let Some(levels) = self.levels.filter(|n| !(1..=MOST_LEVELS).contains(n)) {
+            return Err(Error::Range { option: "levels", value: levels.into(), range: "1 to 8" });
         }
         for (option, value) in [("randomness", self.randomness), ("variety", self.variety.unwrap_or(0.0))] {
             if !(0.0..=1000.0).contains(&value) {

@@ -7,6 +7,7 @@ use crate::candidates::variance;
 use crate::error::Error;
 use crate::options::{Options, Placement};
 use crate::regions::{held, region_sides};
+use crate::sizes::sizes;
 
 /// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With 1 they
 /// are crumbs, with 0 the same stones stand in rows. On a lattice all patches stand to each other as others do: more
@@ -29,6 +30,8 @@ pub struct Plan<const D: usize> {
     pub reach: [u32; D],
     /// How much patches avoid to stand to each other as others do.
     pub variety: f64,
+    /// At how many sizes the map is solved.
+    pub levels: u32,
     /// `k sigma^2`. `[Kwatra03 eq. 3]`
     pub(crate) scale: f64,
 }
@@ -59,10 +62,12 @@ fn unbound<const D: usize>(
     field: Option<&Grid<u64, D>>,
     options: &Options<D>,
 ) -> Result<Plan<D>, Error> {
-    let Some(field) = field else { return Plan::new(exemplars, options, shows_few_copies(exemplars, output, options)) };
+    let Some(field) = field else {
+        return Plan::new(exemplars, output, options, shows_few_copies(exemplars, output, options));
+    };
     let bits = field.plane(0).iter().fold(0, |all, bits| all | bits);
     let shown = exemplars.only((0..exemplars.sources().len()).filter(|number| bits >> number & 1 == 1))?;
-    Plan::new(&shown, options, false)
+    Plan::new(&shown, output, options, false)
 }
 
 /// An output of so many times the samples of the largest source shows few copies, and whole patches are what the eye prefers
@@ -86,7 +91,12 @@ impl<const D: usize> Plan<D> {
     ///
     /// # Errors
     /// [`Error::RegionExceedsExemplar`], and [`Error::Search`] if memory is short.
-    pub(crate) fn new(exemplars: &Exemplars<D>, options: &Options<D>, few_copies: bool) -> Result<Self, Error> {
+    pub(crate) fn new(
+        exemplars: &Exemplars<D>,
+        output: Domain<D>,
+        options: &Options<D>,
+        few_copies: bool,
+    ) -> Result<Self, Error> {
         let measured = match options.placement {
             Placement::Auto => Texture::of_each(exemplars)?,
             _ => Vec::new(),
@@ -105,7 +115,15 @@ impl<const D: usize> Plan<D> {
         let chosen = if placement == Placement::Entire { ORDERLY_VARIETY } else { VARIETY };
         let variety = options.variety.unwrap_or(chosen);
         let regularity = regularity.map(|r| f64::from(r) / 1000.0);
-        Ok(Self { placement, regularity, region: sides, reach, variety, scale })
+        let levels = sizes(exemplars, output, &measured, options)?;
+        Ok(Self { placement, regularity, region: sides, reach, variety, levels, scale })
+    }
+
+    /// The same at the size of these exemplars, the coarsest.
+    pub(crate) fn coarser(&self, exemplars: &Exemplars<D>, options: &Options<D>) -> Self {
+        let small = |sides: [u32; D]| sides.map(|n| n >> (self.levels - 1));
+        let (region, reach) = (small(self.region).map(|n| n.max(1)), small(self.reach));
+        Self { region, reach, levels: 1, scale: options.randomness * variance(exemplars), ..*self }
     }
 }
 

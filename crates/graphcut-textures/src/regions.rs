@@ -102,7 +102,7 @@ fn distance<const D: usize>(clip: &Source<D>, weights: &[u8], lag: u32) -> u64 {
 }
 
 /// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places agree.
-const LEAST: u32 = 8;
+pub(crate) const LEAST: u32 = 8;
 
 /// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.
 fn largest_region(side: u32) -> u32 {

@@ -17,6 +17,8 @@ pub struct Stats<const D: usize> {
     pub reach: [u32; D],
     /// The variety that was used.
     pub variety: f64,
+    /// At how many sizes the map was solved.
+    pub levels: u32,
     /// Patches laid until everything was covered.
     pub patches: u64,
     /// Patches tried over bad seams.
@@ -27,7 +29,7 @@ pub struct Stats<const D: usize> {
     pub cuts: u64,
     /// Positions that cuts decided, over all cuts.
     pub cut_nodes: u64,
-    /// Price of all seams when everything was covered, and after each refinement.
+    /// Price of all seams when everything was covered, and after each refinement, at the smallest size.
     pub energy: Vec<i64>,
 }
 
@@ -40,6 +42,7 @@ impl<const D: usize> Stats<D> {
             region: plan.region,
             reach: plan.reach,
             variety: plan.variety,
+            levels: plan.levels,
             patches: 0,
             refinements: 0,
             improvements: 0,
@@ -47,5 +50,10 @@ impl<const D: usize> Stats<D> {
             cut_nodes: 0,
             energy: Vec::new(),
         }
+    }
+
+    /// Tells of the whole run what was chosen for it.
+    pub(crate) fn tell(&mut self, plan: &Plan<D>) {
+        (self.region, self.reach, self.levels) = (plan.region, plan.reach, plan.levels);
     }
 }

@@ -1,13 +1,13 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, Start, Window, par};
+use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, SourceMap, Start, Window, Woven, par};
 use selvedge_expansion::Scratch;
 
 use crate::canvas::Canvas;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
 use crate::history::History;
-use crate::matching::{Matcher, Matches, Single};
+use crate::matching::{Matcher, Matches, Single, singles};
 use crate::options::{Options, Placement};
 use crate::plan::{Plan, longest};
 use crate::stats::Stats;
@@ -49,6 +49,28 @@ pub(crate) const BATCH: usize = 8;
 /// Regions that take memory at once, on as many threads as there may be, with exemplars of so many samples.
 pub(crate) fn at_once(samples: u64) -> u64 {
     par::at_once(samples).min(BATCH as u64)
+}
+
+/// A run at one size that was planned.
+///
+/// # Errors
+/// Those of [`graphcut_from`](crate::graphcut_from).
+pub(crate) fn weave_at<const D: usize>(
+    exemplars: &Exemplars<D>,
+    start: Start<D>,
+    plan: &Plan<D>,
+    options: &Options<D>,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
+    let mut weaver = Weaver::new(exemplars, &singles, plan, start, options, run)?;
+    let outcome = weaver.weave();
+    let complete = match outcome {
+        Ok(complete) => complete,
+        Err(error) if error.is_cancelled() => false,
+        Err(error) => return Err(error),
+    };
+    Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
 }
 
 impl<'a, const D: usize> Weaver<'a, D> {

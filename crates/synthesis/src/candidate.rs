@@ -71,6 +71,7 @@ impl Candidate for Graphcut {
             ("randomness", self.0.randomness.to_string()),
             ("variety", stats.variety.to_string()),
         ];
+        used.extend((1 < stats.levels).then(|| ("levels", stats.levels.to_string())));
         used.extend(self.0.refine.map(|n| ("refine", n.to_string())));
         used.extend([("patience", self.0.patience.to_string()), ("tries", self.0.tries.to_string())]);
         Ok(Woven { result: woven.result, stats: used, complete: woven.complete })

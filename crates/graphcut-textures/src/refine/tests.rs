@@ -22,7 +22,7 @@ fn weaver<'a>(
     options: &'a Options<2>,
     run: &'a Run<'a, 2>,
 ) -> Weaver<'a, 2> {
-    let plan = Plan::new(exemplars, options, false).unwrap();
+    let plan = Plan::new(exemplars, map.domain(), options, false).unwrap();
     assert_eq!(plan.scale, options.randomness * variance(exemplars));
     Weaver::new(exemplars, &[], &plan, Start { map, fixed: None, sources: None }, options, run).unwrap()
 }

@@ -3,6 +3,7 @@
 
 mod common;
 mod constraints;
+mod levels;
 mod memory;
 mod synthesis;
 mod video;

@@ -63,8 +63,14 @@ pub(crate) struct Graphcut {
     /// Patches that are tried at each step, of which the best is taken.
     #[arg(long, value_name = "N", default_value_t = Options::<2>::default().tries)]
     tries: u32,
-    /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --tries 1.
-    #[arg(long, conflicts_with_all = ["reach", "variety", "tries"])]
+    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars and 6
+    /// of structures. From the second on, only what lies near seams is decided again. What starts from a map or a picture, or
+    /// follows scales, has one.
+    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    levels: Auto<u32>,
+    /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --tries 1 --levels 1.
+    #[arg(long, conflicts_with_all = ["reach", "variety", "tries", "levels"])]
     paper: bool,
     #[command(flatten)]
     start: StartArgs,
@@ -204,7 +210,10 @@ impl Graphcut {
         if self.paper {
             return options;
         }
-        Options { reach: self.reach.0, variety: self.variety.0, tries: self.tries, ..options }
+        // What begins with something in it has one.
+        let starts = self.scale_field.is_some() || !self.start.files().is_empty();
+        let levels = self.levels.0.or(starts.then_some(1));
+        Options { reach: self.reach.0, variety: self.variety.0, tries: self.tries, levels, ..options }
     }
 
     /// Runs the command.
@@ -236,6 +245,8 @@ impl Graphcut {
             .set("variety", plan.variety)
             .set("refine", self.refine.0)
             .set("tries", self.options().tries);
+        // Most have one, and would choose it again.
+        let used = if plan.levels == 1 { used.without("levels") } else { used.set("levels", plan.levels) };
         let used = self.repairing.used_if_any(self.blending.used(self.start.used(used)));
         match field {
             Some(field) => field.used(used),

@@ -1,0 +1,98 @@
+//! Levels: a map is solved at a fraction of the size, carried up, and decided again near its seams. `[Lombaert05]`
+//!
+//! Searches and cuts pay for samples, and most of what they decide can be seen at half the size: which part of an exemplar
+//! lies where, and about where it ends. So the smallest level is a run of the method by itself. Of each finer one, all samples are
+//! exact copies again ([`SourceMap::finer`]); what is left to it is a sample of each patch's offset ([`shift`]) and the
+//! course of the seams, in a band ([`settle`]).
+
+use selvedge_core::{Domain, Event, Exemplars, Observer, Run, SeamCosts, SourceMap, Start, Woven};
+use selvedge_expansion::{Kept, settle, shift};
+
+use crate::error::Error;
+use crate::options::Options;
+use crate::plan::Plan;
+use crate::stats::Stats;
+use crate::weaver::weave_at;
+
+/// How far seams may move at a finer level, in its samples. Twice the sample of the coarser one that they were solved for,
+/// and as much again for what the finer one shows.
+const WIDTH: u32 = 4;
+
+/// Solves the smallest level and carries it up.
+///
+/// # Errors
+/// Those of [`graphcut`](crate::graphcut()).
+pub(crate) fn weave<const D: usize>(
+    exemplars: &Exemplars<D>,
+    output: Domain<D>,
+    plan: &Plan<D>,
+    options: &Options<D>,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    let mut coarser: Vec<(Exemplars<D>, Domain<D>)> = Vec::new();
+    for _ in 1..plan.levels {
+        let (finest, whole) = coarser.last().map_or((exemplars, output), |(e, output)| (e, *output));
+        match finest.coarser() {
+            // A mask leaves no whole block.
+            Err(selvedge_core::Error::NothingValid) => break,
+            coarse => coarser.push((coarse?, whole.coarser())),
+        }
+    }
+    let plan = &Plan { levels: coarser.len() as u32 + 1, ..*plan };
+    let Some((coarsest, small)) = coarser.last() else {
+        return weave_at(exemplars, empty(exemplars, output)?, plan, options, run);
+    };
+    // What it has so far is no map of these exemplars.
+    let within = Run { observer: &Within(run.observer), ..*run };
+    let coarse_plan = plan.coarser(coarsest, options);
+    let mut woven = weave_at(coarsest, empty(coarsest, *small)?, &coarse_plan, options, &within)?;
+    coarser.insert(0, (exemplars.clone(), output));
+    coarser.pop();
+    let of = coarser.len() as u64;
+    for (done, (finer, output)) in coarser.into_iter().rev().enumerate() {
+        woven.result = woven.result.finer(&finer, output)?;
+        if woven.complete {
+            let energy = near_seams(&finer, &mut woven, options, run)?;
+            let so_far = (finer.table() == exemplars.table()).then_some(&woven.result as _);
+            run.observer.event(&Event { stage: "settle", done: done as u64 + 1, of, energy: Some(energy), so_far });
+        }
+    }
+    woven.stats.tell(plan);
+    Ok(woven)
+}
+
+/// Decides a map again near its seams; answers with their price.
+fn near_seams<const D: usize>(
+    exemplars: &Exemplars<D>,
+    woven: &mut Woven<SourceMap<D>, Stats<D>>,
+    options: &Options<D>,
+    run: &Run<'_, D>,
+) -> Result<i64, Error> {
+    let costs = SeamCosts::new(exemplars, options.seam)?;
+    let map = &mut woven.result;
+    shift(exemplars, map, &costs, None)?;
+    match settle(exemplars, map, &costs, Kept::default(), WIDTH, &|| run.observer.cancelled()) {
+        Err(error) if error.is_cancelled() => woven.complete = false,
+        other => {
+            other?;
+        }
+    }
+    Ok(costs.total(map))
+}
+
+fn empty<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Start<D>, Error> {
+    Ok(Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None })
+}
+
+/// Tells what a coarse run does, but not what it has.
+struct Within<'a, const D: usize>(&'a dyn Observer<D>);
+
+impl<const D: usize> Observer<D> for Within<'_, D> {
+    fn event(&self, event: &Event<'_, D>) {
+        self.0.event(&Event { so_far: None, ..*event });
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}

@@ -1,0 +1,108 @@
+//! Maps that are solved small and carried up.
+
+use crate::common::{PLACEMENTS, blobs, of, weave};
+use selvedge_core::{
+    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Observer, Run, SeamCosts, SeamMeasure, SourceMap, Start,
+};
+use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from};
+use std::sync::Mutex;
+
+/// Two exemplars of odd sides, the second with a masked disc.
+fn masked() -> Exemplars<2> {
+    let planes = [blobs([67, 70], 1), blobs([53, 48], 2)];
+    let disc = |[y, x]: [u32; 2]| 64 < y.abs_diff(20).pow(2) + x.abs_diff(30).pow(2);
+    let domain = planes[1].domain();
+    let mask = Grid::from_vec(domain, 1, domain.positions().map(disc).collect()).unwrap();
+    let [a, b] = planes.each_ref().map(std::slice::from_ref);
+    let exemplars = [Exemplar::new(a), Exemplar::new(b).masked(Some(&mask))];
+    Exemplars::new(&Encoder::fit(&[a, b]).unwrap(), &exemplars).unwrap()
+}
+
+#[test]
+fn carried_maps_are_whole_and_show_only_what_is_valid() {
+    let e = masked();
+    for levels in [2, 3] {
+        for (placement, periodic) in PLACEMENTS.into_iter().zip([[false; 2], [true; 2], [false, true], [true; 2]]) {
+            let options = Options { placement, levels: Some(levels), ..Options::default() };
+            let (map, stats) = weave(&e, Domain { shape: [101, 96], periodic }, &options);
+            assert_eq!(stats.levels, levels);
+            for &id in map.ids.plane(0) {
+                let (source, at) = e.locate(id).unwrap();
+                assert!(e.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, at)), "{source} {at:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn levels_cost_little_in_seams() {
+    let e = of(&blobs([96, 90], 4));
+    let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
+    let price = |levels, seed| {
+        let options = Options { levels: Some(levels), ..Options::default() };
+        costs.total(&graphcut(&e, Domain::open([190, 200]), &options, &Run::seeded(seed)).unwrap().result)
+    };
+    let of = |levels| (0..4).map(|seed| price(levels, seed)).sum::<i64>();
+    let [one, two] = [of(1), of(2)];
+    assert!(two < one * 3 / 2, "{one} at one size, {two} at two");
+}
+
+#[test]
+fn carried_maps_do_not_depend_on_threads() {
+    let e = masked();
+    let output = Domain { shape: [150, 130], periodic: [true, false] };
+    let options = Options { levels: Some(2), ..Options::default() };
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| graphcut(&e, output, &options, &Run::seeded(7)).unwrap().result)
+    };
+    let one = on(1);
+    assert!([2, 3].into_iter().all(|threads| on(threads) == one));
+}
+
+/// The energies after each finer level, and how many events had a map.
+#[derive(Default)]
+struct Notes(Mutex<(Vec<i64>, usize)>);
+
+impl Observer<2> for Notes {
+    fn event(&self, event: &Event<'_, 2>) {
+        let mut notes = self.0.lock().unwrap();
+        if event.stage == "settle" {
+            notes.0.extend(event.energy);
+        }
+        notes.1 += usize::from(event.so_far.is_some());
+    }
+}
+
+#[test]
+fn only_maps_of_the_exemplars_are_shown_while_a_run_goes_on() {
+    let e = of(&blobs([64, 64], 5));
+    let notes = Notes::default();
+    let options = Options { levels: Some(3), ..Options::default() };
+    let run = Run { observer: &notes, ..Run::seeded(1) };
+    let woven = graphcut(&e, Domain::open([100, 100]), &options, &run).unwrap();
+    let (energies, maps) = notes.0.into_inner().unwrap();
+    assert_eq!((energies.len(), maps), (2, 1));
+    assert_eq!(energies[1], SeamCosts::new(&e, options.seam).unwrap().total(&woven.result));
+}
+
+#[test]
+fn what_stands_is_gone_on_from_at_one_size() {
+    let e = of(&blobs([400, 400], 6));
+    let output = Domain::open([410, 400]);
+    let mut map = SourceMap::unassigned(&e, output).unwrap();
+    map.ids.plane_mut(0)[0] = e.table().id(0, [3, 3]);
+    let start = || Start { map: map.clone(), fixed: None, sources: None };
+    let options = Options { refine: Some(0), ..Options::default() };
+    let woven = graphcut_from(&e, start(), &options, &Run::seeded(0)).unwrap();
+    assert_eq!(woven.stats.levels, 1);
+    let asked = Options { levels: Some(2), ..options };
+    let refused = graphcut_from(&e, start(), &asked, &Run::seeded(0)).unwrap_err();
+    assert_eq!(refused, Error::LevelsOfStart { levels: 2 });
+    let empty = Start { map: SourceMap::unassigned(&e, output).unwrap(), fixed: None, sources: None };
+    assert_eq!(graphcut_from(&e, empty, &options, &Run::seeded(0)).unwrap().stats.levels, 2);
+    for levels in [0, 9] {
+        let wrong = Options { levels: Some(levels), ..options };
+        assert!(matches!(graphcut(&e, output, &wrong, &Run::seeded(0)), Err(Error::Range { option: "levels", .. })));
+    }
+}
