@@ -14,6 +14,7 @@ use crate::harmonise::{
 };
 use crate::inputs::{self, Input};
 use crate::light::LightArgs;
+use crate::loaded::Loaded;
 use crate::outputs;
 use crate::planes::check_size;
 use crate::report::Report;
@@ -89,25 +90,6 @@ struct Matched {
     role: Role,
     layout: Layout,
     weight: f64,
-}
-
-/// Exemplars as methods see them, and what is rendered from them.
-pub(crate) struct Loaded {
-    pub(crate) exemplars: Exemplars<2>,
-    /// What made their features: other pictures that are compared with them go through it.
-    pub(crate) encoder: Encoder,
-    pub(crate) paths: Vec<PathBuf>,
-    /// Samples in the depth and the channels of the output.
-    pub(crate) payload: Vec<Plane<2>>,
-    /// Of the exemplars.
-    pub(crate) fingerprints: Vec<Fingerprint>,
-    /// Where each may be used, as its mask says.
-    pub(crate) masks: Vec<Option<Grid<bool, 2>>>,
-    /// Of the masks, and of planes that decided with the exemplars.
-    other_fingerprints: Vec<Fingerprint>,
-    given: usize,
-    /// What the first exemplar says besides its samples.
-    pub(crate) metadata: Metadata,
 }
 
 impl ExemplarArgs {
@@ -409,25 +391,5 @@ fn named(paths: &[PathBuf], error: selvedge_core::Error, holes: bool) -> Failure
     match exemplar.and_then(|e| paths.get(e)) {
         Some(path) => failure.about(path),
         None => failure,
-    }
-}
-
-impl Loaded {
-    /// Names of what was given as exemplars.
-    pub(crate) fn given(&self) -> &[PathBuf] {
-        &self.paths[..self.given]
-    }
-
-    /// An error about the exemplars, with the name of the file if there is just one.
-    pub(crate) fn about(&self, failure: Failure) -> Failure {
-        match self.given() {
-            [only] => failure.about(only),
-            _ => failure,
-        }
-    }
-
-    /// All that was read, by name and content.
-    pub(crate) fn all_fingerprints(&self) -> Vec<Fingerprint> {
-        self.fingerprints.iter().chain(&self.other_fingerprints).cloned().collect()
     }
 }

@@ -7,9 +7,9 @@ use selvedge_core::{Bytes, Domain, Error, Grid, SampleId, SourceMap, SourceTable
 use selvedge_io::{Fingerprint, MapFile, MaskChannel};
 
 use crate::backdrop::{Backdrop, eroded};
-use crate::exemplars::Loaded;
 use crate::failure::{Failure, shown};
 use crate::inputs::{Input, ReadMap};
+use crate::loaded::Loaded;
 use crate::loom::Loom;
 use crate::session::Session;
 use crate::used::Used;

@@ -9,11 +9,12 @@ use selvedge_io::Format;
 
 use crate::backdrop::Backdrop;
 use crate::blending::Blending;
-use crate::exemplars::{Headers, Loaded};
+use crate::exemplars::Headers;
 use crate::failure::Failure;
 use crate::ground::Ground;
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
+use crate::loaded::Loaded;
 use crate::loom::Loom;
 use crate::memory::{self, Resized};
 use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
@@ -189,7 +190,7 @@ impl<'a> Setup<'a> {
         let free = match self.size {
             OutputSize::Exemplar(_) => true,
             OutputSize::Ground(ground, _) => ground.is_bare(),
-            OutputSize::Picture(..) => false,
+            OutputSize::Picture(..) | OutputSize::Laid(_) => false,
         };
         if domain.periodic == [false; 2] || !as_it_is || !free {
             return Ok(domain);
