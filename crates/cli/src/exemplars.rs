@@ -50,14 +50,6 @@ pub(crate) struct ExemplarArgs {
     pub(crate) holes: bool,
 }
 
-/// Exact orientations: by quarter turns, mirrored, as they are first.
-pub(crate) fn orientations(turn: bool, mirror: bool) -> Vec<Transform> {
-    let turns = if turn { 0..4 } else { 0..1 };
-    let mirrors = if mirror { &[false, true][..] } else { &[false] };
-    let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
-    turns.flat_map(exact).collect()
-}
-
 /// Exemplars of which the headers were read.
 pub(crate) struct Headers {
     inputs: Vec<Input>,

@@ -184,7 +184,7 @@ impl<'a> Setup<'a> {
     }
 
     /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in pixels
-    /// stays, and one that closes is named; any other becomes the next smaller one that does, which is told.
+    /// stays, and the nearest that closes is named; any other becomes the next smaller one that does, which is told.
     fn closed(&self, session: &Session<'_>, loaded: &Loaded, domain: Domain<2>) -> Result<Domain<2>, Failure> {
         let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
         let free = match self.size {
@@ -198,8 +198,10 @@ impl<'a> Setup<'a> {
         let source = &loaded.exemplars.sources()[0];
         let texture = Texture::of(&source.features, source.valid.as_ref(), loaded.exemplars.weights())?;
         let Some(lattice) = texture.lattice.filter(|_| texture.is_orderly()) else { return Ok(domain) };
+        let follows = self.size.follows_exemplar();
         let side = |axis: usize| match domain.shape[axis] {
-            side if domain.periodic[axis] => lattice.closing_within(axis, side),
+            side if domain.periodic[axis] && follows => lattice.closing_within(axis, side),
+            side if domain.periodic[axis] => lattice.closing(axis, side),
             side => side,
         };
         let ([height, width], closed) = (domain.shape, [side(0), side(1)]);
@@ -207,7 +209,7 @@ impl<'a> Setup<'a> {
             return Ok(domain);
         }
         let closing = format!("{}x{}", closed[1], closed[0]);
-        if self.size.follows_exemplar() {
+        if follows {
             session.say(&format!("size: {closing} px, which closes the exemplar's lattice, not {width}x{height}"));
             return Ok(Domain { shape: closed, ..domain });
         }

@@ -112,9 +112,13 @@ mod tests {
             Usual::of(&clip).unwrap().closure(std::iter::once(step(&clip, frames - 1, 0)))
         };
         assert!(closure(40).closes(), "{:?}", closure(40));
-        // Whole frames differ as usual, but not there.
-        let early = closure(30);
-        assert!(early.whole <= 1.0 && !early.closes(), "{early:?}");
+        // Whole frames differ as usual, but the first block does not: it grows lighter step by step beside what flickers.
+        let domain = Domain::open([30, 20, 40]);
+        let flicker = |t: u32| [0, if t == 11 { 255 } else { 200 }][t as usize % 2];
+        let samples = domain.positions().map(|[t, _, x]| if x < 16 { t as u8 } else { flicker(t) }).collect();
+        let clip = Grid::from_vec(domain, 1, samples).unwrap();
+        let early = Usual::of(&clip).unwrap().closure(std::iter::once(step(&clip, 29, 0)));
+        assert!(early.whole <= 1.0 && 1.0 < early.block && !early.closes(), "{early:?}");
     }
 
     #[test]

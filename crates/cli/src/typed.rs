@@ -230,6 +230,7 @@ mod tests {
             ("at", _) => "3,4".into(),
             ("color", _) => "#ffff00=1 --strokes f".into(),
             ("keep", _) => "1 f".into(),
+            ("ignore-light", _) => "0.5".into(),
             ("scale-range", _) => "0.5..3".into(),
             ("correspondence", _) => "orientation=3".into(),
             (_, Some(value)) => value.get_name().into(),

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::str::FromStr;
 
-use selvedge_core::SeamMeasure;
+use selvedge_core::{SeamMeasure, Transform};
 use serde_json::Value;
 
 use crate::wrong::Wrong;
@@ -72,6 +72,14 @@ pub(crate) fn sides(text: &str) -> Option<[u32; 2]> {
 /// As sides are typed.
 pub(crate) fn sides_typed([down, across]: [u32; 2]) -> Value {
     if down == across { down.into() } else { format!("{across}x{down}").into() }
+}
+
+/// Exact orientations: by quarter turns, mirrored, as they are first.
+pub(crate) fn orientations(turn: bool, mirror: bool) -> Vec<Transform> {
+    let turns = if turn { 0..4 } else { 0..1 };
+    let mirrors = if mirror { &[false, true][..] } else { &[false] };
+    let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
+    turns.flat_map(exact).collect()
 }
 
 #[cfg(test)]

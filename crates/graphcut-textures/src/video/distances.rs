@@ -1,6 +1,6 @@
 //! How alike frames are.
 
-use selvedge_core::{Exemplars, Run, Source, par};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, Source, par};
 
 use super::the_clip;
 use crate::error::Error;
@@ -29,7 +29,7 @@ impl FrameDistances {
     ///
     /// # Errors
     /// [`Error::OneClip`] unless there is exactly one source, [`Error::Frames`] unless it has 2 to 65,535 frames,
-    /// [`Error::Cancelled`].
+    /// [`Error::Cancelled`], and what [`Limits::admit`](selvedge_core::Limits::admit) refuses of 16 bytes a pair of frames.
     ///
     /// # Complexity
     /// Time `O(frames^2 samples)`, space `O(frames^2)`.
@@ -37,6 +37,8 @@ impl FrameDistances {
         let clip = the_clip(exemplars)?;
         let frames = Frames { clip, weights: exemplars.weights() };
         let [n, height, width] = clip.domain().shape;
+        // Eight bytes a pair here, and a jump of 24 that `best` ranks.
+        run.limits.admit(Domain::open([n, height, width]), Bytes(u64::from(n) * u64::from(n) * 16))?;
         let row = |i: usize| {
             if run.observer.cancelled() {
                 return None;

@@ -19,8 +19,18 @@ pub struct Jump {
 
 impl Jump {
     /// Frames of the loop that it makes.
+    ///
+    /// # Panics
+    /// If it leads forward.
     pub fn period(&self) -> u32 {
+        assert!(self.to <= self.from, "a jump from frame {} to the later {}", self.from, self.to);
         self.from - self.to + 1
+    }
+
+    /// Refuses one that is not in a clip of so many frames.
+    pub(super) fn check(&self, frames: u32) -> Result<(), Error> {
+        let Self { from, to, .. } = *self;
+        if from < to || frames <= from { Err(Error::Jump { from, to, frames }) } else { Ok(()) }
     }
 }
 

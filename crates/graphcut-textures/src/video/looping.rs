@@ -40,7 +40,7 @@ impl Looped {
     /// A loop with a surface that is known, for instance from another pass of the same clip.
     ///
     /// # Errors
-    /// [`Error::OneClip`], [`Error::Frames`], [`Error::Surface`].
+    /// [`Error::OneClip`], [`Error::Frames`], and those of [`Surface::check`].
     pub fn new(exemplars: &Exemplars<3>, jump: Jump, surface: Surface) -> Result<Self, Error> {
         surface.check(&jump, the_clip(exemplars)?.domain())?;
         Ok(Self { jump, surface, table: exemplars.table().clone() })
@@ -116,9 +116,7 @@ pub fn looped(
 ) -> Result<Woven<Looped, LoopStats>, Error> {
     let [frames, height, width] = the_clip(exemplars)?.domain().shape;
     let first = jumps.first().ok_or(Error::NoJumps)?;
-    if let Some(jump) = jumps.iter().find(|jump| jump.from < jump.to || frames <= jump.from) {
-        return Err(Error::Jump { from: jump.from, to: jump.to, frames });
-    }
+    jumps.iter().try_for_each(|jump| jump.check(frames))?;
     let clip = Domain::open([frames, height, width]);
     run.limits.admit(clip, estimate(clip, exemplars.channels(), options))?;
     let mut stats = LoopStats::default();

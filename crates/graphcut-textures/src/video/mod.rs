@@ -12,9 +12,9 @@
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
 //! use selvedge_graphcut_textures::video::{DistanceOptions, FrameDistances, JumpOptions, LoopOptions, looped};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // 30 frames of a wave that comes again after 8.
+//! // 20 frames of a wave that comes again after 8.
 //! let wave = |t: u32, x: u32| if (t + x) % 8 < 4 { b'#' } else { b'.' };
-//! let domain = Domain::open([30, 2, 16]);
+//! let domain = Domain::open([20, 2, 16]);
 //! let samples = domain.positions().map(|[t, _, x]| wave(t, x)).collect();
 //! let clip = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
 //!

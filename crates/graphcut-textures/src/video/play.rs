@@ -12,7 +12,8 @@ use crate::error::Error;
 /// seed, along the loop's own surface.
 ///
 /// From where a jump leads to, any jump may follow whose surface has not begun yet. The same may always follow itself, since no
-/// surface is longer than its period: so there are no dead ends. It does so only where no other can.
+/// surface is longer than its period: so there are no dead ends. It is drawn like all others: two that only took turns would
+/// come again as one longer loop does.
 ///
 /// # Errors
 /// [`Error::NoJumps`], [`Error::EmptyOutput`], [`Error::Surface`] for a loop of another clip, [`Error::OneClip`],
@@ -35,9 +36,9 @@ pub fn walk(exemplars: &Exemplars<3>, loops: &[Looped], frames: u32, run: &Run<'
     let mut ids: Vec<SampleId> = Vec::new();
     reserve(&mut ids, output.len())?;
     let steps = Steps { spans: loops.iter().map(span).collect(), run };
-    let (mut at, mut last) = (0, None);
+    let mut at = 0;
     for step in 0.. {
-        let next = steps.next(step, at, last);
+        let next = steps.next(step, at);
         let Looped { jump, surface, .. } = &loops[next];
         for frame in at..steps.spans[next].end {
             if ids.len() == output.len() {
@@ -49,7 +50,6 @@ pub fn walk(exemplars: &Exemplars<3>, loops: &[Looped], frames: u32, run: &Run<'
             }));
         }
         at = steps.spans[next].end - jump.period();
-        last = Some(next);
     }
     unreachable!("the walk ends with its frames")
 }
@@ -69,11 +69,10 @@ struct Steps<'a> {
 }
 
 impl Steps<'_> {
-    /// The next jump, where all pixels show frame `at` and a jump was made last.
-    fn next(&self, step: u64, at: u32, last: Option<usize>) -> usize {
-        let ahead = |&i: &usize| at <= self.spans[i].start;
-        let others: Vec<usize> = (0..self.spans.len()).filter(ahead).filter(|&i| Some(i) != last).collect();
-        let drawn = self.run.seed.derive("video/walk", step).rng().below(others.len().max(1) as u32);
-        others.get(drawn as usize).copied().or(last).unwrap_or(0)
+    /// The next jump, where all pixels show frame `at`.
+    fn next(&self, step: u64, at: u32) -> usize {
+        let ahead: Vec<usize> = (0..self.spans.len()).filter(|&i| at <= self.spans[i].start).collect();
+        let drawn = self.run.seed.derive("video/walk", step).rng().below(ahead.len() as u32);
+        ahead[drawn as usize]
     }
 }

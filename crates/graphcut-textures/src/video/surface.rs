@@ -16,25 +16,30 @@ impl Surface {
     /// All pixels jump after the same frame.
     ///
     /// # Errors
-    /// [`Error::Core`] if memory is short.
+    /// [`Error::Core`] if memory is short, [`Error::Jump`] beyond the frames that a clip may have.
     pub fn flat(jump: &Jump, [height, width]: [u32; 2]) -> Result<Self, Error> {
-        Ok(Self { time: Grid::try_filled(Domain::open([height, width]), 1, jump.from as u16 + 1)? })
+        let end = u16::try_from(u64::from(jump.from) + 1);
+        let end = end.map_err(|_| Error::Jump { from: jump.from, to: jump.to, frames: u16::MAX.into() })?;
+        Ok(Self { time: Grid::try_filled(Domain::open([height, width]), 1, end)? })
     }
 
     /// A surface read from elsewhere, for a jump in a clip.
     ///
     /// # Errors
-    /// [`Error::Surface`] if it has another size than the clip's frames, or a pixel would show a frame that the clip does not
-    /// have.
+    /// [`Error::Jump`] if the jump is not in the clip; [`Error::Surface`] if it has another size than the clip's frames, a pixel
+    /// would show a frame that the clip does not have, or pixels jump farther from each other than a period.
     pub fn check(&self, jump: &Jump, clip: Domain<3>) -> Result<(), Error> {
         let [frames, height, width] = clip.shape;
+        jump.check(frames)?;
         let found = self.time.domain().shape;
         let wrong = |at: Option<[u32; 2]>| Error::Surface { found, expected: [height, width], at, frames };
         if found != [height, width] || self.time.channels() != 1 {
             return Err(wrong(None));
         }
         let played = jump.period()..=frames;
-        match self.time.plane(0).iter().position(|&s| !played.contains(&s.into())) {
+        let times = self.time.plane(0);
+        let last = u32::from(times.iter().min().copied().unwrap_or(0)) + jump.period();
+        match times.iter().position(|&s| !played.contains(&s.into()) || last < s.into()) {
             Some(i) => Err(wrong(Some(self.time.domain().position(i)))),
             None => Ok(()),
         }

@@ -230,6 +230,31 @@ fn the_number_of_threads_does_not_matter() {
     assert!(on(2) == one && on(3) == one);
 }
 
+#[test]
+fn jumps_and_surfaces_that_are_in_no_clip_are_refused() {
+    let e = of(&noise([40, 2, 2], 3));
+    let surface = |times: [u16; 4]| Surface { time: Grid::from_vec(Domain::open([2, 2]), 1, times.to_vec()).unwrap() };
+    let new = |j: Jump, times: [u16; 4]| Looped::new(&e, j, surface(times)).map(|_| ());
+    for (from, to) in [(3, 5), (40, 2), (65_535, 0)] {
+        let wrong = new(jump(from, to), [6; 4]);
+        assert!(matches!(wrong, Err(Error::Jump { frames: 40, .. })), "{from} to {to}: {wrong:?}");
+        assert!(matches!(
+            looped(&e, &[jump(from, to)], &LoopOptions::default(), &Run::seeded(0)),
+            Err(Error::Jump { .. })
+        ));
+    }
+    assert!(matches!(Surface::flat(&jump(65_535, 9), [2, 2]), Err(Error::Jump { .. })));
+    assert_eq!(new(jump(8, 4), [5, 10, 7, 9]), Ok(()));
+    // A pixel that jumps more than a period after another would come from a frame that its surface does not part.
+    for times in [[5, 40, 7, 9], [5, 11, 7, 9], [4; 4], [41; 4]] {
+        assert!(matches!(new(jump(8, 4), times), Err(Error::Surface { .. })), "{times:?}");
+    }
+    let long = of(&noise([40, 1, 1], 3));
+    let limits = selvedge_core::Limits { memory: 20_000, ..selvedge_core::Limits::default() };
+    let refused = FrameDistances::new(&long, &DistanceOptions::default(), &Run { limits, ..Run::seeded(0) });
+    assert!(refused.unwrap_err().to_string().contains("memory"));
+}
+
 struct Stop;
 impl Observer<3> for Stop {
     fn cancelled(&self) -> bool {
@@ -340,7 +365,7 @@ fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
             assert!(stays && (next == here + 1 || loops.iter().any(by)), "seed {seed}: {here} to {next}");
             jumps += u32::from(next != here + 1);
         }
-        assert!(42 * 8 < jumps, "{jumps} jumps");
+        assert!(42 * 7 <= jumps, "{jumps} jumps");
     }
     let of_seed = |seed: u64| walk(&e, &loops, 90, &Run::seeded(seed)).unwrap();
     assert!(of_seed(1) == of_seed(1) && of_seed(1) != of_seed(2));
@@ -348,6 +373,10 @@ fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
     let alone = walk(&e, &loops[..1], 60, &Run::seeded(0)).unwrap();
     let frame = |t: u32| (0..42).map(|p| alone.ids.plane(0)[t as usize * 42 + p]).collect::<Vec<_>>();
     assert!((20..50).all(|t| frame(t) == frame(t + 10)));
+    // Two do not only take turns: their frames do not come again after both periods.
+    let both = walk(&e, &[loops[0].clone(), loops[0].clone(), loops[2].clone()], 400, &Run::seeded(3)).unwrap();
+    let frame = |t: u32| both.ids.plane(0)[t as usize * 42].get();
+    assert!([10, 20, 30, 40, 50, 60].iter().all(|by| (60..300).any(|t| frame(t) != frame(t + by))));
     assert_eq!(walk(&e, &[], 9, &Run::seeded(0)).unwrap_err(), Error::NoJumps);
     assert!(matches!(walk(&e, &loops, 0, &Run::seeded(0)).unwrap_err(), Error::EmptyOutput { .. }));
 }

@@ -142,7 +142,7 @@ impl Palette {
             }
         }
         if exact.len() <= most {
-            exact.values_mut().zip(0..).for_each(|(place, i)| *place = i);
+            exact.values_mut().zip(0..=u8::MAX).for_each(|(place, i)| *place = i);
             return Ok(Self { colors: exact.keys().copied().collect(), exact: Some(exact), nearest: Vec::new() });
         }
         let pixels: usize = frames.iter().map(Vec::len).sum();
@@ -194,6 +194,20 @@ mod tests {
         assert_eq!(all, (0..64).collect::<Vec<_>>());
         let values: Vec<i32> = (0..64).map(|i| dither(i % 8, i / 8)).collect();
         assert_eq!((values.iter().min(), values.iter().max(), values.iter().sum()), (Some(&-DITHER), Some(&DITHER), 0));
+    }
+
+    #[test]
+    fn a_palette_may_be_full() {
+        for most in [255, 256] {
+            let grey: Vec<[u8; 3]> = (0..=255).map(|v| [v; 3]).take(most).collect();
+            let mut palette = Palette::of(std::slice::from_ref(&grey), most).unwrap();
+            for pixel in &grey {
+                let place = palette.index(*pixel, 0, 0);
+                assert_eq!(palette.colors[usize::from(place)], *pixel);
+            }
+            let more = [grey, vec![[9, 8, 7]]];
+            assert!(Palette::of(&more, most).unwrap().exact.is_none());
+        }
     }
 
     #[test]

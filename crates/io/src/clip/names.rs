@@ -129,7 +129,7 @@ pub fn clip_files(path: &Path, range: Option<Range>) -> Result<Vec<PathBuf>, Err
     };
     let name = ClipName::parse(files).ok_or_else(|| Error::new(path, ClipProblem::NoClip))?;
     let found = name.found().map_err(|p| Error::new(path, p))?;
-    let frames = ordered(path, found, range)?;
+    let frames = ordered(path, found, range, matches!(name, ClipName::Sequence(_)))?;
     let chosen = |file: PathBuf| {
         let mut file = file.into_os_string();
         file.push(&choice);

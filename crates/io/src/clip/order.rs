@@ -11,8 +11,14 @@ use crate::error::Error;
 /// The number of a frame, where its name has one, and its file.
 pub(super) type Numbered = (Option<u32>, PathBuf);
 
-/// Frames in natural order, or those of a range, without gaps.
-pub(super) fn ordered(path: &Path, mut found: Vec<Numbered>, range: Option<Range>) -> Result<Vec<PathBuf>, Error> {
+/// Frames in natural order, or those of a range, without gaps. Where no pattern says which number is meant, names have to be
+/// alike but for it.
+pub(super) fn ordered(
+    path: &Path,
+    mut found: Vec<Numbered>,
+    range: Option<Range>,
+    by_pattern: bool,
+) -> Result<Vec<PathBuf>, Error> {
     found.sort_by(|a, b| natural(&file_name(&a.1), &file_name(&b.1)));
     let Some(first) = found.first().map(|(_, file)| file_name(file)) else {
         return Err(Error::new(path, ClipProblem::NoFrames));
@@ -25,7 +31,10 @@ pub(super) fn ordered(path: &Path, mut found: Vec<Numbered>, range: Option<Range
         None => Err(Error::new(&file, ClipProblem::Foreign { first: first.clone() })),
     });
     let mut numbered = numbered.collect::<Result<Vec<_>, Error>>()?;
-    if !counts && let Some((_, foreign)) = numbered.iter().find(|(_, file)| !alike(&file_name(file), &first)) {
+    if !counts
+        && !by_pattern
+        && let Some((_, foreign)) = numbered.iter().find(|(_, file)| !alike(&file_name(file), &first))
+    {
         return Err(Error::new(foreign, ClipProblem::Foreign { first }));
     }
     numbered.sort_by_key(|(number, _)| *number);
@@ -111,7 +120,7 @@ mod tests {
     fn frames_that_are_missing_or_foreign_are_named() {
         let frames = |names: &[&str], range: Option<&str>| {
             let found = names.iter().map(|name| (last_number(name), PathBuf::from(name))).collect();
-            let ordered = ordered(Path::new("clip"), found, range.map(|r| r.parse().unwrap()));
+            let ordered = ordered(Path::new("clip"), found, range.map(|r| r.parse().unwrap()), false);
             ordered.map(|files| files.iter().map(|f| file_name(f)).collect::<Vec<_>>()).map_err(|e| e.to_string())
         };
         assert_eq!(frames(&["a2.png", "a10.png", "a3.png"], Some("2-3")).unwrap(), ["a2.png", "a3.png"]);

@@ -8,7 +8,7 @@ use super::apng::ApngWriter;
 use super::container::Container;
 use super::flipbook::{Flipbook, FlipbookWriter};
 use super::gif::GifWriter;
-use super::info::FrameEncoder;
+use super::info::{FrameEncoder, Layout};
 use super::manifest::Manifest;
 use super::names::ClipName;
 use super::problem::ClipProblem;
@@ -39,7 +39,8 @@ pub struct ClipWriter {
     metadata: Metadata,
     options: ClipWriteOptions,
     frames: u32,
-    size: [u32; 2],
+    /// Of the first frame.
+    layout: Option<Layout>,
     /// Name and hash of each frame's file.
     written: Vec<(String, String)>,
     taken: u32,
@@ -90,7 +91,7 @@ impl ClipWriter {
                 Target::File(path.to_path_buf(), encoder)
             }
         };
-        Ok(Self { target, metadata, options, frames, size: [0, 0], written: Vec::new(), taken: 0 })
+        Ok(Self { target, metadata, options, frames, layout: None, written: Vec::new(), taken: 0 })
     }
 
     /// Refuses frames of so many channels (alpha included), this depth, height and width, that are not held.
@@ -118,6 +119,14 @@ impl ClipWriter {
             },
         };
         checked.map_err(|p| Error::new(&path, p))
+    }
+
+    /// The file that holds all frames, or tells of them.
+    fn path(&self) -> PathBuf {
+        match &self.target {
+            Target::Sequence(name) => name.manifest(),
+            Target::File(path, _) => path.clone(),
+        }
     }
 
     /// All files that will be there at the end.
@@ -150,11 +159,14 @@ impl ClipWriter {
     /// Takes the next frame. Of a sequence it is a file at once, of a container it will be a part of one.
     ///
     /// # Errors
-    /// Those of a picture; [`ClipProblem::Unsupported`] for what a container does not hold.
+    /// Those of a picture; [`ClipProblem::Unsupported`] for what a container does not hold, [`ClipProblem::Differs`] for another
+    /// size, depth or layout than that of the first frame.
     pub fn encoded(&mut self, plane: &Plane<2>) -> Result<Option<ClipFile>, Error> {
-        let [height, width] = plane.domain().shape;
-        self.size = [width, height];
-        self.taken += 1;
+        let found = Layout::of(plane);
+        let number = self.taken.saturating_add(1);
+        let path = self.path();
+        self.layout.get_or_insert(found).check(&path, number, &found)?;
+        self.taken = number;
         match &mut self.target {
             Target::Sequence(name) => {
                 let path = name.file(self.taken).unwrap_or_default();
@@ -184,7 +196,7 @@ impl ClipWriter {
     pub fn ended(self) -> Result<Vec<ClipFile>, Error> {
         let (found, expected) = (self.taken, self.frames);
         let manifest = Manifest {
-            size: self.size,
+            size: self.layout.map_or([0, 0], |layout| [layout.width, layout.height]),
             rate: self.options.rate,
             period: self.options.period,
             frames: self.written,

@@ -109,6 +109,11 @@ impl Headline {
         [(self.width as usize).div_ceil(x), (self.height as usize).div_ceil(y)]
     }
 
+    /// Bytes of a frame at most, as the headline has it.
+    fn claimed(&self) -> u64 {
+        u64::from(self.width).saturating_mul(self.height.into()).saturating_mul(self.channels() as u64)
+    }
+
     /// Bytes of a frame.
     fn bytes(&self) -> usize {
         let luma = self.width as usize * self.height as usize;
@@ -131,7 +136,8 @@ impl Y4m {
         let system = |e| Problem::file_system(e, 0);
         let line = line(&mut *input)?;
         let head = Headline::parse(&line)?;
-        Context::new(options, head.bytes() as u64).check(&head.header())?;
+        // What it claims may be more than numbers hold, and is no size before it was checked.
+        Context::new(options, head.claimed()).check(&head.header())?;
         let start = input.stream_position().map_err(system)?;
         // Frames are counted, and all bytes are hashed, before any is used.
         input.rewind().map_err(system)?;

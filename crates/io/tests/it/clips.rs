@@ -117,6 +117,16 @@ fn folders_and_globs_are_in_natural_order() {
 }
 
 #[test]
+fn a_pattern_says_which_number_is_meant() {
+    let folder = Folder::new("pattern");
+    let written = frames(Depth::U8, 1, false, [3, 2, 2]);
+    for name in ["a_##_2k.png", "shot.####.v2.png", "%03d-of-3.png"] {
+        write(&folder.path(name), &written, ClipWriteOptions::default()).unwrap();
+        assert_eq!(all(&mut open(&folder.path(name)).unwrap()), written, "{name}");
+    }
+}
+
+#[test]
 fn frames_that_differ_are_named() {
     let folder = Folder::new("differ");
     let (path, third) = (folder.path("a.##.png"), folder.path("a.03.png"));

@@ -205,9 +205,22 @@ fn y4m_of_every_chroma_is_read_where_it_lies() {
     assert!(wrong("YUV4MPEG2 W2 H2 F25:1 It C444\n").contains("interlaced frames"));
     assert!(wrong("YUV4MPEG2 W0 H2 F25:1 C444\n").contains("0x2 px has no samples"));
     assert!(wrong("YUV4MPEG2 W99999999 H9999999 F25:1 C444\n").contains("over the cap"));
+    assert!(wrong("YUV4MPEG2 W4294967295 H4294967295 F25:1 C444\n").contains("over the cap"));
     assert!(wrong("YUV4MPEG2 W2 H2 F1:0 C444\n").contains("'1:0' is no rate"));
     assert!(wrong("YUV4MPEG2 W2 H2 F25:1 C444\n").contains("it ends early"));
     assert!(wrong("moov").contains("ffmpeg -i FILE"));
+}
+
+#[test]
+fn frames_unlike_the_first_are_written_nowhere() {
+    let folder = Folder::new("unlike");
+    let first = frames(Depth::U8, 3, false, [2, 4, 5]);
+    let others = [frames(Depth::U8, 3, false, [1, 5, 4]), frames(Depth::U8, 1, false, [1, 4, 5])];
+    for (name, other) in ["a.png", "a.gif", "a.y4m", "a_##_2k.png"].iter().zip(others.iter().cycle()) {
+        let mut writer = write(&folder.path(name), &first, rate("25")).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let wrong = writer.frame(&other[0]).unwrap_err();
+        assert!(matches!(wrong.problem, Problem::Clip(ClipProblem::Differs { number: 3, .. })), "{name}: {wrong}");
+    }
 }
 
 #[test]

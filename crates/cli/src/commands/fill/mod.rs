@@ -8,14 +8,14 @@ use selvedge_graphcut_textures::labels::{FillOptions, FillStats, estimate_fill, 
 use serde_json::json;
 
 use crate::blending::Blending;
-use crate::exemplars::{NO_MASK, orientations};
+use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
 use crate::loom::{Loom, Outcome};
 use crate::method::{Method, Planned};
 use crate::report::Done;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
-use crate::values::SeamArg;
+use crate::values::{SeamArg, orientations};
 use crate::weaving::Weaving;
 
 /// Options of `fill`.

@@ -10,7 +10,6 @@ use serde_json::json;
 use self::choices::{LayoutArg, ResynthesizeArg, SearchArg, error, typed};
 use super::quilt::ContinuationArg;
 use crate::blending::Blending;
-use crate::exemplars::orientations;
 use crate::failure::{Failure, n};
 use crate::ground::{Ground, StartArgs};
 use crate::loom::Loom;
@@ -20,7 +19,7 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
-use crate::values::{Auto, auto, name_of, sides};
+use crate::values::{Auto, auto, name_of, orientations, sides};
 use crate::weaving::{Sizing, Weaving};
 
 /// Options of `hybrid`.
