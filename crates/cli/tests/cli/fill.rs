@@ -102,6 +102,8 @@ fn tiles_close_and_keep_their_middle() {
         let middle = (9..81).contains(&y) && (9..71).contains(&x);
         assert!(!middle || (0..3).all(|c| photo.value(c, i) == band.value(c, i)), "{x}, {y}");
     }
+    folder.run("tile photo.png -o no.png --overlap 0").refused(2, &["0 px", "leave it out"]);
+    folder.run("tile photo.png -o no.png --method band --band 0").refused(2, &["0 px", "leave it out"]);
     folder.run("tile photo.png -o no.png --overlap 60").refused(2, &["overlap", "60", "half"]);
     folder.run("tile photo.png -o no.png --method band --band 50").refused(2, &["band", "50", "half"]);
     folder.run("tile photo.png -o no.png --band 9").refused(2, &["--band", "--method band"]);

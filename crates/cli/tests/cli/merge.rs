@@ -65,6 +65,12 @@ fn strokes_and_masks_say_what_shows() {
     refused("merge a.png b.png --strokes paint.png", 2, &["--color"]);
     refused("merge a.png b.png --strokes paint.png --color #ffff00=3", 2, &["#ffff00=3", "2 pictures"]);
     refused("merge a.png b.png --keep 1 mask.png --keep 2 mask.png", 3, &["mask.png'", "20,0", "another"]);
+    refused(
+        "merge a.png b.png --strokes paint.png --color #ffff00=1 --color #ffff00=2",
+        2,
+        &["#ffff00", "two pictures"],
+    );
+    refused("merge a.png b.png --strokes paint.png --color #000000=1", 2, &["black"]);
     refused("merge a.png b.png --keep 0 mask.png", 2, &["--keep 0", "1 to 2"]);
     refused("merge a.png b.png --at 100,0", 3, &["no picture may show at 50,0"]);
     refused("merge a.png b.png --at 1,0 --at 2,0", 2, &["2 places", "1 further picture"]);

@@ -38,13 +38,20 @@ pub(crate) fn animation<R: BufRead + Seek>(
     file: &[u8],
     context: &mut Context<'_>,
 ) -> Result<(GifDecoder<R>, Description), Problem> {
-    if first_frame(file).is_some_and(|samples| MOST.saturating_mul(file.len() as u64) < samples) {
+    let samples = |[width, height]: [u64; 2]| width * height;
+    if frames(file).first().is_some_and(|frame| MOST.saturating_mul(file.len() as u64) < samples(*frame)) {
         return Err(Problem::ends_early(Format::Gif));
     }
     let mut decoder = GifDecoder::new(input).map_err(|e| complaint(e, Format::Gif, context))?;
     let description = super::describe(&mut decoder, Format::Gif, context)?;
     context.check(&description.header)?;
     context.ask(&description.header)?;
+    // Later frames are made as large as they claim to be, too.
+    let Header { width, height, .. } = description.header;
+    let first = frames(file).first().map_or(0, |frame| samples(*frame));
+    if frames(file).into_iter().skip(1).map(samples).any(|frame| first.max(width * height) < frame) {
+        return Err(Problem::damaged(Format::Gif, "a frame is larger than the picture"));
+    }
     decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
     Ok((decoder, description))
 }
@@ -53,23 +60,33 @@ pub(crate) fn animation<R: BufRead + Seek>(
 /// samples as the table has rows. The decoder makes the whole frame before it reads the first one.
 const MOST: u64 = 4096 * 8 / 12;
 
-/// Samples of the first frame.
-fn first_frame(file: &[u8]) -> Option<u64> {
+/// Width and height of each frame, as far as the file goes on as it should.
+fn frames(file: &[u8]) -> Vec<[u64; 2]> {
+    let mut found = Vec::new();
+    walk(file, &mut found);
+    found
+}
+
+/// `None` where the file ends or is another one.
+fn walk(file: &[u8], found: &mut Vec<[u64; 2]>) -> Option<()> {
     let table = |packed: u8| if packed & 0x80 == 0 { 0 } else { 3 << ((packed & 7) + 1) };
+    // Blocks that say how long they are, up to an empty one.
+    let after_blocks = |mut at: usize| {
+        while let Some(len) = file.get(at).filter(|len| **len != 0) {
+            at += 1 + usize::from(*len);
+        }
+        at + 1
+    };
     let mut at = 13 + table(*file.get(10)?);
     loop {
         match *file.get(at)? {
-            // An extension: two bytes, then blocks that say how long they are, up to an empty one.
-            0x21 => {
-                at += 2;
-                while let Some(len) = file.get(at).filter(|len| **len != 0) {
-                    at += 1 + usize::from(*len);
-                }
-                at += 1;
-            }
+            // An extension: two bytes, then blocks.
+            0x21 => at = after_blocks(at + 2),
             0x2c => {
                 let side = |at: usize| Some(u64::from(u16::from_le_bytes(*file.get(at..)?.first_chunk()?)));
-                return Some(side(at + 5)? * side(at + 7)?);
+                found.push([side(at + 5)?, side(at + 7)?]);
+                // Its own table, and the size of its codes.
+                at = after_blocks(at + 10 + table(*file.get(at + 9)?) + 1);
             }
             _ => return None,
         }

@@ -70,6 +70,8 @@ fn jpeg(width: u16, height: u16) -> Vec<u8> {
 fn claims() -> Vec<(&'static str, Vec<u8>)> {
     let mut gif = b"GIF89a\xff\xff\xff\xff\0\0\0,\0\0\0\0\xff\xff\xff\xff\0\x02".to_vec();
     gif.extend([0, b';']);
+    let mut later = b"GIF89a\x01\0\x01\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\x01\0\x01\0\0\x02\x02\x44\x01\0".to_vec();
+    later.extend(b",\0\0\0\0\xff\xff\xff\xff\0\x02\x02\x44\x01\0;");
     let mut bmp = b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0".to_vec();
     bmp.extend([(1_u32 << 30).to_le_bytes(), (1_u32 << 30).to_le_bytes()].concat());
     bmp.extend(b"\x01\0\x18\0");
@@ -91,6 +93,7 @@ fn claims() -> Vec<(&'static str, Vec<u8>)> {
         ("jpeg of 65,535 squared", jpeg(65_535, 65_535)),
         ("hdr of 2 * 10^9", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n\x02\x02".to_vec()),
         ("gif of 65,535 squared", gif),
+        ("gif whose second frame is 65,535 squared", later),
         ("bmp of 2^30 squared", bmp),
         ("webp of 16,383 squared", webp),
     ]

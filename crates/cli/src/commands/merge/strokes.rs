@@ -59,6 +59,16 @@ impl Merge {
                 return Err(Failure::new(2, what).remedy(format!("use a number from 1 to {pictures}")));
             }
         }
+        for (i, color) in self.color.iter().enumerate() {
+            if self.color[..i].iter().any(|other| other.rgb == color.rgb) {
+                let failure = Failure::new(2, format!("{} stands for two pictures", hex(color.rgb)));
+                return Err(failure.remedy("give each colour once"));
+            }
+            if color.rgb == [0; 3] {
+                let failure = Failure::new(2, "black is what may show any picture");
+                return Err(failure.remedy("paint with another colour"));
+            }
+        }
         if self.strokes.is_some() && self.color.is_empty() {
             let failure = Failure::new(2, "no colour of --strokes stands for a picture");
             return Err(failure.remedy("give --color '#RRGGBB=N' for each"));

@@ -103,6 +103,9 @@ impl TileCommand {
         if 1 < masks {
             return Err(Failure::new(2, format!("{masks} masks for one picture")).remedy("give one --mask"));
         }
+        if [self.overlap.0, self.band.0].contains(&Some(0)) {
+            return Err(Failure::new(2, "a border of 0 px closes nothing").remedy("give 1 px or more, or leave it out"));
+        }
         given.map_or(Ok(()), |_| Err(Failure::new(2, other).remedy("leave it out, or change --method")))
     }
 
