@@ -75,7 +75,9 @@ fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
             }
             Err(failure)
         })?;
-        if let Some(picture) = one.outputs.first()?.filter(|_| turns.sheet.is_some()) {
+        if turns.sheet.is_some()
+            && let Some(picture) = one.outputs.first()?
+        {
             pictures.push((eyes::eight(&picture)?, turn.label));
         }
         done.add(one, seed, global.dry_run);

@@ -95,10 +95,11 @@ pub(crate) fn turns(all: &Command, typed: &ArgMatches) -> Result<Turns, Failure>
         let one = One { command: &command, matches, part, seed, number: number as u64 + 1, exemplars: exemplars.len() };
         (one.words(name), one.names(), if each { one.number } else { seed })
     };
-    let (mut turns, mut taken) = (Turns { all: Vec::new(), sheet }, Vec::<PathBuf>::new());
+    let mut taken: Vec<PathBuf> = sheet.iter().cloned().collect();
+    let mut turns = Turns { all: Vec::new(), sheet };
     for (words, names, label) in runs.enumerate().map(picked) {
         for name in &names {
-            if taken.contains(name) {
+            if taken.iter().any(|other| other == name || selvedge_io::same_file(other, name)) {
                 let what = format!("{} would write this name", n("run", parts.len() * seeds.len()));
                 return Err(Failure::new(2, what).about(name).remedy("use '{seed}', '{n}' or '{stem}' in it"));
             }
@@ -179,6 +180,8 @@ impl One<'_> {
         let over = usize::from(id != "exemplars" && id != "mask" && !self.plain("over").is_empty());
         let group = self.exemplars + over;
         let listed = id == "exemplars" || OF_EACH.contains(&id);
+        // One role for each plane goes with it; fewer are for the planes of any exemplar.
+        let listed = listed && (id != "role" || values.len() == self.plain("with").len());
         if !listed || values.len() <= 1 || !values.len().is_multiple_of(group) {
             return values;
         }

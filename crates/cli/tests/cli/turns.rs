@@ -59,6 +59,24 @@ fn several_runs_are_written_together_or_not_at_all() {
 }
 
 #[test]
+fn no_run_writes_over_another_or_over_the_sheet() {
+    let folder = Folder::new("turns-apart");
+    for line in ["-o o-{seed}.png --seed 1..2 --sheet ./o-1.png", "-o ./{n}.png --explain {seed}.png --seed 2,1"] {
+        folder.run(&format!("quilt @/weave.png --size 40 {line}")).refused(2, &["would write this name"]);
+        assert_eq!(folder.names(), Vec::<String>::new(), "{line}");
+    }
+}
+
+#[test]
+fn levels_that_were_asked_for_are_carried() {
+    let folder = Folder::new("levels");
+    folder.run("graphcut @/bricks/albedo.png --size 40 --refine 0 -o auto.png").done();
+    folder.run("graphcut @/bricks/albedo.png --size 40 --refine 0 -o one.png --levels 1").done();
+    let made = |name: &str| String::from_utf8(folder.run(&format!("info {name}")).done().stdout).unwrap();
+    assert!(made("one.png").contains("--levels 1") && !made("auto.png").contains("--levels"));
+}
+
+#[test]
 fn a_tile_is_shown_beside_itself() {
     let folder = Folder::new("preview");
     folder.run("quilt @/weave.png --size 50x40 --tile x -o o.png --preview p.png").done();

@@ -245,8 +245,9 @@ impl Graphcut {
             .set("variety", plan.variety)
             .set("refine", self.refine.0)
             .set("tries", self.options().tries);
-        // Most have one, and would choose it again.
-        let used = if plan.levels == 1 { used.without("levels") } else { used.set("levels", plan.levels) };
+        // Most have one, and would choose it again; where it was asked for, another might be chosen.
+        let chosen = self.levels.0.is_none() && !self.paper;
+        let used = if plan.levels == 1 && chosen { used.without("levels") } else { used.set("levels", plan.levels) };
         let used = self.repairing.used_if_any(self.blending.used(self.start.used(used)));
         match field {
             Some(field) => field.used(used),
