@@ -125,6 +125,11 @@ impl Texture {
         self.kind == Kind::Text || self.lattice.is_some_and(|l| ORDERLY <= l.strength)
     }
 
+    /// The lattice that outputs have to close, where there is one that patches are laid by.
+    pub fn order(&self) -> Option<Lattice> {
+        self.lattice.filter(|_| self.is_orderly())
+    }
+
     /// True where light differs from place to place.
     pub fn is_uneven(&self) -> bool {
         UNEVEN <= self.shade

@@ -14,27 +14,11 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::failure::Failure;
+use crate::used::BESIDE;
 use crate::wrong::Wrong;
 
 /// No file of options comes near this many bytes.
 const LARGEST: u64 = 1 << 20;
-
-/// Options that say where a run writes and how it is watched, not what it makes.
-pub(crate) const NOT_SAVED: [&str; 13] = [
-    "output",
-    "map",
-    "explain",
-    "preview",
-    "report",
-    "sheet",
-    "each",
-    "diff",
-    "config",
-    "save-config",
-    "format",
-    "help",
-    "version",
-];
 
 /// Options of a file, as words of the command line.
 pub(crate) struct FromFile {
@@ -150,7 +134,7 @@ pub(crate) fn saved(all: &Command, typed: &ArgMatches) -> Result<String, Failure
     let command = command(all, name);
     for arg in command.get_arguments() {
         let Some(long) = arg.get_long() else { continue };
-        let stays_out = NOT_SAVED.contains(&long) || (arg.is_global_set() && long != "seed");
+        let stays_out = BESIDE.contains(&long) || long == "config" || (arg.is_global_set() && long != "seed");
         if stays_out || (!was_typed(arg, matches) && goes_with_none(&command, arg, matches)) {
             continue;
         }

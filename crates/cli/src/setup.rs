@@ -197,7 +197,7 @@ impl<'a> Setup<'a> {
         }
         let source = &loaded.exemplars.sources()[0];
         let texture = Texture::of(&source.features, source.valid.as_ref(), loaded.exemplars.weights())?;
-        let Some(lattice) = texture.lattice.filter(|_| texture.is_orderly()) else { return Ok(domain) };
+        let Some(lattice) = texture.order() else { return Ok(domain) };
         let follows = self.size.follows_exemplar();
         let side = |axis: usize| match domain.shape[axis] {
             side if domain.periodic[axis] && follows => lattice.closing_within(axis, side),

@@ -268,7 +268,7 @@ mod tests {
             let plain = used(&format!("selvedge {name} {rest}"));
             for arg in command.get_arguments().filter(|a| !a.is_positional() && !a.is_global_set()) {
                 let long = arg.get_long().unwrap();
-                if crate::used::NOT_USED.contains(&long) {
+                if !crate::used::is_used(long) {
                     continue;
                 }
                 let value = if arg.get_action().takes_values() { format!(" {}", other(arg)) } else { String::new() };

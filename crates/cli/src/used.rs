@@ -11,8 +11,8 @@ use serde_json::{Map, Value};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Used(Vec<(String, Value)>);
 
-/// Options that say where a run writes, or that stand for others, which are shown instead.
-pub(crate) const NOT_USED: [&str; 14] = [
+/// Options that say where a run writes and what it is called, not what it makes.
+pub(crate) const BESIDE: [&str; 12] = [
     "output",
     "map",
     "explain",
@@ -24,18 +24,19 @@ pub(crate) const NOT_USED: [&str; 14] = [
     "format",
     "help",
     "version",
-    "paper",
     "save-config",
-    "surface",
 ];
+
+/// Whether an option is shown as used: not one of those, nor one that stands for others, which are shown instead.
+pub(crate) fn is_used(long: &str) -> bool {
+    !BESIDE.contains(&long) && !["paper", "surface"].contains(&long)
+}
 
 impl Used {
     /// All options of a command that change samples, as typed or by default, in the order of its help but for size and
     /// topology, which come first. No command lists its options: so none is forgotten.
     pub(crate) fn of(command: &Command, matches: &ArgMatches) -> Self {
-        let own = |arg: &&Arg| {
-            arg.get_long().is_some_and(|long| !NOT_USED.contains(&long)) && !arg.is_positional() && !arg.is_global_set()
-        };
+        let own = |arg: &&Arg| arg.get_long().is_some_and(is_used) && !arg.is_positional() && !arg.is_global_set();
         let name = |arg: &Arg| arg.get_long().unwrap_or_default().to_owned();
         let mut all: Vec<(String, Value)> =
             command.get_arguments().filter(own).map(|arg| (name(arg), value(arg, matches))).collect();

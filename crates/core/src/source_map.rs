@@ -63,12 +63,7 @@ impl<const D: usize> SourceMap<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Origin, Transform};
-
-    fn table() -> SourceTable<2> {
-        let origin = |exemplar| Origin { exemplar, transform: Transform::IDENTITY };
-        SourceTable::new(vec![(origin(0), Domain::open([2, 3])), (origin(1), Domain::open([2, 2]))]).unwrap()
-    }
+    use crate::source_table::tests::table;
 
     #[test]
     fn seams_lie_where_patches_do_not_continue() {

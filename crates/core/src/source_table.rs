@@ -111,11 +111,12 @@ impl<const D: usize> SourceTable<D> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Transform;
 
-    fn table() -> SourceTable<2> {
+    /// Two sources: 2x3 samples, then 2x2.
+    pub(crate) fn table() -> SourceTable<2> {
         let origin = |exemplar| Origin { exemplar, transform: Transform::IDENTITY };
         SourceTable::new(vec![(origin(0), Domain::open([2, 3])), (origin(1), Domain::open([2, 2]))]).unwrap()
     }

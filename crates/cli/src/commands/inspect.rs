@@ -113,7 +113,7 @@ fn serves_graphcut(texture: &Texture) -> bool {
 
 /// The length next to this one that closes the texture's lattice, where it has a clear one.
 fn closing(texture: &Texture, axis: usize, length: u32) -> u32 {
-    texture.lattice.filter(|_| texture.is_orderly()).map_or(length, |l| l.closing(axis, length))
+    texture.order().map_or(length, |l| l.closing(axis, length))
 }
 
 fn kind(kind: Kind) -> &'static str {

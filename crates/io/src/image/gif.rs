@@ -38,8 +38,9 @@ pub(crate) fn animation<R: BufRead + Seek>(
     file: &[u8],
     context: &mut Context<'_>,
 ) -> Result<(GifDecoder<R>, Description), Problem> {
-    let samples = |[width, height]: [u64; 2]| width * height;
-    if frames(file).first().is_some_and(|frame| MOST.saturating_mul(file.len() as u64) < samples(*frame)) {
+    let mut sizes = frames(file).into_iter();
+    let first = sizes.next().unwrap_or(0);
+    if MOST.saturating_mul(file.len() as u64) < first {
         return Err(Problem::ends_early(Format::Gif));
     }
     let mut decoder = GifDecoder::new(input).map_err(|e| complaint(e, Format::Gif, context))?;
@@ -48,8 +49,7 @@ pub(crate) fn animation<R: BufRead + Seek>(
     context.ask(&description.header)?;
     // Later frames are made as large as they claim to be, too.
     let Header { width, height, .. } = description.header;
-    let first = frames(file).first().map_or(0, |frame| samples(*frame));
-    if frames(file).into_iter().skip(1).map(samples).any(|frame| first.max(width * height) < frame) {
+    if sizes.any(|frame| first.max(width * height) < frame) {
         return Err(Problem::damaged(Format::Gif, "a frame is larger than the picture"));
     }
     decoder.set_limits(memory(context.options.limits.memory)).map_err(|e| complaint(e, Format::Gif, context))?;
@@ -60,15 +60,15 @@ pub(crate) fn animation<R: BufRead + Seek>(
 /// samples as the table has rows. The decoder makes the whole frame before it reads the first one.
 const MOST: u64 = 4096 * 8 / 12;
 
-/// Width and height of each frame, as far as the file goes on as it should.
-fn frames(file: &[u8]) -> Vec<[u64; 2]> {
+/// Samples of each frame, as far as the file goes on as it should.
+fn frames(file: &[u8]) -> Vec<u64> {
     let mut found = Vec::new();
     walk(file, &mut found);
     found
 }
 
 /// `None` where the file ends or is another one.
-fn walk(file: &[u8], found: &mut Vec<[u64; 2]>) -> Option<()> {
+fn walk(file: &[u8], found: &mut Vec<u64>) -> Option<()> {
     let table = |packed: u8| if packed & 0x80 == 0 { 0 } else { 3 << ((packed & 7) + 1) };
     // Blocks that say how long they are, up to an empty one.
     let after_blocks = |mut at: usize| {
@@ -84,7 +84,7 @@ fn walk(file: &[u8], found: &mut Vec<[u64; 2]>) -> Option<()> {
             0x21 => at = after_blocks(at + 2),
             0x2c => {
                 let side = |at: usize| Some(u64::from(u16::from_le_bytes(*file.get(at..)?.first_chunk()?)));
-                found.push([side(at + 5)?, side(at + 7)?]);
+                found.push(side(at + 5)? * side(at + 7)?);
                 // Its own table, and the size of its codes.
                 at = after_blocks(at + 10 + table(*file.get(at + 9)?) + 1);
             }
