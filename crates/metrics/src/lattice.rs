@@ -1,6 +1,7 @@
 //! Whether the exemplar's periods are kept.
 
-use crate::{Error, firsts};
+use crate::error::Error;
+use crate::firsts::firsts;
 use selvedge_analysis::periods;
 use selvedge_core::{Exemplars, Grid};
 

@@ -9,6 +9,8 @@
 #![forbid(unsafe_code)]
 
 mod columns;
+mod error;
+mod firsts;
 mod fit;
 mod lattice;
 mod marginals;
@@ -18,71 +20,16 @@ mod seams;
 mod windows;
 
 pub use columns::{Columns, Seams};
+pub use error::Error;
 pub use fit::{Fitted, fit};
 pub use preference::{MAPPED, Model, PICTURE, TERMS, preference, terms};
 
+use firsts::firsts;
 use lattice::Kept;
 use seams::Prices;
-use selvedge_core::{ErrorKind, Exemplars, Grid, SimdLevel, Source, SourceMap};
+use selvedge_core::{Exemplars, Grid, SimdLevel, SourceMap};
 use selvedge_fft_ssd::Windows;
 use windows::Level;
-
-/// An error of this crate.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Error {
-    /// An output's channels differ from the exemplars'.
-    #[error("the output has {found} feature channels, the exemplars have {expected}")]
-    Channels {
-        /// Of the exemplars.
-        expected: usize,
-        /// Of the output.
-        found: usize,
-    },
-    /// A map and its output, or a map and its exemplars, differ in size.
-    #[error("the map is {found:?}, but {expected:?} is needed")]
-    Map {
-        /// Shape needed, slowest axis first; or the number of exemplar samples.
-        expected: Vec<u32>,
-        /// Shape found.
-        found: Vec<u32>,
-    },
-    /// An exemplar or an output is too small to be compared.
-    #[error("{shape:?} samples are too few to judge")]
-    TooSmall {
-        /// Its shape, slowest axis first.
-        shape: Vec<u32>,
-    },
-    /// What the core says, such as that memory is short.
-    #[error(transparent)]
-    Core(#[from] selvedge_core::Error),
-    /// What the search says.
-    #[error(transparent)]
-    Search(#[from] selvedge_fft_ssd::Error),
-}
-
-impl Error {
-    /// Who can mend it.
-    pub fn kind(&self) -> ErrorKind {
-        match self {
-            Self::Core(e) => e.kind(),
-            Self::Search(e) => e.kind(),
-            _ => ErrorKind::Input,
-        }
-    }
-
-    /// What to do about it, in terms of the data.
-    pub fn remedy(&self) -> String {
-        match self {
-            Self::Channels { .. } => "convert one of them",
-            Self::Map { .. } => "give the map that was written with the output",
-            Self::TooSmall { .. } => "give at least 32 along each side",
-            Self::Core(e) => return e.remedy(),
-            Self::Search(e) => return e.remedy(),
-        }
-        .to_owned()
-    }
-}
 
 /// Sides of windows at half and at a quarter of the size, and of large ones there.
 const WINDOW: u32 = 8;
@@ -192,14 +139,4 @@ const SHADE: usize = 5;
 
 fn large_enough(shape: [u32; 2]) -> Result<(), Error> {
     if shape.iter().any(|&n| n < LEAST) { Err(Error::TooSmall { shape: shape.to_vec() }) } else { Ok(()) }
-}
-
-/// The first source of each exemplar: the others show the same samples.
-fn firsts(exemplars: &Exemplars<2>) -> impl Iterator<Item = &Source<2>> {
-    let mut last = None;
-    exemplars
-        .sources()
-        .iter()
-        .map(|source| &**source)
-        .filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
 }

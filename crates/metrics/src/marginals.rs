@@ -1,6 +1,8 @@
 //! Columns of single samples and small differences: contrast, sharpness, colour, blandness, shade, wrap.
 
-use crate::{Error, firsts, scaled};
+use crate::error::Error;
+use crate::firsts::firsts;
+use crate::scaled;
 use selvedge_core::{Exemplars, Grid};
 
 /// A picture and which of its samples count.
