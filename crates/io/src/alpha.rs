@@ -3,7 +3,7 @@
 use selvedge_core::{Association, Depth, Plane, Samples};
 
 use crate::Format;
-use crate::convert::{Converted, each, to_float, to_half};
+use crate::converted::{Converted, each, to_float, to_half};
 use crate::error::Problem;
 
 impl Format {

@@ -1,16 +1,16 @@
-//! What every format offers: a description of the header, and the samples.
+//! What every decoder is handed and answers with, whichever its format.
 
 use std::any::Any;
 use std::io::{BufRead, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use selvedge_core::{Association, Plane, Samples};
+use selvedge_core::{Association, Samples};
 
 use crate::error::Problem;
 use crate::header::Header;
 use crate::metadata::Metadata;
-use crate::read::ReadOptions;
-use crate::{Format, Warning, WriteOptions, exr, image, jpeg, png, tiff};
+use crate::options::ReadOptions;
+use crate::{Format, Warning};
 
 /// Metadata of one file may not take more bytes than this, packed or unpacked.
 pub(crate) const METADATA_BYTES: usize = 16 << 20;
@@ -70,59 +70,6 @@ impl Description {
 
 /// A file with its samples, as stored.
 pub(crate) type Decoded = (Description, Samples<2>);
-
-/// Reads what stands before the samples.
-pub(crate) fn describe(
-    format: Format,
-    input: &mut dyn Input,
-    context: &mut Context<'_>,
-) -> Result<Description, Problem> {
-    guarded(format, || match format {
-        Format::Png => png::describe(input, context),
-        Format::Tiff => tiff::describe(input, context),
-        Format::Exr => exr::describe(input, context),
-        Format::Jpeg => jpeg::describe(input, context),
-        Format::Hdr => image::hdr::describe(input, context),
-        Format::Webp => image::webp::describe(input, context),
-        Format::Gif => image::gif::describe(input, context),
-        Format::Bmp => image::bmp::describe(input, context),
-        Format::Tga => image::tga::describe(input, context),
-    })
-}
-
-/// Reads everything.
-pub(crate) fn decode(format: Format, input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    guarded(format, || match format {
-        Format::Png => png::decode(input, context),
-        Format::Tiff => tiff::decode(input, context),
-        Format::Exr => exr::decode(input, context),
-        Format::Jpeg => jpeg::decode(input, context),
-        Format::Hdr => image::hdr::decode(input, context),
-        Format::Webp => image::webp::decode(input, context),
-        Format::Gif => image::gif::decode(input, context),
-        Format::Bmp => image::bmp::decode(input, context),
-        Format::Tga => image::tga::decode(input, context),
-    })
-}
-
-/// The whole file.
-pub(crate) fn encode(
-    format: Format,
-    plane: &Plane<2>,
-    metadata: &Metadata,
-    options: &WriteOptions,
-) -> Result<Vec<u8>, Problem> {
-    match format {
-        Format::Png => png::encode(plane, metadata),
-        Format::Tiff => tiff::encode(plane, metadata),
-        Format::Exr => exr::encode(plane, metadata),
-        Format::Jpeg => jpeg::encode(plane, metadata, options.quality),
-        Format::Hdr => image::hdr::encode(plane, metadata),
-        Format::Webp => image::webp::encode(plane, metadata),
-        Format::Tga => image::tga::encode(plane, metadata),
-        Format::Gif | Format::Bmp => Err(Problem::UnknownFormat { extension: format.name().to_owned() }),
-    }
-}
 
 /// Decoders come from others: should one panic on a damaged file, that is a damaged file and not our end.
 pub(crate) fn guarded<T>(format: Format, decode: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {

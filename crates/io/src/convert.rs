@@ -5,20 +5,10 @@ use selvedge_core::{Association, Depth, Grid, Plane, Role, Samples, srgb_encode}
 
 use crate::Warning;
 use crate::alpha::straight;
+use crate::converted::{Converted, each, to_half};
 use crate::error::Problem;
 use crate::linear::Linear;
 use crate::metadata::Metadata;
-
-/// A plane in another depth.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Converted {
-    /// The plane.
-    pub plane: Plane<2>,
-    /// Samples whose value the new depth cannot hold, so that they became its greatest or least.
-    pub clipped: u64,
-    /// What could not be followed.
-    pub warnings: Vec<Warning>,
-}
 
 /// Converts the samples of a plane.
 ///
@@ -66,20 +56,6 @@ pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conve
         Depth::F32 => Samples::F32(each(plane, |c, i| curves.decode(c, |c| straight(c, i)) as f32)?),
     };
     Ok(Converted { plane: Plane { association: Association::Straight, ..same(samples) }, clipped, warnings })
-}
-
-/// Every sample by a function of its channel and place.
-pub(crate) fn each<T: Copy + Default>(
-    plane: &Plane<2>,
-    mut f: impl FnMut(usize, usize) -> T,
-) -> Result<Grid<T, 2>, Problem> {
-    let mut out = Grid::try_filled(plane.domain(), plane.samples.channels(), T::default())?;
-    for c in 0..out.channels() {
-        for (i, to) in out.plane_mut(c).iter_mut().enumerate() {
-            *to = f(c, i);
-        }
-    }
-    Ok(out)
 }
 
 /// How a plane's stored values and its values between 0 and 1 go together.
@@ -130,22 +106,6 @@ impl Curves {
         let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
         if channel < self.encoded { srgb_encode(v) } else { v }
     }
-}
-
-/// Nor may a product leave the range of floats.
-pub(crate) fn to_float(v: f64, clipped: &mut u64) -> f32 {
-    let limit = f64::from(f32::MAX);
-    *clipped += u64::from(limit < v.abs());
-    v.clamp(-limit, limit) as f32
-}
-
-/// Floats beyond the range of halves would become infinite.
-pub(crate) fn to_half(v: f64, clipped: &mut u64) -> u16 {
-    let limit = f16::MAX.to_f64();
-    if limit < v.abs() {
-        *clipped += 1;
-    }
-    f16::from_f32(v.clamp(-limit, limit) as f32).to_bits()
 }
 
 #[cfg(test)]

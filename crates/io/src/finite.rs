@@ -4,7 +4,7 @@ use half::f16;
 use selvedge_core::{Grid, Samples};
 
 use crate::error::Problem;
-use crate::read::NonFinite;
+use crate::options::NonFinite;
 
 /// Refuses or replaces samples that are infinite or no numbers; how many were replaced, if any.
 pub(crate) fn enforce(samples: &mut Samples<2>, rule: NonFinite) -> Result<Option<u64>, Problem> {

@@ -16,8 +16,9 @@ use crate::error::{Error, Problem};
 use crate::header::Header;
 use crate::metadata::Metadata;
 use crate::name::escaped;
+use crate::options::ReadOptions;
 use crate::provenance::Fingerprint;
-use crate::read::{ReadOptions, read_bytes};
+use crate::read::read_bytes;
 use crate::{Depth, Format, exr};
 
 /// A source map and what its file says besides.

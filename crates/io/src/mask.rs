@@ -5,7 +5,8 @@ use std::path::Path;
 use selvedge_core::{Depth, Grid, Plane};
 
 use crate::error::{Error, Problem};
-use crate::read::{ReadOptions, read};
+use crate::options::ReadOptions;
+use crate::read::read;
 
 /// What of a picture makes the mask.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

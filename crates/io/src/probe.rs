@@ -3,10 +3,12 @@
 use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
-use crate::codec::{self, Context, Input};
+use crate::by_format;
+use crate::codec::{Context, Input};
 use crate::error::{Error, Problem};
 use crate::metadata::Metadata;
-use crate::read::{ReadOptions, format_of, open, split_selector};
+use crate::options::ReadOptions;
+use crate::read::{format_of, open, split_selector};
 use crate::{Association, Depth, Format, Warning};
 
 /// What a file holds, by its header.
@@ -62,7 +64,7 @@ fn describe(input: &mut dyn Input, len: u64, name: &Path, options: &ReadOptions)
     Read::take(&mut *input, 18).read_to_end(&mut start).map_err(|e| Problem::file_system(e, len))?;
     input.rewind().map_err(|e| Problem::file_system(e, len))?;
     let format = format_of(&start, name, &mut context)?;
-    let found = codec::describe(format, input, &mut context)?;
+    let found = by_format::describe(format, input, &mut context)?;
     context.check(&found.header)?;
     let (mut width, mut height) = (found.header.width as u32, found.header.height as u32);
     if matches!(found.orientation, 5..=8) {

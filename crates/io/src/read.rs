@@ -4,50 +4,19 @@ use std::fs::File;
 use std::io::{Cursor, Read as _};
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Limits, Plane, Role};
+use selvedge_core::{Limits, Plane};
 
-use crate::codec::{self, Context};
+use crate::by_format;
+use crate::codec::Context;
 use crate::error::{Error, Problem};
 use crate::finite;
 use crate::format::unread;
 use crate::metadata::Metadata;
 use crate::name::{display_name, file_of, selector};
+use crate::options::ReadOptions;
 use crate::provenance::Fingerprint;
 use crate::samples::orient;
 use crate::{Format, Warning};
-
-/// How to read a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReadOptions {
-    /// Caps on sides and samples, and the memory that reading may take. Default: 65,535 a side, 2^28 samples, all
-    /// the memory there is.
-    pub limits: Limits,
-    /// What the plane's channels mean; no file says it. Default: colour.
-    pub role: Role,
-    /// What becomes of float samples that are no numbers. Default: an error.
-    pub nonfinite: NonFinite,
-    /// A layer, or channels separated by commas, of an EXR file. Default: its colour outside of
-    /// layers, else that of its only layer, else its only channel.
-    pub channels: Option<String>,
-}
-
-impl Default for ReadOptions {
-    fn default() -> Self {
-        Self { limits: Limits::default(), role: Role::Color, nonfinite: NonFinite::Error, channels: None }
-    }
-}
-
-/// What becomes of float samples that are infinite or no numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum NonFinite {
-    /// The picture is refused, with their count and the first position.
-    #[default]
-    Error,
-    /// Each becomes 0.
-    Zero,
-    /// Infinities become the greatest and the least finite value, what is no number 0.
-    Clamp,
-}
 
 /// A picture as read.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,7 +67,7 @@ pub fn decode(bytes: &[u8], name: impl AsRef<Path>, options: &ReadOptions) -> Re
 fn decode_content(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Picture, Problem> {
     let mut context = Context::new(options, bytes.len() as u64);
     let format = format_of(bytes, name, &mut context)?;
-    let (description, mut samples) = codec::decode(format, &mut Cursor::new(bytes), &mut context)?;
+    let (description, mut samples) = by_format::decode(format, &mut Cursor::new(bytes), &mut context)?;
     if let Some(count) = finite::enforce(&mut samples, options.nonfinite)? {
         context.warn(Warning::NotFinite { count });
     }

@@ -10,7 +10,7 @@ use crate::atomic::write_bytes;
 use crate::convert::convert;
 use crate::error::{Error, Problem};
 use crate::metadata::Metadata;
-use crate::{Depth, Format, Warning, codec};
+use crate::{Depth, Format, Warning, by_format};
 
 /// How to write a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,5 +113,5 @@ fn encode_as(
     if let Some(association) = format.association().filter(|a| plane.alpha && *a != plane.association) {
         plane = Cow::Owned(associate(&plane, association)?.plane);
     }
-    codec::encode(format, &plane, &metadata, options)
+    by_format::encode(format, &plane, &metadata, options.quality)
 }

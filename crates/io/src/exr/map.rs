@@ -7,7 +7,7 @@ use exr::meta::header::Header as Part;
 use selvedge_core::{Domain, Grid, SampleId, SourceMap, SourceTable};
 
 use super::blocks::{open, read_rows, text, write_rows};
-use super::{read, write};
+use super::{attributes, write};
 use crate::codec::{Context, METADATA_BYTES};
 use crate::error::Problem;
 use crate::header::Header;
@@ -63,7 +63,7 @@ pub(crate) fn decode_map(
     let wrap = part.own_attributes.wrap_mode_name.as_ref().map(ToString::to_string).unwrap_or_default();
     let (x, y) = wrap.split_once(',').unwrap_or((&wrap, &wrap));
     domain.periodic = [y, x].map(|mode| mode == "periodic");
-    let metadata = read::metadata(part);
+    let metadata = attributes::metadata(part);
     // Every sample is read, or the file is refused.
     let mut places = zero_grid::<u32>(&header)?;
     read_rows(reader, 0, &channels, |c, at, bytes| {

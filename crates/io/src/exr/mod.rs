@@ -1,5 +1,6 @@
 //! OpenEXR: half and float of any layer or channels, bit for bit.
 
+mod attributes;
 mod blocks;
 mod map;
 mod read;

@@ -1,18 +1,16 @@
 //! Reading EXR: the data window of one part at its full resolution.
 
 use exr::meta::attribute::SampleType;
-use exr::meta::header::Header as Part;
 use half::f16;
 use selvedge_core::Samples;
 
+use super::attributes::metadata;
 use super::blocks::{self, ExrReader};
 use super::map::is_map;
 use super::select::{self, Selection};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::header::Header;
-use crate::metadata::{Density, DensityUnit, Metadata};
-use crate::provenance::Provenance;
 use crate::samples::zero_grid;
 use crate::{Depth, Warning};
 
@@ -84,21 +82,4 @@ fn samples(reader: ExrReader<'_>, selection: &Selection, header: &Header) -> Res
         }
     })?;
     Ok(Samples::F32(grid))
-}
-
-pub(super) fn metadata(part: &Part) -> Metadata {
-    let shared = &part.shared_attributes;
-    let chromaticities = shared.chromaticities.map(|c| {
-        let points = [c.white, c.red, c.green, c.blue].map(|p| [p.0, p.1].map(f64::from));
-        points.concat().try_into().expect("four times two")
-    });
-    let aspect = f64::from(shared.pixel_aspect);
-    let density = match part.own_attributes.horizontal_density.map(f64::from) {
-        Some(x) => Some(Density { x, y: x * aspect, unit: DensityUnit::Inch }),
-        None if aspect == 1.0 => None,
-        None => Some(Density { x: 1.0, y: aspect, unit: DensityUnit::Aspect }),
-    };
-    let software = part.own_attributes.software_name.as_ref().map(|t| t.as_slice().to_vec());
-    let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
-    Metadata { chromaticities, density, provenance, ..Metadata::default() }
 }
