@@ -20,7 +20,8 @@ struct Bench {
 /// How often each program runs each benchmark.
 const ROUNDS: usize = 5;
 
-/// Times the benchmarks whose names contain the pattern; `--against PROGRAM` times another build in turns with this one.
+/// Times the benchmarks whose names contain the pattern; `--against PROGRAM` times another build in turns with this
+/// one.
 pub(crate) fn run(args: &[String]) -> Outcome {
     let (pattern, other) = match args {
         [] => ("", None),

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use crate::tree::Tree;
 use crate::{Outcome, program, tidy};
 
-/// What all of it may take from a clean clone on two quiet cores when all methods stand. It is run at every change: what
-/// would go over belongs into `soak`, unless it guards a promise.
+/// What all of it may take from a clean clone on two quiet cores when all methods stand. It is run at every change:
+/// what would go over belongs into `soak`, unless it guards a promise.
 const BUDGET: Duration = Duration::from_secs(15 * 60);
 
 /// The one optional feature that no member of the workspace asks for: with it, its tests run beside all others.

@@ -1,4 +1,5 @@
-//! `soak`: what takes too long for every change. Each crate alone and as a package, random options, runs killed half way, many searches, and fuzzing.
+//! `soak`: what takes too long for every change. Each crate alone and as a package, random options, runs killed half
+//! way, many searches, and fuzzing.
 
 use std::fs;
 use std::path::Path;
@@ -46,8 +47,8 @@ fn crates() -> Outcome {
 /// Each crate as it would be published: packed, unpacked outside of the project, built there, its examples tested.
 fn package() -> Outcome {
     let tree = Tree::of_project();
-    // Unpublished crates are found in no registry, so that no file of locked versions can be made for each: below they share
-    // the project's.
+    // Unpublished crates are found in no registry, so that no file of locked versions can be made for each: below they
+    // share the project's.
     let pack = ["package", "--workspace", "--exclude", "xtask", "--no-verify", "--exclude-lockfile"];
     cargo(&pack.into_iter().chain(["--allow-dirty", "--offline"]).collect::<Vec<_>>())?;
     let folder = std::env::temp_dir().join(format!("selvedge-packages-{}", std::process::id()));

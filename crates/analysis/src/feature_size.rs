@@ -20,8 +20,8 @@ pub fn feature_size<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Err
     sizes.try_fold(1, |size, of_one| Ok(size.max(of_one?)))
 }
 
-/// The side of a box that holds the largest structures of a texture, as far as its statistics tell: five times the distance
-/// at which samples have lost four fifths of their likeness, or one and a quarter of the strongest
+/// The side of a box that holds the largest structures of a texture, as far as its statistics tell: five times the
+/// distance at which samples have lost four fifths of their likeness, or one and a quarter of the strongest
 /// [period](crate::periods) if that is longer. At least 1, whatever the size of the texture.
 ///
 /// Distances are measured along the last two axes and their diagonals. The factors were chosen by eye on some fifty
@@ -56,7 +56,8 @@ pub(crate) fn firsts<const D: usize>(exemplars: &Exemplars<D>) -> impl Iterator<
         .filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
 }
 
-/// The distance from which on samples are unlike each other, in the mean over the directions; at most half the exemplar.
+/// The distance from which on samples are unlike each other, in the mean over the directions; at most half the
+/// exemplar.
 pub(crate) fn lost_likeness<const D: usize>(strengths: &Strengths<D>) -> u32 {
     let along = |y: i32, x: i32| {
         let mut vector = [0; D];

@@ -18,11 +18,12 @@ const SHORT: u64 = 750;
 pub struct Lattice {
     /// Down and across, in samples; the first component that is not 0 is positive. The shorter comes first.
     pub vectors: [[i32; 2]; 2],
-    /// Along each axis (0 down, 1 across) the shortest way after which it comes again: so many samples, and how often it comes
-    /// again on them, for that way need not be whole. Where none is shorter than eight of the longer vector, none.
+    /// Along each axis (0 down, 1 across) the shortest way after which it comes again: so many samples, and how often
+    /// it comes again on them, for that way need not be whole. Where none is shorter than eight of the longer vector,
+    /// none.
     pub along: [Option<(u32, u32)>; 2],
-    /// How clearly it comes again, in thousandths, up to 2000: by how much the likeness under the weaker translation rises
-    /// above the least on the straight way there. Unrelated textures stay below 350.
+    /// How clearly it comes again, in thousandths, up to 2000: by how much the likeness under the weaker translation
+    /// rises above the least on the straight way there. Unrelated textures stay below 350.
     pub strength: u32,
 }
 

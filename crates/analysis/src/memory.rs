@@ -6,15 +6,15 @@ use selvedge_fft_ssd::Error;
 /// Of a texture at most so many samples around the centre are looked at.
 pub(crate) const SAMPLES: usize = 1 << 20;
 
-/// Bytes of an analysis for each sample and channel, spectra above all: some 125 are seen of whole pictures of 2^20 samples,
-/// 230 of masked ones, whose masks have spectra as well.
+/// Bytes of an analysis for each sample and channel, spectra above all: some 125 are seen of whole pictures of 2^20
+/// samples, 230 of masked ones, whose masks have spectra as well.
 const A_CHANNEL: u64 = 128;
 const A_MASKED_CHANNEL: u64 = 236;
 /// What is as large whatever the picture is: its cells, which are at most 200 a side.
 const CELLS: u64 = 3 << 20;
 
-/// An upper bound of the bytes that an analysis of a texture of this size holds beside its features, [`Texture`](crate::Texture)
-/// or any other: no more than 2^20 samples are looked at closely.
+/// An upper bound of the bytes that an analysis of a texture of this size holds beside its features,
+/// [`Texture`](crate::Texture) or any other: no more than 2^20 samples are looked at closely.
 pub fn estimate<const D: usize>(domain: Domain<D>, channels: usize, masked: bool) -> Bytes {
     let each = if masked { A_MASKED_CHANNEL } else { A_CHANNEL };
     let samples = Bytes::of_samples(domain, 1).0.min(SAMPLES as u64);

@@ -10,8 +10,8 @@ use crate::memory::{SAMPLES, collected};
 pub struct Period<const D: usize> {
     /// The translation in samples, slowest axis first; its first component that is not 0 is positive.
     pub vector: [i32; D],
-    /// How alike, in thousandths: 1000 less the mean squared difference at this translation over twice the variance. An exact
-    /// repetition has 1000, unrelated samples 0.
+    /// How alike, in thousandths: 1000 less the mean squared difference at this translation over twice the variance. An
+    /// exact repetition has 1000, unrelated samples 0.
     pub strength: u32,
 }
 
@@ -19,8 +19,8 @@ pub struct Period<const D: usize> {
 /// those within a twentieth of the strongest left, the shorter first, so that a period comes before its multiples.
 ///
 /// Strength is a correlation of the features with themselves, mean subtracted, found from exact sums of squared
-/// differences over the samples that overlap; samples that are not valid do not count. Of more than 2^20 samples only the
-/// middle is looked at, the longest side halved until it fits. A flat exemplar has no period. Takes
+/// differences over the samples that overlap; samples that are not valid do not count. Of more than 2^20 samples only
+/// the middle is looked at, the longest side halved until it fits. A flat exemplar has no period. Takes
 /// `O(samples * log(samples))`.
 ///
 /// # Errors

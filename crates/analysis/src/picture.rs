@@ -5,7 +5,8 @@ use selvedge_fft_ssd::Error;
 
 use crate::memory::collected;
 
-/// Cells along the longer side at most: what is finer does not tell one kind from another, and all of it takes milliseconds.
+/// Cells along the longer side at most: what is finer does not tell one kind from another, and all of it takes
+/// milliseconds.
 const SIDE: u32 = 200;
 /// Steps of a feature: means are kept finer than features are.
 pub(crate) const STEPS: i32 = 16;

@@ -69,8 +69,9 @@ const SMOOTH: u32 = 250;
 impl Texture {
     /// Looks at a texture; of clips at the frame in the middle.
     ///
-    /// All of it is measured on means over cells of a 200th of the longer side, so that it takes milliseconds: the shade is
-    /// what means over a third of the lesser side show, lines and lattice are looked for in what is left without it.
+    /// All of it is measured on means over cells of a 200th of the longer side, so that it takes milliseconds: the
+    /// shade is what means over a third of the lesser side show, lines and lattice are looked for in what is left
+    /// without it.
     ///
     /// # Errors
     /// Those of [`periods`](crate::periods()).
@@ -119,8 +120,8 @@ impl Texture {
         firsts(exemplars).map(|s| Self::of(&s.features, s.valid.as_ref(), exemplars.weights())).collect()
     }
 
-    /// True where patches are better laid by how the whole of them agrees than by their surroundings alone: on a lattice, even
-    /// a weak one, and on lines of text.
+    /// True where patches are better laid by how the whole of them agrees than by their surroundings alone: on a
+    /// lattice, even a weak one, and on lines of text.
     pub fn is_orderly(&self) -> bool {
         self.kind == Kind::Text || self.lattice.is_some_and(|l| ORDERLY <= l.strength)
     }

@@ -1,6 +1,6 @@
-//! Times of renderers on one thread. `cargo bench -p selvedge-blending -- [CASE...] [--repeat N] [--list]` prints a line a
-//! case: name, then milliseconds of the processor (mean over all repeats, where the system tells it) and of the clock
-//! (median, least), and what they are for. Answers are checked before anything is timed.
+//! Times of renderers on one thread. `cargo bench -p selvedge-blending -- [CASE...] [--repeat N] [--list]` prints a
+//! line a case: name, then milliseconds of the processor (mean over all repeats, where the system tells it) and of the
+//! clock (median, least), and what they are for. Answers are checked before anything is timed.
 
 use std::hint::black_box;
 use std::time::Instant;

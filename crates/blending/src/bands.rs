@@ -24,8 +24,8 @@ impl Bands {
         Self { values: vec![Vec::new(); channels], mask: Vec::new(), coarse: Vec::new(), half_done: Vec::new() }
     }
 
-    /// Adds the bands to `sums` over a window, in the target that the window and the region share, each weighed by the mask
-    /// as coarse as the band. The region is the target and what that depends on.
+    /// Adds the bands to `sums` over a window, in the target that the window and the region share, each weighed by the
+    /// mask as coarse as the band. The region is the target and what that depends on.
     pub(crate) fn add<const D: usize>(
         &mut self,
         [region, target, window]: [&Window<D>; 3],
@@ -61,8 +61,8 @@ impl Bands {
     }
 }
 
-/// Burt and Adelson's kernel, 1 4 6 4 1 sixteenths, with gaps, along each axis; the last sample goes on beyond the region.
-/// Values are known in the first window and made in the second.
+/// Burt and Adelson's kernel, 1 4 6 4 1 sixteenths, with gaps, along each axis; the last sample goes on beyond the
+/// region. Values are known in the first window and made in the second.
 fn blur<const D: usize>(
     fine: &[f64],
     (coarse, half_done): (&mut Vec<f64>, &mut Vec<f64>),

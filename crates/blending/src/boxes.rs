@@ -6,8 +6,8 @@ use crate::laid::Laid;
 use crate::near::near_seams;
 use crate::region::{Shown, rows, shown};
 
-/// Samples of a box, about: 128 a side in pictures, 25 in clips. A box is computed with what is around it, so that small
-/// ones repeat much (with 64 a side five bands cost 1.8 times as much); large ones leave threads without work.
+/// Samples of a box, about: 128 a side in pictures, 25 in clips. A box is computed with what is around it, so that
+/// small ones repeat much (with 64 a side five bands cost 1.8 times as much); large ones leave threads without work.
 const BOX: u32 = 1 << 14;
 
 /// Boxes whose values are held until they are written: enough for the threads of most machines.
@@ -115,8 +115,8 @@ pub(crate) fn render<const D: usize>(
     Ok(plane)
 }
 
-/// An upper bound of what [`render`] takes besides the planes and the output: marks of what is near seams, values of boxes
-/// until they are written, and by thread what shows around a box and `working` bytes a sample of that.
+/// An upper bound of what [`render`] takes besides the planes and the output: marks of what is near seams, values of
+/// boxes until they are written, and by thread what shows around a box and `working` bytes a sample of that.
 pub(crate) fn bytes<const D: usize>(output: Domain<D>, channels: usize, reach: u32, working: u64) -> u64 {
     let side = u64::from(side::<D>());
     let len = |sides: [u64; D]| sides.into_iter().fold(1, u64::saturating_mul);

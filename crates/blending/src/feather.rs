@@ -9,8 +9,8 @@ use crate::region::{Shown, grown, rows};
 /// A source map whose seams are feathered with a Gaussian kernel.
 ///
 /// Each patch that shows within reach of a position weighs as much there as the kernel's share of the positions that
-/// it covers. Positions that only one patch reaches are copied bit for bit. Values are averaged as they are stored, colours
-/// weighed by their alpha; normals keep their length.
+/// it covers. Positions that only one patch reaches are copied bit for bit. Values are averaged as they are stored,
+/// colours weighed by their alpha; normals keep their length.
 #[derive(Clone, Debug)]
 pub struct Feathered<'m, const D: usize> {
     laid: Laid<'m, D>,
@@ -23,13 +23,13 @@ impl<'m, const D: usize> Feathered<'m, D> {
     /// The greatest sigma.
     pub const MOST: f64 = 16.0;
 
-    /// Feathers seams with a kernel of `sigma` samples, from 0 (no feathering) to 16; it ends at two sigma. Patches count
-    /// where their source is `valid`: see [`Exemplars::validity`](selvedge_core::Exemplars::validity) and
+    /// Feathers seams with a kernel of `sigma` samples, from 0 (no feathering) to 16; it ends at two sigma. Patches
+    /// count where their source is `valid`: see [`Exemplars::validity`](selvedge_core::Exemplars::validity) and
     /// [`SourceTable::validity`](selvedge_core::SourceTable::validity).
     ///
     /// # Errors
-    /// Those of [`validate`](Self::validate), [`selvedge_core::Error::UnknownSample`] if the map names one, [`crate::Error::Shape`]
-    /// for validity of other shapes than the sources.
+    /// Those of [`validate`](Self::validate), [`selvedge_core::Error::UnknownSample`] if the map names one,
+    /// [`crate::Error::Shape`] for validity of other shapes than the sources.
     pub fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>, sigma: f64) -> Result<Self, crate::Error> {
         Self::validate(sigma)?;
         let reach = reach(sigma);

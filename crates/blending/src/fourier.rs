@@ -1,7 +1,7 @@
 //! Lines as sums of waves: cosines where they end, all waves where they go around.
 //!
-//! Transforms of our own, because their last bits reach float samples: a library that chooses instructions by the machine, and
-//! sines by the system, makes other files there. Sines are libm's and sums have one order.
+//! Transforms of our own, because their last bits reach float samples: a library that chooses instructions by the
+//! machine, and sines by the system, makes other files there. Sines are libm's and sums have one order.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,6 @@
 //! Joining in the gradient domain: the output's differences are those of its patches, also across seams.
-//! `[Kwatra03 5]` names the choice among ways to hide seams; the least squares are those of Pérez, Gangnet and Blake (2003).
+//! `[Kwatra03 5]` names the choice among ways to hide seams; the least squares are those of Pérez, Gangnet and Blake
+//! (2003).
 
 use selvedge_core::{Averaging, Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap, par, try_vec};
 
@@ -17,15 +18,16 @@ const BLOCKS: usize = 16;
 /// How far from the exact solution a held one may be, in parts of the range of values: 1e-4 of one of 255 grey levels.
 const TOLERANCE: f64 = 1e-4 / 255.0;
 
-/// A source map whose patches are fused: each keeps its differences from sample to sample, and what it is raised or lowered by
-/// follows from its neighbors, by least squares. Steps at seams vanish, however high; detail stays as sharp as it was.
+/// A source map whose patches are fused: each keeps its differences from sample to sample, and what it is raised or
+/// lowered by follows from its neighbors, by least squares. Steps at seams vanish, however high; detail stays as sharp
+/// as it was.
 ///
 /// Across a seam the difference asked for is the mean of those that both patches have there, or the stronger one. Where
-/// only one goes on it is that one's, where none does, none. The mean of the output stays. Made for heights, whose steps a
-/// blend can only tilt; what is coloured may take on the colour of its neighbors.
+/// only one goes on it is that one's, where none does, none. The mean of the output stays. Made for heights, whose
+/// steps a blend can only tilt; what is coloured may take on the colour of its neighbors.
 ///
-/// Values are taken as they are stored, colours weighed by their alpha, and never leave the exemplars' range; normals keep
-/// their length. Where nothing changes samples are copied bit for bit.
+/// Values are taken as they are stored, colours weighed by their alpha, and never leave the exemplars' range; normals
+/// keep their length. Where nothing changes samples are copied bit for bit.
 #[derive(Clone, Debug)]
 pub struct Fused<'m, const D: usize> {
     laid: Laid<'m, D>,
@@ -37,8 +39,8 @@ impl<'m, const D: usize> Fused<'m, D> {
     /// Fuses all that is joined. Patches go on where their source is `valid`, as for [`Feathered`](crate::Feathered).
     ///
     /// # Errors
-    /// [`selvedge_core::Error::UnknownSample`] if the map names one, [`crate::Error::Shape`] for validity of other shapes
-    /// than the sources.
+    /// [`selvedge_core::Error::UnknownSample`] if the map names one, [`crate::Error::Shape`] for validity of other
+    /// shapes than the sources.
     pub fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>) -> Result<Self, crate::Error> {
         Ok(Self { laid: Laid::new(map, valid)?, reach: None, stronger: false })
     }
@@ -63,14 +65,14 @@ impl<'m, const D: usize> Fused<'m, D> {
         Self { stronger: true, ..self }
     }
 
-    /// An upper bound of what rendering takes besides the planes and the output, for planes of so many channels; more if
-    /// some of the output is to be copied.
+    /// An upper bound of what rendering takes besides the planes and the output, for planes of so many channels; more
+    /// if some of the output is to be copied.
     pub fn bytes(output: Domain<D>, channels: usize, copied: bool) -> u64 {
         let samples = output.shape.into_iter().fold(1, |n, side| u64::saturating_mul(n, side.into()));
         let channels = channels as u64;
         let of_each = 8 * channels + 24 + if copied { 48 } else { 0 };
-        // Were every sample beside a seam along every axis: two places and a number a channel, and while they are looked up four
-        // ids and five numbers.
+        // Were every sample beside a seam along every axis: two places and a number a channel, and while they are
+        // looked up four ids and five numbers.
         let at_once = |blocks: usize| samples.min((TOGETHER * blocks) as u64) * D as u64;
         let held = at_once(BLOCKS) * (8 + 8 * channels);
         let looked_up = at_once(par::threads().min(BLOCKS)) * (16 + 40 * channels);
@@ -126,8 +128,8 @@ impl<'m, const D: usize> Fused<'m, D> {
         Ok(free.contains(&false).then_some(free))
     }
 
-    /// The seams after each position of a block, as two places, and by channel what the second has to be raised by, beyond the
-    /// first.
+    /// The seams after each position of a block, as two places, and by channel what the second has to be raised by,
+    /// beyond the first.
     fn asked(&self, block: usize, payload: &Payload<'_, D>, averaging: &Averaging) -> (Vec<[u32; 2]>, Vec<Vec<f64>>) {
         let map = self.laid.map;
         let domain = map.domain();
@@ -186,7 +188,8 @@ impl<'m, const D: usize> Fused<'m, D> {
 
 impl<const D: usize> Render<D> for Fused<'_, D> {
     /// # Complexity
-    /// Time `O(n log n)` in the output's samples; where some are copied, so often as conjugate gradients take, some tens.
+    /// Time `O(n log n)` in the output's samples; where some are copied, so often as conjugate gradients take, some
+    /// tens.
     fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
         let payload = Payload::new(&self.laid.map.table, planes)?;
         let mut plane = payload.gather(&self.laid.map.ids)?;

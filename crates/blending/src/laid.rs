@@ -36,8 +36,8 @@ impl<'m, const D: usize> Laid<'m, D> {
         Ok(self)
     }
 
-    /// A box and what is `margin` around it: as far as the output reaches on open axes, around periodic ones as often as
-    /// that goes.
+    /// A box and what is `margin` around it: as far as the output reaches on open axes, around periodic ones as often
+    /// as that goes.
     pub(crate) fn around(&self, inner: &Window<D>, margin: u32) -> Window<D> {
         let output = self.map.domain();
         let mut outer = *inner;

@@ -2,8 +2,8 @@
 //!
 //! # Usage
 //! Take a map from any method, say by source which samples may show, choose a renderer, and lay it over planes of any
-//! depth. [`Feathered`] mixes what meets near a seam; [`Splined`] does so for each band of detail over a width of its own;
-//! [`Fused`] raises and lowers patches until they meet, which is what heights want.
+//! depth. [`Feathered`] mixes what meets near a seam; [`Splined`] does so for each band of detail over a width of its
+//! own; [`Fused`] raises and lowers patches until they meet, which is what heights want.
 //!
 //! ```
 //! use selvedge_blending::Feathered;

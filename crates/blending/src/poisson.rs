@@ -1,4 +1,5 @@
-//! Values whose differences from neighbors are as asked for, by least squares, over a whole domain: exactly and at once.
+//! Values whose differences from neighbors are as asked for, by least squares, over a whole domain: exactly and at
+//! once.
 
 use selvedge_core::{Domain, Error, par, try_vec};
 
@@ -7,8 +8,8 @@ use crate::fourier::{Scratch, Waves};
 /// Columns that one task solves: a line of memory's worth of them, some times over.
 const COLUMNS: usize = 64;
 
-/// Solves `sum over neighbors q of (w[p] - w[q]) = f[p]`, with a mean of 0: borders on open axes are free, periodic ones go
-/// around. (The mean of `f` has no solution and is left out.)
+/// Solves `sum over neighbors q of (w[p] - w[q]) = f[p]`, with a mean of 0: borders on open axes are free, periodic
+/// ones go around. (The mean of `f` has no solution and is left out.)
 ///
 /// All axes but the first become sums of waves; along the first, each of these is a chain of springs, which one sweep
 /// down and one up solve: half of the transforms of a solution by waves alone, and nothing to be transposed.
@@ -111,8 +112,8 @@ fn less_mean(values: &mut [f64]) {
     values.iter_mut().for_each(|v| *v -= mean);
 }
 
-/// Chains of springs side by side, `f` to `w`: `(2 + s) w[i] - w[i - 1] - w[i + 1] = f[i]`, with `free` less in the middle
-/// term at both ends: 1 for ends that are free, 0 for ends that are tied to a 0 beyond them.
+/// Chains of springs side by side, `f` to `w`: `(2 + s) w[i] - w[i - 1] - w[i + 1] = f[i]`, with `free` less in the
+/// middle term at both ends: 1 for ends that are free, 0 for ends that are tied to a 0 beyond them.
 fn chain(values: &mut [f64], stiffness: &[f64], free: f64) {
     let (width, lines) = (stiffness.len(), values.len() / stiffness.len());
     // What is left of the upper neighbor's share after the sweep down.
@@ -124,7 +125,8 @@ fn chain(values: &mut [f64], stiffness: &[f64], free: f64) {
         for k in 0..width {
             let (above, share) =
                 if i == 0 { (0.0, 0.0) } else { (above[(i - 1) * width + k], shares_above[(i - 1) * width + k]) };
-            // A chain that nothing holds is held at its beginning: any height would do, and the mean is taken off later.
+            // A chain that nothing holds is held at its beginning: any height would do, and the mean is taken off
+            // later.
             let held = if i == 0 && stiffness[k] == 0.0 && free == 1.0 { 1.0 } else { 0.0 };
             let scale = 1.0 / (2.0 + stiffness[k] - ends + held - share);
             shares_here[k] = scale;

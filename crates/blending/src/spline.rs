@@ -13,8 +13,8 @@ use crate::region::{Shown, grown, rows};
 /// A source map whose seams are splined: each band of detail is blended over a width of its own.
 ///
 /// Positions that no seam is near are copied bit for bit. Where a patch is not defined, the output itself stands in for
-/// it. Values are averaged as they are stored, colours weighed by their alpha, and never leave the exemplars' range; normals
-/// keep their length.
+/// it. Values are averaged as they are stored, colours weighed by their alpha, and never leave the exemplars' range;
+/// normals keep their length.
 #[derive(Clone, Debug)]
 pub struct Splined<'m, const D: usize> {
     laid: Laid<'m, D>,
@@ -25,12 +25,12 @@ impl<'m, const D: usize> Splined<'m, D> {
     /// The greatest number of bands.
     pub const MOST: u32 = 5;
 
-    /// Splines seams over `levels` bands, from 0 (no splining) to 5; the coarsest is blended over about `2^levels` samples.
-    /// Patches count where their source is `valid`, as for [`Feathered`](crate::Feathered).
+    /// Splines seams over `levels` bands, from 0 (no splining) to 5; the coarsest is blended over about `2^levels`
+    /// samples. Patches count where their source is `valid`, as for [`Feathered`](crate::Feathered).
     ///
     /// # Errors
-    /// Those of [`validate`](Self::validate), [`selvedge_core::Error::UnknownSample`] if the map names one, [`crate::Error::Shape`]
-    /// for validity of other shapes than the sources.
+    /// Those of [`validate`](Self::validate), [`selvedge_core::Error::UnknownSample`] if the map names one,
+    /// [`crate::Error::Shape`] for validity of other shapes than the sources.
     pub fn new(
         map: &'m SourceMap<D>,
         valid: Vec<Option<&'m Grid<bool, D>>>,
@@ -40,8 +40,8 @@ impl<'m, const D: usize> Splined<'m, D> {
         Ok(Self { laid: Laid::new(map, valid)?, levels })
     }
 
-    /// Bands that carry a difference of shade across a map's patches: the coarsest is blended over no more than half of what
-    /// lies between seams, or a patch would keep nothing of its own. From 1 to [`MOST`](Self::MOST).
+    /// Bands that carry a difference of shade across a map's patches: the coarsest is blended over no more than half of
+    /// what lies between seams, or a patch would keep nothing of its own. From 1 to [`MOST`](Self::MOST).
     ///
     /// Time `O(positions)`.
     pub fn levels_for(map: &SourceMap<D>) -> u32 {

@@ -340,7 +340,8 @@ fn check_mask(path: &Path, [w, h]: [u32; 2], exemplar: &Path, [ew, eh]: [u32; 2]
     Err(Failure::new(3, what).about(path).remedy("give a mask of the same size"))
 }
 
-/// Features of exemplars and of the planes that decide with them, which have their `weights`, that of the exemplar first.
+/// Features of exemplars and of the planes that decide with them, which have their `weights`, that of the exemplar
+/// first.
 fn encoded(
     planes: &[Plane<2>],
     matched: Vec<Vec<Plane<2>>>,

@@ -7,8 +7,8 @@ use selvedge_io::{Association, Metadata};
 
 use crate::failure::Failure;
 
-/// The same picture in 8 bits. Floats are shown as `--explain` shows them, and as methods see them: light beyond white on a
-/// logarithmic curve, heights over their range.
+/// The same picture in 8 bits. Floats are shown as `--explain` shows them, and as methods see them: light beyond white
+/// on a logarithmic curve, heights over their range.
 ///
 /// # Errors
 /// No memory for it, or samples that are no numbers.

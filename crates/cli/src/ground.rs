@@ -22,12 +22,13 @@ pub(crate) struct StartArgs {
     /// Go on from a source map of the same exemplars: its holes are filled, its seams made better.
     #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
-    /// Go on from a picture: its samples stay to the bit where they are, and patches are woven in where it is transparent,
-    /// or where --fixed is black. An exemplar that is the same picture without holes gives nothing from their places.
+    /// Go on from a picture: its samples stay to the bit where they are, and patches are woven in where it is
+    /// transparent, or where --fixed is black. An exemplar that is the same picture without holes gives nothing from
+    /// their places.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     over: Option<PathBuf>,
-    /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the samples of
-    /// --start may become better ones, and those of --over are holes to fill.
+    /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the samples
+    /// of --start may become better ones, and those of --over are holes to fill.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
     /// Let patches cut into a band of so many pixels around the holes of --over, for seams that show less.
@@ -99,8 +100,8 @@ impl Ground {
         [0, 1].map(|axis| asked[axis] || of_map[axis])
     }
 
-    /// The output's domain: that of the map or the picture, if the size that was typed agrees. Domains of the exemplars, the
-    /// picture last.
+    /// The output's domain: that of the map or the picture, if the size that was typed agrees. Domains of the
+    /// exemplars, the picture last.
     pub(crate) fn domain(
         &self,
         exemplars: &[Domain<2>],

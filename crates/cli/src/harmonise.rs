@@ -144,8 +144,8 @@ pub(crate) fn stops(text: &str) -> Result<f64, Wrong> {
     stops.ok_or_else(|| Wrong::new(format!("'{text}' is no exposure"), "write stops from -64 to 64, such as -1.5"))
 }
 
-/// How colour and alpha go together in pictures that are to be alike, by whether they have alpha: multiplied if that is so
-/// in all, since light without alpha cannot be told otherwise.
+/// How colour and alpha go together in pictures that are to be alike, by whether they have alpha: multiplied if that is
+/// so in all, since light without alpha cannot be told otherwise.
 pub(crate) fn common_association(all: impl IntoIterator<Item = (bool, Association)>) -> Association {
     let mut with_alpha = all.into_iter().filter(|(alpha, _)| *alpha).map(|(_, association)| association).peekable();
     let multiplied = with_alpha.peek().is_some() && with_alpha.all(|a| a == Association::Premultiplied);

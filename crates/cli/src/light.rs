@@ -10,8 +10,8 @@ use crate::wrong::Wrong;
 /// Options for exemplars that are lit unevenly.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct LightArgs {
-    /// Decide as if this share of uneven light were not there, 0 to 1. Samples stay exact copies, so '--spline auto' should
-    /// join those that differ in shade.
+    /// Decide as if this share of uneven light were not there, 0 to 1. Samples stay exact copies, so '--spline auto'
+    /// should join those that differ in shade.
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     ignore_light: Option<f64>,
     /// Take out of the exemplars the light that means with this deviation in px show. Changes samples.

@@ -52,8 +52,9 @@ use std::process::ExitCode;
 
 use crate::failure::Failure;
 
-/// Bytes that a command line, its errors and the run's threads take before any buffer that is sized by a picture: no step of
-/// that can be refused memory and go on. With 6 MiB runs were seen to abort at 28 to 38 MiB of address space, with 20 one of many.
+/// Bytes that a command line, its errors and the run's threads take before any buffer that is sized by a picture: no
+/// step of that can be refused memory and go on. With 6 MiB runs were seen to abort at 28 to 38 MiB of address space,
+/// with 20 one of many.
 const ROOM: usize = 26 << 20;
 
 fn main() -> ExitCode {

@@ -24,8 +24,8 @@ fn bytes_of(depth: Depth) -> u64 {
     }
 }
 
-/// An upper bound of what pictures take that are kept: of so many channels, in a depth that each is converted to by itself,
-/// once all were read.
+/// An upper bound of what pictures take that are kept: of so many channels, in a depth that each is converted to by
+/// itself, once all were read.
 pub(crate) fn pictures(infos: &[Info], channels: usize, depth: Depth) -> Bytes {
     let (before, after): (Vec<Bytes>, Vec<Bytes>) = infos
         .iter()
@@ -37,7 +37,8 @@ pub(crate) fn pictures(infos: &[Info], channels: usize, depth: Depth) -> Bytes {
     before.into_iter().sum::<Bytes>().max(after.into_iter().sum()) + converted.unwrap_or_default()
 }
 
-/// An upper bound of what reading takes beside the picture that is kept: the file, and samples that are turned or widened.
+/// An upper bound of what reading takes beside the picture that is kept: the file, and samples that are turned or
+/// widened.
 pub(crate) fn reading<'i>(infos: impl IntoIterator<Item = &'i Info>) -> Bytes {
     infos.into_iter().map(|info| picture(domain(info), info.channels, info.depth) * 2).max().unwrap_or_default()
 }

@@ -59,8 +59,8 @@ pub(crate) fn format(path: &Path, chosen: Option<Format>, depth: Option<Depth>) 
     options.format_of(path).map_err(|e| Failure { exit: 2, ..Failure::from(e) })
 }
 
-/// Refuses, before any work, a picture that the format does not hold. Where its depth or channels are those of a file that
-/// was read, that file is named.
+/// Refuses, before any work, a picture that the format does not hold. Where its depth or channels are those of a file
+/// that was read, that file is named.
 pub(crate) fn check_held(
     (path, format): (&Path, Format),
     shape: [u32; 2],
@@ -215,7 +215,8 @@ impl Outputs {
         Ok(selvedge_io::finish_all(self.stage(session)?)?)
     }
 
-    /// Does all of it that may fail: then what goes to streams and devices is gone, and files lack nothing but their names.
+    /// Does all of it that may fail: then what goes to streams and devices is gone, and files lack nothing but their
+    /// names.
     pub(crate) fn stage(&self, session: &Session<'_>) -> Result<Vec<Staged<'_>>, Failure> {
         for (made, warning) in self.made.iter().flat_map(|made| made.told.iter().map(move |w| (made, w))) {
             session.warn(&made.path, warning);

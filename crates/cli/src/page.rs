@@ -57,8 +57,8 @@ pub(crate) fn file(folder: &Path) -> PathBuf {
     folder.join(NAME)
 }
 
-/// The page of a run, given as the object of `--json` and its `summary`, with the command that makes it again, pictures with captions, and
-/// what a method shows of its course, ready as HTML.
+/// The page of a run, given as the object of `--json` and its `summary`, with the command that makes it again, pictures
+/// with captions, and what a method shows of its course, ready as HTML.
 pub(crate) fn page(
     run: &Value,
     command: &str,

@@ -1,5 +1,5 @@
-//! Planes that a weave is laid over besides its exemplars, such as the other maps of a material: which go together, what
-//! their channels mean, whether they fit, and how they are rendered. `apply` and `--with` are one.
+//! Planes that a weave is laid over besides its exemplars, such as the other maps of a material: which go together,
+//! what their channels mean, whether they fit, and how they are rendered. `apply` and `--with` are one.
 
 use std::path::{Path, PathBuf};
 

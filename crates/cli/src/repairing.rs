@@ -48,8 +48,8 @@ impl Repairing {
         if self.repair { Bytes(estimate_repair(sources, channels, output, self.circular)) } else { Bytes(0) }
     }
 
-    /// What a method wove, told by its counts and how it was made, with its seams repaired but for what is fixed. Nothing is
-    /// repaired if that was not asked for, or the map is not whole.
+    /// What a method wove, told by its counts and how it was made, with its seams repaired but for what is fixed.
+    /// Nothing is repaired if that was not asked for, or the map is not whole.
     pub(crate) fn outcome<S>(
         self,
         session: &Session<'_>,

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane, Role};
 
-/// Words of names, and what they say. Of several the last one counts: `metal_plate_diff` is a colour. The words are those
-/// that material editors go by; single letters (`_n`, `_h`) are left out, since they say other things as often.
+/// Words of names, and what they say. Of several the last one counts: `metal_plate_diff` is a colour. The words are
+/// those that material editors go by; single letters (`_n`, `_h`) are left out, since they say other things as often.
 const WORDS: [(Role, &[&str]); 4] = [
     (
         Role::Color,

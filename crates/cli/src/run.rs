@@ -57,8 +57,8 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     Ok(done)
 }
 
-/// Several runs as one, which are written together. Those that came to their end are kept where the next one is interrupted
-/// and the best so far is wanted.
+/// Several runs as one, which are written together. Those that came to their end are kept where the next one is
+/// interrupted and the best so far is wanted.
 fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
     let global = session.global;
     let mut done = Done::answered(Report::new(""), String::new());

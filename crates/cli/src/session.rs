@@ -35,7 +35,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// A run within this one: it is watched as this one is, has `held` bytes less to use, and what it reads is read by both.
+    /// A run within this one: it is watched as this one is, has `held` bytes less to use, and what it reads is read by
+    /// both.
     pub(crate) fn within<'g>(&self, global: &'g Global, options: Used, held: u64) -> Session<'g> {
         let limits = Limits { memory: self.limits.memory.saturating_sub(held), ..self.limits };
         Session { global, watch: self.watch.clone(), limits, options, inputs: self.inputs.clone() }

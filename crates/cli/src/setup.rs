@@ -1,5 +1,5 @@
-//! What every command that weaves a picture from exemplars goes through before its method begins: sizes, budget, reading.
-//! A command adds its options, its estimate, and its method.
+//! What every command that weaves a picture from exemplars goes through before its method begins: sizes, budget,
+//! reading. A command adds its options, its estimate, and its method.
 
 use std::path::PathBuf;
 
@@ -183,8 +183,9 @@ impl<'a> Setup<'a> {
         })
     }
 
-    /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in pixels
-    /// stays, and the nearest that closes is named; any other becomes the next smaller one that does, which is told.
+    /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in
+    /// pixels stays, and the nearest that closes is named; any other becomes the next smaller one that does, which is
+    /// told.
     fn closed(&self, session: &Session<'_>, loaded: &Loaded, domain: Domain<2>) -> Result<Domain<2>, Failure> {
         let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
         let free = match self.size {

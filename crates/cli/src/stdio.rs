@@ -23,8 +23,8 @@ pub(crate) fn picture(bytes: &[u8]) -> io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// Whether standard output was closed when the program began: the runtime then put `/dev/null` there, open for reading as
-/// well, as no shell opens it to throw something away. Other systems than Linux do not tell.
+/// Whether standard output was closed when the program began: the runtime then put `/dev/null` there, open for reading
+/// as well, as no shell opens it to throw something away. Other systems than Linux do not tell.
 pub(crate) fn leads_nowhere() -> bool {
     let null = fs::read_link("/proc/self/fd/1").is_ok_and(|to| to == Path::new("/dev/null"));
     let info = if null { fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default() } else { String::new() };

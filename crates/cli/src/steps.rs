@@ -112,7 +112,8 @@ mod tests {
             Usual::of(&clip).unwrap().closure(std::iter::once(step(&clip, frames - 1, 0)))
         };
         assert!(closure(40).closes(), "{:?}", closure(40));
-        // Whole frames differ as usual, but the first block does not: it grows lighter step by step beside what flickers.
+        // Whole frames differ as usual, but the first block does not: it grows lighter step by step beside what
+        // flickers.
         let domain = Domain::open([30, 20, 40]);
         let flicker = |t: u32| [0, if t == 11 { 255 } else { 200 }][t as usize % 2];
         let samples = domain.positions().map(|[t, _, x]| if x < 16 { t as u8 } else { flicker(t) }).collect();

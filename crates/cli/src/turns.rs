@@ -1,5 +1,5 @@
-//! Several runs in one: `--seed 1..4` and `--each`. Each is the command line with one seed and its own exemplars, and with its
-//! names filled in, so that no command knows of the others.
+//! Several runs in one: `--seed 1..4` and `--each`. Each is the command line with one seed and its own exemplars, and
+//! with its names filled in, so that no command knows of the others.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};

@@ -106,8 +106,8 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
     drop(listener);
 }
 
-/// The signals that end a run: that of a closed terminal too, unless whoever started the program has it ignored, as `nohup`
-/// does. Where the system does not say, it is left alone, and ends the program as it ends any other.
+/// The signals that end a run: that of a closed terminal too, unless whoever started the program has it ignored, as
+/// `nohup` does. Where the system does not say, it is left alone, and ends the program as it ends any other.
 #[cfg(unix)]
 fn signals() -> &'static [i32] {
     const ALL: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];

@@ -43,10 +43,12 @@ pub(crate) struct Weaving {
     /// Write two by two copies of an output that tiles beside each other, 8 bits, for eyes.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) preview: Option<PathBuf>,
-    /// Write the outputs of several runs into one picture, each above its seed, or above its number if it is one of --each.
+    /// Write the outputs of several runs into one picture, each above its seed, or above its number if it is one of
+    /// --each.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) sheet: Option<PathBuf>,
-    /// Weave from each exemplar alone, one after the other; '{stem}', '{name}' or '{n}' in names tell their outputs apart.
+    /// Weave from each exemplar alone, one after the other; '{stem}', '{name}' or '{n}' in names tell their outputs
+    /// apart.
     #[arg(long)]
     pub(crate) each: bool,
     /// Write a page about the run with its pictures inside: DIR/index.html. That of graphcut also shows what seams cost

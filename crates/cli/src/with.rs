@@ -17,9 +17,9 @@ use crate::used::Used;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Other planes of the exemplars")]
 pub(crate) struct With {
-    /// Lay the same weave over other planes of the exemplars, such as the normals and heights of a material: a plane for
-    /// each exemplar, in order (and for the picture of --over, after them); more of them make more outputs. '{name}' and
-    /// '{stem}' in OUT stand for the name of exemplar and plane, with and without extension.
+    /// Lay the same weave over other planes of the exemplars, such as the normals and heights of a material: a plane
+    /// for each exemplar, in order (and for the picture of --over, after them); more of them make more outputs.
+    /// '{name}' and '{stem}' in OUT stand for the name of exemplar and plane, with and without extension.
     #[arg(long, value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
     pub(crate) with: Vec<PathBuf>,
     /// What the channels of the planes of --with mean: one for all, or one for each. By default names tell, as in
@@ -32,8 +32,8 @@ pub(crate) struct With {
     /// Let other planes of the exemplars decide with them where samples go: a plane for each exemplar, in order.
     #[arg(long = "match", value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
     pub(crate) matched: Vec<PathBuf>,
-    /// How much each --match decides, in order, beside the exemplar's 1, however many channels it has; after the weights of
-    /// each --guide, where there are any. Default: 1.
+    /// How much each --match decides, in order, beside the exemplar's 1, however many channels it has; after the
+    /// weights of each --guide, where there are any. Default: 1.
     #[arg(long, value_name = "W", value_delimiter = ',')]
     pub(crate) weight: Vec<f64>,
 }

@@ -124,8 +124,8 @@ impl Run {
     }
 }
 
-/// `A'` of a label for each sample of a window, into `costs`; how many were too large. Where the label is not defined it means
-/// nothing.
+/// `A'` of a label for each sample of a window, into `costs`; how many were too large. Where the label is not defined
+/// it means nothing.
 pub(crate) fn of_label(
     terms: &[Term<'_>],
     patch: &Patch<2>,

@@ -11,8 +11,8 @@ const LEVEL: f64 = 16.0;
 const FRACTION: u32 = 20;
 /// Channels of weight 1 whose sum is what `K` was made for: the paper's red, green and blue.
 const CHANNELS: f64 = 3.0;
-/// Below this bit of a packed sum stands the squared error, from it on the number of samples. The largest neighborhood's
-/// error in 24 channels of weight 255 needs 41 bits, its number of samples 13.
+/// Below this bit of a packed sum stands the squared error, from it on the number of samples. The largest
+/// neighborhood's error in 24 channels of weight 255 needs 41 bits, its number of samples 13.
 const COUNT_AT: u32 = 44;
 
 /// Agreement costs no sample more than this: half of what a hole costs, so that everything is better than a hole.
@@ -23,14 +23,14 @@ pub(crate) const DUMMY: i32 = 1 << 28;
 /// One constraint: `Q` under the exemplars and `C` under the output. `[CMS III]`
 #[derive(Clone, Debug)]
 pub struct Constraint {
-    /// Both at the output's resolution. What is not asked for agrees with everything; what of a source is not valid, and what
-    /// lies beyond borders, is a missing tap.
+    /// Both at the output's resolution. What is not asked for agrees with everything; what of a source is not valid,
+    /// and what lies beyond borders, is a missing tap.
     pub guide: Guide<2>,
     /// Distance of the taps of a neighborhood in samples: how many times coarser `C` was than the output. 1 for maps of
     /// the same resolution.
     pub ratio: u32,
-    /// How much it counts beside other constraints. Weights of the guide's channels are scaled to sum 3, so that `K` means
-    /// the same for any number of channels.
+    /// How much it counts beside other constraints. Weights of the guide's channels are scaled to sum 3, so that `K`
+    /// means the same for any number of channels.
     pub weight: f64,
 }
 
@@ -73,9 +73,9 @@ impl Constraint {
     }
 }
 
-/// What the paper's unit of an energy is here, beside that of exemplars whose channels' weights sum 3: a seam is priced by the
-/// norm over all channels, so that it grows with the root of their weights. Agreement and tolerance grow with it, and `K`
-/// means the same for grey exemplars, for colours, and for further planes that decide with them.
+/// What the paper's unit of an energy is here, beside that of exemplars whose channels' weights sum 3: a seam is priced
+/// by the norm over all channels, so that it grows with the root of their weights. Agreement and tolerance grow with
+/// it, and `K` means the same for grey exemplars, for colours, and for further planes that decide with them.
 pub(crate) fn unit(exemplars: &Exemplars<2>) -> f64 {
     let sum: u32 = exemplars.weights().iter().map(|&w| u32::from(w)).sum();
     (f64::from(sum) / CHANNELS).sqrt()
@@ -108,8 +108,8 @@ impl Scale {
         Self { taps, ..self }
     }
 
-    /// The price, in units of `2^-20`, of an error over `samples` of the taps: of those that are missing the mean of the others
-    /// is taken. 0 where all are.
+    /// The price, in units of `2^-20`, of an error over `samples` of the taps: of those that are missing the mean of
+    /// the others is taken. 0 where all are.
     #[inline]
     pub(crate) fn of(self, error: u64, samples: u64) -> u64 {
         if samples == self.taps || error == 0 {

@@ -50,7 +50,8 @@ fn constant_pictures_end() {
     }
 }
 
-/// A picture of grey noise under labels of its left and right half, in channels of a weight, and an output that asks for stripes.
+/// A picture of grey noise under labels of its left and right half, in channels of a weight, and an output that asks
+/// for stripes.
 fn striped(channels: usize, weight: u8, weight_of_constraint: f64) -> (Exemplars<2>, Vec<Constraint>) {
     let mut rng = Seed(5).rng();
     let source = Domain::open([18, 20]);

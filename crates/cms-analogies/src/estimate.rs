@@ -6,8 +6,9 @@ use selvedge_fft_ssd::{Options as SearchOptions, Placement, Sizes as SearchSizes
 use crate::error::Error;
 use crate::options::Options;
 
-/// Bytes of a place of the output: three maps (what a run begins with, its copy, what stands), agreement, seams along both axes,
-/// offers and whether they could be taken, match errors and what they leave out, and those of a whole output twice.
+/// Bytes of a place of the output: three maps (what a run begins with, its copy, what stands), agreement, seams along
+/// both axes, offers and whether they could be taken, match errors and what they leave out, and those of a whole output
+/// twice.
 const OF_PLACE: u64 = 3 * 4 + 4 + 2 * 4 + 5 + (8 + 1 + 2) + 2 * 8;
 /// Bytes of a sample that neighborhoods are summed over: its value, and sums along one axis and both.
 const OF_SUMS: u64 = 3 * 8;

@@ -87,8 +87,8 @@ impl<'a> Expansions<'a> {
         })
     }
 
-    /// Lays the label where that lowers `E'`, and answers what has changed. It may show at `at`, also where it is longer than an
-    /// output that goes around.
+    /// Lays the label where that lowers `E'`, and answers what has changed. It may show at `at`, also where it is
+    /// longer than an output that goes around.
     pub(crate) fn expand(
         &mut self,
         labelling: &mut Labelling<'_>,
@@ -143,8 +143,8 @@ impl<'a> Expansions<'a> {
         Ok(changed)
     }
 
-    /// The box around all samples that could take the label whatever their neighbours do, with one more on every side; `None`
-    /// without any. While there are holes it is the whole window.
+    /// The box around all samples that could take the label whatever their neighbours do, with one more on every side;
+    /// `None` without any. While there are holes it is the whole window.
     ///
     /// Taking the label costs a sample the difference of its agreements and can save no more than all seams around it.
     /// This is the first, coarsest step of the exact pruning in `selvedge-expansion`: it spares frames and norms of

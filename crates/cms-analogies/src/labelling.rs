@@ -25,7 +25,8 @@ pub(crate) struct Labelling<'a> {
     pub(crate) worst: Worst,
     pub(crate) holes: usize,
     energy: Energy,
-    /// Half of the neighborhood whose seams count, at least 1: a sample alone has none, and no place would be bad for them.
+    /// Half of the neighborhood whose seams count, at least 1: a sample alone has none, and no place would be bad for
+    /// them.
     half: u32,
     boxes: Boxes,
 }

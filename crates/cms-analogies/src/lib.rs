@@ -1,7 +1,7 @@
 //! Constrained texture synthesis by energy minimisation: a picture that looks like one and follows another.
 //!
-//! Given exemplars `S`, for each of them a picture `Q` of the same size, and a picture `C` of the output's size, the output `O`
-//! is to `C` what `S` is to `Q`: `Q : S :: C : O`, image analogies by graph cuts. `[CMS III]`
+//! Given exemplars `S`, for each of them a picture `Q` of the same size, and a picture `C` of the output's size, the
+//! output `O` is to `C` what `S` is to `Q`: `Q : S :: C : O`, image analogies by graph cuts. `[CMS III]`
 //! - *texture by numbers*: `Q` and `C` are maps of labels;
 //! - *detail synthesis*: `Q` is `S` at low resolution, `C` a low-resolution picture ([`low_resolution`]);
 //! - *artistic filters*: `Q` and `S` are a picture before and after;
@@ -32,11 +32,11 @@
 //! ```
 //!
 //! # What `K` and `N` do
-//! The energy has two parts: `K` times the squared difference between `Q` and `C` over a neighborhood, and the price of seams in
-//! `O`. A large [`constraint_weight`](Options::constraint_weight) follows the constraint, a small one keeps the texture
-//! whole. A large [`neighborhood`](Options::neighborhood) takes structures as they are, a small one follows curves. The paper's
-//! choices, `K / N`: detail 7 / 7 (curved 7 / 3), filters 20 / 5, transfer 0.2 / 5 to 0.4 / 4, texture by numbers 0.5 / 9,
-//! 10 / 2 and 0.6 / 1. `[CMS V-H]`
+//! The energy has two parts: `K` times the squared difference between `Q` and `C` over a neighborhood, and the price of
+//! seams in `O`. A large [`constraint_weight`](Options::constraint_weight) follows the constraint, a small one keeps
+//! the texture whole. A large [`neighborhood`](Options::neighborhood) takes structures as they are, a small one follows
+//! curves. The paper's choices, `K / N`: detail 7 / 7 (curved 7 / 3), filters 20 / 5, transfer 0.2 / 5 to 0.4 / 4,
+//! texture by numbers 0.5 / 9, 10 / 2 and 0.6 / 1. `[CMS V-H]`
 //!
 //! # Determinism
 //! Prices are integers; the search runs on many threads, what is accepted is decided on one, in order.

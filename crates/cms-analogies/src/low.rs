@@ -7,9 +7,9 @@ use crate::error::Error;
 
 /// A constraint from a picture `ratio` times as coarse as the output, in the features of `maps`, one an exemplar.
 ///
-/// `Q` stays at full resolution and is averaged over squares of the ratio's side around every sample: what a sample of the
-/// low-resolution picture sees, at every phase of its grid, but for what masks hide. The target is interpolated between the middles of its samples.
-/// Around periodic axes of the output both go on.
+/// `Q` stays at full resolution and is averaged over squares of the ratio's side around every sample: what a sample of
+/// the low-resolution picture sees, at every phase of its grid, but for what masks hide. The target is interpolated
+/// between the middles of its samples. Around periodic axes of the output both go on.
 ///
 /// # Errors
 /// [`Error::Range`] for a ratio of 0 or over 256, and those of [`Guide::new`].
@@ -27,8 +27,8 @@ pub fn low_resolution(
     Ok(Constraint { guide, ratio, weight: 1.0 })
 }
 
-/// Means over squares of so many samples a side around each sample; of an even side the outermost count half. Beyond open
-/// borders and under masks nothing counts, and 0 is the mean of nothing.
+/// Means over squares of so many samples a side around each sample; of an even side the outermost count half. Beyond
+/// open borders and under masks nothing counts, and 0 is the mean of nothing.
 fn averaged(source: &Source<2>, side: u32) -> Result<Grid<u8, 2>, Error> {
     let (map, domain) = (&source.features, source.domain());
     let valid = source.valid.as_ref().map(|valid| valid.samples());

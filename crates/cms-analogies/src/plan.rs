@@ -24,8 +24,8 @@ impl<'a> Plan<'a> {
     /// Checks options and constraints, and that the run is within its limits.
     ///
     /// # Errors
-    /// [`Error::Range`], [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and of the core those of a
-    /// guide that does not fit the exemplars and of limits.
+    /// [`Error::Range`], [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and of the core those of
+    /// a guide that does not fit the exemplars and of limits.
     pub fn new(
         exemplars: &'a Exemplars<2>,
         constraints: &'a [Constraint],

@@ -19,9 +19,9 @@ struct Tried {
     labels: Vec<(Patch<2>, bool)>,
     /// Whether nothing has: it would be in vain again.
     ///
-    /// Where a constraint asks for what no exemplar holds, at borders of labels above all, errors stay the largest of the
-    /// output. Were those places tried again and again, as the paper has it, they alone would fill the history, and the run
-    /// would end with errors elsewhere that one expansion mends.
+    /// Where a constraint asks for what no exemplar holds, at borders of labels above all, errors stay the largest of
+    /// the output. Were those places tried again and again, as the paper has it, they alone would fill the history, and
+    /// the run would end with errors elsewhere that one expansion mends.
     is_idle: bool,
 }
 

@@ -286,7 +286,8 @@ fn without_weight_constraints_say_nothing_and_with_much_they_say_all() {
     }
 }
 
-/// Each label in a half of the exemplar, and the target asks for them in other places: all samples are of the right label.
+/// Each label in a half of the exemplar, and the target asks for them in other places: all samples are of the right
+/// label.
 #[test]
 fn a_heavy_constraint_is_followed_everywhere() {
     let mut rng = Seed(3).rng();

@@ -48,8 +48,8 @@ impl Worst {
         }
     }
 
-    /// Leaves out what is less than `apart` from a place along both axes, until that is [uncovered](Self::uncover). So the
-    /// worst of what is left is found as fast, however much is left out.
+    /// Leaves out what is less than `apart` from a place along both axes, until that is [uncovered](Self::uncover). So
+    /// the worst of what is left is found as fast, however much is left out.
     pub(crate) fn cover(&mut self, at: [u32; 2], apart: u32) {
         self.count(at, apart, |covered| covered.saturating_add(1));
     }
@@ -72,8 +72,8 @@ impl Worst {
         self.renew(&window, domain);
     }
 
-    /// The worst place, then the worst that is at least `apart` from it along some axis, and so on: places above 0 that are not
-    /// covered, the first of equal ones.
+    /// The worst place, then the worst that is at least `apart` from it along some axis, and so on: places above 0 that
+    /// are not covered, the first of equal ones.
     pub(crate) fn places(&self, count: usize, apart: u32) -> Vec<usize> {
         let mut found = Vec::new();
         while found.len() < count

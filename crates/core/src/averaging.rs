@@ -8,8 +8,8 @@ use crate::{NormalCoding, Plane, Samples};
 /// samples that hardly show, and dividing by it would turn what is left of rounding into colour.
 const LEAST_ALPHA: f64 = 1e-3;
 
-/// How samples of a plane are averaged, in any depth: as they are stored, but colours weighed by their alpha, and normals
-/// with three components made as long as one again.
+/// How samples of a plane are averaged, in any depth: as they are stored, but colours weighed by their alpha, and
+/// normals with three components made as long as one again.
 #[derive(Clone, Debug)]
 pub struct Averaging {
     /// The channel that is alpha, unless colours were multiplied by it before.

@@ -1,10 +1,11 @@
-//! What a place is likely to hold, by what stands around it: samples that continue its neighbours'. (Ashikhmin 2001; Tong et
-//! al. 2002)
+//! What a place is likely to hold, by what stands around it: samples that continue its neighbours'. (Ashikhmin 2001;
+//! Tong et al. 2002)
 
 use crate::{Domain, Exemplars, SampleId, SourceMap};
 
-/// Proposes samples for single places of a map: a neighbour's patch, continued, and with it places of the exemplars that look
-/// like the neighbour's. An exhaustive search mostly ends at one of these, and looks at a thousand times as many.
+/// Proposes samples for single places of a map: a neighbour's patch, continued, and with it places of the exemplars
+/// that look like the neighbour's. An exhaustive search mostly ends at one of these, and looks at a thousand times as
+/// many.
 ///
 /// ```
 /// use selvedge_core::{Coherence, Domain, Exemplars, Grid, Plane, Role, SampleId, Samples, SourceMap};
@@ -34,8 +35,8 @@ impl<'e, const D: usize> Coherence<'e, D> {
         Self { exemplars, alike: Vec::new(), each: 0 }
     }
 
-    /// Proposes the continuations of similar samples as well: `each` of them a sample, in the order of the samples' numbers;
-    /// unassigned ones are passed over.
+    /// Proposes the continuations of similar samples as well: `each` of them a sample, in the order of the samples'
+    /// numbers; unassigned ones are passed over.
     ///
     /// # Panics
     /// If there are not so many.
@@ -45,9 +46,9 @@ impl<'e, const D: usize> Coherence<'e, D> {
         Self { alike, each, ..self }
     }
 
-    /// The samples that continue what is known within `radius` of a place along each axis, valid ones, each once: those of the
-    /// nearest neighbours first, then by position, and each neighbour's own before those that look like it, which are
-    /// asked of neighbours next to the place alone. `is_known` is asked by place in the map's buffer.
+    /// The samples that continue what is known within `radius` of a place along each axis, valid ones, each once: those
+    /// of the nearest neighbours first, then by position, and each neighbour's own before those that look like it,
+    /// which are asked of neighbours next to the place alone. `is_known` is asked by place in the map's buffer.
     ///
     /// Time `O((2 radius + 1)^D * found)`.
     pub fn around(

@@ -52,12 +52,12 @@ impl Encoder {
         Ok(self)
     }
 
-    /// The same encoder with a weight for each plane, which its channels share: a height of weight 1 decides as much as a
-    /// colour of weight 1.
+    /// The same encoder with a weight for each plane, which its channels share: a height of weight 1 decides as much as
+    /// a colour of weight 1.
     ///
     /// # Errors
-    /// [`Error::Weights`] if there are too many or too few; [`Error::GuideWeight`], [`Error::GuideProportion`] for numbers
-    /// that cannot be used.
+    /// [`Error::Weights`] if there are too many or too few; [`Error::GuideWeight`], [`Error::GuideProportion`] for
+    /// numbers that cannot be used.
     pub fn with_plane_weights(self, weights: &[f64]) -> Result<Self, Error> {
         if weights.len() != self.channels.len() {
             return Err(Error::Weights { expected: self.channels.len(), found: weights.len() });

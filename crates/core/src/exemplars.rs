@@ -116,8 +116,8 @@ fn shown_validity<const D: usize>(
 }
 
 impl<const D: usize> SourceTable<D> {
-    /// Which samples of each source may be used, `None` for all: those that the exemplar's plane (its alpha) and its mask
-    /// leave, as the source shows them.
+    /// Which samples of each source may be used, `None` for all: those that the exemplar's plane (its alpha) and its
+    /// mask leave, as the source shows them.
     ///
     /// # Errors
     /// [`Error::PlaneCount`] without a plane for each exemplar, [`Error::Shape`] for a mask of another size.
@@ -203,7 +203,8 @@ impl<const D: usize> Exemplars<D> {
         Self::from_shared(sources.into_iter().map(Arc::new).collect(), weights)
     }
 
-    /// Some of the sources, by number, as exemplars of their own: their samples are numbered anew, and nothing is copied.
+    /// Some of the sources, by number, as exemplars of their own: their samples are numbered anew, and nothing is
+    /// copied.
     ///
     /// # Errors
     /// [`Error::NoPlanes`] for none, [`Error::NothingValid`].

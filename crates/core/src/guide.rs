@@ -22,10 +22,11 @@ pub struct Guide<const D: usize> {
 }
 
 impl<const D: usize> Guide<D> {
-    /// A guide from one map an exemplar and one for the output; every channel weighs 1, and all of the target is asked for.
+    /// A guide from one map an exemplar and one for the output; every channel weighs 1, and all of the target is asked
+    /// for.
     ///
-    /// The maps are turned, mirrored and resampled like the sources, and valid where those are. `target` also says where
-    /// the output is periodic.
+    /// The maps are turned, mirrored and resampled like the sources, and valid where those are. `target` also says
+    /// where the output is periodic.
     ///
     /// # Errors
     /// [`Error::GuideCount`] (a map is missing), [`Error::GuideShape`] (a map and its exemplar differ),
@@ -59,8 +60,8 @@ impl<const D: usize> Guide<D> {
         Ok(())
     }
 
-    /// Another guide from the same places: `f` is applied to the map under each source, as the source shows it, and to the
-    /// target. What it makes of one channel is compared by the weight of 1.
+    /// Another guide from the same places: `f` is applied to the map under each source, as the source shows it, and to
+    /// the target. What it makes of one channel is compared by the weight of 1.
     ///
     /// # Errors
     /// Those of `f`, and [`Error::Weights`] if it makes different numbers of channels.
@@ -72,8 +73,8 @@ impl<const D: usize> Guide<D> {
         Ok(Self { exemplars, target, asked: copied(self.asked.as_ref())? })
     }
 
-    /// The same guide with other features under each source, of as many channels: `f` is given what lies there, and where it is
-    /// valid.
+    /// The same guide with other features under each source, of as many channels: `f` is given what lies there, and
+    /// where it is valid.
     ///
     /// # Errors
     /// Those of `f`, and [`Error::Weights`] if it makes another number of channels.
@@ -115,12 +116,13 @@ impl<const D: usize> Guide<D> {
     }
 
     /// Several guides as one. A guide's weight is shared out over its channels, so that three channels count no more
-    /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none. What is not 0
-    /// counts at least 1. What is asked for is what all of them ask for.
+    /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none. What is
+    /// not 0 counts at least 1. What is asked for is what all of them ask for.
     ///
     /// # Errors
-    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideProportion`], [`Error::GuideCount`] (no guide),
-    /// [`Error::GuideTarget`] (targets differ), those of [`check`](Self::check) (sources differ), [`Error::Allocation`].
+    /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideProportion`], [`Error::GuideCount`] (no
+    /// guide), [`Error::GuideTarget`] (targets differ), those of [`check`](Self::check) (sources differ),
+    /// [`Error::Allocation`].
     pub fn join(guides: &[(Self, f64)]) -> Result<Self, Error> {
         let Some((first, _)) = guides.first() else { return Err(Error::GuideCount { expected: 1, found: 0 }) };
         for (guide, _) in guides {
@@ -148,8 +150,8 @@ impl<const D: usize> Guide<D> {
         Ok(Self { exemplars, target: stacked(&|guide| &guide.target)?, asked })
     }
 
-    /// The guide at half the size, for exemplars at half the size ([`Exemplars::coarser`]): maps and target are averaged, and
-    /// what is asked for is what was asked for all over.
+    /// The guide at half the size, for exemplars at half the size ([`Exemplars::coarser`]): maps and target are
+    /// averaged, and what is asked for is what was asked for all over.
     ///
     /// # Errors
     /// [`Error::NothingValid`], [`Error::Allocation`].

@@ -1,7 +1,8 @@
 //! What every method of Selvedge shares: domains, grids, exemplars, source maps, seeds and runs.
 //!
 //! A method looks at [`Exemplars`] (8-bit features in match space) and answers with a [`SourceMap`]: for each output
-//! sample, *which* exemplar sample stands there. Pictures are rendered from the map afterwards, over planes of any depth.
+//! sample, *which* exemplar sample stands there. Pictures are rendered from the map afterwards, over planes of any
+//! depth.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, SampleId, Samples, SourceMap};

@@ -1,8 +1,8 @@
 //! Light that differs from place to place: what means over far more than a feature show.
 //!
-//! A patch from the lit side beside one from the dark side is a seam that no cut hides. Decisions that look past the light
-//! ([`Exemplars::ignoring_light`]) let texture meet texture, and joins blended over bands as wide carry the shade; samples
-//! without it ([`Plane::flattened`]) need no blending, but are no copies any more.
+//! A patch from the lit side beside one from the dark side is a seam that no cut hides. Decisions that look past the
+//! light ([`Exemplars::ignoring_light`]) let texture meet texture, and joins blended over bands as wide carry the
+//! shade; samples without it ([`Plane::flattened`]) need no blending, but are no copies any more.
 
 use half::f16;
 
@@ -11,7 +11,8 @@ use crate::{Bytes, Domain, Error, Exemplars, Grid, Plane, Samples, par, try_vec}
 /// Of the lesser side: what means over a third of it show is light, as the analysis of textures has it.
 const REACH: u32 = 6;
 
-/// Means over boxes, taken twice along each of the last two axes, of what is known; the axes wrap where the domain's do.
+/// Means over boxes, taken twice along each of the last two axes, of what is known; the axes wrap where the domain's
+/// do.
 struct Shade<const D: usize> {
     /// Sums of the weights of what lies around each sample.
     weights: Vec<f64>,
@@ -84,9 +85,9 @@ fn working(samples: u64) -> Bytes {
 }
 
 impl<const D: usize> Exemplars<D> {
-    /// The same with a share (0 to 1) of the light taken out of the features: methods decide as if it were more even. The
-    /// samples that are rendered stay what they are. Light is what means over a third of a source's lesser side show, without
-    /// its mean; time is linear in the samples.
+    /// The same with a share (0 to 1) of the light taken out of the features: methods decide as if it were more even.
+    /// The samples that are rendered stay what they are. Light is what means over a third of a source's lesser side
+    /// show, without its mean; time is linear in the samples.
     ///
     /// # Errors
     /// [`Error::Allocation`].
@@ -114,7 +115,8 @@ impl<const D: usize> Exemplars<D> {
         self.with_features(features.into_iter().collect::<Result<_, _>>()?, self.weights().to_vec())
     }
 
-    /// What [`ignoring_light`](Self::ignoring_light) takes at most beside the exemplars, from the domains of all sources.
+    /// What [`ignoring_light`](Self::ignoring_light) takes at most beside the exemplars, from the domains of all
+    /// sources.
     pub fn light_bytes(domains: &[Domain<D>], channels: usize) -> Bytes {
         let samples: u64 = domains.iter().map(|d| d.len() as u64).sum();
         Bytes(working(samples).0.saturating_add(samples.saturating_mul(channels as u64)))
@@ -122,9 +124,10 @@ impl<const D: usize> Exemplars<D> {
 }
 
 impl<const D: usize> Plane<D> {
-    /// The plane without the light that means with a standard deviation of `sigma` samples show: its own mean stays. Integers,
-    /// whose steps are about those of the eye, have it taken away; floats, which are amounts of light, are divided by it. What
-    /// is transparent is not looked at. Normals stay as they are; along axes that wrap, so do the means.
+    /// The plane without the light that means with a standard deviation of `sigma` samples show: its own mean stays.
+    /// Integers, whose steps are about those of the eye, have it taken away; floats, which are amounts of light, are
+    /// divided by it. What is transparent is not looked at. Normals stay as they are; along axes that wrap, so do the
+    /// means.
     ///
     /// # Errors
     /// [`Error::Allocation`].

@@ -36,8 +36,8 @@ pub fn for_rows<T: Send>(items: &mut [T], len: usize, f: impl Fn(usize, &mut [T]
     items.chunks_mut(len).enumerate().for_each(|(i, row)| f(i, row));
 }
 
-/// Places of exemplars whose answers are held at once by searches that run beside each other, unless one search has more:
-/// each takes memory for all of its places, and one of many places keeps all threads busy by itself.
+/// Places of exemplars whose answers are held at once by searches that run beside each other, unless one search has
+/// more: each takes memory for all of its places, and one of many places keeps all threads busy by itself.
 const AT_ONCE: u64 = 1 << 18;
 
 /// Searches that may run at once, each over so many places, on as many threads as there may be. At least one.
@@ -45,8 +45,8 @@ pub fn at_once(places: u64) -> u64 {
     (AT_ONCE / places.max(1)).max(1)
 }
 
-/// `[f(state, 0), f(state, 1), ..]`, computed in any order, where each call has one of the states to itself: no more calls
-/// run at once than there are states. What a state holds must not matter to what `f` answers, only to how fast.
+/// `[f(state, 0), f(state, 1), ..]`, computed in any order, where each call has one of the states to itself: no more
+/// calls run at once than there are states. What a state holds must not matter to what `f` answers, only to how fast.
 ///
 /// # Panics
 /// If there are no states, but calls to make.

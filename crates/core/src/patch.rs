@@ -41,7 +41,8 @@ impl<const D: usize> Patch<D> {
         patch
     }
 
-    /// Place in the source's buffer of each position of a window of the output, row-major; `None` outside of the source.
+    /// Place in the source's buffer of each position of a window of the output, row-major; `None` outside of the
+    /// source.
     pub fn places(
         &self,
         source: Domain<D>,
@@ -50,8 +51,8 @@ impl<const D: usize> Patch<D> {
         window.moved(self.offset.map(|o| -o)).places(source)
     }
 
-    /// The sample at each position of a window of the output, row-major; unassigned outside of the source and where that is
-    /// masked.
+    /// The sample at each position of a window of the output, row-major; unassigned outside of the source and where
+    /// that is masked.
     pub fn samples<'e>(
         &self,
         exemplars: &'e Exemplars<D>,
@@ -68,8 +69,8 @@ impl<const D: usize> Patch<D> {
 }
 
 impl<const D: usize> SourceMap<D> {
-    /// The patches that meet in a window, with offsets in the window's own turn of periodic axes, each once, in the order in
-    /// which they are first met. A source that repeats itself is one patch however often it does.
+    /// The patches that meet in a window, with offsets in the window's own turn of periodic axes, each once, in the
+    /// order in which they are first met. A source that repeats itself is one patch however often it does.
     ///
     /// Time: the window's samples, times the patches that meet where many do.
     pub fn patches(&self, window: &Window<D>) -> Vec<Patch<D>> {

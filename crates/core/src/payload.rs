@@ -97,7 +97,8 @@ impl<'a, const D: usize> Payload<'a, D> {
         self.resampled[source].as_ref().unwrap_or(self.planes[exemplar])
     }
 
-    /// By source: the samples that a channel takes, and whether they are negated, as one component of a turned normal is.
+    /// By source: the samples that a channel takes, and whether they are negated, as one component of a turned normal
+    /// is.
     fn channel<T>(&self, c: usize, of: impl Fn(&Samples<D>) -> &Grid<T, D>) -> Vec<(&[T], bool)> {
         let one = |(source, (origin, _)): (usize, &(Origin, Domain<D>))| {
             let (from, negated) = component(self.planes[0].role, origin.transform, c);

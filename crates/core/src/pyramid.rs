@@ -1,9 +1,9 @@
 //! Pyramids: exemplars, guides and maps at half the size and back. Exact, and aware of what wraps.
 //!
-//! Sample `c` of a coarser level stands for the samples `2 c` and `2 c + 1` along each axis. Around a periodic axis of odd
-//! length the last one stands for the last and the first sample. At the end of an open one, a source leaves the odd sample
-//! out, since a coarse sample must stand for a whole block that can be copied, while an output has one coarse sample more, so
-//! that everything is covered. Only an axis of a single sample stays.
+//! Sample `c` of a coarser level stands for the samples `2 c` and `2 c + 1` along each axis. Around a periodic axis of
+//! odd length the last one stands for the last and the first sample. At the end of an open one, a source leaves the odd
+//! sample out, since a coarse sample must stand for a whole block that can be copied, while an output has one coarse
+//! sample more, so that everything is covered. Only an axis of a single sample stays.
 
 use crate::{Domain, Error, Exemplars, Grid, Source, SourceMap};
 
@@ -56,11 +56,11 @@ pub(crate) fn all<const D: usize>(mask: &Grid<bool, D>, coarse: Domain<D>) -> Re
 
 impl<const D: usize> Exemplars<D> {
     /// The same sources at half the size: features are means, and a sample is valid only if all are that it stands for.
-    /// Source `s` of the answer is source `s` of these; [`SourceMap::finer`] and [`SourceMap::coarser`] lead from samples of one
-    /// to those of the other.
+    /// Source `s` of the answer is source `s` of these; [`SourceMap::finer`] and [`SourceMap::coarser`] lead from
+    /// samples of one to those of the other.
     ///
-    /// The answer's origins name the exemplars that these were made of: a map of coarser sources is made finer before it is
-    /// rendered.
+    /// The answer's origins name the exemplars that these were made of: a map of coarser sources is made finer before
+    /// it is rendered.
     ///
     /// # Errors
     /// [`Error::NothingValid`] if no whole block is, [`Error::Allocation`].

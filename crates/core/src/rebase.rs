@@ -3,8 +3,8 @@
 use crate::{Error, Exemplars, SampleId, SourceMap};
 
 impl<const D: usize> SourceMap<D> {
-    /// The same samples by the numbers that they have among `exemplars`, where source `s` of this map is source `to[s]`. What
-    /// is masked there is a hole.
+    /// The same samples by the numbers that they have among `exemplars`, where source `s` of this map is source
+    /// `to[s]`. What is masked there is a hole.
     ///
     /// # Errors
     /// [`Error::MissingSource`] if the map shows a source that has no counterpart, or one of another shape;
@@ -29,7 +29,8 @@ impl<const D: usize> SourceMap<D> {
         Ok(map)
     }
 
-    /// Every hole shows the sample of a source at its own position, where that is valid: a picture as what is gone on from.
+    /// Every hole shows the sample of a source at its own position, where that is valid: a picture as what is gone on
+    /// from.
     ///
     /// # Errors
     /// [`Error::Shape`] if the source has another shape than the map.

@@ -22,8 +22,8 @@ pub trait Render<const D: usize> {
 }
 
 impl<const D: usize> Render<D> for SourceMap<D> {
-    /// Copies samples bit for bit; unassigned positions are 0. Normals are turned with their source. Samples of resampled
-    /// sources are interpolated.
+    /// Copies samples bit for bit; unassigned positions are 0. Normals are turned with their source. Samples of
+    /// resampled sources are interpolated.
     fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
         Payload::new(&self.table, planes)?.gather(&self.ids)
     }

@@ -87,8 +87,8 @@ pub(crate) fn plane<const D: usize>(
     Ok(Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association })
 }
 
-/// Turns the first two components (x right, y up; with `sin` negated, y down) about their zero, and makes normals with a third one as long as they
-/// were: interpolation shortens them.
+/// Turns the first two components (x right, y up; with `sin` negated, y down) about their zero, and makes normals with
+/// a third one as long as they were: interpolation shortens them.
 fn turn<T: Copy, const D: usize>(
     grid: &mut Grid<T, D>,
     has_z: bool,

@@ -21,10 +21,10 @@ pub enum SeamMeasure {
 /// Prices of seams between exemplar samples, on one fixed-point scale.
 ///
 /// # Units
-/// The norm of a difference is `sqrt(sum of W_c (a_c - b_c)^2)` in 8-bit steps, times [`SCALE`](Self::SCALE), rounded up: rounding up keeps
-/// the triangle inequality, rounding to nearest does not. [`SeamMeasure::Difference`] is in these units.
-/// [`SeamMeasure::Gradient`] is a ratio times [`RATIO`](Self::RATIO), rounded up; one grey level (at the channels' mean weight) is added to its denominator,
-/// since both patches may be flat.
+/// The norm of a difference is `sqrt(sum of W_c (a_c - b_c)^2)` in 8-bit steps, times [`SCALE`](Self::SCALE), rounded
+/// up: rounding up keeps the triangle inequality, rounding to nearest does not. [`SeamMeasure::Difference`] is in these
+/// units. [`SeamMeasure::Gradient`] is a ratio times [`RATIO`](Self::RATIO), rounded up; one grey level (at the
+/// channels' mean weight) is added to its denominator, since both patches may be flat.
 ///
 /// # Where a patch ends
 /// A seam between `s` and `t` compares both patches at both samples. Where one of them is not defined at one of the
@@ -91,8 +91,8 @@ impl<const D: usize> SeamCosts<D> {
         ((sum * u64::from(Self::SCALE).pow(2)) as f64).sqrt().ceil() as u32
     }
 
-    /// The sample that continues a patch in a direction: `2 a` forward, `2 a + 1` backward along axis `a`. `None` where the
-    /// source ends or is masked.
+    /// The sample that continues a patch in a direction: `2 a` forward, `2 a + 1` backward along axis `a`. `None` where
+    /// the source ends or is masked.
     #[inline]
     pub fn continued(&self, id: SampleId, direction: usize) -> Option<SampleId> {
         if self.links[id.get() as usize] >> direction & 1 == 0 {

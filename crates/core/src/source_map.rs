@@ -2,7 +2,8 @@
 
 use crate::{Domain, Error, Exemplars, Grid, SampleId, SourceTable};
 
-/// For each output sample the exemplar sample that stands there, with its own table of sources, so that it stands alone.
+/// For each output sample the exemplar sample that stands there, with its own table of sources, so that it stands
+/// alone.
 ///
 /// A seam lies between neighbours whose samples do not continue each other; see [`is_seam`](Self::is_seam).
 #[derive(Clone, Debug, PartialEq)]

@@ -17,7 +17,8 @@ impl<const D: usize> Start<D> {
     /// Everything has the output's shape, and every hole a source.
     ///
     /// # Errors
-    /// [`Error::ForeignMap`], [`Error::Channels`], [`Error::StartShape`], [`Error::TooManySources`], [`Error::NoSource`].
+    /// [`Error::ForeignMap`], [`Error::Channels`], [`Error::StartShape`], [`Error::TooManySources`],
+    /// [`Error::NoSource`].
     pub fn check(&self, exemplars: &Exemplars<D>) -> Result<(), Error> {
         let output = self.map.domain();
         check_map(exemplars.table(), &self.map)?;

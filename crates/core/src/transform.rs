@@ -103,7 +103,8 @@ impl Transform {
         }
     }
 
-    /// Where a place of a source lies in its exemplar: samples down and right of the centre, on the last two axes, in both.
+    /// Where a place of a source lies in its exemplar: samples down and right of the centre, on the last two axes, in
+    /// both.
     pub fn from_centre(self, at: [f64; 2]) -> [f64; 2] {
         let (degrees, mirror) = self.orientation();
         let scale = if let Self::Resampled { scale, .. } = self { scale } else { 1.0 };

@@ -2,12 +2,12 @@
 
 use crate::{Domain, Error, Exemplars, Grid};
 
-/// Most that is added to an error, in thousandths of it: nothing is taken for its rareness that is twice as bad as the best,
-/// but for the tolerance.
+/// Most that is added to an error, in thousandths of it: nothing is taken for its rareness that is twice as bad as the
+/// best, but for the tolerance.
 const MOST: u64 = 1000;
 
-/// Cells along a patch: uses are counted by quarters of it. Finer ones would take patches that overlap by nine tenths for
-/// different parts, coarser ones would count a patch as used because its neighbour was.
+/// Cells along a patch: uses are counted by quarters of it. Finer ones would take patches that overlap by nine tenths
+/// for different parts, coarser ones would count a patch as used because its neighbour was.
 const CELLS: u32 = 4;
 
 /// How often each part of the exemplars was used, and what an error counts by that.
@@ -49,8 +49,9 @@ struct Uses<const D: usize> {
 }
 
 impl<const D: usize> Usage<D> {
-    /// No uses yet of patches of that shape. `spread` is the fraction that is added to an error where a part was used twice
-    /// as often as parts are in the mean, twice as much where three times as often, up to the whole error; 0 adds nothing.
+    /// No uses yet of patches of that shape. `spread` is the fraction that is added to an error where a part was used
+    /// twice as often as parts are in the mean, twice as much where three times as often, up to the whole error; 0 adds
+    /// nothing.
     ///
     /// # Errors
     /// [`Error::Allocation`].
@@ -79,10 +80,10 @@ impl<const D: usize> Usage<D> {
         u128::from(error.max(1)) * u128::from(1000 + self.added(source, at))
     }
 
-    /// The tolerance, in thousandths, within which errors are looked at, for one of `per_mille` on what they count, where the
-    /// least error is at this place: none counts less than it is, and the least counts no more than this. So nothing that
-    /// could be drawn is left out, but for a least error of 0: no tolerance widens that, and perfect candidates are
-    /// drawn among themselves alone.
+    /// The tolerance, in thousandths, within which errors are looked at, for one of `per_mille` on what they count,
+    /// where the least error is at this place: none counts less than it is, and the least counts no more than this. So
+    /// nothing that could be drawn is left out, but for a least error of 0: no tolerance widens that, and perfect
+    /// candidates are drawn among themselves alone.
     pub fn widened(&self, per_mille: u32, source: usize, at: [u32; D]) -> u32 {
         let added = if self.spread == 0 { 0 } else { self.added(source, at) };
         ((1000 + u64::from(per_mille)) * (1000 + added)).div_ceil(1000) as u32 - 1000

@@ -19,8 +19,8 @@ impl<const D: usize> Votes<D> {
     /// Takes the votes of each place, row-major. Votes of weight 0 do not count.
     ///
     /// # Errors
-    /// [`Error::UnknownSample`] if a vote is for a sample that no source holds, [`Error::Vote`] if a weight is negative or
-    /// not finite, [`Error::Length`] if there are more places or fewer.
+    /// [`Error::UnknownSample`] if a vote is for a sample that no source holds, [`Error::Vote`] if a weight is negative
+    /// or not finite, [`Error::Length`] if there are more places or fewer.
     pub fn new<V: IntoIterator<Item = (SampleId, f32)>>(
         domain: Domain<D>,
         table: SourceTable<D>,

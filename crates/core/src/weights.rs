@@ -2,8 +2,8 @@
 
 use crate::Error;
 
-/// Weights of all channels, of which each part (a plane, a guide) has together the weight that is given with it, however
-/// many channels it has, and shares it in the proportion of its own.
+/// Weights of all channels, of which each part (a plane, a guide) has together the weight that is given with it,
+/// however many channels it has, and shares it in the proportion of its own.
 ///
 /// # Errors
 /// [`Error::GuideWeight`], [`Error::GuideProportion`].

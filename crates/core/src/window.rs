@@ -2,10 +2,11 @@
 
 use crate::{Domain, Error};
 
-/// A box of positions of a domain. On periodic axes it may start before 0 or reach beyond the side: positions wrap. On open
-/// axes it may stick out of the domain, where it has no places.
+/// A box of positions of a domain. On periodic axes it may start before 0 or reach beyond the side: positions wrap. On
+/// open axes it may stick out of the domain, where it has no places.
 ///
-/// Sides and distances are below 2^31. Buffers over a window are row-major over its own shape, whatever of it lies outside.
+/// Sides and distances are below 2^31. Buffers over a window are row-major over its own shape, whatever of it lies
+/// outside.
 ///
 /// ```
 /// use selvedge_core::{Domain, Window};
@@ -59,8 +60,8 @@ impl<const D: usize> Window<D> {
         Self { start: std::array::from_fn(|a| self.start[a] + by[a]), shape: self.shape }
     }
 
-    /// `before` more samples on the low sides, `after` more on the high ones, as far as the domain reaches: open axes end,
-    /// and around periodic ones no position comes twice.
+    /// `before` more samples on the low sides, `after` more on the high ones, as far as the domain reaches: open axes
+    /// end, and around periodic ones no position comes twice.
     #[must_use]
     pub fn grown(&self, domain: Domain<D>, before: [u32; D], after: [u32; D]) -> Self {
         let mut grown = *self;

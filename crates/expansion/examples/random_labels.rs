@@ -1,9 +1,9 @@
 //! The simplest method on this crate: patches drawn at random, taken where an expansion move makes everything cheaper.
 //!
-//! `cargo run --release -p selvedge-expansion --example random_labels [STEPS]`. Schödl's extension of graphcut textures by an
-//! assignment cost, as the CMS paper compares itself with it: labels are drawn, never searched for, so that it takes
-//! many of them to follow a guide. All that a method needs is here: seed, limits of time by the observer, events, and a result
-//! that is whole whenever it stops.
+//! `cargo run --release -p selvedge-expansion --example random_labels [STEPS]`. Schödl's extension of graphcut textures
+//! by an assignment cost, as the CMS paper compares itself with it: labels are drawn, never searched for, so that it
+//! takes many of them to follow a guide. All that a method needs is here: seed, limits of time by the observer, events,
+//! and a result that is whole whenever it stops.
 
 use selvedge_core::{
     Domain, Event, Exemplars, Grid, Guide, Patch, Plane, Render, Role, Run, SampleId, Samples, SeamCosts, SeamMeasure,

@@ -8,8 +8,8 @@ use crate::frame::Frame;
 
 impl<const D: usize> Frame<D> {
     /// Takes their choice from samples that lie farther than `width` from every seam of what stands: they keep it. A
-    /// distance is the greatest along any axis, to the nearer sample of the seam. Of a map that was solved at half the size, only
-    /// what lies near its seams is in question. `[Lombaert05]`
+    /// distance is the greatest along any axis, to the nearer sample of the seam. Of a map that was solved at half the
+    /// size, only what lies near its seams is in question. `[Lombaert05]`
     ///
     /// `is_seam` is asked about neighbours along an axis. With a width of `u32::MAX` nothing is taken.
     ///

@@ -33,18 +33,18 @@ pub enum Holes {
     /// It takes the offer, whatever that costs. `[Kwatra03 3]`
     #[default]
     Fill,
-    /// The cut decides: to have nothing is a label like any other, at the price that [`Prices`](crate::Prices) puts on the
-    /// unassigned sample.
+    /// The cut decides: to have nothing is a label like any other, at the price that [`Prices`](crate::Prices) puts on
+    /// the unassigned sample.
     Free,
 }
 
 impl<const D: usize> Frame<D> {
     /// The choice of each sample; `pin` is asked by places in the output, for samples that could keep or take.
     ///
-    /// At every seam both sides should be defined beyond it. Hence samples next to one that can only keep what is there (the
-    /// ring, and where the source ends) keep it as well, and those next to one that fills a hole take the offer. At
-    /// the ends of an overlap, next to both, prices decide. Of an offer surrounded by what is there nothing is forced to
-    /// show. Pins of the caller force no neighbour. `[Kwatra03 3.2]`
+    /// At every seam both sides should be defined beyond it. Hence samples next to one that can only keep what is there
+    /// (the ring, and where the source ends) keep it as well, and those next to one that fills a hole take the offer.
+    /// At the ends of an overlap, next to both, prices decide. Of an offer surrounded by what is there nothing is
+    /// forced to show. Pins of the caller force no neighbour. `[Kwatra03 3.2]`
     ///
     /// # Errors
     /// [`Error::Core`] if memory is short.

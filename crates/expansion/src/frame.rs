@@ -6,8 +6,8 @@ use crate::error::Error;
 
 /// A window of an output with one more sample on every side, row-major: what is there, and what is offered.
 ///
-/// The ring shows what the window's border meets. It ends where the output does. Where the window goes all the way around a
-/// periodic axis, the frame is periodic there: its last samples are neighbours of its first.
+/// The ring shows what the window's border meets. It ends where the output does. Where the window goes all the way
+/// around a periodic axis, the frame is periodic there: its last samples are neighbours of its first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame<const D: usize> {
     /// The window with its ring.

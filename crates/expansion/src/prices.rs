@@ -19,25 +19,26 @@ pub struct Quad {
 ///
 /// Prices of pairs lie from 0 to [`SeamCosts::MAX`], those of single samples within ±2^28.
 pub trait Prices<const D: usize> {
-    /// The price of `here` and `there` as neighbours along an axis. Either may be unassigned: with [`Holes::Free`](crate::Holes)
-    /// beside a hole that stays one.
+    /// The price of `here` and `there` as neighbours along an axis. Either may be unassigned: with
+    /// [`Holes::Free`](crate::Holes) beside a hole that stays one.
     fn pair(&self, axis: usize, here: SampleId, there: SampleId) -> i32;
 
-    /// The price of a sample at a place of the output. With [`Holes::Free`](crate::Holes) the unassigned sample has one as
-    /// well. Default: 0.
+    /// The price of a sample at a place of the output. With [`Holes::Free`](crate::Holes) the unassigned sample has one
+    /// as well. Default: 0.
     #[inline]
     fn unary(&self, _place: usize, _sample: SampleId) -> i32 {
         0
     }
 
-    /// How much an offer differs from what is there, asked once a sample and handed to [`quad`](Self::quad). Default: 0.
+    /// How much an offer differs from what is there, asked once a sample and handed to [`quad`](Self::quad). Default:
+    /// 0.
     #[inline]
     fn difference(&self, _old: SampleId, _new: SampleId) -> u32 {
         0
     }
 
-    /// All four prices of two neighbours that both have a choice. Default: [`pair`](Self::pair), four times; worth more where
-    /// they have parts in common.
+    /// All four prices of two neighbours that both have a choice. Default: [`pair`](Self::pair), four times; worth more
+    /// where they have parts in common.
     #[inline]
     fn quad(&self, axis: usize, old: [SampleId; 2], new: [SampleId; 2], _differences: [u32; 2]) -> Quad {
         Quad {

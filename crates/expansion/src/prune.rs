@@ -1,9 +1,9 @@
 //! Samples that keep what they have because nothing could pay for the change.
 //!
-//! Taking the offer costs a sample the difference of its own prices, and saves at most, over each neighbour, the most that
-//! either decision of that neighbour lets it save. Where the cost is greater than all savings together, every best decision
-//! keeps the sample. (Where both are equal, the cut decides: of equal cuts that with most takers is made.) Once it is decided
-//! its neighbours can save less: so it goes on outward until nothing more follows.
+//! Taking the offer costs a sample the difference of its own prices, and saves at most, over each neighbour, the most
+//! that either decision of that neighbour lets it save. Where the cost is greater than all savings together, every best
+//! decision keeps the sample. (Where both are equal, the cut decides: of equal cuts that with most takers is made.)
+//! Once it is decided its neighbours can save less: so it goes on outward until nothing more follows.
 
 use selvedge_core::try_vec;
 

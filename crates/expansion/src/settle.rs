@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::expand::{Scratch, expand};
 use crate::frame::Frame;
 
-/// Sides of tiles. A cut costs more than its share where it is large, and a tile that a seam crosses offers all of its samples
-/// to each of its patches; where it is small, seams end at its border too soon. What lies between is a guess.
+/// Sides of tiles. A cut costs more than its share where it is large, and a tile that a seam crosses offers all of its
+/// samples to each of its patches; where it is small, seams end at its border too soon. What lies between is a guess.
 const TILE: u32 = 64;
 
 /// Tiles that are decided before any of them is laid: bounds their memory, about 24 bytes a sample.
@@ -23,18 +23,18 @@ pub struct Kept<'a, const D: usize> {
     pub sources: Option<&'a Grid<u64, D>>,
 }
 
-/// Decides a map again within `width` of its seams: every patch that meets a tile is offered to all of its band, and taken
-/// where seams become cheaper. Answers with how much the price of all seams fell: it never rises. Holes stay.
+/// Decides a map again within `width` of its seams: every patch that meets a tile is offered to all of its band, and
+/// taken where seams become cheaper. Answers with how much the price of all seams fell: it never rises. Holes stay.
 ///
-/// A map that was solved at half the size ([`SourceMap::finer`]) has its seams to within two samples of where they would lie;
-/// so they are found for the price of a band, not of a picture.
+/// A map that was solved at half the size ([`SourceMap::finer`]) has its seams to within two samples of where they
+/// would lie; so they are found for the price of a band, not of a picture.
 ///
 /// # Errors
 /// [`Error::Cut`]: no memory, or `cancelled`: the map is whole then; [`Error::Core`]: no memory.
 ///
 /// # Complexity
-/// Time: two cuts a patch over each tile of 64 samples a side that a seam crosses. Tiles that do not touch are decided on
-/// the caller's pool.
+/// Time: two cuts a patch over each tile of 64 samples a side that a seam crosses. Tiles that do not touch are decided
+/// on the caller's pool.
 ///
 /// # Determinism
 /// The map does not depend on the number of threads.

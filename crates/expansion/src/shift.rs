@@ -6,12 +6,12 @@ use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceM
 
 use crate::error::Error;
 
-/// Moves whole patches of a map by one sample along any axes where the price of all seams falls, one after the other in the
-/// order in which they come; answers with how much it fell. Patches with a `fixed` sample, or one that would leave what is valid of
-/// its source, stay.
+/// Moves whole patches of a map by one sample along any axes where the price of all seams falls, one after the other in
+/// the order in which they come; answers with how much it fell. Patches with a `fixed` sample, or one that would leave
+/// what is valid of its source, stay.
 ///
-/// A map that was solved at half the size has its offsets in steps of two samples. Along a line that goes on from one patch
-/// into the next, the odd ones fit as often.
+/// A map that was solved at half the size has its offsets in steps of two samples. Along a line that goes on from one
+/// patch into the next, the odd ones fit as often.
 ///
 /// # Errors
 /// [`Error::Core`] if memory is short.

@@ -1,5 +1,5 @@
-//! Times of single searches. `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E | loop | choose] [--threads N]
-//! [--repeat N] [--cache BYTES] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor
+//! Times of single searches.
+//! `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E | loop | choose] [--threads N] [--repeat N] [--cache BYTES] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor
 //! (all threads, mean over all repeats, where the system tells it), and of the clock (median, least).
 //! Some answers are checked first.
 
@@ -7,8 +7,8 @@ use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, SimdLevel, Source, Tr
 use selvedge_fft_ssd::{Costs, Engine, Errors, Options, Placement, Scratch, SsdSearcher, Template};
 use std::time::Instant;
 
-/// A case by name: `IMAGE/TEMPLATE`, as in `192/L36-6`, `1024/64`, `1024/disc64`, `512/noise64`, `192/36x6`; `clip` is a
-/// 15 x 50 x 75 template in a clip of 30 x 100 x 150.
+/// A case by name: `IMAGE/TEMPLATE`, as in `192/L36-6`, `1024/64`, `1024/disc64`, `512/noise64`, `192/36x6`; `clip` is
+/// a 15 x 50 x 75 template in a clip of 30 x 100 x 150.
 const CASES: &[&str] = &[
     "192/36x6",
     "192/6x36",

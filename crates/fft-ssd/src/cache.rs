@@ -56,8 +56,8 @@ impl Cache {
         })
     }
 
-    /// Transforms of a tiling over what a source of that name was prepared for, with the spectra that were needed so far.
-    /// `expected` tells how many bytes of them are going to be kept.
+    /// Transforms of a tiling over what a source of that name was prepared for, with the spectra that were needed so
+    /// far. `expected` tells how many bytes of them are going to be kept.
     pub(crate) fn spectra(
         &self,
         (number, key): (usize, Key),

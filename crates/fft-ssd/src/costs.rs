@@ -168,8 +168,8 @@ impl<const D: usize> Costs<D> {
     }
 
     /// Becomes the weighted sum of other costs: at each position the sum of `weight * error`. What is no candidate in
-    /// one of them is none in the sum. All come from templates of the same shape and placement, such as an overlap and a
-    /// guide.
+    /// one of them is none in the sum. All come from templates of the same shape and placement, such as an overlap and
+    /// a guide.
     ///
     /// # Errors
     /// [`Error::Mismatch`] if positions or counts differ, [`Error::Overflow`] if a sum could pass 64 bits.

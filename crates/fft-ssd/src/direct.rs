@@ -1,8 +1,9 @@
 //! The direct engine: sums of products by the kernels, four rows of positions at a time.
 //!
 //! With `t' = t - 128` and source values `I` (0 where not valid),
-//! `(t - I)^2 = t'^2 + 256 t' - 2 t' I + (I - 128)^2` on valid samples, so a cost is a constant of the template, twice a
-//! correlation of bytes with signed bytes, and a sum over the mask that a table gives. Takes `O(samples * positions)`.
+//! `(t - I)^2 = t'^2 + 256 t' - 2 t' I + (I - 128)^2` on valid samples, so a cost is a constant of the template, twice
+//! a correlation of bytes with signed bytes, and a sum over the mask that a table gives. Takes
+//! `O(samples * positions)`.
 
 use crate::Error;
 use crate::axes::Shape;

@@ -32,10 +32,10 @@ pub struct Sizes<'a, const D: usize> {
     pub noisy_masks: bool,
 }
 
-/// Bytes that a searcher, its scratch and its costs hold during and after searches of these sizes, beside the features and
-/// the template: at least what they do hold, and at most half as much again where that is more than some MiB. Candidates
-/// within a tolerance come on top, 16 bytes each; and, where heavy weights and strong contrasts make a large template be
-/// transformed in blocks, their spectra, within [`Options::cache`]. Needs sizes only.
+/// Bytes that a searcher, its scratch and its costs hold during and after searches of these sizes, beside the features
+/// and the template: at least what they do hold, and at most half as much again where that is more than some MiB.
+/// Candidates within a tolerance come on top, 16 bytes each; and, where heavy weights and strong contrasts make a large
+/// template be transformed in blocks, their spectra, within [`Options::cache`]. Needs sizes only.
 ///
 /// # Errors
 /// [`Error::TooLarge`] if the positions cannot be addressed.

@@ -9,8 +9,9 @@ use crate::source::SourceView;
 use crate::template::Checked;
 use selvedge_core::par;
 
-/// What takes fewer nanoseconds is not split: it takes half of them to wake a thread. Measured on two threads: searches of 0.07 ms
-/// gain nothing, of 0.11 ms a fifth for half as much processor time again, which searches side by side use better.
+/// What takes fewer nanoseconds is not split: it takes half of them to wake a thread. Measured on two threads: searches
+/// of 0.07 ms gain nothing, of 0.11 ms a fifth for half as much processor time again, which searches side by side use
+/// better.
 const ALONE: f64 = 1.0e5;
 
 /// What an engine needs to know.
@@ -55,8 +56,8 @@ impl Job<'_> {
         self.weights.iter().enumerate().map(|(c, &w)| i64::from(w) * value(c) * (value(c) + bias)).sum()
     }
 
-    /// Calls `f(frame, first row, positions)` for each `rows` rows of a map (fewer at the end of a frame): beside each other,
-    /// if `nanoseconds` for all of it are worth waking a thread.
+    /// Calls `f(frame, first row, positions)` for each `rows` rows of a map (fewer at the end of a frame): beside each
+    /// other, if `nanoseconds` for all of it are worth waking a thread.
     pub(crate) fn each_part<T: Send>(
         &self,
         map: &mut [T],

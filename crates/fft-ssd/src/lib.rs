@@ -31,8 +31,8 @@
 //! # }
 //! ```
 //!
-//! Where *every* window of a picture is asked for, [`nearest`] answers by displacement, which shares the work of windows that
-//! overlap; [`alike`] counts the windows of a picture that stand in it again.
+//! Where *every* window of a picture is asked for, [`nearest`] answers by displacement, which shares the work of
+//! windows that overlap; [`alike`] counts the windows of a picture that stand in it again.
 //!
 //! # Direction of the offset
 //! At position `p`, sample `x` of the template is compared with source sample `x + p`. If the template was cut from the
@@ -42,31 +42,32 @@
 //! # Units of the cost
 //! Errors are `sum of W_c * (template - source)^2` over compared samples and channels: exact integers in squared 8-bit
 //! steps times the exemplars' weights, in 32 bits where no error of the search can pass them, else in 64. They are not
-//! divided by anything; [`Candidate::samples`] says by what a mean would be. Other depths are quantised to 8 bits by the
-//! encoder before they come here, so for them the costs are exact only for what was quantised.
+//! divided by anything; [`Candidate::samples`] says by what a mean would be. Other depths are quantised to 8 bits by
+//! the encoder before they come here, so for them the costs are exact only for what was quantised.
 //!
 //! # Validity of the border
-//! [`Positions`] says whether the template must lie inside, may wrap around or may stick out; [`Cover`] says how much of
-//! it must stand on valid samples. What is left out never counts as 0: it is not compared.
+//! [`Positions`] says whether the template must lie inside, may wrap around or may stick out; [`Cover`] says how much
+//! of it must stand on valid samples. What is left out never counts as 0: it is not compared.
 //!
 //! # Engines
 //! - *Direct* multiplies sample by sample: vector lanes are positions, four rows of them at once (`vpdpbusd` on four
-//!   bytes with AVX-512 or AVX VNNI, `vpmaddwd` on pairs with AVX2, plain loops elsewhere). Weights above 1 take two passes
-//!   with VNNI. Sums of squares come from summed-area tables through the mask's corners.
-//! - *Sums* of direct searches ([`search_sum`]) are taken chunk by chunk: no map but the sum's is written, and templates
-//!   of one searcher and weight are multiplied as one.
-//! - *FFT* transforms tiles of the source once and keeps the spectra; a search transforms the template, sums the channels
-//!   in the spectrum, transforms back and rounds. Rounding is exact: its bound is derived in `fft/bound.rs`, holds for
-//!   every block of a template before it is searched, and is checked on every value.
+//!   bytes with AVX-512 or AVX VNNI, `vpmaddwd` on pairs with AVX2, plain loops elsewhere). Weights above 1 take two
+//!   passes with VNNI. Sums of squares come from summed-area tables through the mask's corners.
+//! - *Sums* of direct searches ([`search_sum`]) are taken chunk by chunk: no map but the sum's is written, and
+//!   templates of one searcher and weight are multiplied as one.
+//! - *FFT* transforms tiles of the source once and keeps the spectra; a search transforms the template, sums the
+//!   channels in the spectrum, transforms back and rounds. Rounding is exact: its bound is derived in `fft/bound.rs`,
+//!   holds for every block of a template before it is searched, and is checked on every value.
 //!
-//! [`Engine::Auto`] compares two models of their time. With AVX-512 VNNI and three channels the direct engine is faster up
-//! to about 900 compared samples over 192^2 and 600 over 512^2; with AVX2 up to about 200; without vectors the transforms
-//! win from some 30 samples on. Leaving a position early, once it is worse than the best, does not pay: the kernels
-//! are faster than the branches, and choices within a tolerance need every cost.
+//! [`Engine::Auto`] compares two models of their time. With AVX-512 VNNI and three channels the direct engine is faster
+//! up to about 900 compared samples over 192^2 and 600 over 512^2; with AVX2 up to about 200; without vectors the
+//! transforms win from some 30 samples on. Leaving a position early, once it is worse than the best, does not pay: the
+//! kernels are faster than the branches, and choices within a tolerance need every cost.
 //!
 //! # Speed
-//! Processor time on one thread of a server with AVX-512 VNNI, measured in turns with the peers in one run (`cargo bench -p selvedge-fft-ssd --no-run`, then `crates/fft-ssd/benches/peers.py`). OpenCV 5.0
-//! answers in floats, FFTW (pyFFTW 0.15, measured plans, kept spectra of the clip) without sums of squares.
+//! Processor time on one thread of a server with AVX-512 VNNI, measured in turns with the peers in one run
+//! (`cargo bench -p selvedge-fft-ssd --no-run`, then `crates/fft-ssd/benches/peers.py`). OpenCV 5.0 answers in floats,
+//! FFTW (pyFFTW 0.15, measured plans, kept spectra of the clip) without sums of squares.
 //!
 //! | search, 8-bit RGB, every position | ms | peer | ms | ratio |
 //! |---|---|---|---|---|
@@ -79,10 +80,10 @@
 //! | 15 x 50 x 75 over a clip of 30 x 100 x 150 | 7.8 | FFTW, single precision | 8.4 | 1.1 |
 //! | the same | 7.7 | FFTW, double precision | 11.6 | 1.5 |
 //!
-//! On two threads (the bench's `--threads 2`, ahead of all else on the machine, medians in turns) the clock shows 1.84 to
-//! 1.92 times less for the first of these searches, 1.86 for the second, 1.86 for the clip, and 1.41 for the L: a thread
-//! that sleeps takes some 0.05 ms to wake, a third of that search. Searches expected to take less than 0.1 ms are not split;
-//! where many are asked, run them beside each other, each with a [`Scratch`] of its own.
+//! On two threads (the bench's `--threads 2`, ahead of all else on the machine, medians in turns) the clock shows 1.84
+//! to 1.92 times less for the first of these searches, 1.86 for the second, 1.86 for the clip, and 1.41 for the L: a
+//! thread that sleeps takes some 0.05 ms to wake, a third of that search. Searches expected to take less than 0.1 ms
+//! are not split; where many are asked, run them beside each other, each with a [`Scratch`] of its own.
 //!
 //! # Memory
 //! [`estimate()`] tells it from sizes. Spectra are the largest part: some 13 bytes a sample and channel. They are

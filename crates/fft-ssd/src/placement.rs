@@ -17,7 +17,8 @@ impl Placement {
     /// Every circular shift of the source `[Ding eq. 1]`.
     pub const CIRCULAR: Self = Self { positions: Positions::Circular, cover: Cover::Box };
 
-    /// Every position at which at least `samples` unmasked samples (0 counts as 1) stand on the source `[Kwatra03 eq. 2]`.
+    /// Every position at which at least `samples` unmasked samples (0 counts as 1) stand on the source
+    /// `[Kwatra03 eq. 2]`.
     pub const fn overlapping(samples: u64) -> Self {
         Self { positions: Positions::Overlapping, cover: Cover::AtLeast(samples) }
     }

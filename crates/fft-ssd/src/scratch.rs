@@ -21,8 +21,9 @@ impl Scratch {
         Self::default()
     }
 
-    /// Searches by Fourier transforms that were repeated by the direct engine, because a value to be rounded was farther
-    /// from an integer than the rounding bound allows. Always 0, unless the bound's derivation or the machine is wrong.
+    /// Searches by Fourier transforms that were repeated by the direct engine, because a value to be rounded was
+    /// farther from an integer than the rounding bound allows. Always 0, unless the bound's derivation or the machine
+    /// is wrong.
     pub fn repeated(&self) -> u64 {
         self.repeated
     }

@@ -74,9 +74,9 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         Self::build(collected(sources)?, exemplars.weights(), options)
     }
 
-    /// A searcher over the maps of a guide, with their weights. Its costs have the same positions as those of a searcher
-    /// over the exemplars that the guide was made for, so both can be summed ([`search_sum`](crate::search_sum),
-    /// [`Costs::sum_of`]).
+    /// A searcher over the maps of a guide, with their weights. Its costs have the same positions as those of a
+    /// searcher over the exemplars that the guide was made for, so both can be summed
+    /// ([`search_sum`](crate::search_sum), [`Costs::sum_of`]).
     ///
     /// # Errors
     /// [`Error::Core`] if memory is short.
@@ -136,7 +136,8 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
 
     /// The error of the template wherever one part of it lies inside: a box that starts at `start`, of shape `part`.
     /// All samples of the part are valid; what else sticks out of a source, or stands on samples that are not, is not
-    /// compared, but at least `least` unmasked samples are ([`Cover::AtLeast`]). Along an axis on which a source is periodic, all `N` shifts are searched.
+    /// compared, but at least `least` unmasked samples are ([`Cover::AtLeast`]). Along an axis on which a source is
+    /// periodic, all `N` shifts are searched.
     ///
     /// Thus a patch is found that covers the part, by all that is known around it: `[Kwatra03 eq. 2]`.
     ///
@@ -175,9 +176,9 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         Ok(())
     }
 
-    /// The error of the template at the positions of a box, `count` along each axis from `first` on, of every source. What
-    /// sticks out of a source is not compared, also where it is periodic, but at least `least` unmasked samples are
-    /// ([`Cover::AtLeast`]).
+    /// The error of the template at the positions of a box, `count` along each axis from `first` on, of every source.
+    /// What sticks out of a source is not compared, also where it is periodic, but at least `least` unmasked samples
+    /// are ([`Cover::AtLeast`]).
     ///
     /// Thus a picture is compared with itself under all translations that matter, and no others.
     ///

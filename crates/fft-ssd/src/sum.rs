@@ -49,8 +49,8 @@ impl<const D: usize> SumScratch<D> {
 /// candidate of one of them is none of the sum.
 ///
 /// The same as as many calls of [`SsdSearcher::search`] and one of [`Costs::sum_of`]. Where the direct engine answers
-/// all of them and samples of the box must be valid ([`Cover::Box`]), it is several times as fast for small templates: no
-/// map but the sum's is written, and templates of one searcher with one weight are multiplied as one.
+/// all of them and samples of the box must be valid ([`Cover::Box`]), it is several times as fast for small templates:
+/// no map but the sum's is written, and templates of one searcher with one weight are multiplied as one.
 ///
 /// # Errors
 /// Those of [`SsdSearcher::search`], [`Error::Mismatch`] if shapes of templates or sources differ, and

@@ -1,6 +1,7 @@
-//! Times of the method's parts on one thread. `cargo bench -p selvedge-graphcut-textures -- [CASE...] [--repeat N] [--list]`
-//! prints a line a case: name, then milliseconds of the processor (mean over all repeats, where the system tells it) and of
-//! the clock (median, least), and what they are for. Answers are checked before anything is timed.
+//! Times of the method's parts on one thread.
+//! `cargo bench -p selvedge-graphcut-textures -- [CASE...] [--repeat N] [--list]` prints a line a case: name, then
+//! milliseconds of the processor (mean over all repeats, where the system tells it) and of the clock (median, least),
+//! and what they are for. Answers are checked before anything is timed.
 //!
 //! A cut is timed by what a run with random placement takes for each refinement beyond its beginning: a patch is drawn
 //! without a search, the seams around are priced, and the graph is built and cut. With the other placements a

@@ -61,8 +61,8 @@ pub(crate) fn variance<const D: usize>(exemplars: &Exemplars<D>) -> f64 {
     variance
 }
 
-/// Draws up to `count` different candidates, each with a probability proportional to `exp(-cost / scale)`; at scale 0 the
-/// cheapest. The first drawn comes first.
+/// Draws up to `count` different candidates, each with a probability proportional to `exp(-cost / scale)`; at scale 0
+/// the cheapest. The first drawn comes first.
 pub(crate) fn draw<const D: usize>(
     candidates: &[Candidate<D>],
     scale: f64,

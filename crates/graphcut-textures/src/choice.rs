@@ -10,8 +10,9 @@ use crate::reflection::reflects;
 use crate::usable::Usable;
 use crate::weaver::Weaver;
 
-/// Patches that [`Placement::Random`] draws from, and draws after which it takes fewer. All cost the same, and the draw takes
-/// one, or `tries`, of which there are 64 at most. Masks and regions as large as the exemplar make most draws miss.
+/// Patches that [`Placement::Random`] draws from, and draws after which it takes fewer. All cost the same, and the draw
+/// takes one, or `tries`, of which there are 64 at most. Masks and regions as large as the exemplar make most draws
+/// miss.
 const RANDOM: usize = 64;
 const MOST_DRAWS: usize = 4096;
 

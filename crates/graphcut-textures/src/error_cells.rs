@@ -4,8 +4,8 @@ use selvedge_core::{Domain, SeamCosts, SourceMap, Window, try_vec};
 
 use crate::error::Error;
 
-/// Cells along a side of an error region. Regions begin where cells do, so that the worst is found up to an eighth of its
-/// side; of twice as many cells a change would have to enter four times as many regions anew.
+/// Cells along a side of an error region. Regions begin where cells do, so that the worst is found up to an eighth of
+/// its side; of twice as many cells a change would have to enter four times as many regions anew.
 pub(crate) const CELLS_A_REGION: u32 = 4;
 
 /// Costs of seams summed over small boxes, kept up to date where patches are laid.

@@ -9,8 +9,8 @@ use crate::plan::{longest, reach};
 use crate::regions::largest_sides;
 use crate::weaver::{BATCH, at_once};
 
-// What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never below, and
-// not absurdly above.
+// What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never
+// below, and not absurdly above.
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
@@ -25,8 +25,8 @@ const A_VECTOR: u64 = 64;
 /// What a run takes however small it is.
 const A_RUN: u64 = 1 << 20;
 
-/// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from the
-/// domains of all sources, their feature channels, and the output's domain.
+/// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
+/// the domains of all sources, their feature channels, and the output's domain.
 pub fn estimate<const D: usize>(
     sources: &[Domain<D>],
     channels: usize,

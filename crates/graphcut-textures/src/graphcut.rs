@@ -16,13 +16,14 @@ use crate::weaver::weave_at;
 /// Wrong options ([`Options::validate`]), an empty output, regions that no exemplar holds, and too little memory.
 ///
 /// # Complexity
-/// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for the searches, and `P` maximum flows over at most
-/// a region with its reach, or `N` nodes, whichever is less; `P` grows with the output's area. Space `O(output + N)`.
+/// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for the searches, and `P` maximum flows over at
+/// most a region with its reach, or `N` nodes, whichever is less; `P` grows with the output's area. Space
+/// `O(output + N)`.
 ///
 /// # Events
-/// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All of
-/// them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)), these of the smallest of several levels but no map; `"settle"` once
-/// a finer level was decided.
+/// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All
+/// of them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)), these
+/// of the smallest of several levels but no map; `"settle"` once a finer level was decided.
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
@@ -37,11 +38,12 @@ pub fn graphcut<const D: usize>(
     plan.weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
 }
 
-/// What [`graphcut_from`] would do with these exemplars, an output and a field of sources ([`Start::sources`], `None` for all
-/// everywhere), without doing any of it: all that a run chooses by itself.
+/// What [`graphcut_from`] would do with these exemplars, an output and a field of sources ([`Start::sources`], `None`
+/// for all everywhere), without doing any of it: all that a run chooses by itself.
 ///
 /// # Errors
-/// Those of [`graphcut_from`] that are known before the first patch is laid, but for what is wrong with the start itself.
+/// Those of [`graphcut_from`] that are known before the first patch is laid, but for what is wrong with the start
+/// itself.
 ///
 /// # Complexity
 /// Time `O(samples log(samples))` of the exemplars, however large the output is.

@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use selvedge_core::{Domain, Patch};
 
-/// Vectors in one cell of so many samples a side count as the same: cuts and refinement lay copies a few samples off, and the
-/// eye finds such rows as well. With 1 only exact repetitions would count; a grain as large as structures are would forbid
-/// neighbours that show something else. What lies between is a guess.
+/// Vectors in one cell of so many samples a side count as the same: cuts and refinement lay copies a few samples off,
+/// and the eye finds such rows as well. With 1 only exact repetitions would count; a grain as large as structures are
+/// would forbid neighbours that show something else. What lies between is a guess.
 const GRAIN: i32 = 4;
 
-/// Repeated vectors are counted out of so many patches. A count alone grows with the output, and on large ones nothing but
-/// variety would be left; a share alone makes the first repetition of a run's second patch weigh as much as that of all.
-/// So below that many patches a repetition counts whole.
+/// Repeated vectors are counted out of so many patches. A count alone grows with the output, and on large ones nothing
+/// but variety would be left; a share alone makes the first repetition of a run's second patch weigh as much as that of
+/// all. So below that many patches a repetition counts whole.
 const OF: u32 = 64;
 
 /// Offsets used before, and how patches stand to each other.
@@ -47,8 +47,8 @@ impl<const D: usize> History<D> {
         }
     }
 
-    /// How often patches stood to each other as this one would to its neighbours, out of [`OF`] patches: an output has no
-    /// more of a lattice because there is more of it.
+    /// How often patches stood to each other as this one would to its neighbours, out of [`OF`] patches: an output has
+    /// no more of a lattice because there is more of it.
     pub(crate) fn repeats(&self, patch: &Patch<D>, neighbours: &[Patch<D>]) -> f64 {
         let count = |n: &Patch<D>| vector(patch, n).and_then(|key| self.vectors.get(&key)).copied().unwrap_or(0);
         let times: u32 = neighbours.iter().map(count).sum();

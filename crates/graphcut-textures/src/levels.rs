@@ -1,9 +1,9 @@
 //! Levels: a map is solved at a fraction of the size, carried up, and decided again near its seams. `[Lombaert05]`
 //!
-//! Searches and cuts pay for samples, and most of what they decide can be seen at half the size: which part of an exemplar
-//! lies where, and about where it ends. So the smallest level is a run of the method by itself. Of each finer one, all samples are
-//! exact copies again ([`SourceMap::finer`]); what is left to it is a sample of each patch's offset ([`shift`]) and the
-//! course of the seams, in a band ([`settle`]).
+//! Searches and cuts pay for samples, and most of what they decide can be seen at half the size: which part of an
+//! exemplar lies where, and about where it ends. So the smallest level is a run of the method by itself. Of each finer
+//! one, all samples are exact copies again ([`SourceMap::finer`]); what is left to it is a sample of each patch's
+//! offset ([`shift`]) and the course of the seams, in a band ([`settle`]).
 
 use selvedge_core::{Domain, Event, Exemplars, Observer, Run, SeamCosts, SourceMap, Start, Woven};
 use selvedge_expansion::{Kept, settle, shift};
@@ -14,8 +14,8 @@ use crate::plan::Plan;
 use crate::stats::Stats;
 use crate::weaver::weave_at;
 
-/// How far seams may move at a finer level, in its samples. Twice the sample of the coarser one that they were solved for,
-/// and as much again for what the finer one shows.
+/// How far seams may move at a finer level, in its samples. Twice the sample of the coarser one that they were solved
+/// for, and as much again for what the finer one shows.
 const WIDTH: u32 = 4;
 
 /// Solves the smallest level and carries it up.

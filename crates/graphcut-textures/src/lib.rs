@@ -1,7 +1,8 @@
 //! Graphcut textures: synthesis from patches of any shape, cut along the best seams (Kwatra et al. 2003).
 //!
 //! # Usage
-//! Encode one or more exemplars, choose the output's domain, call [`graphcut`], and render the map that it answers with.
+//! Encode one or more exemplars, choose the output's domain, call [`graphcut`], and render the map that it answers
+//! with.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};

@@ -58,7 +58,8 @@ pub(crate) struct Matches<const D: usize> {
 }
 
 impl<'e, const D: usize> Matcher<'e, D> {
-    /// Searches all sources together, or, if there are `singles`, one by one those that are asked for; along the `free` axes.
+    /// Searches all sources together, or, if there are `singles`, one by one those that are asked for; along the `free`
+    /// axes.
     ///
     /// # Errors
     /// [`Error::Search`] if memory is short.

@@ -4,8 +4,8 @@ use selvedge_core::SeamMeasure;
 
 use crate::error::Error;
 
-/// Each of them has a graph of its own: a bound for memory, far above what pays (the best of two costs two cuts, that of four
-/// four).
+/// Each of them has a graph of its own: a bound for memory, far above what pays (the best of two costs two cuts, that
+/// of four four).
 const MOST_TRIES: u32 = 64;
 /// More refinements than this are a slip of the keyboard: each is noted.
 const MOST_REFINEMENTS: u32 = 1_000_000;
@@ -30,27 +30,27 @@ pub enum Placement {
     Sub,
 }
 
-/// Options of [`graphcut`](crate::graphcut()). Lengths are given along each axis, slowest first: `Some([32; D])` for the
-/// same along all.
+/// Options of [`graphcut`](crate::graphcut()). Lengths are given along each axis, slowest first: `Some([32; D])` for
+/// the same along all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<const D: usize> {
     /// How the next patch is found. Default: [`Placement::Auto`].
     pub placement: Placement,
-    /// Axes along which patches may be moved; along the others they lie where they are in their exemplar, all of them together
-    /// cover all of the output, and error regions reach over all of it. Default: all. `[true, false, false]` moves clips in
-    /// time alone, for what shows the same kind of change at each place, but not the same place everywhere.
-    /// `[Kwatra03 7B]`
+    /// Axes along which patches may be moved; along the others they lie where they are in their exemplar, all of them
+    /// together cover all of the output, and error regions reach over all of it. Default: all. `[true, false, false]`
+    /// moves clips in time alone, for what shows the same kind of change at each place, but not the same place
+    /// everywhere. `[Kwatra03 7B]`
     pub free: [bool; D],
     /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
     pub seam: SeamMeasure,
-    /// Sides of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1 to
-    /// the sides of an exemplar. Default: a fourth of the exemplar's shortest side along all axes, but no more than four
-    /// times its largest structures.
+    /// Sides of the error region in samples: what a new patch must cover, and what sub-patch matching compares. From 1
+    /// to the sides of an exemplar. Default: a fourth of the exemplar's shortest side along all axes, but no more than
+    /// four times its largest structures.
     pub region: Option<[u32; D]>,
-    /// How far a patch may reach beyond the error region on both sides of each axis, in samples; 0 lays the region alone.
-    /// Large patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's sides on,
-    /// patches are whole exemplars, as in the paper. Default: half of a region that is given, else the region's
-    /// sides, and as far as the exemplar goes for [`Placement::Entire`].
+    /// How far a patch may reach beyond the error region on both sides of each axis, in samples; 0 lays the region
+    /// alone. Large patches keep more of the exemplar's structure, small ones repeat less of it; from the exemplar's
+    /// sides on, patches are whole exemplars, as in the paper. Default: half of a region that is given, else the
+    /// region's sides, and as far as the exemplar goes for [`Placement::Entire`].
     pub reach: Option<[u32; D]>,
     /// The `k` of eq. 3: how freely patches are drawn among those that fit worse than the best. The paper
     /// uses 0.001 to 1; 0 always takes the best.
@@ -67,9 +67,9 @@ pub struct Options<const D: usize> {
     pub patience: u32,
     /// Candidates that are cut at each refinement, of which the best is taken. From 1 to 64.
     pub tries: u32,
-    /// At how many sizes the map is solved, each half of the one before: 1 as the paper does, at most 8, and no more than leave
-    /// an exemplar of 16 samples a side. More apply to outputs that begin empty. Default: for pictures, as many as leave
-    /// exemplars of 192 samples a side and structures of 6, so that smaller ones have 1.
+    /// At how many sizes the map is solved, each half of the one before: 1 as the paper does, at most 8, and no more
+    /// than leave an exemplar of 16 samples a side. More apply to outputs that begin empty. Default: for pictures, as
+    /// many as leave exemplars of 192 samples a side and structures of 6, so that smaller ones have 1.
     pub levels: Option<u32>,
 }
 

@@ -1,4 +1,5 @@
-//! What a run takes from its exemplars before it begins: the way of matching, regions, reach, and the scale of its draws.
+//! What a run takes from its exemplars before it begins: the way of matching, regions, reach, and the scale of its
+//! draws.
 
 use selvedge_analysis::Texture;
 use selvedge_core::{Domain, Exemplars, Grid};
@@ -9,9 +10,9 @@ use crate::options::{Options, Placement};
 use crate::regions::{held, region_sides};
 use crate::sizes::sizes;
 
-/// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With 1 they
-/// are crumbs, with 0 the same stones stand in rows. On a lattice all patches stand to each other as others do: more
-/// of it is needed, and does no harm.
+/// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With
+/// 1 they are crumbs, with 0 the same stones stand in rows. On a lattice all patches stand to each other as others do:
+/// more of it is needed, and does no harm.
 const VARIETY: f64 = 0.25;
 const ORDERLY_VARIETY: f64 = 0.5;
 
@@ -36,8 +37,8 @@ pub struct Plan<const D: usize> {
     pub(crate) scale: f64,
 }
 
-/// The plan for the sources that a field of sources lets show anywhere: regions and draws are measured by them. A picture
-/// that stands in the output, to be gone on from, is none of them.
+/// The plan for the sources that a field of sources lets show anywhere: regions and draws are measured by them. A
+/// picture that stands in the output, to be gone on from, is none of them.
 ///
 /// # Errors
 /// Those of [`Plan::new`].
@@ -70,13 +71,13 @@ fn unbound<const D: usize>(
     Plan::new(&shown, output, options, false)
 }
 
-/// An output of so many times the samples of the largest source shows few copies, and whole patches are what the eye prefers
-/// then: over regions of a fourth on 10 of 13 textures without order at twice the sides by two readers, on none of 4 at
-/// four times. Between them the bound is a guess: two and a half times the sides.
+/// An output of so many times the samples of the largest source shows few copies, and whole patches are what the eye
+/// prefers then: over regions of a fourth on 10 of 13 textures without order at twice the sides by two readers, on none
+/// of 4 at four times. Between them the bound is a guess: two and a half times the sides.
 const FEW_COPIES: u64 = 6;
 
-/// True where entire placement is chosen for an output that is hardly larger than its exemplar. What was asked for by regions is
-/// laid by regions; of clips nothing was ranked.
+/// True where entire placement is chosen for an output that is hardly larger than its exemplar. What was asked for by
+/// regions is laid by regions; of clips nothing was ranked.
 fn shows_few_copies<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> bool {
     let samples = |domain: Domain<D>| domain.shape.iter().fold(1, |n: u64, &side| n.saturating_mul(side.into()));
     let largest = exemplars.sources().iter().map(|source| samples(source.domain())).max().unwrap_or(0);
@@ -127,9 +128,9 @@ impl<const D: usize> Plan<D> {
     }
 }
 
-/// How far patches reach: as asked; half of a region that was asked for; else a region, and for entire placement as far as the
-/// exemplar goes: preferred to three eighths of its lesser side on 9 and 7 of 11 orderly textures at twice the sides by
-/// two readers, on 5 of 6 at four times.
+/// How far patches reach: as asked; half of a region that was asked for; else a region, and for entire placement as far
+/// as the exemplar goes: preferred to three eighths of its lesser side on 9 and 7 of 11 orderly textures at twice the
+/// sides by two readers, on 5 of 6 at four times.
 pub(crate) fn reach<const D: usize>(
     options: &Options<D>,
     placement: Placement,
@@ -137,13 +138,13 @@ pub(crate) fn reach<const D: usize>(
     longest: [u32; D],
 ) -> [u32; D] {
     options.reach.unwrap_or(match (options.region, placement) {
-        // What moves in time alone is the whole clip. `[Kwatra03 7B]` Pieces of it settle where nothing moves: of a candle a
-        // third of the motion was left, at seams that cost a tenth more.
+        // What moves in time alone is the whole clip. `[Kwatra03 7B]` Pieces of it settle where nothing moves: of a
+        // candle a third of the motion was left, at seams that cost a tenth more.
         _ if options.free.contains(&false) => longest,
         (Some(_), _) => sides.map(|n| n.div_ceil(2)),
         (None, Placement::Entire | Placement::Auto) => longest,
-        // Of a river as much moves as in the clip then. With a region's sides a fourth less does, at seams that cost 44 % more;
-        // with twice its sides steps begin to show.
+        // Of a river as much moves as in the clip then. With a region's sides a fourth less does, at seams that cost 44
+        // % more; with twice its sides steps begin to show.
         (None, _) if D == 3 => {
             std::array::from_fn(|a| if a == 0 { 2 * sides[0] } else { sides[a].saturating_mul(3) / 2 })
         }

@@ -10,8 +10,8 @@ use crate::error::Error;
 use crate::options::Options;
 use crate::weaver::{BATCH, Weaver, Worker};
 
-/// For each so many regions of the output, one more failure in a row is borne: of more regions more fail in a row by chance, so
-/// that a fixed number ends large outputs early.
+/// For each so many regions of the output, one more failure in a row is borne: of more regions more fail in a row by
+/// chance, so that a fixed number ends large outputs early.
 const REGIONS_A_FAILURE: u64 = 32;
 
 /// What was tried over a region.

@@ -2,13 +2,13 @@
 
 use selvedge_core::{Exemplars, Patch, Window};
 
-/// How many sides of the region may lie between the exemplar's places that two patches show in it, for them to meet: what one
-/// shows around the region's middle lies within half a side of it, the same holds for the other, and the symmetry is
-/// still found at once with as much again between them.
+/// How many sides of the region may lie between the exemplar's places that two patches show in it, for them to meet:
+/// what one shows around the region's middle lies within half a side of it, the same holds for the other, and the
+/// symmetry is still found at once with as much again between them.
 const NEAR: f64 = 1.5;
 
-/// True if two patches show about the same place of an exemplar in a region, in different orientations. The exemplar meets
-/// its own reflection there: seams cost next to nothing, but the eye finds the symmetry at once.
+/// True if two patches show about the same place of an exemplar in a region, in different orientations. The exemplar
+/// meets its own reflection there: seams cost next to nothing, but the eye finds the symmetry at once.
 pub(crate) fn reflects<const D: usize>(
     one: &Patch<D>,
     other: &Patch<D>,

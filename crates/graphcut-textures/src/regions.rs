@@ -7,15 +7,15 @@ use crate::error::Error;
 use crate::options::Options;
 use crate::squares::squares;
 
-/// A region holds no more than so many times the largest structures: of fine textures larger patches are no better, and cost
-/// more.
+/// A region holds no more than so many times the largest structures: of fine textures larger patches are no better, and
+/// cost more.
 const STRUCTURES: u32 = 4;
 
-/// The sides of error regions: as asked, or a fourth of the exemplar's shortest side, but no more than four times its largest
-/// structures. Smaller regions make crumbs of what is larger than they are, larger ones leave few places to take
-/// patches from. Of several exemplars that of the shortest side counts, but not one under half of the largest: it is laid
-/// where nothing else fits. Of clips the same is said of their frames, and of time by itself: a clip's few frames are no
-/// measure of what is in them.
+/// The sides of error regions: as asked, or a fourth of the exemplar's shortest side, but no more than four times its
+/// largest structures. Smaller regions make crumbs of what is larger than they are, larger ones leave few places to
+/// take patches from. Of several exemplars that of the shortest side counts, but not one under half of the largest: it
+/// is laid where nothing else fits. Of clips the same is said of their frames, and of time by itself: a clip's few
+/// frames are no measure of what is in them.
 pub(crate) fn region_sides<const D: usize>(
     exemplars: &Exemplars<D>,
     measured: &[Texture],
@@ -29,7 +29,8 @@ pub(crate) fn region_sides<const D: usize>(
     let most = shortest.into_iter().filter(|side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
     let known = measured.iter().map(|t| t.feature_size).max();
     let structure = known.map_or_else(|| feature_size(exemplars), Ok)?;
-    // What is flat has no structures, and measures 1: every region shows all of it, and the largest ones are the fewest.
+    // What is flat has no structures, and measures 1: every region shows all of it, and the largest ones are the
+    // fewest.
     let structure = if structure <= 1 { most } else { structure };
     let side = largest_region(most).min(structure.saturating_mul(STRUCTURES)).max(most.min(LEAST)).max(1);
     let mut sides = [side; D];
@@ -69,8 +70,8 @@ pub(crate) fn held<const D: usize>(exemplars: &Exemplars<D>, region: [u32; D]) -
     Err(Error::RegionExceedsExemplar { region: region.to_vec(), largest: largest.to_vec() })
 }
 
-/// Frames that a region of a clip holds: twice as many as it takes for frames to lose four fifths of their likeness, but no
-/// more than a third of the clip. In fewer a movement is not seen, and patches settle where nothing moves.
+/// Frames that a region of a clip holds: twice as many as it takes for frames to lose four fifths of their likeness,
+/// but no more than a third of the clip. In fewer a movement is not seen, and patches settle where nothing moves.
 fn duration<const D: usize>(clip: &Source<D>, weights: &[u8]) -> u32 {
     let frames = clip.domain().shape[0];
     let most = longest_region(frames);
@@ -101,7 +102,8 @@ fn distance<const D: usize>(clip: &Source<D>, weights: &[u8], lag: u32) -> u64 {
     sum / u64::from(pairs)
 }
 
-/// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places agree.
+/// Smaller regions hold nothing that could be matched: a seam through them has no room for a bend, and many places
+/// agree.
 pub(crate) const LEAST: u32 = 8;
 
 /// No region that the program chooses is larger, for exemplars whose longest shortest side is `side`.

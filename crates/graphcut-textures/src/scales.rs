@@ -7,8 +7,9 @@ use crate::error::Error;
 const LEAST: f64 = 1.0 / 16.0;
 const MOST: f64 = 16.0;
 
-/// A place takes sources whose scale is up to so many steps from its own: neighbouring scales overlap by half a step, so that
-/// there is room for a seam between them. With half a step they would only touch, and a seam could not choose where to run.
+/// A place takes sources whose scale is up to so many steps from its own: neighbouring scales overlap by half a step,
+/// so that there is room for a seam between them. With half a step they would only touch, and a seam could not choose
+/// where to run.
 const OVERLAP: f64 = 0.75;
 
 /// Scales that a field of scales is made of: a geometric series through 1, as far as a range goes.
@@ -60,8 +61,8 @@ impl Scales {
         &self.levels
     }
 
-    /// By position the sources that may show there ([`Start::sources`](crate::Start::sources)), from the scale wanted `at` each
-    /// and the sources `of` each level: all levels within three quarters of a step, or the nearest.
+    /// By position the sources that may show there ([`Start::sources`](crate::Start::sources)), from the scale wanted
+    /// `at` each and the sources `of` each level: all levels within three quarters of a step, or the nearest.
     ///
     /// # Errors
     /// [`Error::Core`] if memory is short.
@@ -91,8 +92,8 @@ impl Scales {
 /// The scale of a texture at each place of an output.
 #[derive(Clone, Copy, Debug)]
 pub enum WantedScale<L> {
-    /// From side to side in equal steps, given at the top, the bottom, the left and the right; what goes down times what
-    /// goes across.
+    /// From side to side in equal steps, given at the top, the bottom, the left and the right; what goes down times
+    /// what goes across.
     Sides([f64; 4]),
     /// A picture that is stretched over the output.
     Picture {

@@ -10,13 +10,15 @@ use crate::regions::LEAST;
 /// The sides that a coarse exemplar has at least: that of 192 samples for which the method's defaults were chosen.
 const LEAST_SIDE: u32 = 192;
 
-/// Samples along the largest structures at a coarse level, at least: smaller ones are not seen there, and no longer matched.
+/// Samples along the largest structures at a coarse level, at least: smaller ones are not seen there, and no longer
+/// matched.
 const LEAST_STRUCTURE: u32 = 6;
 
 /// How many levels pay off: exemplars whose shortest side is `side`, with structures of so many samples.
 fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D>) -> u32 {
     let pays = |level: &u32| LEAST_SIDE <= side >> level && LEAST_STRUCTURE <= structure >> level;
-    // Around a side that is not a multiple, the last coarse sample would be half of one that the seam has to make up for.
+    // Around a side that is not a multiple, the last coarse sample would be half of one that the seam has to make up
+    // for.
     let closes = |level: &u32| (0..D).all(|a| !output.periodic[a] || output.shape[a].is_multiple_of(1 << level));
     1 + (1..MOST_LEVELS).take_while(|level| D == 2 && pays(level) && closes(level)).last().unwrap_or(0)
 }
@@ -33,7 +35,8 @@ pub(crate) fn sizes<const D: usize>(
     if let Some(levels) = options.levels.filter(|_| !options.free.contains(&false)) {
         return Ok((1..levels).take_while(|level| 2 * LEAST <= side >> level).last().unwrap_or(0) + 1);
     }
-    // What is too small has one level whatever it shows, and what may not move along an axis must not be shifted along it.
+    // What is too small has one level whatever it shows, and what may not move along an axis must not be shifted along
+    // it.
     if options.free.contains(&false) || levels(side, u32::MAX, output) == 1 {
         return Ok(1);
     }

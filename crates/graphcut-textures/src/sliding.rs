@@ -1,5 +1,5 @@
-//! Where exemplars fit that may be moved along some axes alone, as clips in time: few enough places to compare each by itself.
-//! `[Kwatra03 7B]`
+//! Where exemplars fit that may be moved along some axes alone, as clips in time: few enough places to compare each by
+//! itself. `[Kwatra03 7B]`
 
 use std::ops::Range;
 
@@ -9,12 +9,13 @@ use crate::candidates::Candidate;
 use crate::squares::squares;
 use crate::usable::Usable;
 
-/// Compares what is known in `window` with the sources, moved along the free axes alone, wherever one covers `region`, a part
-/// of it, with samples that are all valid. What else sticks out of a source, or is not valid there, is not compared.
+/// Compares what is known in `window` with the sources, moved along the free axes alone, wherever one covers `region`,
+/// a part of it, with samples that are all valid. What else sticks out of a source, or is not valid there, is not
+/// compared.
 ///
 /// # Complexity
-/// `O(offsets window)`: a clip of 60 frames of 240 x 132 over a region of 10 frames takes 50 million differences, a tenth of
-/// what the transforms of a search along all axes would.
+/// `O(offsets window)`: a clip of 60 frames of 240 x 132 over a region of 10 frames takes 50 million differences, a
+/// tenth of what the transforms of a search along all axes would.
 pub(crate) fn slide<const D: usize>(
     exemplars: &Exemplars<D>,
     look: &Look,
@@ -94,7 +95,8 @@ impl<const D: usize> Sides<'_, D> {
     }
 }
 
-/// Stretches of a window that stand side by side in a domain: where each begins in the window, and its places in the domain.
+/// Stretches of a window that stand side by side in a domain: where each begins in the window, and its places in the
+/// domain.
 fn runs<const D: usize>(window: &Window<D>, domain: Domain<D>) -> Box<dyn Iterator<Item = (usize, Range<usize>)>> {
     let last = D - 1;
     if domain.periodic[last] {

@@ -4,8 +4,8 @@ use selvedge_core::{Domain, Window};
 
 use crate::canvas::Canvas;
 
-/// A patch has to show in at least one of so many positions that it is laid for. One that shows in a sliver alone, because
-/// its scale ends there, costs a search and a cut, and the next one has to begin where it did.
+/// A patch has to show in at least one of so many positions that it is laid for. One that shows in a sliver alone,
+/// because its scale ends there, costs a search and a cut, and the next one has to begin where it did.
 const SHARE: u32 = 4;
 
 /// A set of sources.

@@ -42,8 +42,8 @@ pub(crate) struct Worker<const D: usize> {
     pub(crate) cut: Scratch<D>,
 }
 
-/// Regions that are refined at once at most, on any number of threads: the map must not depend on these. More would keep more
-/// threads busy, but all are chosen before the first is laid: the last of many is no longer among the worst.
+/// Regions that are refined at once at most, on any number of threads: the map must not depend on these. More would
+/// keep more threads busy, but all are chosen before the first is laid: the last of many is no longer among the worst.
 pub(crate) const BATCH: usize = 8;
 
 /// Regions that take memory at once, on as many threads as there may be, with exemplars of so many samples.
@@ -190,9 +190,9 @@ impl<'a, const D: usize> Weaver<'a, D> {
         patch.footprint(self.canvas.exemplars, &near).shared(&near).unwrap_or(*region)
     }
 
-    /// Where a patch over a region may show, also beyond the output: it has the same shape wherever the region is. No farther
-    /// than the longest source goes beyond the region: a search pays for all that it is asked to look at (512^2 with
-    /// `reach` without end took 2.3 s to cover, and takes 0.4).
+    /// Where a patch over a region may show, also beyond the output: it has the same shape wherever the region is. No
+    /// farther than the longest source goes beyond the region: a search pays for all that it is asked to look at (512^2
+    /// with `reach` without end took 2.3 s to cover, and takes 0.4).
     pub(crate) fn near(&self, region: &Window<D>) -> Window<D> {
         let output = self.canvas.domain();
         let mut near = *region;
@@ -218,8 +218,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
     }
 }
 
-/// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it, unless
-/// that is where it lies anyway.
+/// The shape of error regions: no longer than the output, and short enough for a patch not to meet itself around it,
+/// unless that is where it lies anyway.
 fn region_of<const D: usize>(sides: [u32; D], free: [bool; D], output: Domain<D>) -> [u32; D] {
     std::array::from_fn(|a| {
         let n = output.shape[a];

@@ -5,8 +5,8 @@ use selvedge_core::{Grid, Guide};
 use crate::Error;
 
 /// The guide with each channel of its target changed so that its histogram is that of the channel under the exemplars'
-/// valid samples: the target's darkest, middle and brightest parts ask for the exemplars' own. What of the target is not
-/// asked for does not count.
+/// valid samples: the target's darkest, middle and brightest parts ask for the exemplars' own. What of the target is
+/// not asked for does not count.
 ///
 /// A level becomes the exemplar level of the same rank, the rank of its middle sample.
 ///

@@ -48,8 +48,8 @@ pub use error::Error;
 pub use histogram::match_histogram;
 pub use orientation::orientation;
 
-/// Features of pictures of any depth on one scale. Grey ones are taken as colour where others have colour; alpha is left
-/// out.
+/// Features of pictures of any depth on one scale. Grey ones are taken as colour where others have colour; alpha is
+/// left out.
 ///
 /// # Errors
 /// Those of [`Encoder::fit`].

@@ -11,8 +11,8 @@ use crate::pixel::Pixels;
 use crate::stats::Stats;
 use crate::thresholds::Limit;
 
-/// Samples on both sides of a bad seam that are re-synthesised: fewer leave no room for a transition, more redo what was
-/// good.
+/// Samples on both sides of a bad seam that are re-synthesised: fewer leave no room for a transition, more redo what
+/// was good.
 const BESIDE_SEAMS: u32 = 2;
 
 /// A block that was found, and where it goes.
@@ -92,8 +92,8 @@ impl Compositor<'_> {
         Ok(boundary_cut(laying.window.shape.map(side), overlaps, &laying.errors, Some(under.known()))?.new)
     }
 
-    /// Writes what is shown of a block, and takes back what of it may not be: fixed samples, and what stood in the block
-    /// itself. Answers the window's places.
+    /// Writes what is shown of a block, and takes back what of it may not be: fixed samples, and what stood in the
+    /// block itself. Answers the window's places.
     fn paste(&self, laying: &Laying, under: &Look, canvas: &mut Canvas, shown: &mut [bool]) -> Vec<Option<usize>> {
         let (Laying { core, window, chosen, .. }, output) = (laying, canvas.domain());
         let places: Vec<Option<usize>> = window.places(output).collect();

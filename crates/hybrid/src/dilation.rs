@@ -5,8 +5,8 @@ use selvedge_core::{Error, reserve, try_vec};
 
 use crate::canvas::Canvas;
 
-/// The order of the waiting samples of `places`, and how many of the eight neighbours each has that are known or come in a
-/// layer before its own. Layers are dilations of what is known; within one the order is that of the map's buffer.
+/// The order of the waiting samples of `places`, and how many of the eight neighbours each has that are known or come
+/// in a layer before its own. Layers are dilations of what is known; within one the order is that of the map's buffer.
 /// Samples that nothing known reaches are left out.
 ///
 /// Time `O(places * log(places))`, space `O(places)`.

@@ -19,9 +19,9 @@ const A_CUT: u64 = 64;
 /// Bytes for each output sample: its number, whether it waits, and what it costs to order those that do.
 const A_SAMPLE: u64 = 4 + 1 + 32;
 
-/// An upper bound of the bytes that [`hybrid`](crate::hybrid()) holds beside the exemplars' features, known before anything is
-/// read: shapes of the exemplars, feature channels, the output. It holds for flat exemplars, of which every place is a
-/// candidate; of others less is held.
+/// An upper bound of the bytes that [`hybrid`](crate::hybrid()) holds beside the exemplars' features, known before
+/// anything is read: shapes of the exemplars, feature channels, the output. It holds for flat exemplars, of which every
+/// place is a candidate; of others less is held.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
     let samples = exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum::<Bytes>();
     let channels_of = channels as u64;
@@ -29,8 +29,8 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let side = exemplars.iter().map(|e| e.shape[0].min(e.shape[1])).max().unwrap_or(1);
     // Three eighths of the largest square, and a third more.
     let block = options.block.unwrap_or([power_of_two((side / 2).max(4)); 2]);
-    // Searches of small blocks have the most places, those of large ones the largest transforms. Spectra for cropped blocks are
-    // kept as well.
+    // Searches of small blocks have the most places, those of large ones the largest transforms. Spectra for cropped
+    // blocks are kept as well.
     let templates = [grown(block), grown(block), grown(block), grown(block.map(|n| (n / 4).max(1))), [7, 7]];
     let search = templates.map(|template| search(exemplars, channels, template, options)).into_iter().sum::<Bytes>();
     // Features side by side, links and weights of seams, and the exemplars once more if they go around.
@@ -41,8 +41,8 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     measured.then(woven).0
 }
 
-/// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; what waits, what is near, what a region has;
-/// the regions and a larger one, in lists that grow; what stood there; and the order of what waits.
+/// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; what waits, what is near, what
+/// a region has; the regions and a larger one, in lists that grow; what stood there; and the order of what waits.
 const A_BAD_SAMPLE: u64 = 4 + 3 + 2 * 24 + 4 + (8 + 1 + 16 + 8 + 16);
 
 /// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map;

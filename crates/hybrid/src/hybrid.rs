@@ -9,25 +9,25 @@ use crate::stats::Stats;
 
 /// Synthesises an output from blocks of the exemplars that are split where they do not fit. `[Ding 3]`
 ///
-/// Blocks are laid in raster order. Each is grown by an overlap on the sides where something stands, and looked for by what
-/// stands there in all of the exemplars; while the mean error of the overlap exceeds [`Options::max_error`] it is split into four,
-/// each of which is looked for anew. What is laid is cut along the path of least error, or, where its error is not below
-/// [`Options::k`] times the largest, single samples along it are chosen anew.
+/// Blocks are laid in raster order. Each is grown by an overlap on the sides where something stands, and looked for by
+/// what stands there in all of the exemplars; while the mean error of the overlap exceeds [`Options::max_error`] it is
+/// split into four, each of which is looked for anew. What is laid is cut along the path of least error, or, where its
+/// error is not below [`Options::k`] times the largest, single samples along it are chosen anew.
 ///
 /// # Errors
-/// Options that are wrong by themselves ([`Options::validate`]), exemplars that hold no start block, an empty output, one over
-/// the run's limits (its [`estimate`](crate::estimate()) counts against their memory), or no memory for it.
+/// Options that are wrong by themselves ([`Options::validate`]), exemplars that hold no start block, an empty output,
+/// one over the run's limits (its [`estimate`](crate::estimate()) counts against their memory), or no memory for it.
 ///
 /// # Complexity
-/// With `n` exemplar samples, `c` channels and `b` searched blocks, splits among them: time `O(b * c * n log n)` at most; `b` grows
-/// with the output's area. Space `O(output + c * n)`.
+/// With `n` exemplar samples, `c` channels and `b` searched blocks, splits among them: time `O(b * c * n log n)` at
+/// most; `b` grows with the output's area. Space `O(output + c * n)`.
 ///
 /// # Events
 /// `"hybrid"` after each start block, with the map so far.
 ///
 /// # Determinism
-/// The map follows from exemplars, domain, options and seed alone. A block draws from `"hybrid/block"`, keyed by its start
-/// block's place in the layout, then from `"hybrid/split"`, keyed by its place in the split tree.
+/// The map follows from exemplars, domain, options and seed alone. A block draws from `"hybrid/block"`, keyed by its
+/// start block's place in the layout, then from `"hybrid/split"`, keyed by its place in the split tree.
 pub fn hybrid(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
@@ -37,8 +37,8 @@ pub fn hybrid(
     Plan::new(exemplars, output, options, run)?.weave(run)
 }
 
-/// Like [`hybrid()`], going on from what is there: blocks are laid where something is missing. What stands inside of them, and
-/// what is fixed, stays; what else stands beside them may be overlapped and cut.
+/// Like [`hybrid()`], going on from what is there: blocks are laid where something is missing. What stands inside of
+/// them, and what is fixed, stays; what else stands beside them may be overlapped and cut.
 ///
 /// # Errors
 /// Those of [`hybrid()`] and of [`Start::check`].

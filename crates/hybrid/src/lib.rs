@@ -2,7 +2,8 @@
 //! (Ding et al.; Nealen and Alexa 2003).
 //!
 //! # Usage
-//! Encode one or more exemplars, choose the output's domain, call [`hybrid()`], and render the map that it answers with.
+//! Encode one or more exemplars, choose the output's domain, call [`hybrid()`], and render the map that it answers
+//! with.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};

@@ -52,9 +52,9 @@ pub enum Resynthesize {
 /// Options of [`hybrid`](crate::hybrid()).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Height and width of the start blocks in samples, powers of two. Default: the largest power of two that is at most four thirds of the
-    /// [block that quilting suggests](selvedge_quilting::suggest_block), so that blocks split where they do not fit instead
-    /// of being small everywhere.
+    /// Height and width of the start blocks in samples, powers of two. Default: the largest power of two that is at
+    /// most four thirds of the [block that quilting suggests](selvedge_quilting::suggest_block), so that blocks split
+    /// where they do not fit instead of being small everywhere.
     pub block: Option<[u32; 2]>,
     /// A block is split while its overlap's mean error is larger. `[Ding 3.2]`
     pub max_error: Threshold,
@@ -103,11 +103,12 @@ impl Default for Options {
 const LARGEST: u32 = 1 << 12;
 
 impl Options {
-    /// The paper to the letter, with the thresholds of its first case: blocks of 32, the best one, circular shifts, overlaps
-    /// re-synthesised from all of the exemplar. `[Ding Table 1, 2, 3]`
+    /// The paper to the letter, with the thresholds of its first case: blocks of 32, the best one, circular shifts,
+    /// overlaps re-synthesised from all of the exemplar. `[Ding Table 1, 2, 3]`
     ///
-    /// But for one thing of which it says nothing: around its borders an exemplar always continues perfectly, so that the best block
-    /// of all would show the exemplar again and again, and no block would ever be cut. So blocks continue nothing.
+    /// But for one thing of which it says nothing: around its borders an exemplar always continues perfectly, so that
+    /// the best block of all would show the exemplar again and again, and no block would ever be cut. So blocks
+    /// continue nothing.
     pub fn paper() -> Self {
         Self {
             block: Some([32, 32]),

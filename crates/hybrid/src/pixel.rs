@@ -77,8 +77,8 @@ impl<'e> Pixels<'e> {
         })
     }
 
-    /// Re-synthesises the waiting samples of `places`, from what is known inwards, and returns how many; those that nothing
-    /// known reaches keep what they have.
+    /// Re-synthesises the waiting samples of `places`, from what is known inwards, and returns how many; those that
+    /// nothing known reaches keep what they have.
     pub(crate) fn resynthesize(&mut self, canvas: &mut Canvas, places: &[usize]) -> Result<u64, Error> {
         let order = dilation::order(canvas, places)?;
         let mut done = 0;

@@ -11,8 +11,8 @@ use crate::stats::Stats;
 use crate::usable::Usable;
 use crate::weave::Weaver;
 
-/// What [`hybrid`](crate::hybrid()) will do: options checked against exemplars, output and limits, and what they leave open
-/// chosen.
+/// What [`hybrid`](crate::hybrid()) will do: options checked against exemplars, output and limits, and what they leave
+/// open chosen.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// As they are searched: around their borders, if that was asked for.
@@ -25,8 +25,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Checks the options, then exemplars and output, then the run's limits, before anything is measured; then chooses the block,
-    /// if it is left open.
+    /// Checks the options, then exemplars and output, then the run's limits, before anything is measured; then chooses
+    /// the block, if it is left open.
     ///
     /// # Errors
     /// Those of [`hybrid`](crate::hybrid()).
@@ -90,8 +90,8 @@ impl Plan {
     }
 }
 
-/// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first block alone
-/// would be laid whole.
+/// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first
+/// block alone would be laid whole.
 fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<[u32; 2]>) -> Result<(), Error> {
     let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
     let Some(block) = block else { return Ok(()) };

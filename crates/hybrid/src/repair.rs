@@ -24,7 +24,8 @@ pub struct RepairOptions {
     pub passes: u32,
     /// Which samples are tried.
     pub search: PixelSearch,
-    /// Exemplars go on around their borders, as for [`Options::circular`](crate::Options): what continues there is no seam.
+    /// Exemplars go on around their borders, as for [`Options::circular`](crate::Options): what continues there is no
+    /// seam.
     pub circular: bool,
 }
 
@@ -76,8 +77,8 @@ pub struct RepairStats {
 }
 
 /// Chooses samples around bad seams of a map anew, region by region, from what is known around inwards. What makes the
-/// region's seams no cheaper in sum is undone, so that the price of all seams never rises and a map without bad seams stays as
-/// it is. Fixed samples and holes stay.
+/// region's seams no cheaper in sum is undone, so that the price of all seams never rises and a map without bad seams
+/// stays as it is. Fixed samples and holes stay.
 ///
 /// # Errors
 /// Wrong options ([`RepairOptions::validate`]), those of [`Start::check`], one over the run's limits, no memory.

@@ -4,10 +4,10 @@ use selvedge_core::{Error, Exemplars};
 
 use crate::options::Threshold;
 
-/// The largest error of a block, as a part of that of two random samples. The paper's 0.04 is 24 % on its first exemplar (green
-/// scales), 43 % on olives, and 355 % on bricks, where nothing would split. At 24 % most blocks of all exemplars split,
-/// and knots, bricks and olives come apart; the preference of twelve exemplars is best from 75 % on (`DESIGN.md`), where
-/// only blocks split that fit hardly better than chance.
+/// The largest error of a block, as a part of that of two random samples. The paper's 0.04 is 24 % on its first
+/// exemplar (green scales), 43 % on olives, and 355 % on bricks, where nothing would split. At 24 % most blocks of all
+/// exemplars split, and knots, bricks and olives come apart; the preference of twelve exemplars is best from 75 % on
+/// (`DESIGN.md`), where only blocks split that fit hardly better than chance.
 const MAX_ERROR: f64 = 0.75;
 /// The largest error of a sample: the paper's 0.02 on its first exemplar.
 const PIXEL_ERROR: f64 = 0.12;
@@ -66,8 +66,8 @@ impl Limit {
     }
 }
 
-/// Exemplars whose three channels are compared as the eye sees red, green and blue: by their shares of luminance, .299, .587
-/// and .114, in 256ths. Others stay as they are. `[Ding eq. 1]`
+/// Exemplars whose three channels are compared as the eye sees red, green and blue: by their shares of luminance, .299,
+/// .587 and .114, in 256ths. Others stay as they are. `[Ding eq. 1]`
 ///
 /// # Errors
 /// None that these weights could have.
@@ -81,8 +81,8 @@ pub(crate) fn largest(exemplars: &Exemplars<2>) -> u64 {
     exemplars.weights().iter().map(|&w| u64::from(w)).sum::<u64>() * 255 * 255
 }
 
-/// The mean error of two random valid samples of one source, times [`FINE`]: twice its weighted variance. Sources count by
-/// their valid samples.
+/// The mean error of two random valid samples of one source, times [`FINE`]: twice its weighted variance. Sources count
+/// by their valid samples.
 pub(crate) fn random_error(exemplars: &Exemplars<2>) -> u128 {
     let (mut sum, mut samples) = (0_u128, 0_u128);
     for source in exemplars.sources() {

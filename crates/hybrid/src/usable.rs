@@ -14,7 +14,8 @@ pub(crate) struct Usable<'e> {
 }
 
 impl<'e> Usable<'e> {
-    /// The sources that `field` (see [`Start::sources`](selvedge_core::Start::sources)) allows wherever something is missing.
+    /// The sources that `field` (see [`Start::sources`](selvedge_core::Start::sources)) allows wherever something is
+    /// missing.
     pub(crate) fn new(
         exemplars: &'e Exemplars<2>,
         map: &SourceMap<2>,

@@ -1,9 +1,9 @@
 //! Files that appear whole or not at all.
 //!
 //! The bytes go to a part beside the final name, are flushed to the disk, and take the name in one step. A part is
-//! locked while its writer lives; parts without a living writer are swept when the same name is written again. Files that
-//! belong together take their names while their folders are locked, so that those of two runs do not mix. Folders that are
-//! missing are made when names are taken: until then a part lies in the first folder above that there is.
+//! locked while its writer lives; parts without a living writer are swept when the same name is written again. Files
+//! that belong together take their names while their folders are locked, so that those of two runs do not mix. Folders
+//! that are missing are made when names are taken: until then a part lies in the first folder above that there is.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -20,8 +20,8 @@ use crate::identity::{Identity, identity, input_at};
 
 /// Writes a file whole or not at all: on failure the old file, or none, is left.
 ///
-/// A link is followed, permissions of a replaced file are kept, folders that are missing are made. Devices and pipes are
-/// written as they are.
+/// A link is followed, permissions of a replaced file are kept, folders that are missing are made. Devices and pipes
+/// are written as they are.
 ///
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
@@ -29,9 +29,9 @@ pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Er
     Staged::new(path, bytes, no_clobber)?.finish()
 }
 
-/// Gives several files their names at once: a second run of the same names takes them before or after all of these, and a
-/// signal that calls [`remove_parts`] comes before or after them as well. Devices and pipes are written before the first
-/// name is taken.
+/// Gives several files their names at once: a second run of the same names takes them before or after all of these, and
+/// a signal that calls [`remove_parts`] comes before or after them as well. Devices and pipes are written before the
+/// first name is taken.
 ///
 /// # Errors
 /// Those of [`write_bytes`]. A name that is taken or a folder is found before any file has its name.
@@ -79,9 +79,9 @@ fn take_names(steps: &impl Steps, staged: &[Staged<'_>], made: &mut Vec<PathBuf>
     Ok(())
 }
 
-/// Opens and locks each of these folders once, however often and in however many spellings it is named: a second lock of
-/// ours would wait for the first one. In one order for all, so that no two runs wait for each other. A system without such
-/// locks only loses what they are for.
+/// Opens and locks each of these folders once, however often and in however many spellings it is named: a second lock
+/// of ours would wait for the first one. In one order for all, so that no two runs wait for each other. A system
+/// without such locks only loses what they are for.
 fn locked_folders<'p>(folders: impl Iterator<Item = &'p Path>) -> Vec<File> {
     let folders: BTreeMap<Identity, File> =
         folders.filter_map(|folder| Some((identity(folder)?, File::open(folder).ok()?))).collect();
@@ -114,8 +114,8 @@ impl<'a> Staged<'a> {
         Ok(Self { path, bytes, no_clobber, part, sent: false })
     }
 
-    /// The same, unless the name leads to one of these files by now: what a run reads is not replaced, whatever became of
-    /// its names meanwhile.
+    /// The same, unless the name leads to one of these files by now: what a run reads is not replaced, whatever became
+    /// of its names meanwhile.
     ///
     /// # Errors
     /// Those of [`write_bytes`], and [`Problem::IsInput`].
@@ -128,7 +128,8 @@ impl<'a> Staged<'a> {
         }
     }
 
-    /// Writes to a device or a pipe, which can take bytes only once and for as long as it likes; files wait for their names.
+    /// Writes to a device or a pipe, which can take bytes only once and for as long as it likes; files wait for their
+    /// names.
     ///
     /// # Errors
     /// Those of [`write_bytes`].

@@ -14,8 +14,8 @@ use crate::metadata::Metadata;
 ///
 /// - u8 to u16: times 257. u16 to u8: divided by 257, rounded to the nearest, so u8 to u16 and back changes nothing.
 /// - Half to float: exact. Float to half: to the nearest, ties to even.
-/// - Integers to floats: 0..1; colour is decoded into linear light as the file's tags say (sRGB where they say nothing),
-///   alpha and other roles are not.
+/// - Integers to floats: 0..1; colour is decoded into linear light as the file's tags say (sRGB where they say
+///   nothing), alpha and other roles are not.
 /// - Floats to integers: the reverse, to sRGB, clipped to 0..1, rounded to the nearest, halves up; what is no number
 ///   becomes 0. Normals that go below 0 are taken as -1..1 and moved to 0..1 first.
 ///

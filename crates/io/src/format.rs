@@ -70,8 +70,8 @@ impl Format {
         Self::of_extension(path.extension()?.to_str()?)
     }
 
-    /// The format whose files begin like this; 18 bytes suffice. TGA has no signature: what is nothing else and has a header
-    /// as that of TGA is, is one.
+    /// The format whose files begin like this; 18 bytes suffice. TGA has no signature: what is nothing else and has a
+    /// header as that of TGA is, is one.
     pub fn of_content(start: &[u8]) -> Option<Self> {
         let signatures: [(&[u8], Self); 11] = [
             (b"\x89PNG\r\n\x1a\n", Self::Png),

@@ -1,8 +1,9 @@
 //! Picture files to planes and back: every depth kept, outputs whole or not at all, errors in one line.
 //!
 //! [`read()`] sniffs the format, checks what the header claims against [`Limits`](selvedge_core::Limits), and decodes
-//! into a [`Plane`](selvedge_core::Plane) of the file's own depth. [`write()`] follows the name's extension and replaces
-//! the file in one step. [`decode`] and [`encode`] do the same with bytes, for streams; [`probe()`] reads headers only.
+//! into a [`Plane`](selvedge_core::Plane) of the file's own depth. [`write()`] follows the name's extension and
+//! replaces the file in one step. [`decode`] and [`encode`] do the same with bytes, for streams; [`probe()`] reads
+//! headers only.
 //!
 //! ```
 //! use selvedge_core::{Domain, Grid, Plane, Role, Samples};

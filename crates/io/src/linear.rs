@@ -82,8 +82,8 @@ const FROM_XYZ: [[f64; 3]; 3] = [
 ];
 
 impl Linear {
-    /// What the tags say, in the order of PNG: cICP, profile, sRGB, gamma. Where they cannot be followed, sRGB, and what
-    /// was not followed.
+    /// What the tags say, in the order of PNG: cICP, profile, sRGB, gamma. Where they cannot be followed, sRGB, and
+    /// what was not followed.
     pub(crate) fn of(metadata: &Metadata, colors: usize) -> (Self, Option<Warning>) {
         let with = |curve| Self { curves: vec![curve], matrix: None };
         let found = if let Some([_, transfer, _, _]) = metadata.cicp {

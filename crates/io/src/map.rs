@@ -4,7 +4,8 @@
 //! The attribute `selvedge.sources` has one line a source, in order:
 //! `exemplar=0 turns=1 mirror=0 width=64 height=48 wrap=x blake3=00ff name=brick.png`. A source that was resampled has
 //! `degrees=30 scale=0.5` (clockwise, as decimals that are read back exactly) instead of `turns`; `width`, `height` and
-//! `wrap` are the source's, not its exemplar's. The standard attribute `wrapmodes` tells the periodic axes of the output.
+//! `wrap` are the source's, not its exemplar's. The standard attribute `wrapmodes` tells the periodic axes of the
+//! output.
 
 use std::path::Path;
 
@@ -36,7 +37,8 @@ pub struct MapFile {
 /// Writes a map with the exemplars that it was made from, whole or not at all.
 ///
 /// # Errors
-/// [`Problem::ExemplarCount`] if a source names an exemplar that is not given, and those of [`write()`](crate::write()).
+/// [`Problem::ExemplarCount`] if a source names an exemplar that is not given, and those of
+/// [`write()`](crate::write()).
 pub fn write_map(path: impl AsRef<Path>, file: &MapFile, no_clobber: bool) -> Result<(), Error> {
     let path = path.as_ref();
     write_bytes(path, &encode_map(file, path)?, no_clobber)

@@ -55,14 +55,15 @@ fn breaks_lines(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Parts `file.exr[R,G,B]` into the file and the choice; `None` for a name that chooses nothing, or that is a file's whole
-/// name.
+/// Parts `file.exr[R,G,B]` into the file and the choice; `None` for a name that chooses nothing, or that is a file's
+/// whole name.
 pub(crate) fn selector(path: &Path) -> Option<(&Path, &str)> {
     let (file, choice) = path.to_str()?.strip_suffix(']')?.rsplit_once('[')?;
     if file.is_empty() || path.exists() { None } else { Some((Path::new(file), choice)) }
 }
 
-/// The file of a name that may choose channels: `file.exr` of `file.exr[R,G,B]`, unless there is a file of the whole name.
+/// The file of a name that may choose channels: `file.exr` of `file.exr[R,G,B]`, unless there is a file of the whole
+/// name.
 pub fn file_of(path: &Path) -> &Path {
     selector(path).map_or(path, |(file, _)| file)
 }

@@ -49,8 +49,8 @@ impl Sink {
         if more <= self.bytes.capacity() - self.bytes.len() {
             return Ok(());
         }
-        // Twice what there is makes writing cheap; of large files, which systems move without a copy, a quarter more does.
-        // What is needed is enough.
+        // Twice what there is makes writing cheap; of large files, which systems move without a copy, a quarter more
+        // does. What is needed is enough.
         let ahead = if self.bytes.len() < LARGE { self.bytes.len() } else { self.bytes.len() / 4 };
         let given = self.bytes.try_reserve_exact(more.max(ahead)).or_else(|_| self.bytes.try_reserve_exact(more));
         given.map_err(|_| self.refuse(self.bytes.len().saturating_add(more)))?;

@@ -35,8 +35,8 @@ impl WriteOptions {
     /// The format in which a file of this name would be written.
     ///
     /// # Errors
-    /// [`Problem::UnknownFormat`], [`Problem::Quality`], and [`Problem::DepthNotHeld`] for a chosen depth: what is wrong
-    /// before any work.
+    /// [`Problem::UnknownFormat`], [`Problem::Quality`], and [`Problem::DepthNotHeld`] for a chosen depth: what is
+    /// wrong before any work.
     pub fn format_of(&self, path: impl AsRef<Path>) -> Result<Format, Error> {
         let path = path.as_ref();
         let known = self.format.or_else(|| Format::of_name(path)).filter(|f| !f.depths().is_empty());

@@ -5,7 +5,8 @@
 //! A case is a name as in `--list`, told in `benches/instances/classes.rs`, or a file that `--dump` wrote. Textures
 //! are made up; with `--pictures` those of a name are `FOLDER/NAME.pnm` (8-bit binary PGM or PPM of at least 512 x
 //! 512 pixels). Answers are checked before anything is timed: the flow against the capacity of the cut and, of the
-//! listed cases, against the answers that stand here, which another solver gave too (`benches/peers.py`; two where its options allow).
+//! listed cases, against the answers that stand here, which another solver gave too (`benches/peers.py`; two where its
+//! options allow).
 
 mod instances;
 

@@ -1,9 +1,9 @@
 //! How solve time and memory grow: `cargo run --release -p selvedge-maxflow --example growth -- [2d SIDE | 3d SIDE]`
 //!
-//! Each problem lays one noise texture over another (2-D: the border is the old texture's, the middle quarter of each side the new one's;
-//! 3-D: from the first frame to the last) and asks for the cheapest seam. Without arguments: 64^2 to 2048^2. Prints
-//! nodes, seconds to build and to solve, nanoseconds a node, and the process's peak memory in bytes a node (Linux), and
-//! fails if that is more than `GridGraph::estimate` states.
+//! Each problem lays one noise texture over another (2-D: the border is the old texture's, the middle quarter of each
+//! side the new one's; 3-D: from the first frame to the last) and asks for the cheapest seam. Without arguments: 64^2
+//! to 2048^2. Prints nodes, seconds to build and to solve, nanoseconds a node, and the process's peak memory in bytes a
+//! node (Linux), and fails if that is more than `GridGraph::estimate` states.
 
 use std::time::Instant;
 

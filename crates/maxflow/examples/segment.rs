@@ -1,4 +1,5 @@
-//! Cuts an object out of a picture: `cargo run --release -p selvedge-maxflow --example segment -- IN.pgm SEEDS.pgm OUT.pgm`
+//! Cuts an object out of a picture:
+//! `cargo run --release -p selvedge-maxflow --example segment -- IN.pgm SEEDS.pgm OUT.pgm`
 //!
 //! `IN` is a grey picture. `SEEDS` has the same size: white (255) where the object is known to be, black (0) where the
 //! background is known to be, any grey elsewhere. `OUT` becomes white for the object. Without arguments a picture is

@@ -175,8 +175,8 @@ impl<const D: usize> BinaryEnergy<D> {
         self.add_term(node, next, term, |graph, [out, back]| graph.link(node, axis, out, back))
     }
 
-    /// Forbids label 1 to be followed by label 0 along an open axis: each line changes from 0 to 1 once at most. Masked nodes part
-    /// lines. Comes after all terms and pins: what is added later is not reckoned with.
+    /// Forbids label 1 to be followed by label 0 along an open axis: each line changes from 0 to 1 once at most. Masked
+    /// nodes part lines. Comes after all terms and pins: what is added later is not reckoned with.
     ///
     /// # Errors
     ///

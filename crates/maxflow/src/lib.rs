@@ -41,8 +41,8 @@
 //! # Which cut
 //!
 //! There may be several minimum cuts. This crate always returns the one with the *smallest source side*, which is
-//! unique: the same nodes from every [`Engine`], from a grid and from the same graph in lists, from a fresh solve and from
-//! one that started at an earlier flow, on every machine.
+//! unique: the same nodes from every [`Engine`], from a grid and from the same graph in lists, from a fresh solve and
+//! from one that started at an earlier flow, on every machine.
 //!
 //! # Features
 //!

@@ -1,9 +1,10 @@
 //! What every engine works on: the residual network.
 //!
-//! One idea carries the crate. The state of a half-solved problem is a *pseudoflow*: residual capacities, plus one signed
-//! number a node, its *excess*. Positive excess is flow that the source can still deliver there (or that has arrived and
-//! not yet left), negative excess is what the sink can still take. A push along an arc moves excess from its tail to
-//! its head. Terminal arcs need no storage of their own, and every network is again a valid problem with the same cuts:
+//! One idea carries the crate. The state of a half-solved problem is a *pseudoflow*: residual capacities, plus one
+//! signed number a node, its *excess*. Positive excess is flow that the source can still deliver there (or that has
+//! arrived and not yet left), negative excess is what the sink can still take. A push along an arc moves excess from
+//! its tail to its head. Terminal arcs need no storage of their own, and every network is again a valid problem with
+//! the same cuts:
 //!
 //! `capacity(cut X) = const + sum of positive excess outside X + sum of negative excess inside X + residuals leaving X`
 //!

@@ -10,8 +10,8 @@ use crate::sparse::Graph;
 impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> TryFrom<&petgraph::Graph<N, E, Ty, Ix>> for Graph {
     type Error = MaxflowError;
 
-    /// Nodes and edges keep their indices; weights are capacities, both ways in an undirected graph. Source and sink are
-    /// still to be chosen: [`Graph::pin`] or [`Graph::terminal`].
+    /// Nodes and edges keep their indices; weights are capacities, both ways in an undirected graph. Source and sink
+    /// are still to be chosen: [`Graph::pin`] or [`Graph::terminal`].
     ///
     /// ```
     /// use selvedge_maxflow::{Graph, Side};
@@ -33,14 +33,14 @@ impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> TryFrom<&petgraph::Gra
 }
 
 impl Graph {
-    /// Any graph that tells its edges by reference (`&Graph`, `&StableGraph`, `&GraphMap`, `&MatrixGraph`, `&Csr`), with
-    /// capacities from any weight. Nodes have the numbers that petgraph gives them
+    /// Any graph that tells its edges by reference (`&Graph`, `&StableGraph`, `&GraphMap`, `&MatrixGraph`, `&Csr`),
+    /// with capacities from any weight. Nodes have the numbers that petgraph gives them
     /// ([`NodeIndexable::to_index`]); of numbers that are not used there are nodes without arcs.
     ///
     /// # Errors
     ///
-    /// As [`Graph::new`] and [`Graph::arc`]: negative capacities, those that sum to more than [`Graph::MAX_TOTAL`], too many
-    /// nodes or edges.
+    /// As [`Graph::new`] and [`Graph::arc`]: negative capacities, those that sum to more than [`Graph::MAX_TOTAL`], too
+    /// many nodes or edges.
     pub fn try_from_petgraph<G>(graph: G, capacity: impl Fn(&G::EdgeWeight) -> i64) -> Result<Self>
     where
         G: IntoEdgeReferences + NodeIndexable + GraphProp,

@@ -1,19 +1,21 @@
 //! The columns and their names.
 
-/// What a synthesis is like, beside its exemplar. Lower is closer to it unless said otherwise; see each column's formula.
+/// What a synthesis is like, beside its exemplar. Lower is closer to it unless said otherwise; see each column's
+/// formula.
 ///
-/// *Contrast* is the standard deviation of the exemplar's samples, root mean square of the channels by weight. A *distance* of two
-/// windows is their root mean square difference over the contrast of the exemplar at that size.
+/// *Contrast* is the standard deviation of the exemplar's samples, root mean square of the channels by weight. A
+/// *distance* of two windows is their root mean square difference over the contrast of the exemplar at that size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// Mean distance of windows of 8 px to the nearest of the exemplar, of 2,000 windows drawn at full size. `[Kwatra05 eq. 1]`
+    /// Mean distance of windows of 8 px to the nearest of the exemplar, of 2,000 windows drawn at full size.
+    /// `[Kwatra05 eq. 1]`
     pub coherence: f64,
     /// The same of all windows of 16 px (8 px at half size), 8 px apart.
     pub coherence_2: f64,
     /// The same of all windows of 32 px (8 px at a quarter of the size), 8 px apart.
     pub coherence_4: f64,
-    /// The same of all windows of 64 px (16 px at a quarter of the size), 16 px apart: are the parts in an order that the
-    /// exemplar has? 0 where the exemplar holds no such window.
+    /// The same of all windows of 64 px (16 px at a quarter of the size), 16 px apart: are the parts in an order that
+    /// the exemplar has? 0 where the exemplar holds no such window.
     pub arrangement: f64,
     /// Mean of the twentieth of the windows at half size that are farthest from the exemplar: the worst places.
     pub worst: f64,
@@ -24,10 +26,11 @@ pub struct Columns {
     /// How unevenly the exemplar's parts are used, in bits: the Kullback-Leibler divergence of the windows' nearest
     /// places at half size, in boxes of 16 px, from an even use. 0 is even.
     pub unevenness: f64,
-    /// Mean number of other windows of 64 px, at least 32 px away, that are the same place of the exemplar within 4 px: visible repeats.
+    /// Mean number of other windows of 64 px, at least 32 px away, that are the same place of the exemplar within 4 px:
+    /// visible repeats.
     pub repeats: f64,
-    /// By how much the exemplar's strongest periods are weaker in the output, at most two of them, the largest loss: from 0
-    /// (kept, or the exemplar has none) to about 1.
+    /// By how much the exemplar's strongest periods are weaker in the output, at most two of them, the largest loss:
+    /// from 0 (kept, or the exemplar has none) to about 1.
     pub lattice: f64,
     /// Share of windows of 16 px with less variance than a tenth of the exemplar's has, less that tenth: washed-out or
     /// empty places. From -0.1 to 0.9.
@@ -36,7 +39,8 @@ pub struct Columns {
     pub sharpness: f64,
     /// Wasserstein-1 distance of the samples' distributions in the mean of the channels, over the contrast.
     pub colour: f64,
-    /// `log2` of the variance of means of 32 px, output over exemplar: light and shade that were lost (below 0) or heaped up.
+    /// `log2` of the variance of means of 32 px, output over exemplar: light and shade that were lost (below 0) or
+    /// heaped up.
     pub shade: f64,
     /// Mean step across the wrap over the mean step elsewhere, less 1; the larger of the periodic axes, 0 without any.
     pub wrap: f64,
@@ -55,8 +59,8 @@ pub struct Seams {
     pub gradient: f64,
     /// Price of all seams by difference for each hundred samples of the output, over that of one chance meeting.
     pub energy: f64,
-    /// Edges that cross seams and are not carried on: the sum over seams of how much the gradients along the seam differ between both
-    /// patches, for each sample of the output, over the exemplar's mean gradient.
+    /// Edges that cross seams and are not carried on: the sum over seams of how much the gradients along the seam
+    /// differ between both patches, for each sample of the output, over the exemplar's mean gradient.
     pub torn: f64,
     /// Seams for each sample of the output: 2 where no sample continues another.
     pub density: f64,

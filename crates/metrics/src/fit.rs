@@ -68,8 +68,8 @@ impl Sets {
         solve(&pairs, &[0, 1, 2, 3, 4, 5], [0.0; TERMS])
     }
 
-    /// The model with maps. How repeats count at large sizes is taken from all pictures, since none of those with maps repeats itself much;
-    /// they never count in favour there.
+    /// The model with maps. How repeats count at large sizes is taken from all pictures, since none of those with maps
+    /// repeats itself much; they never count in favour there.
     fn mapped_model(&self, keep: &dyn Fn(&Pair) -> bool) -> Model {
         let pairs: Vec<&Pair> = self.mapped.iter().filter(|p| keep(p)).collect();
         let mut given = [0.0; TERMS];
@@ -77,7 +77,8 @@ impl Sets {
         solve(&pairs, &[2, 4, 6], given)
     }
 
-    /// The share of the pairs to test that a model agrees with which was made from those to keep, without their exemplar.
+    /// The share of the pairs to test that a model agrees with which was made from those to keep, without their
+    /// exemplar.
     fn agreement(&self, is_mapped: bool, keep: &dyn Fn(&Pair) -> bool, test: &dyn Fn(&Pair) -> bool) -> f64 {
         let pairs = if is_mapped { &self.mapped } else { &self.all };
         let mut exemplars: Vec<u32> = pairs.iter().map(|p| p.exemplar).collect();
@@ -176,8 +177,8 @@ fn readers(outputs: &[Output]) -> f64 {
     f64::from(alike) / f64::from(n.max(1))
 }
 
-/// The coefficients of `free` terms that make the pairs likeliest, beside those that are given: ridge logistic regression by Newton's
-/// method, each term in units of its spread.
+/// The coefficients of `free` terms that make the pairs likeliest, beside those that are given: ridge logistic
+/// regression by Newton's method, each term in units of its spread.
 fn solve(pairs: &[&Pair], free: &[usize], given: Model) -> Model {
     let spread = |t: usize| {
         let squares: f64 = pairs.iter().map(|p| p.difference[t] * p.difference[t]).sum();

@@ -1,11 +1,11 @@
-//! What a synthesised texture is worth beside its exemplar: [`Columns`] with units, each of a documented formula, and one
-//! number, [`preference`], which follows how people ranked outputs side by side.
+//! What a synthesised texture is worth beside its exemplar: [`Columns`] with units, each of a documented formula, and
+//! one number, [`preference`], which follows how people ranked outputs side by side.
 //!
-//! A [`Judge`] prepares exemplars once and is asked about many outputs. Everything is exact and deterministic: the same on any
-//! number of threads and with any instructions. 512^2 px from 192^2 take some 0.3 s on one thread.
+//! A [`Judge`] prepares exemplars once and is asked about many outputs. Everything is exact and deterministic: the same
+//! on any number of threads and with any instructions. 512^2 px from 192^2 take some 0.3 s on one thread.
 //!
-//! The columns say *why*; the preference decides between candidates of one exemplar and one size. It is not a mark that could be
-//! compared between exemplars.
+//! The columns say *why*; the preference decides between candidates of one exemplar and one size. It is not a mark that
+//! could be compared between exemplars.
 #![forbid(unsafe_code)]
 
 mod columns;
@@ -54,8 +54,8 @@ impl Judge {
     /// Prepares exemplars: takes about as long as a search at each position of them.
     ///
     /// # Errors
-    /// [`Error::TooSmall`] for an exemplar of less than 32 samples a side, [`Error::Core`] and [`Error::Search`] if memory is
-    /// short.
+    /// [`Error::TooSmall`] for an exemplar of less than 32 samples a side, [`Error::Core`] and [`Error::Search`] if
+    /// memory is short.
     pub fn new(exemplars: &Exemplars<2>, simd: SimdLevel) -> Result<Self, Error> {
         exemplars.sources().iter().try_for_each(|s| large_enough(s.domain().shape))?;
         let half = scaled::halved_exemplars(exemplars)?;

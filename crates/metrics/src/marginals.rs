@@ -29,7 +29,8 @@ fn histogram(pictures: &[Valid<'_>], channel: usize) -> [u64; 256] {
     bins
 }
 
-/// Weighted root mean square of the channels' standard deviations; at least half a step, so that flat exemplars divide nothing by 0.
+/// Weighted root mean square of the channels' standard deviations; at least half a step, so that flat exemplars divide
+/// nothing by 0.
 pub(crate) fn contrast(exemplars: &Exemplars<2>) -> f64 {
     let pictures = pictures(exemplars);
     let mut sum = 0.0;

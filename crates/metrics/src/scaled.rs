@@ -3,7 +3,8 @@
 use crate::Error;
 use selvedge_core::{Domain, Exemplars, Grid, Source};
 
-/// Means of squares of four samples, rounded; an odd last row or column is left out, and an axis of odd length does not wrap.
+/// Means of squares of four samples, rounded; an odd last row or column is left out, and an axis of odd length does not
+/// wrap.
 pub(crate) fn halved(grid: &Grid<u8, 2>) -> Result<Grid<u8, 2>, Error> {
     let mean = |four: [u8; 4]| (four.iter().map(|&v| u32::from(v)).sum::<u32>().div_ceil(2) / 2) as u8;
     by_fours(grid, 0, mean)

@@ -73,8 +73,8 @@ impl Prices {
         })
     }
 
-    /// How much the slopes along a seam differ between the patch that ends here and the one that begins there: at the sample beyond
-    /// the seam. Slopes of different sign are an edge that ends and another that begins.
+    /// How much the slopes along a seam differ between the patch that ends here and the one that begins there: at the
+    /// sample beyond the seam. Slopes of different sign are an edge that ends and another that begins.
     fn torn(&self, axis: usize, here: SampleId, there: SampleId) -> u64 {
         let Some(beyond) = self.difference.continued(here, 2 * axis) else { return 0 };
         let (Some(a), Some(b)) = (slope(&self.difference, beyond, 1 - axis), slope(&self.difference, there, 1 - axis))

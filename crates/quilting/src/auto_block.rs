@@ -8,11 +8,11 @@ use crate::options::Error;
 /// Blocks are three eighths of the largest square free of masked samples, but no more than four times the
 /// [`feature_size_of`] the exemplar.
 ///
-/// Ranked blind, such blocks are preferred to any that follow the statistics of structures more closely: few textures have
-/// structures so small that smaller blocks keep them whole. Of fine textures four times the largest structures are as
-/// good, and more of the exemplar is mixed. Of several exemplars the one of the smallest such square counts, but those under
-/// half of the largest do not count: an exemplar too small for the others' blocks is passed over. The paper leaves
-/// the block to the user. `[Efros01 2.2]`
+/// Ranked blind, such blocks are preferred to any that follow the statistics of structures more closely: few textures
+/// have structures so small that smaller blocks keep them whole. Of fine textures four times the largest structures are
+/// as good, and more of the exemplar is mixed. Of several exemplars the one of the smallest such square counts, but
+/// those under half of the largest do not count: an exemplar too small for the others' blocks is passed over. The paper
+/// leaves the block to the user. `[Efros01 2.2]`
 ///
 /// # Errors
 /// No memory for the search of periods.

@@ -113,10 +113,10 @@ impl BlockGrid {
 
     /// How many waves there are, at least one.
     ///
-    /// The blocks of a wave neither touch nor follow from each other: all that a block agrees with was laid in waves before, as it
-    /// would be in raster order. A block also meets the one above on its right, so row `i` stays two blocks behind row
-    /// `i - 1`: its block `j` is in wave `2 i + j`. Where columns close to a ring, a row's first block meets the last one
-    /// of the row above, and every wave is one block.
+    /// The blocks of a wave neither touch nor follow from each other: all that a block agrees with was laid in waves
+    /// before, as it would be in raster order. A block also meets the one above on its right, so row `i` stays two
+    /// blocks behind row `i - 1`: its block `j` is in wave `2 i + j`. Where columns close to a ring, a row's first
+    /// block meets the last one of the row above, and every wave is one block.
     pub(crate) fn waves(&self) -> usize {
         if self.periodic[1] { self.len() } else { 2 * (self.rows.len() - 1) + self.columns.len() }
     }

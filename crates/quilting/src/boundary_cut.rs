@@ -6,9 +6,9 @@
 //! the cell, its own error counted once. With corners at both ends, a strip's two halves are joined at its middle row;
 //! the choices there are tried all, so the cut is the cheapest of all closed ones.
 //!
-//! Of a strip, old samples may be there in part only. Where there is none the new block shows, and a path that runs there
-//! pays for where the old really ends: for the last old sample between it and the block's edge, if there is any. Without
-//! that the cheapest path would be the one that keeps everything old and ends it in a visible edge.
+//! Of a strip, old samples may be there in part only. Where there is none the new block shows, and a path that runs
+//! there pays for where the old really ends: for the last old sample between it and the block's edge, if there is any.
+//! Without that the cheapest path would be the one that keeps everything old and ends it in a visible edge.
 //!
 //! ```
 //! use selvedge_quilting::boundary_cut::{Overlaps, boundary_cut};
@@ -46,7 +46,8 @@ const TOP: usize = 1;
 const RIGHT: usize = 2;
 const BOTTOM: usize = 3;
 
-/// At each corner the ends of the two strips that meet there, in ring order: top left, top right, bottom right, bottom left.
+/// At each corner the ends of the two strips that meet there, in ring order: top left, top right, bottom right, bottom
+/// left.
 const CORNERS: [(End, End); 4] =
     [(End::Low, End::Low), (End::High, End::Low), (End::High, End::High), (End::Low, End::High)];
 
@@ -60,7 +61,8 @@ pub struct Cut {
 }
 
 /// Cuts a block of `h * w` samples, whose squared errors against the old samples are `error` (row-major, `h * w` values
-/// of which only those on the overlaps are looked at). `known` says which old samples there are; `None` for all on the overlaps.
+/// of which only those on the overlaps are looked at). `known` says which old samples there are; `None` for all on the
+/// overlaps.
 ///
 /// Two overlaps that face each other must not meet: `left + right <= w`, `top + bottom <= h`.
 ///

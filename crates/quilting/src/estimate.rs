@@ -27,9 +27,9 @@ const A_CUT: u64 = 64;
 /// Bytes for each channel of a sample that is compared.
 const A_TAP: u64 = 40;
 
-/// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before anything is
-/// read: shapes of the exemplars, feature channels, the output. It holds for any number of threads, and for flat exemplars,
-/// of which every place is a candidate; of others less is held, on few threads several times less.
+/// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before
+/// anything is read: shapes of the exemplars, feature channels, the output. It holds for any number of threads, and for
+/// flat exemplars, of which every place is a candidate; of others less is held, on few threads several times less.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
     let block = options.block.unwrap_or_else(|| largest(exemplars));
     let overlap = |block: u32| match options.stage {
@@ -64,8 +64,8 @@ fn stages(one: u64, other: u64) -> u64 {
     one.max(other).saturating_add(one.min(other) / 4)
 }
 
-/// An upper bound of the bytes that [`transfer`](crate::transfer) holds beside the exemplars' features, known before anything is
-/// read: shapes of the exemplars, channels of features and of the guide, the output.
+/// An upper bound of the bytes that [`transfer`](crate::transfer) holds beside the exemplars' features, known before
+/// anything is read: shapes of the exemplars, channels of features and of the guide, the output.
 pub fn estimate_transfer(
     exemplars: &[Domain<2>],
     channels: usize,
@@ -161,8 +161,8 @@ impl Searches<'_> {
         let (mut direct, mut fourier) = (0, 0);
         for &Compared { side, samples } in self.templates {
             direct = by(Engine::Direct, 1, samples).max(direct);
-            // At the output's border blocks are cropped. Those have more places, fewer samples, and an engine of their own;
-            // rectangles have no more places than squares of their area.
+            // At the output's border blocks are cropped. Those have more places, fewer samples, and an engine of their
+            // own; rectangles have no more places than squares of their area.
             for side in [side, side - side / 4, side / 2, side / 4, 1] {
                 let samples = samples.min(u64::from(side).pow(2).saturating_mul(2));
                 let any = by(Engine::Auto, side, samples);

@@ -22,8 +22,8 @@ impl<'e> FreePlaces<'e> {
         Self { exemplars, masked: Vec::new(), shape: [0; 2], before: Vec::new() }
     }
 
-    /// One of the places for a block of this shape but those to avoid, as a uniform draw, and how many there were; one of
-    /// all if all are to be avoided. `None` if there is none at all.
+    /// One of the places for a block of this shape but those to avoid, as a uniform draw, and how many there were; one
+    /// of all if all are to be avoided. `None` if there is none at all.
     pub(crate) fn draw(
         &mut self,
         shape: [u32; 2],

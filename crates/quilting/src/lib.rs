@@ -1,4 +1,5 @@
-//! Image quilting and texture transfer: synthesis from overlapping square blocks of an exemplar (Efros and Freeman 2001).
+//! Image quilting and texture transfer: synthesis from overlapping square blocks of an exemplar (Efros and Freeman
+//! 2001).
 //!
 //! # Usage
 //! Encode one or more exemplars, choose the output's domain, call [`quilt`], and render the map that it answers with.
@@ -27,8 +28,8 @@
 //! [`transfer`] draws a target in an exemplar's texture: a [`Guide`](selvedge_core::Guide) says what has to lie
 //! where (`selvedge-guides` makes maps for it).
 //!
-//! A quilt takes time in proportion to the areas of output and exemplar; `DESIGN.md` has the figures, and tells why the crate
-//! is made as it is.
+//! A quilt takes time in proportion to the areas of output and exemplar; `DESIGN.md` has the figures, and tells why the
+//! crate is made as it is.
 //!
 //! # Features
 //! `rayon` (default): blocks and candidates are searched on the caller's pool; the output is the same either way.

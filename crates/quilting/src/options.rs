@@ -34,15 +34,15 @@ pub struct Options {
     /// more, smaller ones mix more. From 1 to the exemplar's shorter side. Default: chosen by
     /// [`suggest_block`](crate::suggest_block) from the exemplar.
     pub block: Option<u32>,
-    /// Width of the overlap of neighbouring blocks in samples, at most half a block; none for [`Stage::Random`]. Default:
-    /// the block divided by `overlap_part`, at least 1.
+    /// Width of the overlap of neighbouring blocks in samples, at most half a block; none for [`Stage::Random`].
+    /// Default: the block divided by `overlap_part`, at least 1.
     pub overlap: Option<u32>,
-    /// Which part of the block the overlap is where no width is given. Default: 4, a fourth, so that lines find each other;
-    /// the paper's is 6. 0 counts as 1.
+    /// Which part of the block the overlap is where no width is given. Default: 4, a fourth, so that lines find each
+    /// other; the paper's is 6. 0 counts as 1.
     pub overlap_part: u32,
     /// A block is drawn from those whose overlap error (L2 norm) is at most `1 + tolerance` times the least. From 0
-    /// (always the best) to 100. With a `spread`, errors count as that makes them, both the least and the others: what is
-    /// drawn may then have up to `sqrt(2)` times that error. Default: 0.1, as in the paper.
+    /// (always the best) to 100. With a `spread`, errors count as that makes them, both the least and the others: what
+    /// is drawn may then have up to `sqrt(2)` times that error. Default: 0.1, as in the paper.
     pub tolerance: f64,
     /// How far the algorithm of the paper's figure 2 goes. Default: [`Stage::Cut`].
     pub stage: Stage,
@@ -70,7 +70,8 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The paper, to the letter; the block is left to the user there, and to [`suggest_block`](crate::suggest_block) here.
+    /// The paper, to the letter; the block is left to the user there, and to [`suggest_block`](crate::suggest_block)
+    /// here.
     pub fn paper() -> Self {
         Self { overlap_part: 6, continuation: Continuation::Allow, spread: 0.0, ..Self::default() }
     }

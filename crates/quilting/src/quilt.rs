@@ -153,13 +153,13 @@ fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> u64 
 /// Each block is drawn from all those of all sources whose overlap error is within the tolerance of the least, then cut
 /// along the path of least error against what is there.
 ///
-/// Blocks are laid in waves: block `j` of row `i` is in wave `2 i + j`, and the blocks of a wave, which neither touch nor
-/// follow from each other, are looked for at once. Where columns are periodic, each block is a wave. Every block sees the
-/// neighbours that it would see in raster order.
+/// Blocks are laid in waves: block `j` of row `i` is in wave `2 i + j`, and the blocks of a wave, which neither touch
+/// nor follow from each other, are looked for at once. Where columns are periodic, each block is a wave. Every block
+/// sees the neighbours that it would see in raster order.
 ///
-/// With [`Options::spread`] above 0 an error counts more where the waves before used its place more often than others, and
-/// the tolerance is one on what errors count. As these counts go from wave to wave, the output is then another one than
-/// that of raster order; with 0 it is the same.
+/// With [`Options::spread`] above 0 an error counts more where the waves before used its place more often than others,
+/// and the tolerance is one on what errors count. As these counts go from wave to wave, the output is then another one
+/// than that of raster order; with 0 it is the same.
 ///
 /// Periodic axes of `output` close without a seam of their own: at least two blocks go round them, shortened where that
 /// many do not fit.
@@ -169,9 +169,10 @@ fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> u64 
 /// over the run's limits (its [`estimate`] counts against their memory), or no memory for it.
 ///
 /// # Complexity
-/// With `n` exemplar samples, `c` channels and `b = output samples / (block - overlap)^2` blocks: time `O(b * c * n)` for
-/// searches of short overlaps or `O(b * c * n log n)` by Fourier transforms, whichever is less, and `O(b * block^2)` for
-/// cuts, but for the last ones of a periodic output, which take `O(overlap^4)` each. Space `O(output + c * n)`.
+/// With `n` exemplar samples, `c` channels and `b = output samples / (block - overlap)^2` blocks: time `O(b * c * n)`
+/// for searches of short overlaps or `O(b * c * n log n)` by Fourier transforms, whichever is less, and
+/// `O(b * block^2)` for cuts, but for the last ones of a periodic output, which take `O(overlap^4)` each. Space
+/// `O(output + c * n)`.
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Block number `i` draws from `"quilting/block"`, `i`.

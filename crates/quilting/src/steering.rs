@@ -99,8 +99,8 @@ mod tests {
         Grid::from_vec(Domain::open(shape), 1, samples).unwrap()
     }
 
-    /// The places that a first block fits without fault, where the last pass laid [`LAID`] there and the target is what lies
-    /// at [`ASKED`].
+    /// The places that a first block fits without fault, where the last pass laid [`LAID`] there and the target is what
+    /// lies at [`ASKED`].
     fn perfect(alpha: u32, is_first_pass: bool) -> Vec<[u32; 2]> {
         let shape = [4, 5];
         let (features, under) = (noise(1, [12, 14]), noise(2, [12, 14]));

@@ -62,7 +62,8 @@ impl Strip {
         Ok(Self { errors, width })
     }
 
-    /// Gives each cell that is not known the error of the last known one between it and the outer edge; 0 if there is none.
+    /// Gives each cell that is not known the error of the last known one between it and the outer edge; 0 if there is
+    /// none.
     pub(crate) fn carry_inwards(&mut self, known: impl Fn(usize, usize) -> bool) {
         for (along, row) in self.errors.chunks_mut(self.width).enumerate() {
             let mut last = 0;

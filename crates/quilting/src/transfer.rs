@@ -49,7 +49,8 @@ pub struct TransferPlan<'e> {
 }
 
 impl<'e> TransferPlan<'e> {
-    /// Checks the options, then exemplars and guide, then the run's limits; chooses the first block, if it is left open.
+    /// Checks the options, then exemplars and guide, then the run's limits; chooses the first block, if it is left
+    /// open.
     ///
     /// # Errors
     /// Those of [`transfer`].
@@ -167,16 +168,16 @@ impl<'e> TransferPlan<'e> {
 /// Quilts an output of the target's size that follows the target. `[Efros01 3]`
 ///
 /// Each block is drawn from all those of all sources whose error is within the tolerance of the least, where the error
-/// is `alpha` times the texture's plus `1 - alpha` times the guide's, both as means a sample and channel. Several passes
-/// refine the output with smaller and smaller blocks; from the second on the texture's error is that to the neighbours
-/// on the overlap and to what the last pass laid under the whole block.
+/// is `alpha` times the texture's plus `1 - alpha` times the guide's, both as means a sample and channel. Several
+/// passes refine the output with smaller and smaller blocks; from the second on the texture's error is that to the
+/// neighbours on the overlap and to what the last pass laid under the whole block.
 ///
 /// Axes on which the guide's target is periodic close without a seam.
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`TransferOptions::validate`]), a guide made for other exemplars, exemplars
-/// without a valid block, an empty target, one over the run's limits (its [`estimate_transfer`] counts against their memory),
-/// or no memory for it.
+/// without a valid block, an empty target, one over the run's limits (its [`estimate_transfer`] counts against their
+/// memory), or no memory for it.
 ///
 /// # Complexity
 /// A block takes `O(positions * block samples * channels)` as long as it is small (see the crate's page for figures),
@@ -184,7 +185,8 @@ impl<'e> TransferPlan<'e> {
 /// smallest blocks, takes most. Space `O(output + exemplars)`.
 ///
 /// # Determinism
-/// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point). Block number `i` of pass `p` draws from `"quilting/pass"`, `p` and `"quilting/block"`, `i`.
+/// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point). Block number `i`
+/// of pass `p` draws from `"quilting/pass"`, `p` and `"quilting/block"`, `i`.
 pub fn transfer(
     exemplars: &Exemplars<2>,
     guide: &Guide<2>,

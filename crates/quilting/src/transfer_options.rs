@@ -14,8 +14,8 @@ const LEAST_BLOCK: u32 = 4;
 /// Options of [`transfer`](crate::transfer).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferOptions {
-    /// Side of the first pass's blocks in samples; each pass takes blocks smaller by a third, down to 4. Large ones keep
-    /// more of the texture, small ones follow the target closer. From 4, so that overlaps have two samples, to the
+    /// Side of the first pass's blocks in samples; each pass takes blocks smaller by a third, down to 4. Large ones
+    /// keep more of the texture, small ones follow the target closer. From 4, so that overlaps have two samples, to the
     /// exemplar's shorter side. Default: chosen by [`suggest_transfer_block`] from target and exemplar.
     pub block: Option<u32>,
     /// Passes over the output, 1 to 32. From the second on blocks also agree with what the last pass put under them.
@@ -24,11 +24,11 @@ pub struct TransferOptions {
     /// Share of the texture in the error, 0 (only the target counts) to 1 (only the texture). Default: from 0.1 in the
     /// first pass to 0.9 in the last, as in the paper; 0.1 if there is one pass.
     pub alpha: Option<f64>,
-    /// A block is drawn from those whose error (its root) is at most `1 + tolerance` times the least. From 0 (always the
-    /// best) to 100. Default: 0.1, as in the paper.
+    /// A block is drawn from those whose error (its root) is at most `1 + tolerance` times the least. From 0 (always
+    /// the best) to 100. Default: 0.1, as in the paper.
     pub tolerance: f64,
-    /// How evenly the exemplar's parts are used, as in [`Options::spread`](crate::Options::spread), within each pass. From
-    /// 0 (whatever fits best, as in the paper) to 10. Default: 0.1, which shows more than one piece of an exemplar
+    /// How evenly the exemplar's parts are used, as in [`Options::spread`](crate::Options::spread), within each pass.
+    /// From 0 (whatever fits best, as in the paper) to 10. Default: 0.1, which shows more than one piece of an exemplar
     /// whose darkest or lightest place is small.
     pub spread: f64,
 }
@@ -86,10 +86,10 @@ impl TransferOptions {
 /// A first block for a target: a ninth of its shorter side, from 12 to 36, but no more than two fifths of the smallest
 /// exemplar's shorter side, for few large ones fit; and never under 4, unless the exemplar is.
 ///
-/// Larger blocks than that blur what the target shows, however well they suit the texture, which keeps the more of itself the
-/// larger they are. The rule knows sizes only, not what they show: a face of 256 samples a side gets first blocks of 28,
-/// which is too large where it fills part of the picture or the texture has few levels (eyes and mouth are lost); there
-/// blocks of 16 read. `[Efros01 3]` gives no size.
+/// Larger blocks than that blur what the target shows, however well they suit the texture, which keeps the more of
+/// itself the larger they are. The rule knows sizes only, not what they show: a face of 256 samples a side gets first
+/// blocks of 28, which is too large where it fills part of the picture or the texture has few levels (eyes and mouth
+/// are lost); there blocks of 16 read. `[Efros01 3]` gives no size.
 pub fn suggest_transfer_block(exemplars: &Exemplars<2>, target: Domain<2>) -> u32 {
     suggested(exemplars.sources().iter().map(|s| s.domain()), target)
 }

@@ -41,8 +41,8 @@ impl Candidate for Graphcut {
         "graphcut"
     }
 
-    /// Covered, but its seams not settled: a sixth of the work (three textures). That drafts are preferred as what becomes of
-    /// them is a guess: of most of 24 textures preferences are near each other.
+    /// Covered, but its seams not settled: a sixth of the work (three textures). That drafts are preferred as what
+    /// becomes of them is a guess: of most of 24 textures preferences are near each other.
     fn draft(&self) -> Option<Box<dyn Candidate>> {
         let draft = graphcut::Options { refine: Some(0), ..self.0 };
         (self.0.refine != Some(0)).then(|| Box::new(Self(draft)) as Box<dyn Candidate>)
@@ -78,12 +78,12 @@ impl Candidate for Graphcut {
     }
 }
 
-/// What is tried of exemplars, the likeliest first: graph cuts by default, which know the kind of the texture and how much larger
-/// the output is, and regions between theirs and the whole exemplar, with as much reach.
+/// What is tried of exemplars, the likeliest first: graph cuts by default, which know the kind of the texture and how
+/// much larger the output is, and regions between theirs and the whole exemplar, with as much reach.
 ///
-/// Two readers ranked such candidates of 24 textures at twice the sides and of ten at four times, blind. Quilts, with blocks of
-/// three eighths and a half, were last but one of six: preference takes them too often, so they are not among these. Whole patches
-/// are not where many copies would show, however much preference likes them there.
+/// Two readers ranked such candidates of 24 textures at twice the sides and of ten at four times, blind. Quilts, with
+/// blocks of three eighths and a half, were last but one of six: preference takes them too often, so they are not among
+/// these. Whole patches are not where many copies would show, however much preference likes them there.
 ///
 /// # Errors
 /// [`Error::Analysis`] if memory is short.

@@ -1,9 +1,9 @@
-//! A larger texture without knobs: several settings and seeds make drafts of it, each is scored, the best are finished, and the
-//! best of these is kept.
+//! A larger texture without knobs: several settings and seeds make drafts of it, each is scored, the best are finished,
+//! and the best of these is kept.
 //!
 //! The work follows from [`Options::effort`], never from a clock, so the same seed and effort give the same map on any
-//! machine and any number of threads. A [`Candidate`] is a trait: what else makes a texture may join. What is kept can be made
-//! again by its method alone, with the options and the seed that [`Stats`] tell.
+//! machine and any number of threads. A [`Candidate`] is a trait: what else makes a texture may join. What is kept can
+//! be made again by its method alone, with the options and the seed that [`Stats`] tell.
 //!
 //! # Features
 //! `rayon` (default): candidates are made beside each other in the caller's pool; the result is the same without it.
@@ -23,8 +23,8 @@ use selvedge_metrics::{Columns, Judge, preference};
 /// Options of [`synthesize`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// How much work is done: 1 makes one candidate and scores nothing, 3 three drafts of which the best is finished, 9 forty
-    /// of which twelve are. Default: 3, about a second for 512^2 from 192^2 on two cores.
+    /// How much work is done: 1 makes one candidate and scores nothing, 3 three drafts of which the best is finished, 9
+    /// forty of which twelve are. Default: 3, about a second for 512^2 from 192^2 on two cores.
     pub effort: u8,
 }
 
@@ -71,18 +71,19 @@ pub struct Stats {
 
 /// Makes a texture of several candidates and keeps the best.
 ///
-/// Candidates are taken in turns, each time with the next seed. Exemplars and outputs that are too small to be compared have
-/// one. One whose method refuses the exemplars is left out.
+/// Candidates are taken in turns, each time with the next seed. Exemplars and outputs that are too small to be compared
+/// have one. One whose method refuses the exemplars is left out.
 ///
 /// # Errors
-/// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`], [`Error::Analysis`] and [`Error::Metrics`] if memory is
-/// short.
+/// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`], [`Error::Analysis`] and [`Error::Metrics`] if
+/// memory is short.
 ///
 /// # Events
 /// `"synthesize"` after each round, with how many drafts and candidates are done.
 ///
 /// # Determinism
-/// The map follows from exemplars, domain, options and seed alone. Draft `i` of `n` candidates has the seed `seed + i / n`.
+/// The map follows from exemplars, domain, options and seed alone. Draft `i` of `n` candidates has the seed
+/// `seed + i / n`.
 pub fn synthesize(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
@@ -136,7 +137,8 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Makes and scores drafts: turns with the preference of what they made, those left out that were refused or cancelled.
+    /// Makes and scores drafts: turns with the preference of what they made, those left out that were refused or
+    /// cancelled.
     fn draft(
         &mut self,
         all: &[Box<dyn Candidate>],
@@ -191,7 +193,8 @@ impl Bench<'_> {
     }
 }
 
-/// Bytes that [`synthesize`] needs at most, on `threads` threads: what their candidates and comparisons hold at once, and the best map.
+/// Bytes that [`synthesize`] needs at most, on `threads` threads: what their candidates and comparisons hold at once,
+/// and the best map.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, threads: usize) -> u64 {
     let len = |d: &Domain<2>| d.shape.iter().fold(1_u64, |n, &side| n.saturating_mul(u64::from(side)));
     // Any region and any reach that a candidate may have.

@@ -1,5 +1,5 @@
-//! Memory that a test holds. The system counts it by process, so a test that measures it runs in one of its own: what its
-//! neighbours hold would count too.
+//! Memory that a test holds. The system counts it by process, so a test that measures it runs in one of its own: what
+//! its neighbours hold would count too.
 
 use std::env;
 use std::fs;
@@ -30,15 +30,16 @@ pub fn alone(test: &str, case: &str) -> String {
     said
 }
 
-/// Prints what this process has held at its peak beyond `before`, for [`of_each`] to read; nothing where the system does not tell.
+/// Prints what this process has held at its peak beyond `before`, for [`of_each`] to read; nothing where the system
+/// does not tell.
 pub fn tell(before: Option<u64>) {
     if let (Some(before), Some(peak)) = (before, peak()) {
         println!("held {}", peak.saturating_sub(before));
     }
 }
 
-/// Runs `measure`, which [`tell`]s, for each case of a test in a process of its own, and gives `check` what it held. Says that it
-/// skips where the system does not tell.
+/// Runs `measure`, which [`tell`]s, for each case of a test in a process of its own, and gives `check` what it held.
+/// Says that it skips where the system does not tell.
 ///
 /// # Panics
 ///

@@ -7,8 +7,8 @@ use crate::assignment::Place;
 use crate::falloff::Falloff;
 use crate::neighborhoods::Neighborhoods;
 
-/// `x`: each sample the average of the samples that neighborhoods have there, by their weights and the fall-off. That minimises
-/// `sum of omega_p G(k - p) (x(k) - z_p(k))^2`.
+/// `x`: each sample the average of the samples that neighborhoods have there, by their weights and the fall-off. That
+/// minimises `sum of omega_p G(k - p) (x(k) - z_p(k))^2`.
 ///
 /// Answers with `x` and the sums of weights.
 ///

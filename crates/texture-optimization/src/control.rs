@@ -5,8 +5,8 @@ use selvedge_core::{Domain, Exemplars, Grid, SourceMap};
 use crate::error::Error;
 use crate::picture;
 
-/// Most that a wish counts for where samples are halved together with some that are fixed: these hold only where all of a coarse
-/// sample is fixed, but pull the others.
+/// Most that a wish counts for where samples are halved together with some that are fixed: these hold only where all of
+/// a coarse sample is fixed, but pull the others.
 const MOST: f64 = 16.0;
 
 /// Constraints, each in the output's shape.
@@ -23,7 +23,8 @@ pub struct Control {
 pub struct Wanted {
     /// Features as the exemplars have them.
     pub features: Grid<u8, 2>,
-    /// `lambda`: how much each sample's wish counts, where all neighborhoods over it together count about 1; 0 for no wish.
+    /// `lambda`: how much each sample's wish counts, where all neighborhoods over it together count about 1; 0 for no
+    /// wish.
     pub weight: Grid<f32, 2>,
 }
 
@@ -105,7 +106,8 @@ impl Wishes {
         Ok(out)
     }
 
-    /// The E-step's other part: averages and wishes, weighed. `votes` are the weights of averages, about 1. `[Kwatra05 4]`
+    /// The E-step's other part: averages and wishes, weighed. `votes` are the weights of averages, about 1.
+    /// `[Kwatra05 4]`
     pub(crate) fn weigh(&self, x: &mut Grid<f64, 2>, votes: Option<&Grid<f64, 2>>) {
         for c in 0..x.channels() {
             let wishes = self.colors.plane(c).iter().zip(self.weights.plane(0));

@@ -9,16 +9,16 @@ use crate::{Level, Options};
 const A_VALUE: u64 = 2 * 8 + 2;
 /// Bytes that the search needs for each channel of a sample, of output and exemplars alike: words of pairs, padded.
 const A_WORD: u64 = 8;
-/// Bytes for each place of an exemplar where a neighborhood may lie: in a list that grows, and how well it is covered, twice,
-/// while that is made.
+/// Bytes for each place of an exemplar where a neighborhood may lie: in a list that grows, and how well it is covered,
+/// twice, while that is made.
 const A_PLACE: u64 = 2 * 12 + 2 * 8 + 40;
 /// Bytes of a vote with its part of a list that grows.
 const A_VOTE: u64 = 2 * 8;
 /// Bytes for each neighborhood: its places before and now, distances, weights, answers.
 const A_NEIGHBORHOOD: u64 = 160;
 
-/// An upper bound of the bytes that [`optimize`](crate::optimize()) holds beside the exemplars' features: from shapes of the
-/// exemplars, feature channels, and the output.
+/// An upper bound of the bytes that [`optimize`](crate::optimize()) holds beside the exemplars' features: from shapes
+/// of the exemplars, feature channels, and the output.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
     let channels = channels as u64;
     let (samples, offered): (Bytes, Bytes) =

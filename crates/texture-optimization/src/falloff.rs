@@ -1,10 +1,11 @@
 //! How much each sample of a neighborhood counts. `[Kwatra05 3.1]`
 
-/// The Gaussian's deviation as a part of the neighborhood's size. The paper gives none. At a fourth a corner weighs a fiftieth of
-/// the middle, so that where a neighborhood ends nobody sees; narrower ones would leave few votes a sample.
+/// The Gaussian's deviation as a part of the neighborhood's size. The paper gives none. At a fourth a corner weighs a
+/// fiftieth of the middle, so that where a neighborhood ends nobody sees; narrower ones would leave few votes a sample.
 const DEVIATION: f64 = 0.25;
 
-/// The weight of samples along one axis, by their distance from the first; that of a sample is the product over both axes.
+/// The weight of samples along one axis, by their distance from the first; that of a sample is the product over both
+/// axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Falloff(Vec<f64>);
 

@@ -1,21 +1,23 @@
-//! The sharp finish: each sample one of the exemplars instead of an average. (Han, Zhou, Wei, Gong, Bao, Guo 2006; Tong et al.
-//! 2002)
+//! The sharp finish: each sample one of the exemplars instead of an average. (Han, Zhou, Wei, Gong, Bao, Guo 2006; Tong
+//! et al. 2002)
 
 use selvedge_core::{Coherence, Domain, Exemplars, Grid, SampleId, SourceMap, par};
 
 use crate::error::Error;
 use crate::optimized::{Held, Pulls};
 
-/// Samples around one that are compared: windows of five by five hold a detail and its surroundings; larger ones blur joins of
-/// detail no less, and take longer.
+/// Samples around one that are compared: windows of five by five hold a detail and its surroundings; larger ones blur
+/// joins of detail no less, and take longer.
 const RADIUS: u32 = 2;
 /// Times that all samples may change. After three hardly any does.
 const PASSES: usize = 3;
 
-/// A map of what `x` is the average of: of the samples that neighborhoods have at a position the one whose surroundings are most
-/// like the average's; then passes in which samples may continue their neighbours', compared with what stands there.
+/// A map of what `x` is the average of: of the samples that neighborhoods have at a position the one whose surroundings
+/// are most like the average's; then passes in which samples may continue their neighbours', compared with what stands
+/// there.
 ///
-/// Time `O(samples * candidates * channels)`. Samples of a pass that do not meet are chosen at once, from what stands before.
+/// Time `O(samples * candidates * channels)`. Samples of a pass that do not meet are chosen at once, from what stands
+/// before.
 pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>, held: Option<Held<'_>>) -> Result<SourceMap<2>, Error> {
     let exemplars = pulls.exemplars;
     let domain = pulls.all.domain;
@@ -101,7 +103,8 @@ impl Around<'_> {
         best.map(|b| b.1)
     }
 
-    /// The mean squared difference over the surroundings, as far as picture and source both have them, and no mask hides them.
+    /// The mean squared difference over the surroundings, as far as picture and source both have them, and no mask
+    /// hides them.
     fn error(&self, at: [u32; 2], id: SampleId) -> f64 {
         let Some((source, from)) = self.exemplars.locate(id) else { return f64::INFINITY };
         let source = &self.exemplars.sources()[source];

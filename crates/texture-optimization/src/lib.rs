@@ -1,5 +1,5 @@
-//! Texture optimization: synthesis of a whole texture at once, by minimising how far each of its neighborhoods is from the nearest
-//! one of the exemplars (Kwatra, Essa, Bobick, Kwatra 2005).
+//! Texture optimization: synthesis of a whole texture at once, by minimising how far each of its neighborhoods is from
+//! the nearest one of the exemplars (Kwatra, Essa, Bobick, Kwatra 2005).
 //!
 //! # Usage
 //! Encode one or more exemplars, choose the output's domain, call [`optimize`], and render what it answers with.
@@ -22,19 +22,21 @@
 //! # }
 //! ```
 //!
-//! [`optimize_from`] goes on from a map of any method, which is what the defaults are for: a quilt mended by neighborhoods is better
-//! than one made of noise. [`Control`] asks for colours and keeps samples.
+//! [`optimize_from`] goes on from a map of any method, which is what the defaults are for: a quilt mended by
+//! neighborhoods is better than one made of noise. [`Control`] asks for colours and keeps samples.
 //!
 //! `DESIGN.md` tells why the crate is made as it is, and what each default is worth.
 //!
 //! # Current state
-//! Sections 3 and 4 of the paper but for gradients, flow, and the tree, which the exact search replaces. Guides are not searched yet.
+//! Sections 3 and 4 of the paper but for gradients, flow, and the tree, which the exact search replaces. Guides are not
+//! searched yet.
 //!
 //! # Features
 //! `rayon` (default): averages and searches run on the caller's pool; the output is the same either way.
 //!
 //! # Papers
-//! `[Kwatra05]`: V. Kwatra, I. Essa, A. Bobick, N. Kwatra, *Texture Optimization for Example-based Synthesis*, SIGGRAPH 2005.
+//! `[Kwatra05]`: V. Kwatra, I. Essa, A. Bobick, N. Kwatra, *Texture Optimization for Example-based Synthesis*, SIGGRAPH
+//! 2005.
 #![forbid(unsafe_code)]
 
 mod assignment;

@@ -64,7 +64,8 @@ impl Neighborhoods {
         own.map(move |i| (i, p - firsts[i])).chain(around.map(move |i| (i, p + n - firsts[i])))
     }
 
-    /// For each sample along an axis, how much neighborhoods weigh there together: less at open edges, which few of them hold.
+    /// For each sample along an axis, how much neighborhoods weigh there together: less at open edges, which few of
+    /// them hold.
     pub(crate) fn weighed(&self, axis: usize, falloff: &Falloff) -> Vec<f64> {
         let at = |p: u32| self.holding(axis, p).map(|(_, by)| falloff.along()[by as usize]).sum();
         (0..self.domain.shape[axis]).map(at).collect()

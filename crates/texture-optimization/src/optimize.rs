@@ -58,8 +58,8 @@ impl<'e> Plan<'e> {
     /// Optimises, from noise or from a map of the same exemplars and the output's shape.
     ///
     /// # Errors
-    /// [`Error::ForeignMap`], [`Error::MapShape`], [`Error::Holes`], [`Error::Masked`], constraints of another shape than the
-    /// output ([`Error::Control`]) or out of range ([`Error::Lambda`], [`Error::NothingFixed`]), or no memory.
+    /// [`Error::ForeignMap`], [`Error::MapShape`], [`Error::Holes`], [`Error::Masked`], constraints of another shape
+    /// than the output ([`Error::Control`]) or out of range ([`Error::Lambda`], [`Error::NothingFixed`]), or no memory.
     pub fn weave(
         &self,
         start: Option<&SourceMap<2>>,
@@ -120,7 +120,8 @@ impl<'e> Plan<'e> {
         Ok(x)
     }
 
-    /// Votes at full resolution; of a run that ended before, or on the way to a map, the map that was there as a finer one.
+    /// Votes at full resolution; of a run that ended before, or on the way to a map, the map that was there as a finer
+    /// one.
     fn answer(
         &self,
         weaver: &Weaver<'_>,
@@ -149,17 +150,17 @@ impl<'e> Plan<'e> {
     }
 }
 
-/// A texture that is optimised as a whole: all overlapping neighborhoods of the output are looked for in the exemplars, and the
-/// output becomes their average, until nothing changes; from coarse to fine, and from large neighborhoods to small ones.
-/// `[Kwatra05 3]`
+/// A texture that is optimised as a whole: all overlapping neighborhoods of the output are looked for in the exemplars,
+/// and the output becomes their average, until nothing changes; from coarse to fine, and from large neighborhoods to
+/// small ones. `[Kwatra05 3]`
 ///
 /// # Errors
-/// Options that are wrong by themselves ([`Options::validate`]), exemplars or an output that no neighborhood fits into, an
-/// empty output, one over the run's limits (its [`estimate`] counts against their memory), or no memory for it.
+/// Options that are wrong by themselves ([`Options::validate`]), exemplars or an output that no neighborhood fits into,
+/// an empty output, one over the run's limits (its [`estimate`] counts against their memory), or no memory for it.
 ///
 /// # Complexity
-/// An iteration takes `O(output samples * exemplar samples * channels)` at its resolution for neighborhoods that changed,
-/// whatever their size. Space `O(output + exemplars)`.
+/// An iteration takes `O(output samples * exemplar samples * channels)` at its resolution for neighborhoods that
+/// changed, whatever their size. Space `O(output + exemplars)`.
 ///
 /// # Determinism
 /// The result follows from exemplars, domain, options and seed alone.
@@ -172,8 +173,8 @@ pub fn optimize(
     Plan::new(exemplars, output, options, run)?.weave(None, &Control::default(), run)
 }
 
-/// The same from a map instead of noise: it is shown at the resolution where the schedule begins. With a schedule of full
-/// resolution alone it is polished: joins that are hard become texture.
+/// The same from a map instead of noise: it is shown at the resolution where the schedule begins. With a schedule of
+/// full resolution alone it is polished: joins that are hard become texture.
 ///
 /// # Errors
 /// Those of [`optimize`], and of [`Plan::weave`].

@@ -70,7 +70,8 @@ impl Held<'_> {
     }
 }
 
-/// What neighborhoods have at each sample, and how much each weighs: of that, [`average`](crate::average::average) is the mean.
+/// What neighborhoods have at each sample, and how much each weighs: of that, [`average`](crate::average::average) is
+/// the mean.
 pub(crate) struct Pulls<'a> {
     pub(crate) exemplars: &'a Exemplars<2>,
     pub(crate) all: &'a Neighborhoods,

@@ -7,8 +7,8 @@ use crate::schedule::{check, paper_schedule};
 /// How the nearest neighborhoods are found, the M-step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Search {
-    /// All positions, on samples rounded to 8 bits, each as heavy as the others, and channels by weights in as many steps as 32 bits
-    /// hold at a size: exact, and fast.
+    /// All positions, on samples rounded to 8 bits, each as heavy as the others, and channels by weights in as many
+    /// steps as 32 bits hold at a size: exact, and fast.
     #[default]
     Exact,
     /// The definition: all positions, on unrounded samples, with the fall-off that averages use. Without
@@ -30,20 +30,20 @@ pub enum Finish {
 /// Options of [`optimize`](crate::optimize()).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Resolutions and sizes of neighborhoods, in their order; those that do not fit are left out. Default: the six levels of
-    /// the paper's figure 3.
+    /// Resolutions and sizes of neighborhoods, in their order; those that do not fit are left out. Default: the six
+    /// levels of the paper's figure 3.
     pub schedule: Vec<Level>,
-    /// The exponent `r` of the robust energy, from above 0 to 2, where all neighborhoods weigh the same. Default: 0.8, as in the
-    /// paper.
+    /// The exponent `r` of the robust energy, from above 0 to 2, where all neighborhoods weigh the same. Default: 0.8,
+    /// as in the paper.
     pub robust: f64,
     /// Iterations at a level before it ends, if it does not end by itself. At least 1. Default: 5, as the paper
     /// found to be enough.
     pub iterations: u32,
     /// How neighborhoods are found. Default: [`Search::Exact`].
     pub search: Search,
-    /// How much parts of the exemplars that the output lacks are preferred: the error of a neighborhood is divided by how near
-    /// the output comes to it, plus this part of the mean; the less, the more complete. `None` takes whatever is nearest, as
-    /// in the paper. From 0 to 100. Default: 0.2.
+    /// How much parts of the exemplars that the output lacks are preferred: the error of a neighborhood is divided by
+    /// how near the output comes to it, plus this part of the mean; the less, the more complete. `None` takes whatever
+    /// is nearest, as in the paper. From 0 to 100. Default: 0.2.
     pub complete: Option<f64>,
     /// What the result is made of. Default: [`Finish::Coherent`].
     pub finish: Finish,
@@ -63,7 +63,8 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The paper, to the letter: iterations end when nothing changes. They are bounded by a number that is not met in practice.
+    /// The paper, to the letter: iterations end when nothing changes. They are bounded by a number that is not met in
+    /// practice.
     pub fn paper() -> Self {
         Self { iterations: 100, complete: None, finish: Finish::Average, ..Self::default() }
     }

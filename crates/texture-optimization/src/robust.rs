@@ -1,11 +1,11 @@
 //! Weights of neighborhoods, so that those which fit badly pull less. `[Kwatra05 3.1]`
 
-/// Squared grey levels that are added to a mean squared distance: one level. Without it a neighborhood that fits perfectly
-/// would weigh infinitely much.
+/// Squared grey levels that are added to a mean squared distance: one level. Without it a neighborhood that fits
+/// perfectly would weigh infinitely much.
 const LEVEL: f64 = 1.0;
 
-/// `omega_p` by mean squared distances, with a mean of 1, so that what is added to it keeps its meaning at every level and
-/// iteration.
+/// `omega_p` by mean squared distances, with a mean of 1, so that what is added to it keeps its meaning at every level
+/// and iteration.
 pub(crate) fn weights(distances: &[f64], exponent: f64) -> Vec<f64> {
     let raw: Vec<f64> = distances.iter().map(|d| libm::pow(d + LEVEL, (exponent - 2.0) / 2.0)).collect();
     let mean = mean(&raw);

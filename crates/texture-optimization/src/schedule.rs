@@ -8,8 +8,8 @@ use crate::neighborhoods::{CELLS, places};
 
 /// The coarsest resolution: beyond, textures have no samples left.
 const COARSEST: u32 = 64;
-/// The largest neighborhood: a sum of its squares fits 32 bits in one channel. From 148 px on three channels do not, and few windows
-/// are compared one by one.
+/// The largest neighborhood: a sum of its squares fits 32 bits in one channel. From 148 px on three channels do not,
+/// and few windows are compared one by one.
 const LARGEST: u32 = 256;
 
 /// A level that pyramids and searches have.
@@ -71,7 +71,8 @@ impl Schedule {
         Ok(Self { coarse, levels, left_out })
     }
 
-    /// Those of a level: at half the resolution an iteration is a sixteenth of the work, as output and exemplars have a fourth.
+    /// Those of a level: at half the resolution an iteration is a sixteenth of the work, as output and exemplars have a
+    /// fourth.
     pub(crate) fn steps(&self, number: usize, iterations: u32) -> Steps {
         let most = self.levels.iter().map(|l| l.halvings()).max().unwrap_or(0);
         let each = |level: &Level| 16_u64.pow((most - level.halvings()) as u32);

@@ -9,8 +9,8 @@ pub struct LevelStats {
     pub level: Level,
     /// Neighborhoods of the output.
     pub neighborhoods: u64,
-    /// Per iteration the energy, as the mean squared distance of a sample in squared grey levels: normalised by samples and
-    /// size. `[Kwatra05 fig. 3]`
+    /// Per iteration the energy, as the mean squared distance of a sample in squared grey levels: normalised by samples
+    /// and size. `[Kwatra05 fig. 3]`
     pub energy: Vec<f64>,
     /// Per iteration the robust energy, as the mean over neighborhoods.
     pub robust: Vec<f64>,

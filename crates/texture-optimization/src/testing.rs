@@ -2,7 +2,8 @@
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Rng, Source, Transform};
 
-/// Two sources of up to `shape` with two channels of smooth noise; some axes periodic, the second masked if that is wanted.
+/// Two sources of up to `shape` with two channels of smooth noise; some axes periodic, the second masked if that is
+/// wanted.
 pub(crate) fn exemplars(rng: &mut Rng, shape: [u32; 2], masked: bool) -> Exemplars<2> {
     let source = |exemplar: u16, rng: &mut Rng| {
         let domain = Domain { shape, periodic: [rng.below(3) == 0, rng.below(3) == 0] };

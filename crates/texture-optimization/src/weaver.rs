@@ -92,7 +92,8 @@ impl<'a> Weaver<'a> {
     fn average(&self, places: &[Place], weights: &[f64]) -> Result<Grid<f64, 2>, Error> {
         let [mut x, mut votes] = average(self.exemplars, &self.all, places, weights, &self.falloff)?;
         if let Some(wishes) = self.wishes {
-            // Neighborhoods of weight 1 weigh 1 together over every sample: at an open edge, where few reach, as in the middle.
+            // Neighborhoods of weight 1 weigh 1 together over every sample: at an open edge, where few reach, as in the
+            // middle.
             let whole = [0, 1].map(|axis| self.all.weighed(axis, &self.falloff));
             let sums = votes.domain().positions().map(|[y, x]| whole[0][y as usize] * whole[1][x as usize]);
             votes.plane_mut(0).iter_mut().zip(sums).for_each(|(v, sum)| *v /= sum);
@@ -123,8 +124,8 @@ impl<'a> Weaver<'a> {
         Ok(found)
     }
 
-    /// How far the texture itself is from what was found: what is wished for is no part of how well a neighborhood fits.
-    /// `[Kwatra05 3.1]`
+    /// How far the texture itself is from what was found: what is wished for is no part of how well a neighborhood
+    /// fits. `[Kwatra05 3.1]`
     fn distances(&self, x: &Grid<f64, 2>, found: &[Place]) -> Vec<f64> {
         let flat = Falloff::flat(self.level.size);
         let falloff = if self.options.search == Search::Exact { &flat } else { &self.falloff };

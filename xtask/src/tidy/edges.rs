@@ -3,7 +3,8 @@
 use super::Breach;
 use crate::tree::Tree;
 
-/// Each crate of `crates/` and the crates of the workspace that it may depend on, from the ground up; `*` stands for all.
+/// Each crate of `crates/` and the crates of the workspace that it may depend on, from the ground up; `*` stands for
+/// all.
 const EDGES: [(&str, &[&str]); 17] = [
     ("core", &[]),
     ("io", &["core"]),

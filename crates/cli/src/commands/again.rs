@@ -21,13 +21,15 @@ pub(crate) struct Again {
     /// The picture to write. Where the command lays planes with --with, '{name}' or '{stem}' stand for their names.
     #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     output: PathBuf,
-    /// Folders where its inputs may lie, besides that of PICTURE and the working folder; they are known by their content.
+    /// Folders where its inputs may lie, besides that of PICTURE and the working folder; they are known by their
+    /// content.
     #[arg(long, value_name = "DIR", num_args = 1.., value_hint = ValueHint::DirPath)]
     look_in: Vec<PathBuf>,
 }
 
 impl Again {
-    /// Runs the command: hands the words of what the picture carries to `run`, with its seed and its inputs as they are here.
+    /// Runs the command: hands the words of what the picture carries to `run`, with its seed and its inputs as they are
+    /// here.
     pub(crate) fn run(
         &self,
         session: &Session<'_>,

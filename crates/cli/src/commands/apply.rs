@@ -32,8 +32,8 @@ pub(crate) struct Apply {
     /// with and without its extension: 'out/{name}'.
     #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     output: PathBuf,
-    /// What the channels mean: one for all planes, or one for each. By default names tell, as in wood_normal.png. Normals
-    /// are turned with their samples, and only colour is encoded when depths change.
+    /// What the channels mean: one for all planes, or one for each. By default names tell, as in wood_normal.png.
+    /// Normals are turned with their samples, and only colour is encoded when depths change.
     #[arg(long, value_enum, value_name = "ROLE", value_delimiter = ',')]
     role: Vec<RoleArg>,
     #[command(flatten)]
@@ -41,8 +41,8 @@ pub(crate) struct Apply {
     /// Copy heights sample by sample as well: by default they are fused, or every seam would be a step.
     #[arg(long, conflicts_with_all = ["feather", "spline", "fuse"])]
     copy: bool,
-    /// The masks that the exemplars were woven with: what is black does not show where seams are blended. Give one for each
-    /// exemplar of the map, in order, or 'none'.
+    /// The masks that the exemplars were woven with: what is black does not show where seams are blended. Give one for
+    /// each exemplar of the map, in order, or 'none'.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     mask: Vec<PathBuf>,
     /// Where this picture is white, nothing is blended.

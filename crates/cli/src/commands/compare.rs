@@ -29,8 +29,8 @@ pub(crate) struct Compare {
     /// Another one of the same size.
     #[arg(value_name = "B", required_unless_present = "looped", value_hint = ValueHint::FilePath)]
     b: Option<PathBuf>,
-    /// Exit with 1 if the clip does not close: if the step from its last frame to its first one, of the whole or of a block of
-    /// 16x16 px, is larger than 99 of 100 of its own.
+    /// Exit with 1 if the clip does not close: if the step from its last frame to its first one, of the whole or of a
+    /// block of 16x16 px, is larger than 99 of 100 of its own.
     #[arg(long = "loop", conflicts_with_all = ["b", "fail", "fail_percent", "hard_fail", "psnr", "diff"])]
     looped: bool,
     /// A pixel fails if it differs by more than this in any channel. Integers count from 0 to 1.
@@ -151,8 +151,8 @@ impl Compare {
         Ok(Done { exit: (!closure.closes()).into(), ..Done::answered(report, text) })
     }
 
-    /// An upper bound of what it takes: both pictures, one more while they are made alike, and the picture of differences
-    /// with its file.
+    /// An upper bound of what it takes: both pictures, one more while they are made alike, and the picture of
+    /// differences with its file.
     fn need(&self, infos: &[Info; 2], common: Layout, depth: Depth) -> Bytes {
         let domain = Domain::open([infos[0].height, infos[0].width]);
         let both = memory::pictures(infos, common.channels(), depth);

@@ -1,4 +1,5 @@
-//! What benchmarks (tests/bench) and README.md's pictures (docs/gallery.toml) are known to make: the program makes it today.
+//! What benchmarks (tests/bench) and README.md's pictures (docs/gallery.toml) are known to make: the program makes it
+//! today.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! Files that are damaged, hostile or merely odd: each ends in success, in code 3 or in code 6, with one line that names
-//! the file, no panic, and nothing written.
+//! Files that are damaged, hostile or merely odd: each ends in success, in code 3 or in code 6, with one line that
+//! names the file, no panic, and nothing written.
 
 use std::path::{Path, PathBuf};
 
@@ -91,8 +91,8 @@ fn verdict(path: &Path, said: &Said, written: &[String], held: bool) -> Result<(
     Ok(())
 }
 
-/// Our own bad files leave nothing to read, nor do the broken files of PngSuite. Others, mostly found by fuzzers, may be
-/// read as far as they go.
+/// Our own bad files leave nothing to read, nor do the broken files of PngSuite. Others, mostly found by fuzzers, may
+/// be read as far as they go.
 fn may_be_read(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     !(path.starts_with("fixtures/bad") || name.starts_with("err-pngsuite")) || name.starts_with("err-idat-short")

@@ -55,8 +55,8 @@ fn shown(said: &Said, folder: &str) -> String {
     stdout + &stderr
 }
 
-/// Takes out what may differ: the version, times, threads, memory, and the bytes of the files that were made in `folder`
-/// (encoders may change; the samples are hashed by [`contents`]).
+/// Takes out what may differ: the version, times, threads, memory, and the bytes of the files that were made in
+/// `folder` (encoders may change; the samples are hashed by [`contents`]).
 fn redact(value: &mut Value, folder: &str) {
     match value {
         Value::Array(items) => items.iter_mut().for_each(|item| redact(item, folder)),
@@ -85,7 +85,8 @@ fn without_times(line: &str) -> String {
     (0..words.len()).map(|i| if is_time(i) { "[time]" } else { words[i] }).collect::<Vec<_>>().join(" ")
 }
 
-/// Shape, depth and hash of the samples of a picture; hash of the numbers of a source map; of the bytes of any other file.
+/// Shape, depth and hash of the samples of a picture; hash of the numbers of a source map; of the bytes of any other
+/// file.
 fn contents(name: &str, bytes: &[u8]) -> String {
     match decode(bytes, name, &ReadOptions::default()) {
         Ok(picture) => {

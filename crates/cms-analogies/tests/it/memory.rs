@@ -1,5 +1,5 @@
-//! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a case
-//! held would count in the next.
+//! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a
+//! case held would count in the next.
 
 use selvedge_cms_analogies::{Constraint, Options, Sizes, analogy, estimate};
 use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Seed, Source, Transform};

@@ -6,8 +6,8 @@ use selvedge_core::{
     Exemplars, Grid, Origin, Patch, Rng, SeamCosts, SeamMeasure, Seed, Source, SourceMap, Transform, Window,
 };
 
-/// Two sources of few grey levels, the second with masked samples, and a map of patches of both with some holes; all sides up
-/// to `most`, axes open or periodic.
+/// Two sources of few grey levels, the second with masked samples, and a map of patches of both with some holes; all
+/// sides up to `most`, axes open or periodic.
 pub(crate) fn patched<const D: usize>(rng: &mut Rng, most: u32, holes: bool) -> (Exemplars<D>, SourceMap<D>) {
     let mut source = |exemplar| {
         let domain = Domain { shape: [most + 4; D], periodic: std::array::from_fn(|_| rng.below(3) == 0) };

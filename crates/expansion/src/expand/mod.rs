@@ -65,7 +65,8 @@ pub struct Scratch<const D: usize> {
 /// If there is not one choice for each sample of the frame.
 ///
 /// # Complexity
-/// Time: one maximum flow over the box around the free samples, and `O(frame)`. Space `O(frame)`, about 80 bytes a sample.
+/// Time: one maximum flow over the box around the free samples, and `O(frame)`. Space `O(frame)`, about 80 bytes a
+/// sample.
 pub fn expand<const D: usize>(
     frame: &Frame<D>,
     choices: &[Choice],

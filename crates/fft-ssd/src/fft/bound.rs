@@ -1,37 +1,38 @@
 //! How far a computed correlation can be from the integer that it stands for.
 //!
-//! Let `u = 2^-53`. A computed transform satisfies `|F computed - F|_2 <= tau |F|_2`. What `tau` is follows from the roots
-//! of unity and from the passes.
+//! Let `u = 2^-53`. A computed transform satisfies `|F computed - F|_2 <= tau |F|_2`. What `tau` is follows from the
+//! roots of unity and from the passes.
 //!
-//! *Roots.* The transform's library computes the angle of root `i` of `n` as `(2 pi / n) * i`: the quotient is wrong by 2 u of
-//! itself (the rounded pi, the division), the product by one more, so an angle of at most `2 pi` is wrong by at most
-//! `3 * 2 pi u < 19 u`, and so is the root; its two rounded parts add less than `3 u`. Every root is within
+//! *Roots.* The transform's library computes the angle of root `i` of `n` as `(2 pi / n) * i`: the quotient is wrong by
+//! 2 u of itself (the rounded pi, the division), the product by one more, so an angle of at most `2 pi` is wrong by at
+//! most `3 * 2 pi u < 19 u`, and so is the root; its two rounded parts add less than `3 u`. Every root is within
 //! `22 u` of the true one.
 //!
-//! *Passes of two.* A pass multiplies by roots (22 u, and `sqrt(2) * 2 u` for the product, Higham 2002, lemma 3.5) and adds
-//! pairs (u): less than 28 u by theorem 24.2 of the same. Passes of four, eight and sixteen are made of those, with roots
-//! that are known better.
+//! *Passes of two.* A pass multiplies by roots (22 u, and `sqrt(2) * 2 u` for the product, Higham 2002, lemma 3.5) and
+//! adds pairs (u): less than 28 u by theorem 24.2 of the same. Passes of four, eight and sixteen are made of those,
+//! with roots that are known better.
 //!
-//! *Passes of `r` = 3 and 5.* Besides the product with roots (25 u), each of `r` sums of `r` products with roots is wrong by
-//! `(22 + 3 + r - 1) u` times the sum of the absolute values, which is at most `sqrt(r)` times their norm; of `r` sums
-//! together that is `sqrt(r) (24 + r) u` of the norm of the result: 47 u for 3, 65 u for 5. In all 72 u for a factor of 3
-//! and 90 u for one of 5: for each factor of two that they hold 46 u and 39 u.
+//! *Passes of `r` = 3 and 5.* Besides the product with roots (25 u), each of `r` sums of `r` products with roots is
+//! wrong by `(22 + 3 + r - 1) u` times the sum of the absolute values, which is at most `sqrt(r)` times their norm; of
+//! `r` sums together that is `sqrt(r) (24 + r) u` of the norm of the result: 47 u for 3, 65 u for 5. In all 72 u for a
+//! factor of 3 and 90 u for one of 5: for each factor of two that they hold 46 u and 39 u.
 //!
 //! So `tau <= 46 u log2(n)`, rounded up to whole factors; 16 u more are for what is added around: parting two rows,
-//! scaling, and terms in `u^2`. Passing two real rows through one complex row loses nothing: the two errors together are
-//! the complex row's.
+//! scaling, and terms in `u^2`. Passing two real rows through one complex row loses nothing: the two errors together
+//! are the complex row's.
 //!
-//! For one pair of signals `a` (template) and `b` (tile of the source), with `A`, `B` their spectra, `|A|_2 = sqrt(n) |a|_2`:
-//! the product of the computed spectra differs from `conj(A) B` by at most `(2 tau + 4 u) |A_k| |B_k|` in the sense of
-//! Cauchy and Schwarz over `k`, so what it adds to a sample of the inverse is at most `(2 tau + 4 u) |a|_2 |b|_2`.
-//! The inverse adds at most `tau |r|_2` to any sample of the result `r`, and `|r|_2 <= |a|_1 |b|_2` (Young). Signals are
-//! summed in the spectrum, so their bounds add, with one `u` more for each sum. In all
+//! For one pair of signals `a` (template) and `b` (tile of the source), with `A`, `B` their spectra,
+//! `|A|_2 = sqrt(n) |a|_2`: the product of the computed spectra differs from `conj(A) B` by at most
+//! `(2 tau + 4 u) |A_k| |B_k|` in the sense of Cauchy and Schwarz over `k`, so what it adds to a sample of the inverse
+//! is at most `(2 tau + 4 u) |a|_2 |b|_2`. The inverse adds at most `tau |r|_2` to any sample of the result `r`, and
+//! `|r|_2 <= |a|_1 |b|_2` (Young). Signals are summed in the spectrum, so their bounds add, with one `u` more for each
+//! sum. In all
 //!
 //! `error <= sum over signals of ((2 tau + (4 + s) u) |a|_2 |b|_2 + tau |a|_1 |b|_2)`.
 //!
-//! Rounding is exact if this is below 1/2. Blocks of the template, and parts of their samples, are made so small that it is
-//! below [`LIMIT`]; and every value that is rounded is looked at: one farther than the bound from an integer would
-//! discredit the derivation, and the search is repeated by the direct engine.
+//! Rounding is exact if this is below 1/2. Blocks of the template, and parts of their samples, are made so small that
+//! it is below [`LIMIT`]; and every value that is rounded is looked at: one farther than the bound from an integer
+//! would discredit the derivation, and the search is repeated by the direct engine.
 
 /// Largest accepted bound; half of what rounding would forgive.
 pub(crate) const LIMIT: f64 = 0.25;

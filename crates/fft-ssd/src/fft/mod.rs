@@ -1,8 +1,8 @@
 //! The engine by Fourier transforms: overlap-save tiles, kept spectra of the source, exact integers by rounding.
 //!
-//! With values less 128, `(t - I)^2 = t'^2 - 2 t' I' + I'^2`: a constant, correlations of the channels, and a sum over the
-//! mask. The template is transformed once, at the size of a tile; its channels are summed in the spectrum, so that each
-//! tile takes one inverse transform, of which only the answered rows go through the last pass. A noisy mask, whose
+//! With values less 128, `(t - I)^2 = t'^2 - 2 t' I' + I'^2`: a constant, correlations of the channels, and a sum over
+//! the mask. The template is transformed once, at the size of a tile; its channels are summed in the spectrum, so that
+//! each tile takes one inverse transform, of which only the answered rows go through the last pass. A noisy mask, whose
 //! corners would be too many, is correlated with the squares as one more channel. A search takes
 //! `O(positions * log(tile))`, nearly independently of the template.
 
@@ -202,7 +202,8 @@ fn correlate_blocks<W: Word>(
             let tiled = Tiled { block, tiling, spectra, kept };
             scratch.bound = rounding(job, terms, &tiled, scratch)?;
             if scratch.limit <= scratch.bound {
-                // A few parts of its samples do with the same spectra; smaller blocks have smaller tiles, of smaller norms.
+                // A few parts of its samples do with the same spectra; smaller blocks have smaller tiles, of smaller
+                // norms.
                 let halves = block.halves().filter(|_| scratch.bound < PARTS * scratch.limit);
                 let Some(halves) = halves else { return Ok(Outcome::TooLarge) };
                 halves.into_iter().try_for_each(|half| push(&mut parts, half))?;
@@ -251,8 +252,9 @@ fn halve(shape: &mut [usize; 3]) {
     shape[longest] = shape[longest].div_ceil(2);
 }
 
-/// Cuts a template into blocks of equal shape; where they overlap, samples belong to the earlier one. Positions at which
-/// a block lies beside the source are left out of its window, except in the first block, which writes the whole map.
+/// Cuts a template into blocks of equal shape; where they overlap, samples belong to the earlier one. Positions at
+/// which a block lies beside the source are left out of its window, except in the first block, which writes the whole
+/// map.
 fn blocks(job: &Job<'_>, shape: [usize; 3]) -> Result<Vec<Block>, Error> {
     let (whole, range) = (job.template.shape, &job.range);
     let along = |a: usize| {

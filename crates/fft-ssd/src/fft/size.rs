@@ -44,8 +44,8 @@ impl Tiling {
         Self { size, hop, tiles: [0, 1, 2].map(|a: usize| window.count[a].div_ceil(hop[a])), start, cost: best.0 }
     }
 
-    /// True if both cut a source into the same tiles. Positions that a tile answers are asked of it, not of its spectra:
-    /// where there is just one tile, they do not matter.
+    /// True if both cut a source into the same tiles. Positions that a tile answers are asked of it, not of its
+    /// spectra: where there is just one tile, they do not matter.
     pub(crate) fn shares_spectra(&self, other: &Self) -> bool {
         let axis = |a: usize| self.tiles[a] == 1 || self.hop[a] == other.hop[a];
         (self.size, self.start, self.tiles) == (other.size, other.start, other.tiles) && (0..3).all(axis)
@@ -106,8 +106,9 @@ fn class(template: usize) -> usize {
     template.next_multiple_of((template.next_power_of_two() / 8).max(1))
 }
 
-/// About the nanoseconds of a search with three channels. The constants were fitted to warm searches, on one thread of a
-/// processor with AVX2, of 16^2 to 128^2 samples in 192^2 to 1024^2 and of 15 x 50 x 75 in 30 x 100 x 150; they decide speed only.
+/// About the nanoseconds of a search with three channels. The constants were fitted to warm searches, on one thread of
+/// a processor with AVX2, of 16^2 to 128^2 samples in 192^2 to 1024^2 and of 15 x 50 x 75 in 30 x 100 x 150; they
+/// decide speed only.
 fn cost(axes: [(usize, usize); 3], template: Shape, count: Shape) -> f64 {
     let [t, y, x] = axes.map(|a| a.0 as f64);
     let log = |n: f64| passes(n as usize);

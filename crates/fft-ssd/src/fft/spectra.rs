@@ -148,7 +148,8 @@ mod tests {
     use crate::placement::Range;
     use selvedge_core::Seed;
 
-    /// The rounding bound rests on this norm; flat pictures, of which one column has all, do not tell how columns count.
+    /// The rounding bound rests on this norm; flat pictures, of which one column has all, do not tell how columns
+    /// count.
     #[test]
     fn the_norm_from_half_a_spectrum_is_the_norm_of_the_samples() {
         for (number, (shape, template)) in

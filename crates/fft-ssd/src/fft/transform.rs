@@ -1,8 +1,8 @@
 //! Real transforms over three axes by complex ones: two rows go through one row transform.
 //!
 //! A spectrum is kept by columns: for each of the `width / 2 + 1` frequencies along x, `height * frames` values in the
-//! order `[ky][kt]`, so that the last transform forward and the first one back are contiguous. Several planes lie column
-//! by column beside each other: `[kx][plane][ky][kt]`.
+//! order `[ky][kt]`, so that the last transform forward and the first one back are contiguous. Several planes lie
+//! column by column beside each other: `[kx][plane][ky][kt]`.
 
 use super::workers::{C64, Worker, deal};
 use crate::Error;

@@ -97,8 +97,8 @@ impl Kernel {
         }
     }
 
-    /// Integers nearest to `scale * z`, real parts first, and their largest distance from it. Distances from 2^51 on are
-    /// not seen.
+    /// Integers nearest to `scale * z`, real parts first, and their largest distance from it. Distances from 2^51 on
+    /// are not seen.
     pub(crate) fn round<W: Word>(self, z: &[Complex<f64>], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64 {
         match self.0 {
             Level::Scalar => scalar::round(z, scale, to),
@@ -247,7 +247,8 @@ impl Kernel {
         }
     }
 
-    /// For window `i` of `n`, `least[step * i..]` becomes its sum and marks where these are less: what is nearest to each place.
+    /// For window `i` of `n`, `least[step * i..]` becomes its sum and marks where these are less: what is nearest to
+    /// each place.
     pub(crate) fn lower_places(self, windows: &Windows<'_>, n: usize, least: &mut [u32]) {
         match self.0 {
             Level::Scalar => scalar::lower_places(windows, n, least),
@@ -256,7 +257,8 @@ impl Kernel {
         }
     }
 
-    /// As [`lower`](Self::lower), of sums times `factors[step * i..]`, which are infinite where a window must not stand.
+    /// As [`lower`](Self::lower), of sums times `factors[step * i..]`, which are infinite where a window must not
+    /// stand.
     pub(crate) fn lower_scaled(
         self,
         windows: &Windows<'_>,

@@ -43,11 +43,11 @@ impl Coverage {
     }
 
     /// For each window `q` of a picture the window `j` of least `d(q, j) / (a + c(j))`, where `d` is the error of
-    /// [`nearest`](super::nearest()), `c` this coverage, and `a` is `alpha` times its mean, at least 1; the lowest source, row and
-    /// column of equal ones. (Granot, Feinstein, Shocher, Bagon, Irani 2022.)
+    /// [`nearest`](super::nearest()), `c` this coverage, and `a` is `alpha` times its mean, at least 1; the lowest
+    /// source, row and column of equal ones. (Granot, Feinstein, Shocher, Bagon, Irani 2022.)
     ///
-    /// What nothing in the picture is like gets near to what is most like it: so parts of the sources that a picture lacks
-    /// come into it, and it is not drawn to a few of them. The smaller `alpha` is, the more so.
+    /// What nothing in the picture is like gets near to what is most like it: so parts of the sources that a picture
+    /// lacks come into it, and it is not drawn to a few of them. The smaller `alpha` is, the more so.
     ///
     /// Scores are 32-bit floats, multiplied once: the same for any instructions and threads. Takes what
     /// [`nearest`](super::nearest()) takes.

@@ -22,8 +22,8 @@ pub(super) struct Group {
     planes: Vec<Plane>,
 }
 
-/// Channels that weigh the same are summed before they are weighed. A last odd one shares its words with its neighbour's along x, if
-/// cells hold whole pairs.
+/// Channels that weigh the same are summed before they are weighed. A last odd one shares its words with its
+/// neighbour's along x, if cells hold whole pairs.
 pub(super) fn groups(weights: &[u8], step: usize) -> Vec<Group> {
     let plane = |channels: &[usize]| match *channels {
         [channel, other] => Plane { channel, other: Some((other, 0)), pixels: 1 },

@@ -1,10 +1,10 @@
 //! Exact nearest neighborhoods between two pictures: which window of the exemplars is most like each window of another
 //! picture?
 //!
-//! Windows that overlap share their work by displacement: at each shift of one picture against the other every pixel pair is
-//! compared once, its squared difference goes into a cell of `step` by `step` pixels, and a window is a square of cells.
-//! So the time does not depend on the windows' side, and does on the step only by the number of windows. No tree and no
-//! propagation is exact, and none is faster at the sizes of textures.
+//! Windows that overlap share their work by displacement: at each shift of one picture against the other every pixel
+//! pair is compared once, its squared difference goes into a cell of `step` by `step` pixels, and a window is a square
+//! of cells. So the time does not depend on the windows' side, and does on the step only by the number of windows. No
+//! tree and no propagation is exact, and none is faster at the sizes of textures.
 
 mod bound;
 mod coverage;
@@ -50,14 +50,14 @@ impl<'a> Field<'a> {
 pub struct Windows {
     /// Side of a window in samples, at least 1.
     pub side: u32,
-    /// Samples from one window to the next along each axis, at least 1. A divisor of the side is fast, any other is answered window by
-    /// window.
+    /// Samples from one window to the next along each axis, at least 1. A divisor of the side is fast, any other is
+    /// answered window by window.
     pub step: u32,
 }
 
 impl Windows {
-    /// Where windows of a picture stand, in units of the step: those inside, and along a periodic axis also those around its
-    /// border.
+    /// Where windows of a picture stand, in units of the step: those inside, and along a periodic axis also those
+    /// around its border.
     pub fn over(self, domain: Domain<2>) -> Domain<2> {
         let count = |axis: usize| match (domain.shape[axis], domain.periodic[axis]) {
             (n, _) if n < self.side => 0,
@@ -80,19 +80,19 @@ pub struct Neighbor {
 }
 
 /// For each window of a picture the most similar window of some sources, at any position; the lowest source, row and
-/// column of equal ones. The answer lies over [`Windows::over`] the picture; `None` where no window of any source is valid
-/// throughout.
+/// column of equal ones. The answer lies over [`Windows::over`] the picture; `None` where no window of any source is
+/// valid throughout.
 ///
-/// Samples of `picture` that do not count are not compared: so a window that knows a part of itself is found by that part, and
-/// one that knows nothing is like the first that is valid.
+/// Samples of `picture` that do not count are not compared: so a window that knows a part of itself is found by that
+/// part, and one that knows nothing is like the first that is valid.
 ///
-/// Takes `O(samples of the picture * samples of the sources * channels)` whatever the side, in the caller's pool; the same
-/// answer for any instructions and threads. Needs about 130 bytes for each window of 16 rows of them, and 4 to 8 bytes for
-/// each sample.
+/// Takes `O(samples of the picture * samples of the sources * channels)` whatever the side, in the caller's pool; the
+/// same answer for any instructions and threads. Needs about 130 bytes for each window of 16 rows of them, and 4 to 8
+/// bytes for each sample.
 ///
 /// # Errors
-/// [`Error::Count`] if weights and channels differ, [`Error::EmptyTemplate`] for a side or step of 0, [`Error::MaskShape`]
-/// for a mask of another shape than its picture, [`Error::Core`] if memory is short.
+/// [`Error::Count`] if weights and channels differ, [`Error::EmptyTemplate`] for a side or step of 0,
+/// [`Error::MaskShape`] for a mask of another shape than its picture, [`Error::Core`] if memory is short.
 pub fn nearest(
     picture: Field<'_>,
     sources: &[Field<'_>],
@@ -119,9 +119,9 @@ pub fn nearest(
     Ok(found)
 }
 
-/// For each window of a picture, at how many other positions of the picture a window differs from it by at most `error` (as
-/// [`Neighbor::error`]). Windows less than `apart` samples away along both axes do not count, nor do those with samples
-/// that are not valid.
+/// For each window of a picture, at how many other positions of the picture a window differs from it by at most `error`
+/// (as [`Neighbor::error`]). Windows less than `apart` samples away along both axes do not count, nor do those with
+/// samples that are not valid.
 ///
 /// Takes what [`nearest`] takes.
 ///

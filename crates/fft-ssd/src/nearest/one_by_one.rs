@@ -1,4 +1,5 @@
-//! Window by window through the search at every position: for windows that cells do not tile, and errors beyond 32 bits.
+//! Window by window through the search at every position: for windows that cells do not tile, and errors beyond 32
+//! bits.
 
 use super::scale::{Best as Scaled, factor};
 use super::{Best, Field, Windows, joined};

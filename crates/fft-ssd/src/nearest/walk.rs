@@ -156,8 +156,8 @@ impl Walk {
         (first, (reach(1) + self.offered[1]).div_ceil(SHIFTS))
     }
 
-    /// Calls `fold(row, columns, windows, shift)` for each row of a band (from 0) and those of its windows that a displacement
-    /// takes into the source: in the order of positions for each window and lane.
+    /// Calls `fold(row, columns, windows, shift)` for each row of a band (from 0) and those of its windows that a
+    /// displacement takes into the source: in the order of positions for each window and lane.
     fn walk(
         &self,
         rows: Range<usize>,

@@ -1,4 +1,5 @@
-//! Large searches: exact where rounding is hardest, the same on any number of threads. The largest picture is in `memory.rs`.
+//! Large searches: exact where rounding is hardest, the same on any number of threads. The largest picture is in
+//! `memory.rs`.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, Source, Transform};
 use selvedge_fft_ssd::{Costs, Engine, Options, Placement, Scratch, SsdSearcher, Template};

@@ -1,5 +1,5 @@
-//! Searches of large pictures stay within the estimate, and are right. Each in a process of its own, so that nothing else
-//! counts.
+//! Searches of large pictures stay within the estimate, and are right. Each in a process of its own, so that nothing
+//! else counts.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, Source, Transform};
 use selvedge_fft_ssd::{

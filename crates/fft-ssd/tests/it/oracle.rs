@@ -75,7 +75,8 @@ fn check_kinds<const D: usize>(stage: &'static str, kinds: impl Iterator<Item = 
     candidates
 }
 
-/// Checks all kinds so many times. Where the template fits into no source nothing is compared, but not in all cases of a sort.
+/// Checks all kinds so many times. Where the template fits into no source nothing is compared, but not in all cases of
+/// a sort.
 fn check_all<const D: usize>(stage: &'static str, times: u64, side: u32) {
     let candidates = check_kinds::<D>(stage, 0..soak() * times * Kind::COUNT, side);
     let compared = |of: &dyn Fn(Kind) -> bool| {

@@ -134,7 +134,8 @@ impl<const D: usize> Case<D> {
         Self::of(kind, rng, side)
     }
 
-    /// Sides up to `side`, but for rows and columns; one or two sources, some with holes, some periodic; weights and covers of all sorts.
+    /// Sides up to `side`, but for rows and columns; one or two sources, some with holes, some periodic; weights and
+    /// covers of all sorts.
     pub(crate) fn of(kind: Kind, rng: &mut Rng, side: u32) -> Self {
         let channels = kind.channels;
         let weights: Vec<u8> = match rng.below(3) {

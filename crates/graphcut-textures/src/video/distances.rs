@@ -12,8 +12,8 @@ pub struct DistanceOptions {}
 
 /// Sums of squared differences between all frames of a clip, exact.
 ///
-/// Differences are of features, channels weighed. A sample that may be used in one of two frames alone differs as much as
-/// samples can, one that may be used in neither not at all.
+/// Differences are of features, channels weighed. A sample that may be used in one of two frames alone differs as much
+/// as samples can, one that may be used in neither not at all.
 #[derive(Clone, Debug)]
 pub struct FrameDistances {
     frames: u32,
@@ -29,7 +29,8 @@ impl FrameDistances {
     ///
     /// # Errors
     /// [`Error::OneClip`] unless there is exactly one source, [`Error::Frames`] unless it has 2 to 65,535 frames,
-    /// [`Error::Cancelled`], and what [`Limits::admit`](selvedge_core::Limits::admit) refuses of 16 bytes a pair of frames.
+    /// [`Error::Cancelled`], and what [`Limits::admit`](selvedge_core::Limits::admit) refuses of 16 bytes a pair of
+    /// frames.
     ///
     /// # Complexity
     /// Time `O(frames^2 samples)`, space `O(frames^2)`.
@@ -75,8 +76,8 @@ impl FrameDistances {
         if first == second { 0 } else { self.later[first][second - first - 1] }
     }
 
-    /// True if the clip closes as it is: the step from its last frame to its first is none that would be noticed among its
-    /// own steps, over the whole frame and in each block of 16 x 16 pixels.
+    /// True if the clip closes as it is: the step from its last frame to its first is none that would be noticed among
+    /// its own steps, over the whole frame and in each block of 16 x 16 pixels.
     pub fn closes(&self) -> bool {
         self.closes
     }
@@ -86,8 +87,8 @@ impl FrameDistances {
         0 < period && period < self.frames && (period..self.frames).all(|t| self.between(t - period, t) == 0)
     }
 
-    /// Steps of one and of two frames over the end are within nine tenths of those inside. Two frames, since a movement that turns
-    /// back at the end has small steps as well.
+    /// Steps of one and of two frames over the end are within nine tenths of those inside. Two frames, since a movement
+    /// that turns back at the end has small steps as well.
     fn steps_close(&self) -> bool {
         let n = self.frames;
         let usual = |lag: u32, a: u32, b: u32| {
@@ -149,8 +150,9 @@ impl Frames<'_> {
         (0..len).map(sample).sum()
     }
 
-    /// In no block the step over the end is more than a fourth larger than the largest inside. (Of a clip that is a period of itself
-    /// the step over the end is the largest of a block by chance, one time in as many as there are frames.)
+    /// In no block the step over the end is more than a fourth larger than the largest inside. (Of a clip that is a
+    /// period of itself the step over the end is the largest of a block by chance, one time in as many as there are
+    /// frames.)
     fn blocks_close(&self) -> bool {
         let [frames, height, width] = self.clip.domain().shape.map(|n| n as usize);
         let block = |a: usize, b: usize, y: usize, x: usize| -> u64 {

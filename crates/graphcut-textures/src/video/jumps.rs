@@ -39,11 +39,11 @@ impl Jump {
 pub struct JumpOptions {
     /// Jumps that are answered, at most. At least 1. Default: 8.
     pub count: usize,
-    /// Pairs of frames around a jump that have to agree, so that movements go on: 2 or 4, binomially weighed, or 1 for the jump
-    /// itself. Default: 4.
+    /// Pairs of frames around a jump that have to agree, so that movements go on: 2 or 4, binomially weighed, or 1 for
+    /// the jump itself. Default: 4.
     pub taps: u32,
-    /// Frames that the loop may have, from 2. Default: from a third of the clip's on: shorter ones are cheaper, and are seen to come
-    /// again.
+    /// Frames that the loop may have, from 2. Default: from a third of the clip's on: shorter ones are cheaper, and are
+    /// seen to come again.
     pub period: Option<RangeInclusive<u32>>,
     /// No two jumps leave, and arrive, less than so many frames from each other. At least 1. Default: 4.
     pub spread: u32,
@@ -82,10 +82,11 @@ impl JumpOptions {
 impl FrameDistances {
     /// The jumps whose surroundings agree best, the best first.
     ///
-    /// A jump from `i` to `j` is good if what would have come, `i + 1`, is like what comes, `j`, and the frames beside them alike in
-    /// the same order: so what moves goes on moving as it did. At the clip's ends the pairs that there are
-    /// decide. The jump over the whole clip has none; it is answered where the clip [closes](Self::closes), and where no other is
-    /// possible. A clip that [repeats](Self::repeats) itself is answered with its period, and no other jump.
+    /// A jump from `i` to `j` is good if what would have come, `i + 1`, is like what comes, `j`, and the frames beside
+    /// them alike in the same order: so what moves goes on moving as it did. At the clip's ends the pairs that there
+    /// are decide. The jump over the whole clip has none; it is answered where the clip [closes](Self::closes), and
+    /// where no other is possible. A clip that [repeats](Self::repeats) itself is answered with its period, and no
+    /// other jump.
     ///
     /// # Errors
     /// [`Error::Range`]; [`Error::Period`] if the clip is shorter than the least period.

@@ -13,8 +13,8 @@ use crate::error::Error;
 /// Options of [`looped`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoopOptions {
-    /// Frames around the jump in which pixels may jump. It shrinks to what there is on both sides, and to a period. Default: 60.
-    /// `[Kwatra03 7A]`
+    /// Frames around the jump in which pixels may jump. It shrinks to what there is on both sides, and to a period.
+    /// Default: 60. `[Kwatra03 7A]`
     pub window: u32,
     /// How seams are priced. Default: eq. 5 of the paper, by gradients.
     pub seam: SeamMeasure,
@@ -81,8 +81,8 @@ pub struct LoopStats {
 
 /// The bytes that [`looped`] holds at most besides the exemplars themselves.
 pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Bytes {
-    // Measured: see `tests/it/memory.rs`. Features twice, links and gradients of both sides of the window with two frames around
-    // each; then the graph, which takes 51 bytes a node, and the answer.
+    // Measured: see `tests/it/memory.rs`. Features twice, links and gradients of both sides of the window with two
+    // frames around each; then the graph, which takes 51 bytes a node, and the answer.
     let frames = |n: u32| Domain::open([n.min(clip.shape[0]), clip.shape[1], clip.shape[2]]);
     let side = Bytes::of_samples(frames(options.window.saturating_add(4)), 2 * channels as u64 + 1 + 12);
     let cut = Bytes::of_samples(frames(options.window), 56);
@@ -91,7 +91,8 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
 
 /// Cuts each jump along the surface of least price, and takes the one whose seam costs least. `[Kwatra03 7A]`
 ///
-/// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its frames.
+/// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its
+/// frames.
 ///
 /// # Errors
 /// [`Error::NoJumps`], [`Error::Jump`] for one that is not in the clip, [`Error::OneClip`], [`Error::Frames`], what
@@ -99,15 +100,15 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
 /// [`Error::Cut`] and [`Error::Core`] if memory is short.
 ///
 /// # Complexity
-/// A jump takes one maximum flow over its window's samples, and about 90 bytes for each of them; jumps are cut one after the
-/// other.
+/// A jump takes one maximum flow over its window's samples, and about 90 bytes for each of them; jumps are cut one
+/// after the other.
 ///
 /// # Events
 /// `"transition"` after each jump.
 ///
 /// # Determinism
-/// The answer follows from exemplars, jumps and options. Of jumps whose seams cost the same the first is taken. If the run is
-/// cancelled, it is the best so far, and a straight seam over the first jump if there is none.
+/// The answer follows from exemplars, jumps and options. Of jumps whose seams cost the same the first is taken. If the
+/// run is cancelled, it is the best so far, and a straight seam over the first jump if there is none.
 pub fn looped(
     exemplars: &Exemplars<3>,
     jumps: &[Jump],

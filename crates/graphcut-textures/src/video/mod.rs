@@ -1,11 +1,12 @@
 //! Video textures: clips that go on without end, over seams that are surfaces in space and time. `[Kwatra03 7]`
 //!
-//! A loop is a *jump*: after one frame comes an earlier one. Where no two frames are alike enough, the jump is made at another time
-//! at each pixel, along the surface of least price. So nothing is blended, and what is farther from the jump than half
-//! a window stays as it is. `[Kwatra03 7A]`
+//! A loop is a *jump*: after one frame comes an earlier one. Where no two frames are alike enough, the jump is made at
+//! another time at each pixel, along the surface of least price. So nothing is blended, and what is farther from the
+//! jump than half a window stays as it is. `[Kwatra03 7A]`
 //!
 //! 1. [`FrameDistances`] tells how alike frames are, and [`best`](FrameDistances::best) which jumps promise most.
-//! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Looped`], whose [`map`](Looped::map) renders any pass.
+//! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Looped`], whose [`map`](Looped::map) renders any
+//!    pass.
 //! 3. [`walk`] plays several loops by turns, drawn by the seed: no period is seen.
 //!
 //! ```

@@ -8,12 +8,12 @@ use super::looping::Looped;
 use super::the_clip;
 use crate::error::Error;
 
-/// Plays a clip from its first frame for so many frames, and jumps again and again, each time by one of some loops, drawn by the
-/// seed, along the loop's own surface.
+/// Plays a clip from its first frame for so many frames, and jumps again and again, each time by one of some loops,
+/// drawn by the seed, along the loop's own surface.
 ///
-/// From where a jump leads to, any jump may follow whose surface has not begun yet. The same may always follow itself, since no
-/// surface is longer than its period: so there are no dead ends. It is drawn like all others: two that only took turns would
-/// come again as one longer loop does.
+/// From where a jump leads to, any jump may follow whose surface has not begun yet. The same may always follow itself,
+/// since no surface is longer than its period: so there are no dead ends. It is drawn like all others: two that only
+/// took turns would come again as one longer loop does.
 ///
 /// # Errors
 /// [`Error::NoJumps`], [`Error::EmptyOutput`], [`Error::Surface`] for a loop of another clip, [`Error::OneClip`],

@@ -8,7 +8,8 @@ use crate::error::Error;
 /// A seam in space and time: when each pixel of a loop jumps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// By pixel, the first frame that it shows no more: it plays the frames of one period before that one, again and again.
+    /// By pixel, the first frame that it shows no more: it plays the frames of one period before that one, again and
+    /// again.
     pub time: Grid<u16, 2>,
 }
 
@@ -26,8 +27,9 @@ impl Surface {
     /// A surface read from elsewhere, for a jump in a clip.
     ///
     /// # Errors
-    /// [`Error::Jump`] if the jump is not in the clip; [`Error::Surface`] if it has another size than the clip's frames, a pixel
-    /// would show a frame that the clip does not have, or pixels jump farther from each other than a period.
+    /// [`Error::Jump`] if the jump is not in the clip; [`Error::Surface`] if it has another size than the clip's
+    /// frames, a pixel would show a frame that the clip does not have, or pixels jump farther from each other than a
+    /// period.
     pub fn check(&self, jump: &Jump, clip: Domain<3>) -> Result<(), Error> {
         let [frames, height, width] = clip.shape;
         jump.check(frames)?;

@@ -1,8 +1,8 @@
 //! The cut of one jump: which pixel jumps when. `[Kwatra03 7A]`
 //!
-//! Over a window of frames around the jump lie what would have come, the clip itself, and what comes, the clip one period
-//! earlier. Each pixel changes from the one to the other once. Where a change lies between neighbours, in space or in time,
-//! it costs what a seam of two patches costs. `[Kwatra03 eq. 1]` `[Kwatra03 eq. 5]`
+//! Over a window of frames around the jump lie what would have come, the clip itself, and what comes, the clip one
+//! period earlier. Each pixel changes from the one to the other once. Where a change lies between neighbours, in space
+//! or in time, it costs what a seam of two patches costs. `[Kwatra03 eq. 1]` `[Kwatra03 eq. 5]`
 
 use std::ops::Range;
 
@@ -25,8 +25,9 @@ pub(super) struct Transition {
     pub(super) shift: u32,
 }
 
-/// The frames in which pixels may jump: `window` at most, as many before the jump as after it, as far as both sides exist, and no
-/// more than a period, so that the loop does not meet its own seam. A pixel jumps before one of them or after the last.
+/// The frames in which pixels may jump: `window` at most, as many before the jump as after it, as far as both sides
+/// exist, and no more than a period, so that the loop does not meet its own seam. A pixel jumps before one of them or
+/// after the last.
 pub(super) fn window(jump: &Jump, frames: u32, window: u32) -> Range<u32> {
     let (end, period) = (jump.from + 1, jump.period());
     let window = window.min(period);
@@ -116,8 +117,8 @@ impl Stretches {
             for axis in (0..3).filter(|&axis| at[axis] + 1 < self.shape[axis]) {
                 let w = v + strides[axis];
                 let e01 = self.price(axis, v as i64, w as i64) >> shift;
-                // Within a frame both sides go on beyond the seam, so that it costs the same either way; in time there is no
-                // way back.
+                // Within a frame both sides go on beyond the seam, so that it costs the same either way; in time there
+                // is no way back.
                 let e10 = if axis == 0 { 0 } else { e01 };
                 energy.pairwise(v, axis, PairwiseTerm { e00: 0, e01, e10, e11: 0 })?;
             }

@@ -1,5 +1,5 @@
-//! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a case
-//! held would count in the next.
+//! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a
+//! case held would count in the next.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
 use selvedge_graphcut_textures::video::{self, Jump, LoopOptions, looped};

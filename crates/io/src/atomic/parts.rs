@@ -131,8 +131,8 @@ fn part_prefix(path: &Path) -> io::Result<OsString> {
     Ok(prefix)
 }
 
-/// Takes a name only if it is free. Where the file system has no hard links, a name that something else than this program
-/// takes in the last moment is lost.
+/// Takes a name only if it is free. Where the file system has no hard links, a name that something else than this
+/// program takes in the last moment is lost.
 pub(super) fn link_then_remove(steps: &(impl Steps + ?Sized), part: &Path, path: &Path) -> io::Result<()> {
     match steps.link(part, path) {
         Ok(()) => fs::remove_file(part),
@@ -158,8 +158,8 @@ pub(super) fn sweep(steps: &impl Steps, path: &Path) {
     }
 }
 
-/// Removes a part that nobody has locked. Its lock is held until it is gone: given back before, the part's own writer could
-/// lock it between both, and would lose what it holds to be its own.
+/// Removes a part that nobody has locked. Its lock is held until it is gone: given back before, the part's own writer
+/// could lock it between both, and would lose what it holds to be its own.
 fn remove_unlocked(steps: &impl Steps, part: &Path) {
     let Ok(file) = File::open(part) else { return };
     if file.try_lock().is_ok() && leads_to(part, &file) {

@@ -14,7 +14,8 @@ use super::rate::Rate;
 use crate::error::Problem;
 use crate::sink::Sink;
 
-/// The palette learns from about so many pixels, taken evenly: more change it little and take a second each half million.
+/// The palette learns from about so many pixels, taken evenly: more change it little and take a second each half
+/// million.
 const LEARNED: usize = 200_000;
 /// How far the dither moves a value up and down at most, about half of what lies between neighbours in a palette of 256
 /// that was made for the clip.

@@ -1,9 +1,9 @@
 //! Clips in files: frames of one header, read and written one after the other.
 //!
-//! [`ClipReader::open`] looks at a clip (a numbered sequence, a folder, a container), and hands its frames over one by one;
-//! [`ClipWriter`] takes them and makes the files. Memory is that of one frame, and of what a container's decoder holds.
-//! Every frame passes what a picture passes: caps, fallible allocation, finite samples. GIF and APNG grow in memory
-//! until they are finished. [`read_clip`] stacks a whole clip,
+//! [`ClipReader::open`] looks at a clip (a numbered sequence, a folder, a container), and hands its frames over one by
+//! one; [`ClipWriter`] takes them and makes the files. Memory is that of one frame, and of what a container's decoder
+//! holds. Every frame passes what a picture passes: caps, fallible allocation, finite samples. GIF and APNG grow in
+//! memory until they are finished. [`read_clip`] stacks a whole clip,
 //! [`frame_of`] takes one frame out of it.
 //!
 //! # Names
@@ -15,8 +15,8 @@
 //! | any picture, with [`ClipOptions::flipbook`] | its cells, row by row |
 //! | an animated PNG, GIF or WebP, a y4m file | its frames |
 //!
-//! Numbers go up by one, or by the step of a [`Range`]: a frame that is missing, or is of another size, depth or layout, is
-//! an error that names it.
+//! Numbers go up by one, or by the step of a [`Range`]: a frame that is missing, or is of another size, depth or
+//! layout, is an error that names it.
 
 mod animation;
 mod apng;

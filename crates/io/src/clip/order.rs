@@ -11,8 +11,8 @@ use crate::error::Error;
 /// The number of a frame, where its name has one, and its file.
 pub(super) type Numbered = (Option<u32>, PathBuf);
 
-/// Frames in natural order, or those of a range, without gaps. Where no pattern says which number is meant, names have to be
-/// alike but for it.
+/// Frames in natural order, or those of a range, without gaps. Where no pattern says which number is meant, names have
+/// to be alike but for it.
 pub(super) fn ordered(
     path: &Path,
     mut found: Vec<Numbered>,

@@ -43,8 +43,8 @@ impl Rate {
         Self::new(num as u32, den as u32)
     }
 
-    /// How many ticks of a clock frame number `frame`, from 0, lasts: each begins at the tick nearest to its time, so that
-    /// no error adds up.
+    /// How many ticks of a clock frame number `frame`, from 0, lasts: each begins at the tick nearest to its time, so
+    /// that no error adds up.
     pub fn ticks(self, frame: u32, ticks_a_second: u32) -> u32 {
         let begins = |frame: u32| {
             let ticks = u128::from(frame) * u128::from(self.den) * u128::from(ticks_a_second);

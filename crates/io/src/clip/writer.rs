@@ -159,8 +159,8 @@ impl ClipWriter {
     /// Takes the next frame. Of a sequence it is a file at once, of a container it will be a part of one.
     ///
     /// # Errors
-    /// Those of a picture; [`ClipProblem::Unsupported`] for what a container does not hold, [`ClipProblem::Differs`] for another
-    /// size, depth or layout than that of the first frame.
+    /// Those of a picture; [`ClipProblem::Unsupported`] for what a container does not hold, [`ClipProblem::Differs`]
+    /// for another size, depth or layout than that of the first frame.
     pub fn encoded(&mut self, plane: &Plane<2>) -> Result<Option<ClipFile>, Error> {
         let found = Layout::of(plane);
         let number = self.taken.saturating_add(1);

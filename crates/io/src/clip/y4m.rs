@@ -1,5 +1,5 @@
-//! YUV4MPEG2: raw frames of luma and chroma, as programs for clips hand them to each other. 8 bits; mono, 4:2:0, 4:2:2 and
-//! 4:4:4, of limited or full range.
+//! YUV4MPEG2: raw frames of luma and chroma, as programs for clips hand them to each other. 8 bits; mono, 4:2:0, 4:2:2
+//! and 4:4:4, of limited or full range.
 
 use std::io::{BufRead, BufReader, Cursor, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};

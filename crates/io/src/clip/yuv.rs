@@ -1,4 +1,5 @@
-//! Between RGB and luma with chroma, in integers of 16 bits after the point, so that every machine gives the same samples.
+//! Between RGB and luma with chroma, in integers of 16 bits after the point, so that every machine gives the same
+//! samples.
 
 /// What values stand for black and white.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

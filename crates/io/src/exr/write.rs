@@ -10,7 +10,8 @@ use crate::Format;
 use crate::error::Problem;
 use crate::metadata::{DensityUnit, Metadata};
 
-/// The whole file. One colour channel is named `Y`, two `X` and `Y`, three `R`, `G` and `B`, more as they were; alpha `A`.
+/// The whole file. One colour channel is named `Y`, two `X` and `Y`, three `R`, `G` and `B`, more as they were; alpha
+/// `A`.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
     let format = Format::Exr;
     let names = names(plane, metadata);

@@ -1,7 +1,7 @@
 //! Truevision TGA: palettes, grey and RGB of 8 bits with or without alpha, straight.
 //!
-//! How a picture was made stands in the developer's area, which others pass over: after the samples, found from the footer by
-//! way of a directory of tags.
+//! How a picture was made stands in the developer's area, which others pass over: after the samples, found from the
+//! footer by way of a directory of tags.
 
 use std::io::{SeekFrom, Write as _};
 

@@ -1,8 +1,8 @@
 //! The inverse cosine transform of 8x8 samples, in integers.
 //!
 //! Loeffler, Ligtenberg and Moschytz, *Practical fast 1-D DCT algorithms with 11 multiplications* (1989), figure 1 read
-//! backwards, over columns and then rows. With 13 bits of each factor and 2 more bits between both passes the values are
-//! those of libjpeg's accurate transform.
+//! backwards, over columns and then rows. With 13 bits of each factor and 2 more bits between both passes the values
+//! are those of libjpeg's accurate transform.
 
 const BITS: i32 = 13;
 /// Kept between columns and rows.

@@ -59,8 +59,8 @@ fn over(ink: u8, black: u8) -> u8 {
 
 /// One row of a component in the size of the picture.
 ///
-/// Where a component has half of the samples, its own are weighed 3 to 1 with their neighbours, as libjpeg does, for the
-/// standard says nothing; at any other ratio the sample that covers the place is taken.
+/// Where a component has half of the samples, its own are weighed 3 to 1 with their neighbours, as libjpeg does, for
+/// the standard says nothing; at any other ratio the sample that covers the place is taken.
 fn upsample(component: &Component, most: [u32; 2], y: u32, sums: &mut [u16], to: &mut [u8]) {
     let [down, across] = [0, 1].map(|axis| most[axis] == 2 * component.factors[axis]);
     let same = [0, 1].map(|axis| most[axis] == component.factors[axis]);

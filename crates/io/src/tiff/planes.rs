@@ -1,5 +1,5 @@
-//! Tiles of separate planes. The decoder takes the last row of tiles of every plane but the first for whole ones, so it is
-//! shown one plane after the other, as a grey picture of its own.
+//! Tiles of separate planes. The decoder takes the last row of tiles of every plane but the first for whole ones, so it
+//! is shown one plane after the other, as a grey picture of its own.
 
 use super::directory::Directory;
 use crate::Format;

@@ -81,7 +81,8 @@ fn apng_of_every_layout_comes_back_bit_for_bit() {
 
 #[test]
 fn parts_of_an_apng_lie_where_and_as_they_should() {
-    // 3x1: all 10; then 20 over the middle, taken back; then half transparent 210 on the left, which is cleared at last.
+    // 3x1: all 10; then 20 over the middle, taken back; then half transparent 210 on the left, which is cleared at
+    // last.
     let mut file = Vec::new();
     let mut info = png::Info::with_size(3, 1);
     (info.color_type, info.bit_depth) = (png::ColorType::GrayscaleAlpha, png::BitDepth::Eight);

@@ -1,5 +1,5 @@
-//! TIFF against another reader's values, over compressions, depths, planar configurations, strips, tiles and predictors;
-//! what is refused by its name, and what is left out aloud.
+//! TIFF against another reader's values, over compressions, depths, planar configurations, strips, tiles and
+//! predictors; what is refused by its name, and what is left out aloud.
 
 use selvedge_core::Samples;
 use selvedge_io::{Picture, Problem, ReadOptions, Warning, decode, probe_bytes};
@@ -7,9 +7,9 @@ use selvedge_io::{Picture, Problem, ReadOptions, Warning, decode, probe_bytes};
 /// 19x17 px of `cobbles.png`, one file after the other.
 const FILES: &[u8] = include_bytes!("../../../../fixtures/tiffs.bin");
 
-/// Compression, depth, planar configuration (`separate` files are big-endian), strips of 5 rows or tiles of 16 px (in u16
-/// BigTIFF), predictor; the file's length; the first 16 digits of BLAKE3 of the interleaved little-endian samples that
-/// tifffile gives.
+/// Compression, depth, planar configuration (`separate` files are big-endian), strips of 5 rows or tiles of 16 px (in
+/// u16 BigTIFF), predictor; the file's length; the first 16 digits of BLAKE3 of the interleaved little-endian samples
+/// that tifffile gives.
 const TIFFFILE: [(&str, usize, &str); 68] = [
     ("zstd-u8-contig-strips-plain", 1232, "59e22952e5feec07"),
     ("zstd-u8-contig-strips-pred", 1200, "59e22952e5feec07"),

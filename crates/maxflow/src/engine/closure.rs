@@ -18,7 +18,8 @@ pub(crate) fn read_off<N: Network>(net: &N, source_total: i64, cut: &mut MinCut,
 /// Marks what positive excess and source pins reach in the residual network: the smallest source side of all minimum
 /// cuts, if the flow is maximum.
 ///
-/// Returns whether there was memory. `in_source` is indexed by node, from 0. `stack` is scratch. Time `O(arcs of the source side)`.
+/// Returns whether there was memory. `in_source` is indexed by node, from 0. `stack` is scratch. Time
+/// `O(arcs of the source side)`.
 fn source_side<N: Network>(net: &N, in_source: &mut [bool], stack: &mut Vec<u32>) -> bool {
     let first = net.nodes().start;
     let mut fits = true;

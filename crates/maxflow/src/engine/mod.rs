@@ -214,11 +214,13 @@ impl Supply {
         balanced && 2 * (self.givers + self.takers) > nodes
     }
 
-    /// Whether engine P starts from the sink. A side floods the more the more it has to give, and the more nodes it has to
-    /// give it from. Where both are about as much, the source starts: of 104 overlays one is below 1, none below 15/16.
+    /// Whether engine P starts from the sink. A side floods the more the more it has to give, and the more nodes it has
+    /// to give it from. Where both are about as much, the source starts: of 104 overlays one is below 1, none below
+    /// 15/16.
     ///
     /// Amounts alone, with some threshold, are wrong either for overlays (a ring of pins around many old seams: 2 to 3
-    /// times as long from the sink, though that has less), or for boxes (7 times as long from the source) and many patches.
+    /// times as long from the sink, though that has less), or for boxes (7 times as long from the source) and many
+    /// patches.
     fn sink_starts(&self) -> bool {
         let flood = |amount: i64, nodes: usize| i128::from(amount) * nodes as i128;
         16 * flood(self.lack, self.takers) < 15 * flood(self.excess, self.givers)

@@ -3,13 +3,13 @@
 //! After Hochbaum, "The pseudoflow algorithm: a new algorithm for the maximum-flow problem" (Operations Research 2008),
 //! and Chandran and Hochbaum's study of its variants (2009). The nodes form trees; only a root may have excess. A tree
 //! whose root has positive excess is *strong*. It looks for an arc with residual from one of its nodes to a node nearer
-//! to the sink (its label is one less), hangs itself there, and sends its root's excess up the new tree. Where an arc on the
-//! way is too narrow the tree splits, and the lower part is strong again. A strong tree that finds no such arc is
-//! relabelled: its nodes are farther from the sink than was thought.
+//! to the sink (its label is one less), hangs itself there, and sends its root's excess up the new tree. Where an arc
+//! on the way is too narrow the tree splits, and the lower part is strong again. A strong tree that finds no such arc
+//! is relabelled: its nodes are farther from the sink than was thought.
 //!
-//! A whole tree moves at once, so long paths cost little, and the bound is strongly polynomial. What costs is excess that
-//! never gets through: its trees are relabelled step by step until a label has no node (a *gap*). So it is run from the
-//! side with less to give, see [`super::run`].
+//! A whole tree moves at once, so long paths cost little, and the bound is strongly polynomial. What costs is excess
+//! that never gets through: its trees are relabelled step by step until a label has no node (a *gap*). So it is run
+//! from the side with less to give, see [`super::run`].
 //!
 //! Labels start at 0 and 1, as in the paper. Exact distances are a valid start too, but took twice as long on overlays
 //! (excess travels far before it has gathered in large trees), and restarting from exact distances now and then two to
@@ -80,8 +80,8 @@ struct Forest<'a, N: Network> {
 }
 
 impl<'a, N: Network> Forest<'a, N> {
-    /// Every relevant node a tree; those with positive excess are at least one away from negative excess. `None` without
-    /// memory.
+    /// Every relevant node a tree; those with positive excess are at least one away from negative excess. `None`
+    /// without memory.
     fn plant(
         net: &'a mut N,
         scratch: &'a mut PseudoScratch<N::Arc, N::Notes>,

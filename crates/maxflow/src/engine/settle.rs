@@ -1,7 +1,7 @@
 //! Nodes whose side is plain before any flow is sent.
 //!
-//! A node with more excess than its arcs can carry away is on the source's side of every minimum cut: on the other side it
-//! would cost more. It is as good as pinned, and is, while an engine runs. The same holds of lack and the sink. So a
+//! A node with more excess than its arcs can carry away is on the source's side of every minimum cut: on the other side
+//! it would cost more. It is as good as pinned, and is, while an engine runs. The same holds of lack and the sink. So a
 //! terminal that is meant as a pin is one.
 //!
 //! Its neighbours are not asked again, though they have more excess then, and may follow: that settles most nodes of an

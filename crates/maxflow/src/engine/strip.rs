@@ -1,15 +1,16 @@
 //! Engine D: the cut of a plain strip is a shortest path.
 //!
 //! In a strip all of one border line is held by the source, all of the opposite line by the sink, and there are no
-//! other terminals: the overlap of two patches. The graph is planar, and a cut is a path from one end of the strip to the other
-//! through the *faces* between the nodes, paying for every link it crosses the capacity in the direction that it
-//! severs; it is free to turn back. By planar duality (Ford and Fulkerson 1956; Hassin 1981) shortest distances of faces
-//! are a maximum flow too: a link carries the difference of its two faces' distances. Distances beyond the end's may be
-//! clipped to it. So this engine also ends with residual capacities, and the smallest source side is read off as ever.
+//! other terminals: the overlap of two patches. The graph is planar, and a cut is a path from one end of the strip to
+//! the other through the *faces* between the nodes, paying for every link it crosses the capacity in the direction that
+//! it severs; it is free to turn back. By planar duality (Ford and Fulkerson 1956; Hassin 1981) shortest distances of
+//! faces are a maximum flow too: a link carries the difference of its two faces' distances. Distances beyond the end's
+//! may be clipped to it. So this engine also ends with residual capacities, and the smallest source side is read off as
+//! ever.
 //!
 //! Distances are found by sweeps over the rows of faces, down and up in turn, each row relaxed exactly from the
-//! row before and then in itself both ways. A path with `t` turns is found after `t + 1` sweeps, and rows that did not change
-//! are skipped. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
+//! row before and then in itself both ways. A path with `t` turns is found after `t + 1` sweeps, and rows that did not
+//! change are skipped. A strip that needs more than [`MAX_SWEEPS`] is left to another engine.
 
 use super::{Outcome, settle};
 use crate::error::refill;
@@ -38,8 +39,8 @@ struct Strip {
     right: usize,
 }
 
-/// Makes the flow maximum if the grid is a plain strip without flow. `None` if it is not, takes too many sweeps, or there
-/// is no memory for its faces: then, and when it is cancelled, nothing has changed.
+/// Makes the flow maximum if the grid is a plain strip without flow. `None` if it is not, takes too many sweeps, or
+/// there is no memory for its faces: then, and when it is cancelled, nothing has changed.
 ///
 /// Pins are saturated along with it. `distance` is scratch. Time `O(nodes)` a sweep.
 pub(crate) fn solve(

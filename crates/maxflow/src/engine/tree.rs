@@ -3,8 +3,8 @@
 //! After Boykov and Kolmogorov, "An experimental comparison of min-cut/max-flow algorithms for energy minimization in
 //! vision" (PAMI 2004), section 3, with the distance and time marks of Kolmogorov's thesis. A tree S grows from nodes
 //! with positive excess along residual arcs, a tree T from nodes with negative excess against them. Where they meet
-//! there is a path: push what it takes (*augment*). Arcs that fill up cut off subtrees, whose roots (*orphans*) look for a
-//! new parent in their tree or fall off it (*adopt*). When neither tree can grow the flow is maximum.
+//! there is a path: push what it takes (*augment*). Arcs that fill up cut off subtrees, whose roots (*orphans*) look
+//! for a new parent in their tree or fall off it (*adopt*). When neither tree can grow the flow is maximum.
 //!
 //! Best where most nodes have terminals and paths are short. Its worst case is bad, `O(n^2 m C)`, and shows where few
 //! terminals are joined by long paths: the work of mending the trees is counted, and can be given a budget.

@@ -25,9 +25,10 @@ impl<const D: usize> GridGraph<D> {
     /// flow is kept.
     ///
     /// Only the difference of the two capacities is stored: taking back more than was given goes unnoticed and counts
-    /// as a capacity to the other terminal (with the value of the cut shifted by the same amount). Both would be 4 bytes a
-    /// node more, of 43, to be written for each; [`Graph`](crate::Graph), of which a node takes more, refuses it. Of a node with links
-    /// somewhat more than [`MAX_TERMINAL`](Self::MAX_TERMINAL) is accepted: what the links could take away.
+    /// as a capacity to the other terminal (with the value of the cut shifted by the same amount). Both would be 4
+    /// bytes a node more, of 43, to be written for each; [`Graph`](crate::Graph), of which a node takes more, refuses
+    /// it. Of a node with links somewhat more than [`MAX_TERMINAL`](Self::MAX_TERMINAL) is accepted: what the links
+    /// could take away.
     ///
     /// # Errors
     ///
@@ -87,14 +88,14 @@ impl<const D: usize> GridGraph<D> {
         self.add(node, 2 * axis, ends, forward, backward)
     }
 
-    /// Lets the sink's side never be followed by the source's along an open axis: adds arcs back along it that no minimum cut
-    /// severs.
+    /// Lets the sink's side never be followed by the source's along an open axis: adds arcs back along it that no
+    /// minimum cut severs.
     ///
-    /// Where a cut severed the arc from `t + 1` back to `t`, all nodes of the line up to `t` could go to the source's side, or all
-    /// after it to the sink's: that severs no other such arc, and costs at most what leaves the former, or enters the
-    /// latter, across other axes and from terminals. One more than the lesser of both is therefore enough. (One more than
-    /// the arcs of `t` or `t + 1` alone is not: where several nodes of a line lean on their neighbours, moving one of them
-    /// only moves the fault.)
+    /// Where a cut severed the arc from `t + 1` back to `t`, all nodes of the line up to `t` could go to the source's
+    /// side, or all after it to the sink's: that severs no other such arc, and costs at most what leaves the former, or
+    /// enters the latter, across other axes and from terminals. One more than the lesser of both is therefore enough.
+    /// (One more than the arcs of `t` or `t + 1` alone is not: where several nodes of a line lean on their neighbours,
+    /// moving one of them only moves the fault.)
     pub(crate) fn order(&mut self, axis: usize) -> Result<()> {
         if axis >= D || self.lattice.periodic[axis] {
             return Err(MaxflowError::NoNeighbour { node: 0, along: format!("axis {axis}, which does not end") });
@@ -119,8 +120,8 @@ impl<const D: usize> GridGraph<D> {
         Ok(())
     }
 
-    /// What it costs at most, across all axes but one, to move a node to the source's and to the sink's side; more than any sum
-    /// of capacities where it is pinned to the other.
+    /// What it costs at most, across all axes but one, to move a node to the source's and to the sink's side; more than
+    /// any sum of capacities where it is pinned to the other.
     fn cost_to_move(&self, node: usize, but: usize) -> [i64; 2] {
         const NEVER: i64 = 1 << 48;
         let slot = node + self.lattice.margin;
@@ -140,20 +141,21 @@ impl<const D: usize> GridGraph<D> {
         costs
     }
 
-    /// Gives all links along an axis capacity, as [`link`](Self::link) does one: forward and backward by node, in node order.
-    /// Those of the last nodes of an open axis, which have no next, are 0.
+    /// Gives all links along an axis capacity, as [`link`](Self::link) does one: forward and backward by node, in node
+    /// order. Those of the last nodes of an open axis, which have no next, are 0.
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Count`] unless there are two capacities a node, and those of [`link`](Self::link); the links of nodes
-    /// before the one that is refused then have theirs.
+    /// [`MaxflowError::Count`] unless there are two capacities a node, and those of [`link`](Self::link); the links of
+    /// nodes before the one that is refused then have theirs.
     pub fn links(&mut self, axis: usize, capacities: &[[i32; 2]]) -> Result<()> {
         self.check_count(capacities.len())?;
         let given = capacities.iter().enumerate().filter(|(_, both)| **both != [0, 0]);
         given.into_iter().try_for_each(|(node, &[forward, backward])| self.link(node, axis, forward, backward))
     }
 
-    /// Gives all nodes capacity from the source and to the sink, in node order, as [`terminal`](Self::terminal) does one.
+    /// Gives all nodes capacity from the source and to the sink, in node order, as [`terminal`](Self::terminal) does
+    /// one.
     ///
     /// ```
     /// use selvedge_maxflow::GridGraph;
@@ -167,8 +169,8 @@ impl<const D: usize> GridGraph<D> {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Count`] unless there are two capacities a node, and those of [`terminal`](Self::terminal); nodes before
-    /// the one that is refused then have theirs.
+    /// [`MaxflowError::Count`] unless there are two capacities a node, and those of [`terminal`](Self::terminal); nodes
+    /// before the one that is refused then have theirs.
     pub fn terminals(&mut self, capacities: &[[i32; 2]]) -> Result<()> {
         self.check_count(capacities.len())?;
         let all = capacities.iter().enumerate();

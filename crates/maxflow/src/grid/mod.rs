@@ -24,8 +24,8 @@ pub enum Diagonal {
 /// A min-cut problem on a grid with `D` axes, its current flow, and the memory to solve it.
 ///
 /// Shapes, axes and positions are ordered slowest first: `[rows, columns]`, `[frames, rows, columns]`. Nodes are
-/// numbered row-major, so a pixel's index is its node. Each node is linked with its neighbours along the axes (4 in 2-D,
-/// 6 in 3-D; 8 with [`GridGraph::with_diagonals`]), each link with one capacity a direction, and with the two
+/// numbered row-major, so a pixel's index is its node. Each node is linked with its neighbours along the axes (4 in
+/// 2-D, 6 in 3-D; 8 with [`GridGraph::with_diagonals`]), each link with one capacity a direction, and with the two
 /// terminals. Links not given have no capacity.
 ///
 /// *Capacities add up*: a second [`link`](Self::link) or [`terminal`](Self::terminal) at the same place comes on top
@@ -204,8 +204,8 @@ impl<const D: usize> GridGraph<D> {
         Ok(())
     }
 
-    /// Holds a node on one side, whatever the capacities say. (A terminal larger than all links of its node does so too, and is
-    /// solved as fast.) Pins may be set, moved and taken off between solves.
+    /// Holds a node on one side, whatever the capacities say. (A terminal larger than all links of its node does so
+    /// too, and is solved as fast.) Pins may be set, moved and taken off between solves.
     /// Masked nodes stay masked.
     ///
     /// # Errors

@@ -10,7 +10,8 @@ impl<const D: usize> GridGraph<D> {
     /// The minimum cut with the smallest source side.
     ///
     /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. Time is at worst
-    /// `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured to grow as `nodes^1.1` to `nodes^1.3`.
+    /// `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured to grow as `nodes^1.1` to
+    /// `nodes^1.3`.
     ///
     /// # Errors
     ///
@@ -138,8 +139,8 @@ impl<const D: usize> GridGraph<D> {
     }
 
     /// The links between the two sides of a cut of this graph, as pairs (on the source's side, on the sink's side), in
-    /// node order. What it costs to sever one is the capacity it was given from the first to the second, which may be 0;
-    /// links that were given no capacity either way are not listed.
+    /// node order. What it costs to sever one is the capacity it was given from the first to the second, which may be
+    /// 0; links that were given no capacity either way are not listed.
     ///
     /// # Panics
     ///

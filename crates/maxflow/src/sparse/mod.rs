@@ -124,8 +124,8 @@ impl Graph {
         self.rows.place.len() + self.fresh.len()
     }
 
-    /// Takes all capacities and pins away and keeps nodes, arcs and memory: the next problem of the same form is set with
-    /// [`change_arc`](Self::change_arc) and [`terminal`](Self::terminal).
+    /// Takes all capacities and pins away and keeps nodes, arcs and memory: the next problem of the same form is set
+    /// with [`change_arc`](Self::change_arc) and [`terminal`](Self::terminal).
     pub fn clear(&mut self) {
         self.excess.fill(0);
         self.terminals.fill([0; 2]);
@@ -156,8 +156,8 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`]; [`MaxflowError::NegativeCapacity`] if more is taken
-    /// back than the node has. Its capacities are then unchanged.
+    /// [`MaxflowError::NodeOutOfRange`], [`MaxflowError::CapacityTooLarge`]; [`MaxflowError::NegativeCapacity`] if more
+    /// is taken back than the node has. Its capacities are then unchanged.
     pub fn change_terminal(&mut self, node: usize, from_source: i64, to_sink: i64) -> Result<()> {
         self.inside(node)?;
         let old = self.terminals[node];
@@ -275,8 +275,8 @@ impl Graph {
         Ok(())
     }
 
-    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow. Time is
-    /// at worst `O(nodes^2 arcs)`, unless [`Engine::Trees`] is named.
+    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow. Time
+    /// is at worst `O(nodes^2 arcs)`, unless [`Engine::Trees`] is named.
     ///
     /// # Errors
     ///

@@ -10,9 +10,9 @@ use crate::error::{MaxflowError, Result, filled};
 use crate::network::Role;
 
 impl Graph {
-    /// The flow along an arc of the maximum flow, from tail to head less what flows back. What flows into a node flows out
-    /// of it, but for pinned ones and what its terminals give and take; of several maximum flows it is one of them, the same
-    /// in every run, but not from every engine.
+    /// The flow along an arc of the maximum flow, from tail to head less what flows back. What flows into a node flows
+    /// out of it, but for pinned ones and what its terminals give and take; of several maximum flows it is one of them,
+    /// the same in every run, but not from every engine.
     ///
     /// The first call after a solve makes a flow of what was left where the cut was found: time at worst
     /// `O(nodes arcs)`, mostly about that of reading all arcs once.
@@ -31,8 +31,8 @@ impl Graph {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::NotSolved`] if anything was changed since; those of [`change_arc`](Self::change_arc) for arcs that are
-    /// not of this graph; [`MaxflowError::OutOfMemory`].
+    /// [`MaxflowError::NotSolved`] if anything was changed since; those of [`change_arc`](Self::change_arc) for arcs
+    /// that are not of this graph; [`MaxflowError::OutOfMemory`].
     pub fn flow(&mut self, arc: super::ArcId) -> Result<i64> {
         if !self.current {
             return Err(MaxflowError::NotSolved);

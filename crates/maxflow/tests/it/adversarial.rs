@@ -1,7 +1,7 @@
 //! Graphs that one engine or another is bad at, and work that has to stay bounded on them.
 //!
-//! Work is told by how often an engine asks whether to stop: engine T once in 2^14 arcs and ancestors looked at, engine P
-//! once in 4,096 trees. Time itself is not tested.
+//! Work is told by how often an engine asks whether to stop: engine T once in 2^14 arcs and ancestors looked at, engine
+//! P once in 4,096 trees. Time itself is not tested.
 
 use std::cell::Cell;
 

@@ -110,7 +110,8 @@ fn masked_nodes_have_no_terms() {
 fn ordered_energies_reach_the_least_of_all_ordered_labellings() {
     let (mut draw, mut bound) = (Draw(13), 0);
     for case in 0..300 {
-        // Strong pulls on single nodes and between columns, none along them: without the order labels would change often.
+        // Strong pulls on single nodes and between columns, none along them: without the order labels would change
+        // often.
         let unary: Vec<[i32; 2]> = (0..12).map(|_| [draw.below(30) as i32, draw.below(30) as i32]).collect();
         let across: Vec<i32> = (0..8).map(|_| draw.below(40) as i32).collect();
         let along: Vec<i32> = (0..9).map(|_| draw.below(3) as i32).collect();

@@ -1,4 +1,5 @@
-//! Headroom: what is accepted never overflows, what is refused changes nothing, and what is taken back can be given again.
+//! Headroom: what is accepted never overflows, what is refused changes nothing, and what is taken back can be given
+//! again.
 
 use std::cell::Cell;
 

@@ -33,10 +33,11 @@ impl<'e> BlockSearch<'e> {
         Ok(Self { texture, guide })
     }
 
-    /// Of all blocks whose error counts within the tolerance of the least, one by a uniform draw, and how many there were;
-    /// `None` if no valid block fits. There is at least one term, and all templates have one shape.
+    /// Of all blocks whose error counts within the tolerance of the least, one by a uniform draw, and how many there
+    /// were; `None` if no valid block fits. There is at least one term, and all templates have one shape.
     ///
-    /// Time `O(positions * compared samples * channels)` or `O(positions * log(positions) * channels)`, whichever is less.
+    /// Time `O(positions * compared samples * channels)` or `O(positions * log(positions) * channels)`, whichever is
+    /// less.
     ///
     /// # Errors
     /// [`Error::Search`]: templates of different shapes or wrong lengths, sums beyond 64 bits, or no memory.

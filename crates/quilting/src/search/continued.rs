@@ -1,8 +1,8 @@
 //! Verbatim continuations, and what is near them.
 
-/// How far from a continuation a block is one itself, in samples on each axis: one or two samples beside it, most of the
-/// structures that go on are still nearly in line. Chosen by reason, not by trial; a larger one takes candidates from small
-/// exemplars, `(2 n + 1)^2` for each neighbour.
+/// How far from a continuation a block is one itself, in samples on each axis: one or two samples beside it, most of
+/// the structures that go on are still nearly in line. Chosen by reason, not by trial; a larger one takes candidates
+/// from small exemplars, `(2 n + 1)^2` for each neighbour.
 const NEAR: i64 = 2;
 
 /// Where a block next to one would go on in its source: the top left sample, which may lie outside.

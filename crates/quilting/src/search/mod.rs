@@ -1,5 +1,5 @@
-//! Block search: which block of the exemplars fits best, drawn so that exemplars are used evenly and not repeated verbatim.
-//! `[Efros01 2.2]`
+//! Block search: which block of the exemplars fits best, drawn so that exemplars are used evenly and not repeated
+//! verbatim. `[Efros01 2.2]`
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples, Seed, SimdLevel, Usage};
@@ -96,8 +96,8 @@ pub(crate) trait Search: Sync {
     /// Working memory of one search after the other.
     type Scratch: Default + Send + Sync;
 
-    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first by
-    /// error, source and position, in the order of source and position. None if no valid block fits.
+    /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first
+    /// by error, source and position, in the order of source and position. None if no valid block fits.
     ///
     /// There is at least one term, and all templates have one shape.
     fn near<'s>(

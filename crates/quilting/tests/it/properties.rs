@@ -62,8 +62,9 @@ fn tiling_outputs_have_no_seam_of_their_own() {
                 });
                 ranks.fold([0.0; 2], |sums, ranks| [0, 1].map(|axis| sums[axis] + ranks[axis] / 16.0))
             };
-            // Were the wrap like any other column, its mean rank would be 0.5 with a deviation of 0.07; but seams are near, and
-            // over sixty seeds it is 0.2 to 0.65. Open outputs, whose ends never met, show that the test can fail.
+            // Were the wrap like any other column, its mean rank would be 0.5 with a deviation of 0.07; but seams are
+            // near, and over sixty seeds it is 0.2 to 0.65. Open outputs, whose ends never met, show that the test can
+            // fail.
             let tiled = mean_ranks([true; 2]);
             assert!(tiled.iter().all(|&t| 0.1 < t), "the wrap is among the worst columns: {tiled:?} {block}");
             for (axis, periodic) in [[true, false], [false, true]].into_iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Candidates from outside: which is kept, and that nothing but exemplars, options and seed matters. One binary: each is a link.
+//! Candidates from outside: which is kept, and that nothing but exemplars, options and seed matters. One binary: each
+//! is a link.
 #![forbid(unsafe_code)]
 
 use selvedge_core::{Domain, Exemplars, Run};

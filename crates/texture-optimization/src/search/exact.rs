@@ -10,8 +10,8 @@ use crate::Error;
 use crate::assignment::Place;
 use crate::neighborhoods::Neighborhoods;
 
-/// Neighborhoods along a side of what is searched together where some have not changed. Smaller parts would spend more on
-/// what lies around them, larger ones look for more that is known.
+/// Neighborhoods along a side of what is searched together where some have not changed. Smaller parts would spend more
+/// on what lies around them, larger ones look for more that is known.
 const PART: usize = 8;
 
 /// The search of one level. It remembers what it saw, since a neighborhood that did not change keeps its answer.
@@ -185,8 +185,9 @@ impl<'a> Exact<'a> {
     }
 }
 
-/// Weights of channels by which errors of a size fit 32 bits, as a search by displacement needs: in fewer steps where finer ones
-/// would have every window compared with every other, which takes a hundred times as long. As they are where none fit.
+/// Weights of channels by which errors of a size fit 32 bits, as a search by displacement needs: in fewer steps where
+/// finer ones would have every window compared with every other, which takes a hundred times as long. As they are where
+/// none fit.
 fn fitting(weights: &[u8], size: u32) -> Vec<u8> {
     let most = u64::from(u32::MAX - 1) / (65_025 * u64::from(size).pow(2));
     let heaviest = u32::from(weights.iter().copied().max().unwrap_or(0)).max(1);

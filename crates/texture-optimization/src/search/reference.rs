@@ -8,9 +8,10 @@ use crate::falloff::Falloff;
 use crate::neighborhoods::{Neighborhoods, places};
 use crate::robust;
 
-/// For each neighborhood of `x` the nearest of the exemplars, `sum of G W_c (x - z)^2` over the sums of both weights; with `alpha`
-/// the one of least distance divided by how near `x` comes to it anywhere, plus `alpha` of the mean of that (see
-/// [`Coverage`](selvedge_fft_ssd::Coverage)). The first of equal ones. `None` if no neighborhood of the exemplars is valid.
+/// For each neighborhood of `x` the nearest of the exemplars, `sum of G W_c (x - z)^2` over the sums of both weights;
+/// with `alpha` the one of least distance divided by how near `x` comes to it anywhere, plus `alpha` of the mean of
+/// that (see [`Coverage`](selvedge_fft_ssd::Coverage)). The first of equal ones. `None` if no neighborhood of the
+/// exemplars is valid.
 ///
 /// Time `O(neighborhoods * places * size^2 * channels)`.
 pub(crate) fn search(

@@ -156,7 +156,8 @@ fn a_plan_names_the_levels_that_fit() {
     assert_eq!(plan.left_out(), levels(&[(4, 8), (2, 16), (1, 32)]));
 }
 
-/// The part of the exemplar's neighborhoods, a step apart, of which an output has nothing near: by mean squared distance.
+/// The part of the exemplar's neighborhoods, a step apart, of which an output has nothing near: by mean squared
+/// distance.
 fn lacking(plane: &Plane<2>, result: &Optimized) -> f64 {
     let (Samples::U8(there), Samples::U8(here)) = (result.render(&[plane]).unwrap().samples, &plane.samples) else {
         panic!("8 bits")

@@ -28,12 +28,12 @@ pub(crate) struct Knobs {
     /// How much the constraints count against seams: large values follow them, small ones keep the texture whole.
     #[arg(short = 'K', long, value_name = "K")]
     constraint_weight: Option<f64>,
-    /// Half the side of the neighborhoods that are compared, in pixels of the constraint: large ones keep structures, small
-    /// ones follow curves.
+    /// Half the side of the neighborhoods that are compared, in pixels of the constraint: large ones keep structures,
+    /// small ones follow curves.
     #[arg(short = 'N', long, value_name = "N")]
     neighborhood: Option<u32>,
-    /// Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With several
-    /// exemplars write theirs as one list, separated by commas. May be given several times.
+    /// Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With
+    /// several exemplars write theirs as one list, separated by commas. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
     /// Use exemplars as they are; by default they are turned by quarter turns as well.

@@ -18,9 +18,9 @@ use crate::report::Done;
 use crate::session::Session;
 use crate::weaving::Weaving;
 
-/// Between the paper's 0.5, 10 and 0.6, and its 9, 2 and 1. Of brick, grass and wall, 2 / 2 follows borders best, but of the
-/// bricks hardly a joint is left; with 0.5 / 9 joints are there and broken; 2 / 4 was seen with a tolerance of 100, and keeps
-/// most of them whole. No other picture was looked at.
+/// Between the paper's 0.5, 10 and 0.6, and its 9, 2 and 1. Of brick, grass and wall, 2 / 2 follows borders best, but
+/// of the bricks hardly a joint is left; with 0.5 / 9 joints are there and broken; 2 / 4 was seen with a tolerance of
+/// 100, and keeps most of them whole. No other picture was looked at.
 const TASK: Task = Task { weight: 2.0, neighborhood: 4 };
 
 /// Options of `numbers`.
@@ -28,8 +28,8 @@ const TASK: Task = Task { weight: 2.0, neighborhood: 4 };
 pub(crate) struct Numbers {
     #[command(flatten)]
     weaving: Weaving,
-    /// A picture of the exemplar's size that has a colour for each kind of texture in it. With several exemplars write theirs
-    /// as one list, separated by commas.
+    /// A picture of the exemplar's size that has a colour for each kind of texture in it. With several exemplars write
+    /// theirs as one list, separated by commas.
     #[arg(long, value_name = "LABELS", value_hint = ValueHint::FilePath)]
     labels: PathBuf,
     /// A picture that has these colours where the output is to have the textures; the output has its size.
@@ -65,7 +65,8 @@ impl Numbers {
             pairs: pairs(&self.knobs.guide, &self.weaving)?,
             first: Input::new(session, &self.target)?,
             ratio: 1,
-            // How many labels there are is known once they are read, and what they need refused by the plan; two at least.
+            // How many labels there are is known once they are read, and what they need refused by the plan; two at
+            // least.
             channels: if self.one_hot { 2 } else { 3 },
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
             read: &|loom, target| Ok(vec![self.constraint(loom, &sources, target)?]),

@@ -11,8 +11,8 @@ const MOST: usize = 64;
 /// In maps of more colours than that, those that differ by no more than this in any channel are one: the noise of lossy
 /// compression around flat colours.
 const NEAR: u8 = 40;
-/// There, a label has at least one sample of so many: what is rarer is taken for a mixture of two at their border. A guess: smooth
-/// maps have mixtures above it, and are compared as they are (see `MOST`).
+/// There, a label has at least one sample of so many: what is rarer is taken for a mixture of two at their border. A
+/// guess: smooth maps have mixtures above it, and are compared as they are (see `MOST`).
 const RARE: usize = 100;
 
 type Color = [u8; 3];
@@ -62,8 +62,8 @@ impl Palette {
         self.colors.len()
     }
 
-    /// Refuses colours that are wanted but not there. Between maps of more colours than labels nothing is refused: there a
-    /// colour is as near as it is.
+    /// Refuses colours that are wanted but not there. Between maps of more colours than labels nothing is refused:
+    /// there a colour is as near as it is.
     pub(super) fn check(&self, wanted: &Self) -> Result<(), Failure> {
         let missing: Vec<&(Color, usize)> = wanted
             .colors

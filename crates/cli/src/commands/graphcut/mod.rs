@@ -63,9 +63,9 @@ pub(crate) struct Graphcut {
     /// Patches that are tried at each step, of which the best is taken.
     #[arg(long, value_name = "N", default_value_t = Options::<2>::default().tries)]
     tries: u32,
-    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars and 6
-    /// of structures. From the second on, only what lies near seams is decided again. What starts from a map or a picture, or
-    /// follows scales, has one.
+    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars
+    /// and 6 of structures. From the second on, only what lies near seams is decided again. What starts from a map or a
+    /// picture, or follows scales, has one.
     #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
         value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
     levels: Auto<u32>,
@@ -90,8 +90,8 @@ pub(crate) struct Graphcut {
     /// Magnify exemplars by these factors as well, from 0.0625 to 16.
     #[arg(long, value_name = "FACTOR", value_delimiter = ',', value_parser = scales::scale, allow_negative_numbers = true, conflicts_with = "scale_field")]
     scale: Vec<f64>,
-    /// How large the texture is at each place, for perspective: top=0.5,bottom=1.5 (and left=, right=) from side to side,
-    /// or a picture that is stretched over the output.
+    /// How large the texture is at each place, for perspective: top=0.5,bottom=1.5 (and left=, right=) from side to
+    /// side, or a picture that is stretched over the output.
     #[arg(long, value_name = "FIELD")]
     scale_field: Option<Field>,
     /// The scales that black and white of a picture of scales stand for.

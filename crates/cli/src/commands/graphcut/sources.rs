@@ -68,7 +68,8 @@ impl Graphcut {
         }
     }
 
-    /// The sources of a scale, but for the picture that is gone on from. What is the same at several scales is one source.
+    /// The sources of a scale, but for the picture that is gone on from. What is the same at several scales is one
+    /// source.
     fn of_scale(&self, loom: &Loom<'_>, scale: f64) -> u64 {
         let (given, turned) = (loom.loaded.given().len(), self.transforms(&[scale]));
         let sources = loom.loaded.exemplars.sources().iter().enumerate();

@@ -29,13 +29,13 @@ pub(crate) struct Hybrid {
     weaving: Weaving,
     #[command(flatten)]
     sizing: Sizing,
-    /// Size of the first blocks in pixels, powers of two: 32, 64x32 (width by height), or auto. They are split where they
-    /// do not fit. Default: auto.
+    /// Size of the first blocks in pixels, powers of two: 32, 64x32 (width by height), or auto. They are split where
+    /// they do not fit. Default: auto.
     #[arg(long, value_name = "SIZE|auto",
         value_parser = auto("block", "write 32, 64x32 (width by height), or auto", sides))]
     block: Option<Auto<[u32; 2]>>,
-    /// Split blocks whose overlap has a larger error: from 0 to 1, a part of the error of random pixels such as 20%, or auto:
-    /// 75%. Default: auto.
+    /// Split blocks whose overlap has a larger error: from 0 to 1, a part of the error of random pixels such as 20%, or
+    /// auto: 75%. Default: auto.
     #[arg(long, value_name = "D|P%|auto", value_parser = error)]
     max_error: Option<choices::Error>,
     /// Re-synthesise pixels with a larger error, written in the same way; auto: 12%.
@@ -66,8 +66,8 @@ pub(crate) struct Hybrid {
     /// Let blocks reach around the borders of exemplars, which should tile.
     #[arg(long)]
     circular: bool,
-    /// The paper to the letter: --block 32 --max-error 0.04 --pixel-error 0.02, where they are not given, and --search exact
-    /// --resynthesize overlap --tolerance 0 --spread 0 --continuation avoid --circular.
+    /// The paper to the letter: --block 32 --max-error 0.04 --pixel-error 0.02, where they are not given, and --search
+    /// exact --resynthesize overlap --tolerance 0 --spread 0 --continuation avoid --circular.
     #[arg(long, conflicts_with_all = ["tolerance", "spread", "search", "resynthesize", "continuation", "circular"])]
     paper: bool,
     /// Turn exemplars by quarter turns as well.

@@ -33,8 +33,8 @@ pub(crate) struct Optimize {
     weaving: Weaving,
     #[command(flatten)]
     sizing: Sizing,
-    /// What is optimised, at the resolution where the schedule begins: auto, quilt, graphcut, random, or a source map of the
-    /// same exemplars. auto is a graph cut of exemplars that repeat themselves, of others a quilt.
+    /// What is optimised, at the resolution where the schedule begins: auto, quilt, graphcut, random, or a source map
+    /// of the same exemplars. auto is a graph cut of exemplars that repeat themselves, of others a quilt.
     #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = init)]
     init: Init,
     /// Polish a source map of the same exemplars: what of the schedule is at full resolution.
@@ -47,12 +47,13 @@ pub(crate) struct Optimize {
     /// Iterations at a level, if it does not settle before.
     #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
     iterations: u32,
-    /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly, none
-    /// takes whatever is nearest.
+    /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly,
+    /// none takes whatever is nearest.
     #[arg(long, value_name = "A|none", default_value_t = Complete(Options::default().complete),
         value_parser = complete, allow_negative_numbers = true)]
     complete: Complete,
-    /// What the output is made of: samples of the exemplars, which makes it sharp and gives it a source map, or averages.
+    /// What the output is made of: samples of the exemplars, which makes it sharp and gives it a source map, or
+    /// averages.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = FinishArg::Coherent)]
     finish: FinishArg,
     /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.

@@ -32,7 +32,8 @@ const LEAST_AVERAGE: f64 = 2.0;
 pub(crate) struct Transfer {
     #[command(flatten)]
     weaving: Weaving,
-    /// The picture to draw, of any depth, grey or colour; the output has its size. May be left out if there is a --guide.
+    /// The picture to draw, of any depth, grey or colour; the output has its size. May be left out if there is a
+    /// --guide.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     target: Option<PathBuf>,
     /// What of the target to follow, each with its weight: luminance or orientation. Default: luminance.
@@ -48,8 +49,8 @@ pub(crate) struct Transfer {
     /// exemplars write theirs as one list, separated by commas. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
-    /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of the
-    /// target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
+    /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of
+    /// the target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
     block: Auto<u32>,
     /// Passes over the output; the paper took 3 to 5.

@@ -1,4 +1,5 @@
-//! The cross-fade that a seam is to be compared with: the loop of a jump, of which the last frames become those before it.
+//! The cross-fade that a seam is to be compared with: the loop of a jump, of which the last frames become those before
+//! it.
 
 use selvedge_core::{Domain, Grid, Plane, Samples};
 use selvedge_graphcut_textures::video::Jump;
@@ -9,7 +10,8 @@ use crate::failure::Failure;
 pub(super) fn faded(clip: &Plane<3>, jump: &Jump, frames: u32) -> Result<Plane<3>, Failure> {
     let last = clip.domain().shape[0] - 1 - jump.from;
     let frames = frames.min(jump.period());
-    // The end fades into what comes before the begin, or the begin out of what comes after the end, where more is there.
+    // The end fades into what comes before the begin, or the begin out of what comes after the end, where more is
+    // there.
     let (at, by, count) = if last < jump.to.min(frames) || frames <= jump.to {
         (jump.period() - frames.min(jump.to), -(i64::from(jump.period())), frames.min(jump.to))
     } else {

@@ -1,4 +1,5 @@
-//! A loop as one picture: frames, slices through time with the seam drawn, when each pixel jumps, and which jumps there were.
+//! A loop as one picture: frames, slices through time with the seam drawn, when each pixel jumps, and which jumps there
+//! were.
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples, SourceMap};
 use selvedge_graphcut_textures::video::{FrameDistances, Jump, Looped};

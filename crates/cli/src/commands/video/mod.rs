@@ -78,8 +78,8 @@ pub(crate) struct Video {
     /// Frames a second, such as 25 or 30000/1001. Default: as the clip says.
     #[arg(long, value_name = "RATE", value_parser = clips::rate)]
     rate: Option<Rate>,
-    /// Write one picture of so many columns and rows of frames, and OUT.json; the loop has as many frames unless --period
-    /// says otherwise.
+    /// Write one picture of so many columns and rows of frames, and OUT.json; the loop has as many frames unless
+    /// --period says otherwise.
     #[arg(help_heading = "Files that are written", long, value_name = "COLSxROWS", value_parser = clips::flipbook)]
     flipbook: Option<Flipbook>,
     /// Pixels around each frame of --flipbook that repeat its border, against bleeding.

@@ -154,8 +154,8 @@ fn add_avx512(to: &mut [u64], from: &[u32], weight: u32) {
     scalar::add(to, from, weight);
 }
 
-/// `sum of conj(a) * b`: with `a = ar + i ai`, real and imaginary parts of all signals are summed as `ar * (br, bi)` and
-/// `ai * (bi, br)`, and joined at the end.
+/// `sum of conj(a) * b`: with `a = ar + i ai`, real and imaginary parts of all signals are summed as `ar * (br, bi)`
+/// and `ai * (bi, br)`, and joined at the end.
 macro_rules! multiply {
     ($name:ident, $features:literal, $lanes:literal, $load:ident, $store:ident, $zero:ident, $fma:ident, $real:expr, $imaginary:expr, $swap:expr, $join:expr) => {
         #[target_feature(enable = $features)]
@@ -166,8 +166,8 @@ macro_rules! multiply {
             for i in (0..whole).step_by($lanes) {
                 let (mut first, mut second) = ($zero(), $zero());
                 for s in 0..signals {
-                    // SAFETY: `i + lanes <= n` and `s < a.len() / n`, and `b` is as long as `a`. Prefetching beyond the end
-                    // is allowed.
+                    // SAFETY: `i + lanes <= n` and `s < a.len() / n`, and `b` is as long as `a`. Prefetching beyond the
+                    // end is allowed.
                     let (x, y) = unsafe {
                         let at = b.as_ptr().add(s * n + i);
                         _mm_prefetch::<_MM_HINT_T0>(at.wrapping_add(signals * n).cast());

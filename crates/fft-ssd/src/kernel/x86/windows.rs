@@ -4,8 +4,8 @@ use super::super::{Cells, Lanes, Level, SHIFTS, Windows, scalar};
 use std::arch::x86_64::*;
 
 pub(in crate::kernel) fn cells(level: Level, cells: &Cells<'_>, to: &mut [Lanes]) {
-    // SAFETY: a level is only made where its features were detected, and the caller has checked that each tap of each cell
-    // leaves `SHIFTS` words of the source to read, and has a word and, if any has, a mask.
+    // SAFETY: a level is only made where its features were detected, and the caller has checked that each tap of each
+    // cell leaves `SHIFTS` words of the source to read, and has a word and, if any has, a mask.
     unsafe {
         match level {
             Level::Scalar => scalar::cells(cells, to),

@@ -1,5 +1,5 @@
-//! The same walk for errors that are scaled by where they lie: what is nearest to each position, and windows by their scaled
-//! errors.
+//! The same walk for errors that are scaled by where they lie: what is nearest to each position, and windows by their
+//! scaled errors.
 
 use super::super::scale::{Best, factor};
 use super::super::{Field, Windows, joined};
@@ -12,7 +12,8 @@ use std::ops::Range;
 /// Parts of a picture whose nearest windows are looked for beside each other: each holds an error for every position.
 const PARTS: usize = 8;
 
-/// For each position of the source, row by row, the error of the most similar window of the picture; all ones where none can stand.
+/// For each position of the source, row by row, the error of the most similar window of the picture; all ones where
+/// none can stand.
 pub(in crate::nearest) fn least(
     picture: Field<'_>,
     source: Field<'_>,
