@@ -29,7 +29,8 @@ pub(crate) struct Weaving {
     #[arg(help_heading = "Files that are written", long, value_enum, value_name = "FORMAT")]
     pub(crate) format: Option<FormatArg>,
     /// Quality of a JPEG file, 1 to 100.
-    #[arg(help_heading = "Files that are written", long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(help_heading = "Files that are written", long, value_name = "Q")]
+    #[arg(value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) quality: Option<u8>,
     /// Make the output tile without a seam along x, y or both; a size that is not in pixels follows the lattice.
     #[arg(long, value_enum, value_name = "AXES")]

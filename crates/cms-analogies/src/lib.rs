@@ -12,9 +12,12 @@
 //! use selvedge_core::{Domain, Exemplars, Grid, Guide, Plane, Render, Role, Run, Samples};
 //! # fn main() -> Result<(), selvedge_cms_analogies::Error> {
 //! // Dots where the label is 0, stripes where it is 255.
-//! let of = |domain: Domain<2>, f: &dyn Fn([u32; 2]) -> u8| Grid::from_vec(domain, 1, domain.positions().map(f).collect());
+//! let of = |domain: Domain<2>, f: &dyn Fn([u32; 2]) -> u8| {
+//!     Grid::from_vec(domain, 1, domain.positions().map(f).collect())
+//! };
 //! let source = Domain::open([16, 32]);
-//! let picture = of(source, &|[y, x]| if x < 16 { [b'.', b' '][(x + y) as usize % 2] } else { [b'|', b' '][x as usize % 2] })?;
+//! let dots = |y: u32, x: u32| [b'.', b' '][(x + y) as usize % 2];
+//! let picture = of(source, &|[y, x]| if x < 16 { dots(y, x) } else { [b'|', b' '][x as usize % 2] })?;
 //! let labels = of(source, &|[_, x]| if x < 16 { 0 } else { 255 })?;
 //! let plane = Plane::new(Role::Scalar, Samples::U8(picture));
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;

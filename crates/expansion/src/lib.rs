@@ -12,7 +12,8 @@
 //! 4. [`Proposal::lay`] takes it, if the caller likes the [`gain`](Proposal::gain).
 //!
 //! ```
-//! use selvedge_core::{Domain, Exemplars, Grid, Patch, Plane, Render, Role, Samples, SeamCosts, SeamMeasure, SourceMap, Window};
+//! use selvedge_core::{Domain, Exemplars, Grid, Patch, Plane, Render, Role, Samples};
+//! use selvedge_core::{SeamCosts, SeamMeasure, SourceMap, Window};
 //! use selvedge_expansion::{Frame, Holes, Scratch, expand};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // Two rows with a period of four.
@@ -28,7 +29,8 @@
 //! // The first patch fills, the second goes on from it four samples further, where the pattern repeats itself.
 //! for offset in [[0, 0], [0, 4]] {
 //!     let patch = Patch { source: 0, offset };
-//!     let Some(window) = patch.footprint(&exemplars, &Window::all(output)).shared(&Window::all(output)) else { continue };
+//!     let all = Window::all(output);
+//!     let Some(window) = patch.footprint(&exemplars, &all).shared(&all) else { continue };
 //!     let frame = Frame::of_patch(&exemplars, &map, &patch, &window)?;
 //!     let choices = frame.choices(Holes::Fill, |_| None)?;
 //!     let proposal = expand(&frame, &choices, &prices, &mut scratch, &|| false)?;

@@ -1,6 +1,7 @@
 //! Times of single searches.
-//! `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E | loop | choose] [--threads N] [--repeat N] [--cache BYTES] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor
-//! (all threads, mean over all repeats, where the system tells it), and of the clock (median, least).
+//! `cargo bench -p selvedge-fft-ssd -- [CASE...] [--simd L] [--engine E | loop | choose] [--threads N] [--repeat N]
+//! [--cache BYTES] [--list]` prints a line a case: name, then milliseconds of a warm search: of the processor (all
+//! threads, mean over all repeats, where the system tells it), and of the clock (median, least).
 //! Some answers are checked first.
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, SimdLevel, Source, Transform};

@@ -38,7 +38,7 @@ struct Rule {
     check: fn(&Tree) -> Vec<Breach>,
 }
 
-const RULES: [Rule; 18] = [
+const RULES: [Rule; 19] = [
     Rule {
         name: "edges between crates",
         reason: "each crate is picked alone, and is understood by what it must never know",
@@ -104,6 +104,12 @@ const RULES: [Rule; 18] = [
         reason: "a file holds one idea; above 400 lines it holds two",
         fix: "split by idea, not by number",
         check: source::sizes,
+    },
+    Rule {
+        name: "widths of comments",
+        reason: "rustfmt wraps code and leaves comments: what is wider is cut in reviews and side by side",
+        fix: "move what is beyond to the next line",
+        check: source::widths,
     },
     Rule {
         name: "leftovers",

@@ -6,6 +6,9 @@ use crate::tree::Tree;
 /// Lines a source file may have.
 const LONGEST: usize = 400;
 
+/// Columns a comment may have: those that rustfmt wraps code at.
+const WIDEST: usize = 120;
+
 /// The crates that may open files, start threads, read the clock or print.
 const LOUD: [&str; 4] = ["crates/cli/", "crates/io/", "crates/testkit/", "xtask/"];
 
@@ -42,6 +45,21 @@ pub(super) fn sizes(tree: &Tree) -> Vec<Breach> {
         .filter(|(_, lines)| LONGEST < *lines)
         .map(|(path, lines)| Breach::new(path, format!("{lines} lines, {LONGEST} at most")))
         .collect()
+}
+
+/// Comments wider than [`WIDEST`]; rows of tables cannot be broken.
+pub(super) fn widths(tree: &Tree) -> Vec<Breach> {
+    let mut breaches = Vec::new();
+    for (path, text) in tree.texts(".rs") {
+        for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| line.trim_start().starts_with("//")) {
+            let columns = line.chars().count();
+            let is_row = line.trim_start().trim_start_matches(['/', '!', ' ']).starts_with('|');
+            if WIDEST < columns && !is_row {
+                breaches.push(Breach::at_line(path, number, format!("{columns} columns, {WIDEST} at most")));
+            }
+        }
+    }
+    breaches
 }
 
 /// Leftovers, blanks at the end of lines, and files whose last line does not end.
@@ -103,6 +121,15 @@ mod tests {
         let tree = Tree::of(&[("crates/a/src/lib.rs", "mod b;\n"), ("crates/a/src/b.rs", &long)]);
         assert_eq!(lines(&module_comments(&tree)), ["crates/a/src/lib.rs:1: does not begin with `//!`"]);
         assert_eq!(lines(&sizes(&tree)), ["crates/a/src/b.rs: 401 lines, 400 at most"]);
+    }
+
+    #[test]
+    fn wide_comments_are_found_but_no_rows_of_tables() {
+        let (wide, fits) = ("x".repeat(WIDEST - 3), "\u{f6}".repeat(WIDEST - 4));
+        let text = format!("//! {fits}\n    /// {wide}\nlet {wide}\n/// | {wide} |\n// \"{wide}\"\n");
+        let found = lines(&widths(&Tree::of(&[("crates/a/src/lib.rs", &text)])));
+        let at = |line, columns| format!("crates/a/src/lib.rs:{line}: {columns} columns, 120 at most");
+        assert_eq!(found, [at(2, 125), at(5, 122)]);
     }
 
     #[test]

@@ -140,7 +140,12 @@ impl Compare {
         let closure = usual.closure(std::iter::once(step(features, clip.info.frames - 1, 0)));
         report.stage("compare");
         report.options = session.options.clone();
-        report.stats = json!({"frames": clip.info.frames, "closes": closure.closes(), "whole": closure.whole, "block": closure.block});
+        report.stats = json!({
+            "frames": clip.info.frames,
+            "closes": closure.closes(),
+            "whole": closure.whole,
+            "block": closure.block,
+        });
         let verdict = if closure.closes() { "closes" } else { "does not close" };
         let text = format!(
             "{}: {verdict}\n  step from the last frame to the first: {:.3} of what is usual, {:.3} in the worst block\n",

@@ -88,7 +88,8 @@ pub(crate) struct Graphcut {
     #[arg(long, value_name = "DEGREES", value_delimiter = ',', allow_hyphen_values = true, value_parser = angle)]
     rotate: Vec<f64>,
     /// Magnify exemplars by these factors as well, from 0.0625 to 16.
-    #[arg(long, value_name = "FACTOR", value_delimiter = ',', value_parser = scales::scale, allow_negative_numbers = true, conflicts_with = "scale_field")]
+    #[arg(long, value_name = "FACTOR", value_delimiter = ',', value_parser = scales::scale)]
+    #[arg(allow_negative_numbers = true, conflicts_with = "scale_field")]
     scale: Vec<f64>,
     /// How large the texture is at each place, for perspective: top=0.5,bottom=1.5 (and left=, right=) from side to
     /// side, or a picture that is stretched over the output.

@@ -207,7 +207,7 @@ fn exemplars(loom: &Loom<'_>) -> Result<Exemplars<2>, Failure> {
 }
 
 fn counts(stats: &Stats) -> serde_json::Value {
-    let of = |level: &selvedge_hybrid::Level| json!({ "blocks": level.blocks, "splits": level.splits, "error": level.error });
+    let of = |l: &selvedge_hybrid::Level| json!({ "blocks": l.blocks, "splits": l.splits, "error": l.error });
     json!({
         "levels": stats.levels.iter().map(of).collect::<Vec<_>>(),
         "max_error": stats.max_error,

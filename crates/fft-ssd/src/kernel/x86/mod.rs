@@ -157,7 +157,11 @@ fn add_avx512(to: &mut [u64], from: &[u32], weight: u32) {
 /// `sum of conj(a) * b`: with `a = ar + i ai`, real and imaginary parts of all signals are summed as `ar * (br, bi)`
 /// and `ai * (bi, br)`, and joined at the end.
 macro_rules! multiply {
-    ($name:ident, $features:literal, $lanes:literal, $load:ident, $store:ident, $zero:ident, $fma:ident, $real:expr, $imaginary:expr, $swap:expr, $join:expr) => {
+    (
+        $name:ident, $features:literal, $lanes:literal,
+        $load:ident, $store:ident, $zero:ident, $fma:ident,
+        $real:expr, $imaginary:expr, $swap:expr, $join:expr
+    ) => {
         #[target_feature(enable = $features)]
         fn $name(to: &mut [C64], a: &[C64], b: &[C64]) {
             let n = to.len();
@@ -225,7 +229,10 @@ fn round_avx512<W: Word>(z: &[C64], scale: f64, to: &mut [[W; CHUNK]; 2]) -> f64
 
 /// One level: `$vectors` accumulators a row are what its registers hold.
 macro_rules! level {
-    ($name:ident, $features:literal, $vector:ty, $vectors:literal: $($v:literal)*, $load:ident, $store:ident, $broadcast:ident, $dot:expr) => {
+    (
+        $name:ident, $features:literal, $vector:ty, $vectors:literal: $($v:literal)*,
+        $load:ident, $store:ident, $broadcast:ident, $dot:expr
+    ) => {
         mod $name {
             use super::*;
 
@@ -236,7 +243,13 @@ macro_rules! level {
             /// # Safety
             /// The machine has the features, and each tap's offset leaves `CHUNK` words of the image.
             #[target_feature(enable = $features)]
-            pub(super) unsafe fn correlate(image: &[u32], phases: &[Phase], taps: &[Tap], width: usize, sums: &mut Block) {
+            pub(super) unsafe fn correlate(
+                image: &[u32],
+                phases: &[Phase],
+                taps: &[Tap],
+                width: usize,
+                sums: &mut Block,
+            ) {
                 let all = width.div_ceil(LANES);
                 for row in sums.iter_mut() {
                     row[..all * LANES].fill(0);
@@ -279,7 +292,12 @@ macro_rules! level {
             /// # Safety
             /// As [`by_rows`].
             #[target_feature(enable = $features)]
-            unsafe fn accumulate<const R: usize, const V: usize>(image: &[u32], taps: &[Tap], at: usize, rows: &mut [[i32; CHUNK]]) {
+            unsafe fn accumulate<const R: usize, const V: usize>(
+                image: &[u32],
+                taps: &[Tap],
+                at: usize,
+                rows: &mut [[i32; CHUNK]],
+            ) {
                 debug_assert!(rows.len() == R && at + V * LANES <= CHUNK);
                 // SAFETY: rows hold `CHUNK` sums, of which those from `at` on are `V` vectors; images are read at
                 // `offset + at .. offset + at + V * LANES`, which the caller has checked to lie inside.
@@ -314,6 +332,16 @@ macro_rules! level {
     };
 }
 
-level!(avx2, "avx2", __m256i, 2: 1 2, _mm256_loadu_si256, _mm256_storeu_si256, _mm256_set1_epi32, |sum, pixels, words| _mm256_add_epi32(sum, _mm256_madd_epi16(pixels, words)));
-level!(avx_vnni, "avx2,avxvnni", __m256i, 3: 1 2 3, _mm256_loadu_si256, _mm256_storeu_si256, _mm256_set1_epi32, _mm256_dpbusd_avx_epi32);
-level!(avx512, "avx512f,avx512bw,avx512vl,avx512vnni", __m512i, 6: 1 2 3 4 5 6, _mm512_loadu_si512, _mm512_storeu_si512, _mm512_set1_epi32, _mm512_dpbusd_epi32);
+level!(
+    avx2, "avx2", __m256i, 2: 1 2,
+    _mm256_loadu_si256, _mm256_storeu_si256, _mm256_set1_epi32,
+    |sum, pixels, words| _mm256_add_epi32(sum, _mm256_madd_epi16(pixels, words))
+);
+level!(
+    avx_vnni, "avx2,avxvnni", __m256i, 3: 1 2 3,
+    _mm256_loadu_si256, _mm256_storeu_si256, _mm256_set1_epi32, _mm256_dpbusd_avx_epi32
+);
+level!(
+    avx512, "avx512f,avx512bw,avx512vl,avx512vnni", __m512i, 6: 1 2 3 4 5 6,
+    _mm512_loadu_si512, _mm512_storeu_si512, _mm512_set1_epi32, _mm512_dpbusd_epi32
+);

@@ -18,7 +18,11 @@ pub(in crate::kernel) fn cells(level: Level, cells: &Cells<'_>, to: &mut [Lanes]
 
 /// Squares of differences of 16-bit pairs: `V` vectors of displacements stay in registers while a cell is summed.
 macro_rules! cells {
-    ($name:ident, $features:literal, $vectors:literal, $load:ident, $store:ident, $broadcast:ident, $sub:ident, $and:ident, $add:ident, $times:ident, $square:expr) => {
+    (
+        $name:ident, $features:literal, $vectors:literal,
+        $load:ident, $store:ident, $broadcast:ident,
+        $sub:ident, $and:ident, $add:ident, $times:ident, $square:expr
+    ) => {
         /// # Safety
         /// The processor has the features, and each tap of each cell leaves [`SHIFTS`] words of the source to read.
         #[target_feature(enable = $features)]
