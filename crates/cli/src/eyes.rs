@@ -51,7 +51,8 @@ pub(crate) fn tiled(plane: &Plane<2>, domain: Domain<2>) -> Result<Plane<2>, Fai
     Ok(Plane { samples: Samples::U8(out), ..one })
 }
 
-fn shape_tiled(domain: Domain<2>) -> [u32; 2] {
+/// Height and width of such copies.
+pub(crate) fn shape_tiled(domain: Domain<2>) -> [u32; 2] {
     [0, 1].map(|axis| domain.shape[axis].saturating_mul(1 + u32::from(domain.periodic[axis])))
 }
 
@@ -61,12 +62,12 @@ pub(crate) fn tiled_bytes(domain: Domain<2>, channels: usize) -> Bytes {
     Bytes(channels as u64 * 4) * height * width
 }
 
-/// A picture in RGB on white, `n` times smaller.
+/// A picture in RGB on white, no side longer than this.
 ///
 /// # Errors
 /// Those of [`eight`].
-pub(crate) fn on_white(plane: &Plane<2>, n: u32) -> Result<Grid<u8, 2>, Failure> {
-    let small = smaller(plane, n)?;
+pub(crate) fn on_white(plane: &Plane<2>, longest: u32) -> Result<Grid<u8, 2>, Failure> {
+    let small = smaller(plane, longest)?;
     let Samples::U8(grid) = &small.samples else { return Err(not_eight()) };
     let (colors, alpha) = (small.color_channels(), small.alpha);
     let mut out = Grid::try_filled(grid.domain(), 3, 0_u8)?;
@@ -80,35 +81,47 @@ pub(crate) fn on_white(plane: &Plane<2>, n: u32) -> Result<Grid<u8, 2>, Failure>
     Ok(out)
 }
 
-/// A picture in 8 bits, `n` times smaller.
+/// A picture in 8 bits, no side longer than this.
 ///
 /// # Errors
 /// Those of [`eight`].
-pub(crate) fn smaller(plane: &Plane<2>, n: u32) -> Result<Plane<2>, Failure> {
+pub(crate) fn smaller(plane: &Plane<2>, longest: u32) -> Result<Plane<2>, Failure> {
     let eight = eight(plane)?;
     let Samples::U8(grid) = &eight.samples else { return Err(not_eight()) };
-    if n <= 1 {
+    if grid.domain().shape.iter().all(|&side| side <= longest) {
         return Ok(eight);
     }
-    Ok(Plane { samples: Samples::U8(reduced(grid, n)?), ..eight })
+    Ok(Plane { samples: Samples::U8(reduced(grid, longest)?), ..eight })
 }
 
 fn not_eight() -> Failure {
     Failure::new(70, "a conversion to 8 bits gave something else").remedy("please report it")
 }
 
-/// The means of `n * n` samples; what does not fill a square is left out.
-fn reduced(grid: &Grid<u8, 2>, n: u32) -> Result<Grid<u8, 2>, Failure> {
-    let domain = Domain::open(grid.domain().shape.map(|side| (side / n).max(1)));
-    let mut out = Grid::try_filled(domain, grid.channels(), 0_u8)?;
-    let block = Domain::open([0, 1].map(|axis| n.min(grid.domain().shape[axis])));
+/// A picture whose longest side becomes this: each sample is the mean of what it covers.
+fn reduced(grid: &Grid<u8, 2>, longest: u32) -> Result<Grid<u8, 2>, Failure> {
+    let from = grid.domain().shape;
+    let side = u64::from(from[0].max(from[1]));
+    let to = from.map(|s| ((u64::from(s) * u64::from(longest) / side) as u32).max(1));
+    let covers = [0, 1].map(|axis| (0..to[axis]).map(|i| covered(i, to[axis], from[axis])).collect::<Vec<_>>());
+    let mut out = Grid::try_filled(Domain::open(to), grid.channels(), 0_u8)?;
+    let whole = u64::from(from[0]) * u64::from(from[1]);
     for c in 0..grid.channels() {
-        for [y, x] in domain.positions() {
-            let sum: u64 = block.positions().map(|[dy, dx]| u64::from(grid.get(c, [y * n + dy, x * n + dx]))).sum();
-            out.set(c, [y, x], ((sum + block.len() as u64 / 2) / block.len() as u64) as u8);
+        for [y, x] in out.domain().positions() {
+            let row =
+                |j: u32| covers[1][x as usize].clone().map(|(i, w)| w * u64::from(grid.get(c, [j, i]))).sum::<u64>();
+            let sum: u64 = covers[0][y as usize].clone().map(|(j, w)| w * row(j)).sum();
+            out.set(c, [y, x], ((sum + whole / 2) / whole) as u8);
         }
     }
     Ok(out)
+}
+
+/// What the sample `i` of `to` covers of `from`, and how much of each in parts of which a whole one has `to`.
+fn covered(i: u32, to: u32, from: u32) -> impl Iterator<Item = (u32, u64)> + Clone {
+    let [i, to, from] = [i, to, from].map(u64::from);
+    let (begin, end) = (i * from, (i + 1) * from);
+    (begin / to..end.div_ceil(to)).map(move |j| (j as u32, ((j + 1) * to).min(end) - (j * to).max(begin)))
 }
 
 #[cfg(test)]
@@ -120,10 +133,14 @@ mod tests {
     fn large_pictures_are_reduced_to_means() {
         let samples = (0..7 * 5).map(|i| i as u8 * 7).collect();
         let grid = Grid::from_vec(Domain::open([5, 7]), 1, samples).unwrap();
-        let small = reduced(&grid, 2).unwrap();
+        let small = reduced(&grid, 3).unwrap();
         assert_eq!(small.domain().shape, [2, 3]);
-        assert_eq!(small.samples()[0], (7 + 49 + 56 + 2) / 4);
-        assert_eq!(reduced(&grid, 6).unwrap().domain().shape, [1, 1]);
+        // Seven samples are three: the first has two and a third of them across, and of five down two and a half.
+        let rows = [0, 1, 2].map(|y| f64::from(7 * 7 * y) * (7.0 / 3.0) + 7.0 * (1.0 + 2.0 / 3.0));
+        let mean = (rows[0] + rows[1] + rows[2] / 2.0) / (2.5 * 7.0 / 3.0);
+        assert_eq!(small.samples()[0], mean.round() as u8);
+        let one = reduced(&grid, 1).unwrap();
+        assert_eq!((one.domain().shape, one.samples()[0]), ([1, 1], 119));
     }
 
     #[test]
@@ -139,6 +156,6 @@ mod tests {
     fn what_is_transparent_is_white_paper() {
         let grid = Grid::from_vec(Domain::open([1, 2]), 2, vec![10_u8, 10, 0, 255]).unwrap();
         let plane = Plane::with_alpha(Role::Color, Samples::U8(grid));
-        assert_eq!(on_white(&plane, 1).unwrap().samples(), [255, 10, 255, 10, 255, 10]);
+        assert_eq!(on_white(&plane, 2).unwrap().samples(), [255, 10, 255, 10, 255, 10]);
     }
 }

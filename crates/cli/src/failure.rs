@@ -89,6 +89,15 @@ impl Failure {
         Self { message, ..Self::interrupted(signal) }
     }
 
+    /// The same where so many runs before it are written.
+    pub(crate) fn after(self, runs: usize) -> Self {
+        let rest = self.message.strip_prefix("interrupted; ").filter(|rest| *rest != "nothing was written");
+        let rest = rest.map_or(String::new(), |rest| format!(", and {rest}"));
+        let (runs, were) = (n("run", runs), if runs == 1 { "was" } else { "were" });
+        let message = format!("interrupted; {runs} before {were} written{rest}");
+        Self { message, ..self }
+    }
+
     /// A panic was caught.
     pub(crate) fn internal(panic: &(dyn std::any::Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());

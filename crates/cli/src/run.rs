@@ -1,17 +1,20 @@
 //! What every command goes through: threads, signals, and the end, at which all that it makes is written at once.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
+use selvedge_core::Depth;
 use selvedge_io::{Metadata, Staged};
 
 use crate::args::Global;
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::outputs::Outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
+use crate::stdio::STREAM;
 use crate::turns::Turns;
 use crate::typed::{self, Stop, Typed};
-use crate::{eyes, outputs, sheet, stdio, watch};
+use crate::{inputs, outputs, sheet, stdio, watch};
 
 /// More threads than this help nobody.
 const MOST_THREADS: usize = 256;
@@ -46,7 +49,7 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     let saved = global.save_config.as_ref().map(|_| typed.saved()).transpose()?;
     let turns = typed.turns()?;
     let mut done = if turns.all.is_empty() {
-        typed.cli.command.execute(session, &|words| Ok(within(session, words, 0)?.1))?
+        typed.cli.command.execute(session, &|words| Ok(within(session, global, words, 0)?.1))?
     } else {
         several(session, &turns)?
     };
@@ -62,43 +65,67 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
 fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
     let global = session.global;
     let mut done = Done::answered(Report::new(""), String::new());
-    if let Some(path) = &turns.sheet {
-        outputs::format(path, None, None)?;
-        outputs::check(session, std::slice::from_ref(path), &[])?;
-    }
-    let mut pictures = Vec::new();
+    let sheet =
+        turns.sheet.as_deref().map(|path| Ok::<_, Failure>((path, outputs::format(path, None, Some(Depth::U8))?)));
+    let sheet = sheet.transpose()?;
+    rehearse(session, turns)?;
+    let mut cells = Vec::new();
     for (i, turn) in turns.all.iter().enumerate() {
         session.watch.turn(i + 1, turns.all.len());
-        let (seed, one) = within(session, &turn.words, done.outputs.held()).or_else(|failure| {
-            if global.keep_partial && session.watch.signal().is_some() {
+        let held = done.outputs.held() + sheet::held(&cells);
+        let (seed, one) = within(session, global, &turn.words, held).or_else(|failure| {
+            let kept = global.keep_partial && session.watch.signal().is_some() && 0 < i;
+            if kept {
                 done.outputs.write(session)?;
             }
-            Err(failure)
+            Err(if kept { failure.after(i) } else { failure })
         })?;
-        if turns.sheet.is_some()
+        if sheet.is_some()
             && let Some(picture) = one.outputs.first()?
         {
-            pictures.push((eyes::eight(&picture)?, turn.label));
+            cells.push((sheet::cell(&picture)?, turn.label));
         }
         done.add(one, seed, global.dry_run);
     }
-    if let Some(path) = turns.sheet.as_ref().filter(|_| !pictures.is_empty()) {
+    if let Some((path, format)) = sheet.filter(|_| !cells.is_empty()) {
         let mut sheet = Outputs::default();
-        sheet.picture(path, outputs::format(path, None, None)?, &sheet::sheet(&pictures)?, &Metadata::default())?;
+        sheet.picture(path, format, &sheet::sheet(&cells)?, &Metadata::default())?;
         done.report.outputs.extend(sheet.noted());
         done.outputs.extend(sheet);
     }
     Ok(done)
 }
 
-/// Runs other words: with their seed, and else as the session does. Answers with the seed.
-fn within(session: &Session<'_>, words: &[OsString], held: u64) -> Result<(u64, Done), Failure> {
+/// Refuses, before the first of several runs, what would end a later one: each exemplar is tried once, as a dry run
+/// does, since seeds change nothing of what is refused; then all names are.
+fn rehearse(session: &Session<'_>, turns: &Turns) -> Result<(), Failure> {
+    let stream = turns.read.iter().find(|path| path.as_os_str() == STREAM || inputs::is_pipe(path));
+    if let (true, Some(stream)) = (1 < turns.all.len(), stream) {
+        let what = format!("can be read once, and {} would read it", n("run", turns.all.len()));
+        let failure = Failure::new(2, what).remedy("save it to a file first");
+        let is_input = stream.as_os_str() == STREAM;
+        return Err(if is_input { failure.named("standard input") } else { failure.about(stream) });
+    }
+    let dry = Global { dry_run: true, quiet: true, verbose: false, ..session.global.clone() };
+    if let Some((first, others)) = turns.all.split_first() {
+        // The first run refuses what is its own by itself, before it begins.
+        for turn in others.iter().filter(|turn| turn.exemplar != first.exemplar && turn.is_first) {
+            within(session, &dry, &turn.words, 0)?;
+        }
+    }
+    let files = turns.all.iter().flat_map(|turn| turn.names.iter().cloned()).chain(turns.sheet.clone());
+    let files: Vec<PathBuf> = files.filter(|path| path.as_os_str() != STREAM).collect();
+    outputs::check(session, &files, &turns.read)
+}
+
+/// Runs other words with `held` bytes less: with their seed, and else by these options. Answers with the seed.
+fn within(session: &Session<'_>, global: &Global, words: &[OsString], held: u64) -> Result<(u64, Done), Failure> {
     let nothing = || Failure::new(3, "the picture carries no run").remedy("give another picture");
     let typed = typed::parse(words).map_err(|stop| match stop {
         Stop::Wrong(failure) => failure,
         Stop::Answer(_) => nothing(),
     })?;
-    let global = Global { seed: typed.cli.global.seed.clone(), ..session.global.clone() };
+    let global = Global { seed: typed.cli.global.seed.clone(), ..global.clone() };
     let done = typed.cli.command.execute(&session.within(&global, typed.used(), held), &|_| Err(nothing()))?;
     Ok((global.seed(), done))
 }

@@ -139,14 +139,24 @@ impl<'a> Setup<'a> {
         headers.check_held((&written.output, format), domain.shape)?;
         if let Some(path) = &written.explain {
             let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
-            outputs::check_held((path, outputs::format(path, None, None)?), domain.shape, rgb, None)?;
+            let sources = headers.sources(&self.transforms);
+            let shape = explain::shape(domain.shape, sources.iter().map(|source| source.shape));
+            let shape = shape.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+            outputs::check_held((path, outputs::format(path, None, None)?), shape, rgb, None)?;
         }
         if let Some(path) = &written.preview {
             if domain.periodic == [false; 2] {
                 let failure = Failure::new(2, "would show how the output tiles, and it does not").about(path);
                 return Err(failure.remedy("add --tile xy, or leave --preview out"));
             }
-            outputs::format(path, None, Some(Depth::U8))?;
+            let format = outputs::format(path, None, Some(Depth::U8))?;
+            let layout = (headers.layout, Depth::U8);
+            outputs::check_held(
+                (path, format),
+                eyes::shape_tiled(domain),
+                layout,
+                args.input.exemplars.first().map(PathBuf::as_path),
+            )?;
         }
         let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
         let need = |domain| self.need(&headers, &layers, estimate, domain);

@@ -28,41 +28,60 @@ const DIGITS: [[u8; 5]; 10] = [
     [0b111, 0b101, 0b111, 0b001, 0b111],
 ];
 
-/// A contact sheet, 8-bit RGB: pictures in reading order, all at one scale, in about as many columns as rows, and under
-/// each its label.
+/// A picture as it stands in a sheet, and what is written under it.
+pub(crate) type Cell = (Grid<u8, 2>, u64);
+
+/// A picture as small as a sheet shows it, so that no run's output is held whole for it.
 ///
 /// # Errors
 /// No memory for it.
-pub(crate) fn sheet(pictures: &[(Plane<2>, u64)]) -> Result<Plane<2>, Failure> {
-    let longest = pictures.iter().flat_map(|(plane, _)| plane.domain().shape).max().unwrap_or(1);
-    let n = longest.div_ceil(LARGEST);
-    let small = pictures.iter().map(|(plane, label)| Ok((eyes::on_white(plane, n)?, *label)));
-    let small = small.collect::<Result<Vec<_>, Failure>>()?;
-    let columns = (1..).find(|c| small.len() <= c * c).unwrap_or(1) as u32;
-    let side = |axis: usize| small.iter().map(|(grid, _)| grid.domain().shape[axis]).max().unwrap_or(1);
-    let cell = [side(0) + MARGIN + DIGIT[0] * DOT, side(1)];
-    let rows = (small.len() as u32).div_ceil(columns);
+pub(crate) fn cell(picture: &Plane<2>) -> Result<Grid<u8, 2>, Failure> {
+    eyes::on_white(picture, LARGEST)
+}
+
+/// Bytes that cells take until their sheet is written: themselves, their places in it, and its file.
+pub(crate) fn held(cells: &[Cell]) -> u64 {
+    cells.iter().map(|(grid, _)| 3 * 3 * grid.domain().len() as u64).sum()
+}
+
+/// A contact sheet, 8-bit RGB: pictures in reading order, in about as many columns as rows, and under each its label.
+///
+/// # Errors
+/// No memory for it.
+pub(crate) fn sheet(cells: &[Cell]) -> Result<Plane<2>, Failure> {
+    let columns = (1..).find(|c| cells.len() <= c * c).unwrap_or(1) as u32;
+    let side = |axis: usize| cells.iter().map(|(grid, _)| grid.domain().shape[axis]).max().unwrap_or(1);
+    let widest = cells.iter().map(|(_, label)| width(*label)).max().unwrap_or(1);
+    let cell = [side(0) + MARGIN + DIGIT[0] * DOT, side(1).max(widest)];
+    let rows = (cells.len() as u32).div_ceil(columns);
     let shape = [rows * (cell[0] + MARGIN) + MARGIN, columns * (cell[1] + MARGIN) + MARGIN];
     let mut paper = Grid::try_filled(Domain::open(shape), 3, 255_u8)?;
-    for (i, (picture, label)) in small.iter().enumerate() {
+    for (i, (picture, label)) in cells.iter().enumerate() {
         let at = [i as u32 / columns, i as u32 % columns];
         let corner = [0, 1].map(|axis| MARGIN + at[axis] * (cell[axis] + MARGIN));
         for [y, x] in picture.domain().positions() {
             (0..3).for_each(|c| paper.set(c, [corner[0] + y, corner[1] + x], picture.get(c, [y, x])));
         }
-        write(&mut paper, [corner[0] + side(0) + MARGIN / 2, corner[1]], cell[1], &label.to_string());
+        write(&mut paper, [corner[0] + side(0) + MARGIN / 2, corner[1]], &label.to_string());
     }
     Ok(Plane::new(Role::Color, Samples::U8(paper)))
 }
 
-/// Writes digits, as many as there is room for.
-fn write(paper: &mut Grid<u8, 2>, [top, left]: [u32; 2], width: u32, digits: &str) {
-    let step = (DIGIT[1] + 1) * DOT;
-    for (i, digit) in digits.bytes().take((width / step) as usize).enumerate() {
+/// From one digit to the next.
+const STEP: u32 = (DIGIT[1] + 1) * DOT;
+
+/// How wide a label is.
+fn width(label: u64) -> u32 {
+    label.to_string().len() as u32 * STEP
+}
+
+/// Writes digits.
+fn write(paper: &mut Grid<u8, 2>, [top, left]: [u32; 2], digits: &str) {
+    for (i, digit) in digits.bytes().enumerate() {
         let rows = &DIGITS[usize::from(digit - b'0')];
         for [y, x] in Domain::open([DIGIT[0] * DOT, DIGIT[1] * DOT]).positions() {
             if rows[(y / DOT) as usize] >> (DIGIT[1] - 1 - x / DOT) & 1 == 1 {
-                (0..3).for_each(|c| paper.set(c, [top + y, left + i as u32 * step + x], 0));
+                (0..3).for_each(|c| paper.set(c, [top + y, left + i as u32 * STEP + x], 0));
             }
         }
     }
@@ -72,9 +91,9 @@ fn write(paper: &mut Grid<u8, 2>, [top, left]: [u32; 2], width: u32, digits: &st
 mod tests {
     use super::*;
 
-    fn grey(shape: [u32; 2], value: u8) -> Plane<2> {
+    fn grey(shape: [u32; 2], value: u8) -> Grid<u8, 2> {
         let grid = Grid::try_filled(Domain::open(shape), 1, value).unwrap();
-        Plane::new(Role::Color, Samples::U8(grid))
+        cell(&Plane::new(Role::Color, Samples::U8(grid))).unwrap()
     }
 
     #[test]
@@ -82,11 +101,20 @@ mod tests {
         let pictures = [(grey([20, 30], 10), 7), (grey([10, 30], 20), 10), (grey([20, 30], 30), 4_000_000_000)];
         let Samples::U8(sheet) = sheet(&pictures).unwrap().samples else { unreachable!() };
         let cell = 20 + 8 + 10;
-        assert_eq!(sheet.domain().shape, [2 * (cell + 8) + 8, 2 * 38 + 8]);
-        assert_eq!([[8, 8], [8, 46], [54, 8]].map(|at| sheet.get(1, at)), [10, 20, 30]);
-        assert_eq!(sheet.get(0, [54, 46]), 255, "nothing stands last");
+        assert_eq!(sheet.domain().shape, [2 * (cell + 8) + 8, 2 * 88 + 8], "as wide as ten digits");
+        assert_eq!([[8, 8], [8, 96], [54, 8]].map(|at| sheet.get(1, at)), [10, 20, 30]);
+        assert_eq!(sheet.get(0, [54, 96]), 255, "nothing stands last");
         // The upper stroke of a seven, and what is below it.
         assert_eq!([32, 35].map(|y| sheet.get(0, [y, 8])), [0, 255]);
-        assert_eq!(sheet.get(2, [8 + 12, 46]), 255, "a lower picture ends earlier");
+        assert_eq!(sheet.get(2, [8 + 12, 96]), 255, "a lower picture ends earlier");
+        // The last digit of the longest label: a nought's left stroke.
+        assert_eq!([54 + 24, 54 + 26].map(|y| sheet.get(0, [y, 8 + 9 * STEP])), [0, 0]);
+    }
+
+    #[test]
+    fn cells_are_small_and_count() {
+        let large = grey([1000, 500], 9);
+        assert_eq!(large.domain().shape, [384, 192]);
+        assert_eq!(held(&[(large, 1), (grey([2, 2], 3), 2)]), 9 * (384 * 192 + 4));
     }
 }

@@ -5,12 +5,12 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use clap::{Arg, ArgMatches, Command};
+use clap::{Arg, ArgMatches, Command, ValueHint};
 
 use crate::config::{self, was_typed};
 use crate::failure::{Failure, n};
-use crate::names;
 use crate::wrong::Wrong;
+use crate::{names, page};
 
 /// More runs than this are a script's business: all pictures are held until the last one is made.
 const MOST: usize = 1000;
@@ -53,6 +53,12 @@ impl FromStr for Seeds {
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub(crate) words: Vec<OsString>,
+    /// All files that it writes.
+    pub(crate) names: Vec<PathBuf>,
+    /// The exemplar that it uses, where each is woven alone.
+    pub(crate) exemplar: Option<usize>,
+    /// True for the first run of its exemplars.
+    pub(crate) is_first: bool,
     /// What is varied, for people: its seed, or its number where exemplars vary.
     pub(crate) label: u64,
 }
@@ -61,6 +67,8 @@ pub(crate) struct Turn {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Turns {
     pub(crate) all: Vec<Turn>,
+    /// Files that one or the other reads.
+    pub(crate) read: Vec<PathBuf>,
     /// A picture of all of them.
     pub(crate) sheet: Option<PathBuf>,
 }
@@ -93,19 +101,20 @@ pub(crate) fn turns(all: &Command, typed: &ArgMatches) -> Result<Turns, Failure>
     let runs = parts.iter().flat_map(|part| seeds.iter().map(move |seed| (*part, *seed)));
     let picked = |(number, (part, seed)): (usize, (Option<usize>, u64))| {
         let one = One { command: &command, matches, part, seed, number: number as u64 + 1, exemplars: exemplars.len() };
-        (one.words(name), one.names(), if each { one.number } else { seed })
+        let label = if each { one.number } else { seed };
+        Turn { words: one.words(name), names: one.names(), exemplar: part, is_first: seed == seeds[0], label }
     };
     let mut taken: Vec<PathBuf> = sheet.iter().cloned().collect();
-    let mut turns = Turns { all: Vec::new(), sheet };
-    for (words, names, label) in runs.enumerate().map(picked) {
-        for name in &names {
+    let mut turns = Turns { all: Vec::new(), read: read(&command, matches), sheet };
+    for turn in runs.enumerate().map(picked) {
+        for name in &turn.names {
             if taken.iter().any(|other| other == name || selvedge_io::same_file(other, name)) {
                 let what = format!("{} would write this name", n("run", parts.len() * seeds.len()));
                 return Err(Failure::new(2, what).about(name).remedy("use '{seed}', '{n}' or '{stem}' in it"));
             }
         }
-        taken.extend(names);
-        turns.all.push(Turn { words, label });
+        taken.extend(turn.names.iter().cloned());
+        turns.all.push(turn);
     }
     Ok(turns)
 }
@@ -113,6 +122,14 @@ pub(crate) fn turns(all: &Command, typed: &ArgMatches) -> Result<Turns, Failure>
 /// All values of an option as they were typed.
 fn values(matches: &ArgMatches, id: &str) -> Vec<OsString> {
     matches.try_get_raw(id).ok().flatten().into_iter().flatten().map(OsStr::to_owned).collect()
+}
+
+/// Files that were typed to be read.
+fn read(command: &Command, matches: &ArgMatches) -> Vec<PathBuf> {
+    let files = command.get_arguments().filter(|arg| arg.get_value_hint() == ValueHint::FilePath);
+    let read = files.filter(|arg| was_typed(arg, matches)).map(|arg| arg.get_id().as_str());
+    let read = read.filter(|id| !WRITTEN.contains(id) && !["sheet", "save_config"].contains(id));
+    read.flat_map(|id| values(matches, id)).map(PathBuf::from).collect()
 }
 
 /// Whether a name differs from run to run.
@@ -203,7 +220,8 @@ impl One<'_> {
     fn names(&self) -> Vec<PathBuf> {
         let exemplars = self.values("exemplars");
         let of_first = |name: OsString| names::of_plane(Path::new(&name), Path::new(&exemplars[0]));
-        let written = WRITTEN.iter().flat_map(|id| self.values(id)).map(of_first);
+        let page = |id: &str, name: PathBuf| if id == "report" { page::checked(&name) } else { name };
+        let written = WRITTEN.iter().flat_map(|id| self.values(id).into_iter().map(|name| page(id, of_first(name))));
         let (over, with) = (usize::from(!self.plain("over").is_empty()), self.values("with"));
         let output = self.values("output");
         let layers = with

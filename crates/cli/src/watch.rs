@@ -45,9 +45,10 @@ impl Watch {
         (number != 0).then_some(number as u8)
     }
 
-    /// Says which of several runs is watched.
+    /// Says which of several runs is watched. The one before has taken the bar away.
     pub(crate) fn turn(&self, number: usize, of: usize) {
         if let (Some(bar), true) = (&self.bar, 1 < of) {
+            bar.reset();
             bar.set_prefix(format!("{number} of {of}: "));
         }
     }

@@ -130,3 +130,26 @@ fn a_run_that_waits_for_its_input_can_be_ended() {
     assert_eq!(said.exit, Some(143), "{said:?}");
     assert_eq!(folder.names(), Vec::<String>::new());
 }
+
+#[test]
+fn runs_before_the_one_that_is_interrupted_are_kept_and_told() {
+    let folder = Folder::new("partial-turns");
+    let line =
+        "quilt @/cobbles.png @/stars.png --each -o {stem}.png --size 1600 --block 12 --keep-partial --progress json";
+    // The first run has ended where the stages begin anew.
+    let (child, mut stderr) = begun(&folder, &format!("{line} --seed 1 -j 2"));
+    let (mut before, mut step) = (0, String::new());
+    loop {
+        step.clear();
+        stderr.read_line(&mut step).unwrap();
+        let done = serde_json::from_str::<serde_json::Value>(&step).unwrap()["done"].as_u64().unwrap();
+        if done < before {
+            break;
+        }
+        before = done;
+    }
+    send(&child, "-INT");
+    let said = "interrupted; 1 run before was written, and the best so far is in 'stars.partial.png'";
+    ended(child, stderr).refused(130, &[said]);
+    assert_eq!(folder.names(), ["cobbles.png", "stars.partial.png"]);
+}

@@ -43,16 +43,30 @@ fn several_runs_are_written_together_or_not_at_all() {
         ("--seed 1..2 -o -", "2 runs would write this name"),
         ("--seed 2..1 -o o-{n}.png", "'2..1' is no seed"),
         ("--seed 1 -o o-{n}.png --preview p.png", "it does not; add --tile xy"),
+        ("--seed 1..2 -o o-{n}.png --sheet s.exr", "exr cannot hold u8 samples"),
+        ("--seed 1..2 -o o-{n}.png --sheet nowhere.webm", "webm"),
+        ("--tile xy -o o.png --preview p.hdr", "hdr cannot hold u8 samples"),
+        ("--seed 1..2 -o o-{n}.png --mask -", "standard input': can be read once, and 2 runs would read it"),
     ];
     for (words, what) in refused {
         folder.run(&format!("quilt @/weave.png --size 40 {words}")).refused(2, &[what]);
     }
-    // The second exemplar is too small for the block: the first output is not there either.
+    folder
+        .run("quilt @/cobbles-hole.png --tile x -o o.png --preview p.jpg")
+        .refused(3, &["3 channels and alpha", "p.jpg"]);
+    let wide = "quilt @/weave.png --tile x --size 40x9000 -o o.png --preview p.webp --dry-run";
+    folder.run(&wide.replace("40x9000", "9000x40")).refused(3, &["18000x40 px", "16383"]);
+    // The second exemplar is too small for the block, or is not there: the first one is not woven.
     let line = "quilt @/cobbles.png @/stars.png --each -o {n}.png --size 200 --block 150";
     folder.run(line).refused(3, &["stars.png"]);
+    for line in [line.to_owned(), line.replace("@/stars.png", "none.png")] {
+        let said = folder.run(&format!("{line} --progress json"));
+        assert!(!said.stderr.contains("stage") && matches!(said.exit, Some(3 | 4)), "{said:?}");
+    }
     // A name of the second run is an input of the first one.
     fs::copy(format!("{}/weave.png", crate::program::fixtures()), folder.path("2.png")).unwrap();
-    folder.run("quilt 2.png --size 40 --seed 1..2 -o {n}.png").refused(4, &["2.png", "is the same file as the input"]);
+    let said = folder.run("quilt 2.png --size 40 --seed 1..2 -o {n}.png --progress json");
+    said.refused(4, &["2.png", "is the same file as the input"]);
     assert_eq!(folder.names(), ["2.png"]);
     folder.run("quilt @/weave.png --size 40 --seed 1..2 -o {n}.png --dry-run").done();
     assert_eq!(folder.names(), ["2.png"]);
