@@ -1,12 +1,11 @@
 //! Times of renderers on one thread. `cargo bench -p selvedge-blending -- [CASE...] [--repeat N] [--list]` prints a
-//! line a case: name, then milliseconds of the processor (mean over all repeats, where the system tells it) and of the
-//! clock (median, least), and what they are for. Answers are checked before anything is timed.
+//! line a case. Answers are checked before anything is timed.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{Domain, Grid, Origin, Plane, Render, Role, Samples, Seed, SourceMap, SourceTable, Transform};
+use selvedge_testkit::timing::{bench, spent};
 
 /// Side of the output.
 const OUTPUT: u32 = 512;
@@ -31,39 +30,8 @@ const CASES: &[(&str, How, &str)] = &[
 ];
 
 fn main() {
-    let (mut names, mut repeat) = (Vec::new(), 9);
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            "--bench" => {}
-            "--list" => return CASES.iter().for_each(|(name, _, what)| println!("{name:18} {what}")),
-            "--repeat" => repeat = words.next().and_then(|n| n.parse().ok()).expect("a number of repeats"),
-            _ => names.push(word),
-        }
-    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
-    pool.install(|| {
-        let setup = Setup::new();
-        setup.check();
-        for (name, how, what) in CASES.iter().filter(|c| names.is_empty() || names.iter().any(|n| c.0.contains(n))) {
-            let [processor, median, least] = time(&setup, how, repeat);
-            println!("{name:18} {processor:9.4} {median:9.4} {least:9.4}   {what}");
-        }
-    });
-}
-
-/// Milliseconds of the processor, and of the clock.
-fn time(setup: &Setup, how: &How, repeat: u32) -> [f64; 3] {
-    let (before, mut clock) = (processed(), Vec::new());
-    for _ in 0..repeat {
-        let start = Instant::now();
-        drop(black_box(setup.rendered(how)));
-        clock.push(start.elapsed().as_secs_f64() * 1e3);
-    }
-    let passed = clock.iter().sum();
-    let processor = before.and_then(|b| Some(processed()? - b)).unwrap_or(passed);
-    clock.sort_by(f64::total_cmp);
-    [processor / f64::from(repeat), clock[clock.len() / 2], clock[0]]
+    pool.install(|| bench(CASES, Setup::new, |setup, how| spent(|| drop(black_box(setup.rendered(how))))));
 }
 
 /// An exemplar, and an output that is covered with patches of it.
@@ -86,7 +54,9 @@ impl Setup {
             table.id(0, [rng.below(144) + y % 48, rng.below(144) + x % 48])
         });
         let ids = Grid::from_vec(output, 1, ids.collect()).expect("right length");
-        Self { plane, map: SourceMap::new(ids, table).expect("known samples") }
+        let setup = Self { plane, map: SourceMap::new(ids, table).expect("known samples") };
+        setup.check();
+        setup
     }
 
     /// Wrong answers are not timed.
@@ -116,14 +86,4 @@ impl Setup {
         };
         out.expect("a picture")
     }
-}
-
-/// Milliseconds that all threads together have run (Linux). The count may move in steps of some milliseconds.
-fn processed() -> Option<f64> {
-    let mut sum = 0.0;
-    for task in std::fs::read_dir("/proc/self/task").ok()? {
-        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
-        sum += text.split(' ').next()?.parse::<f64>().ok()? / 1e6;
-    }
-    Some(sum)
 }

@@ -6,6 +6,7 @@
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Seed, SimdLevel, Source, Transform};
 use selvedge_fft_ssd::{Costs, Engine, Errors, Options, Placement, Scratch, SsdSearcher, Template};
+use selvedge_testkit::timing::processed;
 use std::time::Instant;
 
 /// A case by name: `IMAGE/TEMPLATE`, as in `192/L36-6`, `1024/64`, `1024/disc64`, `512/noise64`, `192/36x6`; `clip` is
@@ -226,14 +227,4 @@ fn plain<const D: usize>(
         }
         assert_eq!(found, error as u32);
     }
-}
-
-/// Milliseconds that all threads together have run (Linux). The count may move in steps of some milliseconds.
-fn processed() -> Option<f64> {
-    let mut sum = 0.0;
-    for task in std::fs::read_dir("/proc/self/task").ok()? {
-        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
-        sum += text.split(' ').next()?.parse::<f64>().ok()? / 1e6;
-    }
-    Some(sum)
 }

@@ -1,17 +1,16 @@
 //! Times of the method's parts on one thread.
-//! `cargo bench -p selvedge-graphcut-textures -- [CASE...] [--repeat N] [--list]` prints a line a case: name, then
-//! milliseconds of the processor (mean over all repeats, where the system tells it) and of the clock (median, least),
-//! and what they are for. Answers are checked before anything is timed.
+//! `cargo bench -p selvedge-graphcut-textures -- [CASE...] [--repeat N] [--list]` prints a line a case. Answers
+//! are checked before anything is timed.
 //!
 //! A cut is timed by what a run with random placement takes for each refinement beyond its beginning: a patch is drawn
 //! without a search, the seams around are priced, and the graph is built and cut. With the other placements a
 //! refinement is searched for as well.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, SourceMap};
 use selvedge_graphcut_textures::{Options, Placement, Start, Stats, graphcut, graphcut_from};
+use selvedge_testkit::timing::{Spent, bench, spent};
 
 /// Sides of the exemplar and of the output.
 const EXEMPLAR: u32 = 192;
@@ -43,56 +42,25 @@ const CASES: &[(&str, Part, &str)] = &[
 ];
 
 fn main() {
-    let (mut names, mut repeat) = (Vec::new(), 9);
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            "--bench" => {}
-            "--list" => return CASES.iter().for_each(|(name, _, what)| println!("{name:18} {what}")),
-            "--repeat" => repeat = words.next().and_then(|n| n.parse().ok()).expect("a number of repeats"),
-            _ => names.push(word),
-        }
-    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
-    pool.install(|| {
-        let setup = Setup::new();
-        setup.check();
-        for (name, part, what) in CASES.iter().filter(|c| names.is_empty() || names.iter().any(|n| c.0.contains(n))) {
-            let [processor, median, least] = time(&setup, part, repeat);
-            println!("{name:18} {processor:9.4} {median:9.4} {least:9.4}   {what}");
+    pool.install(|| bench(CASES, Setup::new, time));
+}
+
+fn time(setup: &Setup, part: &Part) -> Spent {
+    match part {
+        Part::Step(placement, region) => {
+            let base = spent(|| setup.refine(*placement, *region, 0));
+            let all = spent(|| setup.refine(*placement, *region, STEPS));
+            let of_one = |all: f64, base: f64| (all - base) / f64::from(STEPS);
+            Spent { processor: of_one(all.processor, base.processor), clock: of_one(all.clock, base.clock) }
         }
-    });
-}
-
-/// Milliseconds of the processor, and of the clock.
-fn time(setup: &Setup, part: &Part, repeat: u32) -> [f64; 3] {
-    let (mut processor, mut clock) = (0.0, Vec::new());
-    for _ in 0..repeat {
-        let [processed, passed] = match part {
-            Part::Step(placement, region) => {
-                let base = measure(|| setup.refine(*placement, *region, 0));
-                let all = measure(|| setup.refine(*placement, *region, STEPS));
-                [0, 1].map(|i| (all[i] - base[i]) / f64::from(STEPS))
-            }
-            Part::Begin(placement, region) => measure(|| setup.refine(*placement, *region, 0)),
-            Part::Costs(measured) => measure(|| drop(black_box(setup.costs(*measured)))),
-            Part::Total => {
-                let costs = setup.costs(SeamMeasure::Gradient);
-                measure(|| _ = black_box(costs.total(&setup.map)))
-            }
-        };
-        processor += processed;
-        clock.push(passed);
+        Part::Begin(placement, region) => spent(|| setup.refine(*placement, *region, 0)),
+        Part::Costs(measure) => spent(|| drop(black_box(setup.costs(*measure)))),
+        Part::Total => {
+            let costs = setup.costs(SeamMeasure::Gradient);
+            spent(|| _ = black_box(costs.total(&setup.map)))
+        }
     }
-    clock.sort_by(f64::total_cmp);
-    [processor / f64::from(repeat), clock[clock.len() / 2], clock[0]]
-}
-
-fn measure(run: impl FnOnce()) -> [f64; 2] {
-    let (before, start) = (processed(), Instant::now());
-    run();
-    let passed = start.elapsed().as_secs_f64() * 1e3;
-    [before.and_then(|b| Some(processed()? - b)).unwrap_or(passed), passed]
 }
 
 /// An exemplar, and an output that is covered with it.
@@ -113,7 +81,9 @@ impl Setup {
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).expect("an exemplar");
         let options = options(Placement::Sub, 32, 0);
         let woven = graphcut(&exemplars, Domain::open([OUTPUT; 2]), &options, &Run::seeded(1)).expect("a run");
-        Self { exemplars, map: woven.result }
+        let setup = Self { exemplars, map: woven.result };
+        setup.check();
+        setup
     }
 
     /// Wrong answers are not timed.
@@ -146,14 +116,4 @@ impl Setup {
 fn options(placement: Placement, region: u32, steps: u32) -> Options<2> {
     let (region, reach) = (Some([region; 2]), Some([region / 2; 2]));
     Options { placement, region, reach, refine: Some(steps), tries: 1, patience: 1000, ..Options::default() }
-}
-
-/// Milliseconds that all threads together have run (Linux). The count may move in steps of some milliseconds.
-fn processed() -> Option<f64> {
-    let mut sum = 0.0;
-    for task in std::fs::read_dir("/proc/self/task").ok()? {
-        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
-        sum += text.split(' ').next()?.parse::<f64>().ok()? / 1e6;
-    }
-    Some(sum)
 }

@@ -15,6 +15,7 @@ pub mod page;
 mod picture;
 mod relief;
 pub mod simple;
+pub mod timing;
 
 pub use compare::{Difference, compare, preview, triptych};
 pub use exr::to_exr;
