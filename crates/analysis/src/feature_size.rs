@@ -1,6 +1,6 @@
 //! How large the structures of exemplars are.
 
-use selvedge_core::{Exemplars, Grid, Source};
+use selvedge_core::{Exemplars, Grid};
 use selvedge_fft_ssd::Error;
 
 use crate::periods::Strengths;
@@ -16,7 +16,7 @@ const UNLIKE: i64 = 200;
 /// # Errors
 /// [`Error::Core`] if memory is short.
 pub fn feature_size<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Error> {
-    let mut sizes = firsts(exemplars).map(|s| feature_size_of(&s.features, s.valid.as_ref(), exemplars.weights()));
+    let mut sizes = exemplars.firsts().map(|s| feature_size_of(&s.features, s.valid.as_ref(), exemplars.weights()));
     sizes.try_fold(1, |size, of_one| Ok(size.max(of_one?)))
 }
 
@@ -46,16 +46,6 @@ pub(crate) fn of_strengths<const D: usize>(strengths: &Strengths<D>) -> Result<u
     Ok(size.max(squared.isqrt() as u32 * 5 / 4))
 }
 
-/// The first source of each exemplar.
-pub(crate) fn firsts<const D: usize>(exemplars: &Exemplars<D>) -> impl Iterator<Item = &Source<D>> {
-    let mut last = None;
-    exemplars
-        .sources()
-        .iter()
-        .map(|source| &**source)
-        .filter(move |s| last.replace(s.origin.exemplar) != Some(s.origin.exemplar))
-}
-
 /// The distance from which on samples are unlike each other, in the mean over the directions; at most half the
 /// exemplar.
 pub(crate) fn lost_likeness<const D: usize>(strengths: &Strengths<D>) -> u32 {
@@ -80,7 +70,7 @@ pub(crate) fn lost_likeness<const D: usize>(strengths: &Strengths<D>) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Origin, Transform};
+    use selvedge_core::{Domain, Origin, Source, Transform};
 
     fn size_of(shape: [u32; 2], at: impl Fn(u32, u32) -> u8) -> u32 {
         let domain = Domain::open(shape);

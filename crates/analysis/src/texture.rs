@@ -3,7 +3,7 @@
 use selvedge_core::{Exemplars, Grid};
 use selvedge_fft_ssd::Error;
 
-use crate::feature_size::{firsts, lost_likeness, of_strengths};
+use crate::feature_size::{lost_likeness, of_strengths};
 use crate::lattice::Lattice;
 use crate::lines::{Lines, share};
 use crate::periods::Strengths;
@@ -117,7 +117,7 @@ impl Texture {
     /// # Errors
     /// Those of [`of`](Self::of).
     pub fn of_each<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Self>, Error> {
-        firsts(exemplars).map(|s| Self::of(&s.features, s.valid.as_ref(), exemplars.weights())).collect()
+        exemplars.firsts().map(|s| Self::of(&s.features, s.valid.as_ref(), exemplars.weights())).collect()
     }
 
     /// True where patches are better laid by how the whole of them agrees than by their surroundings alone: on a

@@ -34,6 +34,7 @@ mod domain;
 mod encoder;
 mod error;
 mod exemplars;
+mod firsts;
 mod grid;
 mod guide;
 mod light;

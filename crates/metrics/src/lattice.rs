@@ -1,7 +1,6 @@
 //! Whether the exemplar's periods are kept.
 
 use crate::error::Error;
-use crate::firsts::firsts;
 use selvedge_analysis::periods;
 use selvedge_core::{Exemplars, Grid};
 
@@ -16,7 +15,7 @@ pub(crate) struct Kept {
 
 /// The strongest clear period of the first exemplar, and the strongest that goes another way.
 pub(crate) fn lattice(exemplars: &Exemplars<2>) -> Result<Vec<Kept>, Error> {
-    let Some(source) = firsts(exemplars).next() else { return Ok(Vec::new()) };
+    let Some(source) = exemplars.firsts().next() else { return Ok(Vec::new()) };
     let found = periods(&source.features, source.valid.as_ref(), exemplars.weights())?;
     let clear: Vec<_> = found.into_iter().filter(|p| CLEAR <= p.strength).collect();
     let Some(&first) = clear.first() else { return Ok(Vec::new()) };

@@ -10,7 +10,6 @@
 
 mod columns;
 mod error;
-mod firsts;
 mod fit;
 mod lattice;
 mod marginals;
@@ -24,7 +23,6 @@ pub use error::Error;
 pub use fit::{Fitted, fit};
 pub use preference::{MAPPED, Model, PICTURE, TERMS, preference, terms};
 
-use firsts::firsts;
 use lattice::Kept;
 use seams::Prices;
 use selvedge_core::{Exemplars, Grid, SimdLevel, SourceMap};
@@ -60,7 +58,7 @@ impl Judge {
         exemplars.sources().iter().try_for_each(|s| large_enough(s.domain().shape))?;
         let half = scaled::halved_exemplars(exemplars)?;
         let quarter = scaled::halved_exemplars(&half)?;
-        let first = firsts(exemplars).next().map(|s| marginals::shade(&s.features, SHADE)).transpose()?.flatten();
+        let first = exemplars.firsts().next().map(|s| marginals::shade(&s.features, SHADE)).transpose()?.flatten();
         Ok(Self {
             prices: Prices::new(exemplars)?,
             lattice: lattice::lattice(exemplars)?,
@@ -93,7 +91,7 @@ impl Judge {
         let pictures = [(output, None)];
         let log = |a: f64, b: f64| libm::log2((a + 0.05) / (b + 0.05));
         let shade = marginals::shade(output, SHADE)?.zip(self.shade);
-        let exemplar: usize = firsts(&self.full.exemplars).map(|s| s.domain().len()).sum();
+        let exemplar: usize = self.full.exemplars.firsts().map(|s| s.domain().len()).sum();
         Ok(Columns {
             coherence: self.full.sampled(output, WINDOW, simd)?,
             coherence_2: near_2.mean(),

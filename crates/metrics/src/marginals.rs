@@ -1,7 +1,6 @@
 //! Columns of single samples and small differences: contrast, sharpness, colour, blandness, shade, wrap.
 
 use crate::error::Error;
-use crate::firsts::firsts;
 use crate::scaled;
 use selvedge_core::{Exemplars, Grid};
 
@@ -10,7 +9,7 @@ pub(crate) type Valid<'a> = (&'a Grid<u8, 2>, Option<&'a Grid<bool, 2>>);
 
 /// First sources with their validity.
 pub(crate) fn pictures(exemplars: &Exemplars<2>) -> Vec<Valid<'_>> {
-    firsts(exemplars).map(|s| (&s.features, s.valid.as_ref())).collect()
+    exemplars.firsts().map(|s| (&s.features, s.valid.as_ref())).collect()
 }
 
 fn counts(valid: Option<&Grid<bool, 2>>, i: usize) -> bool {

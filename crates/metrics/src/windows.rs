@@ -38,7 +38,7 @@ impl Level {
     /// Distances of the exemplars' windows to the nearest of the output.
     pub(crate) fn complete(&self, output: &Grid<u8, 2>, windows: Windows, simd: SimdLevel) -> Result<f64, Error> {
         let mut distances = Vec::new();
-        for source in crate::firsts::firsts(&self.exemplars) {
+        for source in self.exemplars.firsts() {
             let weights = self.exemplars.weights();
             let found = nearest(Field::of(source), &[Field::new(output)], weights, windows, simd)?;
             let near = found.samples().iter().flatten();
