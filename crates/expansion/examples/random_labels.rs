@@ -38,13 +38,14 @@ impl<const D: usize> Prices<D> for Guided<'_, D> {
 }
 
 /// Draws `steps` patches after everything is covered. The counts are those of patches that were taken.
-fn random_labels<const D: usize>(
+pub(crate) fn random_labels<const D: usize>(
     exemplars: &Exemplars<D>,
     guide: Option<(&Guide<D>, i32)>,
     output: Domain<D>,
     steps: u64,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, u64>, Error> {
+    let valid = exemplars.validity();
     let prices = Guided { seams: SeamCosts::new(exemplars, SeamMeasure::Difference)?, exemplars, guide };
     let mut map = SourceMap::unassigned(exemplars, output)?;
     let (mut scratch, mut holes, mut taken, mut step, mut draw) = (Scratch::default(), map.holes(), 0, 0, 0);
@@ -55,6 +56,9 @@ fn random_labels<const D: usize>(
         let at = output.position(hole.unwrap_or_else(|| rng.below(output.len() as u32) as usize));
         let id = SampleId::new(rng.below(exemplars.table().len()));
         let Some((source, from)) = exemplars.locate(id) else { continue };
+        if valid[source].is_some_and(|v| !v.get(0, from)) {
+            continue;
+        }
         let patch = Patch { source, offset: std::array::from_fn(|a| at[a] as i32 - from[a] as i32) };
         let mut window = patch.footprint(exemplars, &Window::all(output));
         (0..D).for_each(|a| {
