@@ -74,7 +74,7 @@ fn strip(texture: &Texture, rows: usize, columns: usize, seed: u64) -> Instance 
     let offsets = [offset(&mut draw), offset(&mut draw)];
     let mut instance = Instance { shape: vec![rows, columns], ..Instance::default() };
     pairs([rows, columns], |v, axis, s, t| {
-        instance.terms.push((v as u32, axis as u8, both_ways(seam(texture, axis, [s, t], offsets))));
+        instance.set(v, axis, both_ways(seam(texture, axis, [s, t], offsets)));
     });
     for y in 0..rows {
         instance.pins.extend([(y * columns, Side::Source), ((y + 1) * columns - 1, Side::Sink)]);
@@ -126,7 +126,7 @@ fn laid_over(
         let [here, there] = [old[v], old[if axis == 1 { v + 1 } else { v + columns }]];
         let price = |a: Offset, b: Offset| if a == b { 0 } else { price(texture, axis, places, [a, b]) };
         let term = PairwiseTerm { e00: price(here, there), e01: price(here, new), e10: price(new, there), e11: 0 };
-        instance.terms.push((v as u32, axis as u8, regular(term)));
+        instance.set(v, axis, regular(term));
     });
     let border = |v: &usize| {
         let (y, x) = (v / columns, v % columns);
@@ -143,11 +143,11 @@ fn least(instance: &Instance) -> Vec<bool> {
     for &(v, side) in &instance.pins {
         energy.graph_mut().pin(v, side).expect("a node");
     }
-    for (v, &[e0, e1]) in instance.unaries.iter().enumerate() {
-        energy.unary(v, e0, e1).expect("an energy");
+    if !instance.unaries.is_empty() {
+        energy.unaries(&instance.unaries).expect("energies");
     }
-    for &(v, axis, term) in &instance.terms {
-        energy.pairwise(v as usize, axis as usize, term).expect("a term");
+    for (axis, terms) in instance.terms.iter().enumerate() {
+        energy.pairwises(axis, terms).expect("terms");
     }
     energy.minimize().expect("memory suffices").cut.source_side().to_vec()
 }
@@ -185,7 +185,7 @@ fn volume(texture: &Texture, shape: [usize; 3], time: bool, seed: u64) -> Instan
             let w = v + stride[axis];
             let matching = (clips[0][v] - clips[1][v]).abs() + (clips[0][w] - clips[1][w]).abs();
             let gradients: i32 = [(0, v), (0, w), (1, v), (1, w)].map(|(k, p)| gradient(k, p, axis)).iter().sum();
-            instance.terms.push((v as u32, axis as u8, both_ways(1000 * matching / (1 + gradients))));
+            instance.set(v, axis, both_ways(1000 * matching / (1 + gradients)));
         }
         let face = |axis: usize| at(v)[axis] == 0 || at(v)[axis] + 1 == shape[axis];
         let core = |axis: usize| (shape[axis] / 3..2 * shape[axis] / 3).contains(&at(v)[axis]);
@@ -236,7 +236,7 @@ fn expansion(texture: &Texture, side: usize, count: usize, seed: u64) -> Instanc
                 e10: price(label, map[w]),
                 e11: 0,
             };
-            instance.terms.push((v as u32, axis as u8, regular(term)));
+            instance.set(v, axis, regular(term));
         });
         if k < count {
             for (v, _) in least(&instance).iter().enumerate().filter(|(_, keeps)| !**keeps) {

@@ -15,8 +15,8 @@ pub(crate) struct Instance {
     pub(crate) pins: Vec<(usize, Side)>,
     /// Energies of label 0 and label 1: a node each, or none.
     pub(crate) unaries: Vec<[i32; 2]>,
-    /// First node, axis, term.
-    pub(crate) terms: Vec<(u32, u8, PairwiseTerm)>,
+    /// By axis: of each node with the next, nothing at the end of an axis. As many axes as were given terms.
+    pub(crate) terms: Vec<Vec<PairwiseTerm>>,
 }
 
 impl Instance {
@@ -28,6 +28,14 @@ impl Instance {
         }
     }
 
+    /// Sets the term of a node and the next along an axis.
+    pub(crate) fn set(&mut self, v: usize, axis: usize, term: PairwiseTerm) {
+        if self.terms.is_empty() {
+            self.terms = vec![vec![PairwiseTerm::default(); self.len()]; self.shape.len()];
+        }
+        self.terms[axis][v] = term;
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.shape.iter().product()
     }
@@ -37,13 +45,22 @@ impl Instance {
     pub(crate) fn bytes(&self) -> Vec<u8> {
         let mut words: Vec<i32> = vec![self.shape.len() as i32];
         words.extend(self.shape.iter().map(|&n| n as i32));
-        words.extend([self.pins.len(), self.unaries.len(), self.terms.len()].map(|n| n as i32));
+        words.extend([self.pins.len(), self.unaries.len(), self.listed().count()].map(|n| n as i32));
         words.extend(self.pins.iter().flat_map(|&(v, side)| [v as i32, i32::from(side == Side::Sink)]));
         words.extend(self.unaries.as_flattened());
-        words.extend(
-            self.terms.iter().flat_map(|&(v, axis, t)| [v as i32, i32::from(axis), t.e00, t.e01, t.e10, t.e11]),
-        );
+        words.extend(self.listed().flat_map(|(v, axis, t)| [v as i32, axis as i32, t.e00, t.e01, t.e10, t.e11]));
         words.iter().flat_map(|w| w.to_le_bytes()).collect()
+    }
+
+    /// Node, axis and term of all nodes that have a next.
+    fn listed(&self) -> impl Iterator<Item = (usize, usize, PairwiseTerm)> + '_ {
+        let has_next = |v: usize, axis: usize| {
+            let stride: usize = self.shape[axis + 1..].iter().product();
+            v / stride % self.shape[axis] + 1 < self.shape[axis]
+        };
+        let all =
+            self.terms.iter().enumerate().flat_map(|(axis, terms)| (0..).zip(terms).map(move |(v, &t)| (v, axis, t)));
+        all.filter(move |&(v, axis, _)| has_next(v, axis))
     }
 
     fn of_bytes(bytes: &[u8]) -> Self {
@@ -55,10 +72,11 @@ impl Instance {
         let side = |of: i32| if of == 0 { Side::Source } else { Side::Sink };
         let pins = (0..pins).map(|_| (next() as usize, side(next()))).collect();
         let unaries = (0..unaries).map(|_| [next(), next()]).collect();
-        let mut term = || {
+        let mut instance = Self { shape, pins, unaries, terms: Vec::new() };
+        for _ in 0..terms {
             let [v, axis, e00, e01, e10, e11] = std::array::from_fn(|_| next());
-            (v as u32, axis as u8, PairwiseTerm { e00, e01, e10, e11 })
-        };
-        Self { shape, pins, unaries, terms: (0..terms).map(|_| term()).collect() }
+            instance.set(v as usize, axis as usize, PairwiseTerm { e00, e01, e10, e11 });
+        }
+        instance
     }
 }

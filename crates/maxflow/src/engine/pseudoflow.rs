@@ -45,23 +45,26 @@ impl<A, S> Default for PseudoScratch<A, S> {
     }
 }
 
-/// Runs engine P on the `relevant` nodes until their flow is maximum or `cancelled` says stop.
+/// Runs engine P on the `relevant` nodes until their flow is maximum or `cancelled` says stop; on what has excess among
+/// `together` nodes first, then on that among the next. The rest of the graph is there all the time.
 pub(crate) fn solve<N: Network>(
     net: &mut N,
     scratch: &mut PseudoScratch<N::Arc, N::Notes>,
     relevant: impl Fn(usize) -> bool,
+    together: usize,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     let Some(mut forest) = Forest::plant(net, scratch, relevant) else { return Outcome::OutOfMemory };
-    let mut processed = 0_u64;
-    while let Some(root) = forest.pop_highest() {
-        if !forest.strong.reach(forest.label[root] + 1) {
-            return Outcome::OutOfMemory;
+    let nodes = forest.net.nodes();
+    for first in nodes.clone().step_by(together.min(nodes.len().max(1))) {
+        for v in first..nodes.end.min(first.saturating_add(together)) {
+            if forest.net.excess(v) > N::Cap::ZERO && forest.label[v] != DEAD {
+                forest.add_strong(v);
+            }
         }
-        forest.process(root);
-        processed += 1;
-        if processed.is_multiple_of(CANCEL_PERIOD) && cancelled() {
-            return Outcome::Cancelled;
+        let outcome = forest.process_all(cancelled);
+        if outcome != Outcome::Done {
+            return outcome;
         }
     }
     Outcome::Done
@@ -99,16 +102,32 @@ impl<'a, N: Network> Forest<'a, N> {
         if !fits || !forest.strong.reach(0) || !forest.strong.reach(1) {
             return None;
         }
-        for v in forest.net.nodes().filter(|&v| forest.net.role(v) == Role::Free && relevant(v)) {
-            let strong = forest.net.excess(v) > N::Cap::ZERO;
-            let label = u32::from(strong);
-            forest.label[v] = label;
-            forest.strong.count(label);
-            if strong {
-                forest.strong.add(v, label);
+        let mut count = [0; 2];
+        for v in forest.net.nodes() {
+            if forest.net.role(v) == Role::Free && relevant(v) {
+                let label = u32::from(forest.net.excess(v) > N::Cap::ZERO);
+                forest.label[v] = label;
+                count[label as usize] += 1;
             }
         }
+        forest.strong.start(count);
         Some(forest)
+    }
+
+    /// Processes strong trees until there are none.
+    fn process_all(&mut self, cancelled: &dyn Fn() -> bool) -> Outcome {
+        let mut processed = 0_u64;
+        while let Some(root) = self.pop_highest() {
+            if !self.strong.reach(self.label[root] + 1) {
+                return Outcome::OutOfMemory;
+            }
+            self.process(root);
+            processed += 1;
+            if processed.is_multiple_of(CANCEL_PERIOD) && cancelled() {
+                return Outcome::Cancelled;
+            }
+        }
+        Outcome::Done
     }
 
     #[inline]

@@ -4,26 +4,24 @@
 //! it would cost more. It is as good as pinned, and is, while an engine runs. The same holds of lack and the sink. So a
 //! terminal that is meant as a pin is one.
 //!
-//! Its neighbours are not asked again, though they have more excess then, and may follow: that settles most nodes of an
-//! expansion, and takes 1 ms where the engines take 1.3 (D 256).
+//! Its neighbours are not asked again, though they have more excess then, and may follow: few do where few have terminals.
 
 use crate::error::push;
 use crate::network::{Capacity, Network, Role};
 
-/// With less excess, nodes are asked only where few have any: 0.3 to 0.8 ms of 1.3 to 2.5 on D 256, for nothing.
-const STRONG: i64 = 1 << 27;
-
 /// Pins what is plain, and lists it in `settled` for [`release`]. Returns whether there was memory. Time `O(arcs)`.
+///
+/// Where most nodes have terminals it does nothing: [`nearby`](super::nearby) decides there.
 #[must_use]
 pub(crate) fn settle<N: Network>(net: &mut N, settled: &mut Vec<u32>) -> bool {
     settled.clear();
     let terminals = net.nodes().filter(|&v| net.excess(v) != N::Cap::ZERO).count();
-    let least = if 2 * terminals > net.nodes().len() { STRONG } else { 0 };
+    if 2 * terminals > net.nodes().len() {
+        return true;
+    }
     let mut fits = true;
     for v in net.nodes() {
-        if net.excess(v).into().abs() > least
-            && let Some(side) = plain_side(net, v)
-        {
+        if let Some(side) = plain_side(net, v) {
             fits &= push(settled, v as u32);
             net.set_role(v, side);
         }

@@ -38,6 +38,11 @@ impl<'a> Strong<'a> {
         (label as usize) < self.buckets.len() || push(self.buckets, Bucket { first: NIL, nodes: 0 })
     }
 
+    /// How many nodes have label 0 and label 1, for which there are places.
+    pub(super) fn start(&mut self, nodes: [u32; 2]) {
+        self.buckets.iter_mut().zip(nodes).for_each(|(bucket, nodes)| bucket.nodes = nodes);
+    }
+
     /// Number of nodes with a label.
     #[inline]
     pub(super) fn nodes(&self, label: u32) -> u32 {

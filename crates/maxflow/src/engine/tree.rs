@@ -6,7 +6,7 @@
 //! there is a path: push what it takes (*augment*). Arcs that fill up cut off subtrees, whose roots (*orphans*) look
 //! for a new parent in their tree or fall off it (*adopt*). When neither tree can grow the flow is maximum.
 //!
-//! Best where most nodes have terminals and paths are short. Its worst case is bad, `O(n^2 m C)`, and shows where few
+//! Good where most nodes have terminals and paths are short. Its worst case is bad, `O(n^2 m C)`, and shows where few
 //! terminals are joined by long paths: the work of mending the trees is counted, and can be given a budget.
 
 use std::collections::VecDeque;

@@ -177,7 +177,7 @@ impl<const D: usize> GridGraph<D> {
         all.into_iter().try_for_each(|(node, &[from_source, to_sink])| self.terminal(node, from_source, to_sink))
     }
 
-    fn check_count(&self, given: usize) -> Result<()> {
+    pub(crate) fn check_count(&self, given: usize) -> Result<()> {
         let len = self.len();
         if given == len { Ok(()) } else { Err(MaxflowError::Count { given, len }) }
     }

@@ -3,6 +3,7 @@
 mod edit;
 mod residual;
 mod solve;
+mod terms;
 
 use crate::cut::Side;
 use crate::engine::{Engine, Scratch};
@@ -260,7 +261,7 @@ impl<const D: usize> GridGraph<D> {
 
     /// The slots that a link joins.
     #[inline]
-    fn ends(&self, node: usize, axis: usize) -> Result<(usize, usize)> {
+    pub(crate) fn ends(&self, node: usize, axis: usize) -> Result<(usize, usize)> {
         if axis >= D {
             return Err(MaxflowError::NoNeighbour { node, along: format!("axis {axis}") });
         }

@@ -156,3 +156,55 @@ fn orders_that_cannot_be_are_refused() {
     line.graph_mut().pin(3, Side::Source).unwrap();
     assert!(line.ordered(0).is_err(), "pins contradict the order");
 }
+
+#[test]
+fn energies_of_whole_grids_are_those_given_one_by_one() {
+    let mut draw = Draw(19);
+    for case in 0..400 {
+        let shape: [usize; 3] = std::array::from_fn(|_| 1 + draw.below(4));
+        let periodic: [bool; 3] = std::array::from_fn(|_| draw.chance(40));
+        let graph = GridGraph::new(shape, periodic).unwrap();
+        let n = graph.len();
+        // Some that cannot be regular, and some too large for the short way.
+        let large = |draw: &mut Draw, at: usize| if draw.chance(3) { 1 << at } else { 0 };
+        let unaries: Vec<[i32; 2]> =
+            (0..n).map(|_| [draw.below(20) as i32 - large(&mut draw, 29), draw.below(20) as i32]).collect();
+        let mut masked = vec![false; n];
+        masked.iter_mut().for_each(|m| *m = case % 3 == 0 && draw.chance(20));
+        let [mut bulk, mut single] = [(); 2].map(|()| BinaryEnergy::from(graph.clone()));
+        for energy in [&mut bulk, &mut single] {
+            (0..n).filter(|&v| masked[v]).for_each(|v| energy.graph_mut().mask(v).unwrap());
+        }
+        bulk.unaries(&unaries).unwrap();
+        unaries.iter().enumerate().for_each(|(v, u)| single.unary(v, u[0], u[1]).unwrap());
+        for axis in 0..3 {
+            let mut terms = vec![PairwiseTerm::default(); n];
+            for v in (0..n).filter(|&v| graph.next(v, axis).is_some()) {
+                terms[v] = any_term(&mut draw);
+                terms[v].e01 += large(&mut draw, 25);
+                single.pairwise(v, axis, terms[v]).unwrap();
+            }
+            bulk.pairwises(axis, &terms).unwrap();
+        }
+        for _ in 0..8 {
+            let labelling: Vec<bool> = masked.iter().map(|m| !m && draw.chance(50)).collect();
+            assert_eq!(bulk.value(&labelling), single.value(&labelling), "case {case}");
+        }
+        assert_eq!(bulk.minimize(), single.minimize(), "case {case}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_a_grid_is_refused() {
+    let mut energy = BinaryEnergy::new([2, 2], [false, true]).unwrap();
+    let term = PairwiseTerm { e00: 0, e01: 1, e10: 1, e11: 0 };
+    let none = PairwiseTerm::default();
+    let words = |result: Result<(), selvedge_maxflow::MaxflowError>| result.unwrap_err().to_string();
+    assert_eq!(words(energy.unaries(&[[0, 1]; 3])), "3 values do not fit a graph of 4 nodes");
+    assert_eq!(words(energy.pairwises(1, &[term; 5])), "5 values do not fit a graph of 4 nodes");
+    assert_eq!(words(energy.pairwises(2, &[term; 4])), "node 0 has no neighbour along axis 2");
+    assert_eq!(words(energy.pairwises(0, &[term, term, none, term])), "node 3 has no neighbour along axis 0");
+    energy.pairwises(1, &[term; 4]).unwrap();
+    energy.unaries(&[[1, 0], [0, 3], [0, 0], [0, 0]]).unwrap();
+    assert_eq!(energy.minimize().unwrap().after, 1);
+}
