@@ -1,6 +1,8 @@
 //! Times of cuts. `cargo bench -p selvedge-maxflow -- [CASE...] [--repeat N] [--engine auto|trees|pseudoflow]
-//! [--pictures FOLDER] [--dump FILE] [--list]` prints a line a case: name, nodes, milliseconds to build and to solve
-//! (of the processor where the system tells it), flow, size of the sink's side.
+//! [--graph] [--pictures FOLDER] [--dump FILE] [--list]` prints a line a case: name, nodes, milliseconds to build and
+//! to solve (of the processor where the system tells it), flow, size of the sink's side.
+//!
+//! `--graph` builds a `Graph` of any form instead of a grid.
 //!
 //! A case is a name as in `--list`, told in `benches/instances/classes.rs`, or a file that `--dump` wrote. Textures
 //! are made up; with `--pictures` those of a name are `FOLDER/NAME.pnm` (8-bit binary PGM or PPM of at least 512 x
@@ -14,7 +16,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use instances::Instance;
-use selvedge_maxflow::{BinaryEnergy, Engine, GridGraph, Minimum};
+use selvedge_maxflow::{BinaryEnergy, Engine, Graph, GraphEnergy, GridGraph, MinCut, Minimum};
 
 /// Name, least energy, size of the sink's side.
 const CASES: &[(&str, i64, usize)] = &[
@@ -44,6 +46,7 @@ struct Args {
     cases: Vec<String>,
     repeat: Option<usize>,
     engine: Engine,
+    graph: bool,
     pictures: Option<PathBuf>,
     dump: Option<PathBuf>,
 }
@@ -56,15 +59,44 @@ fn main() {
             std::fs::write(path, instance.bytes()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             continue;
         }
+        let engine = args.engine;
         match instance.shape.len() {
-            2 => time::<2>(case, &instance, &args),
-            _ => time::<3>(case, &instance, &args),
+            _ if args.graph => time(case, &instance, &args, || graph_energy(&instance, engine)),
+            2 => time(case, &instance, &args, || energy::<2>(&instance, engine)),
+            _ => time(case, &instance, &args, || energy::<3>(&instance, engine)),
         }
     }
 }
 
+/// What is timed.
+trait Energy {
+    fn least(&mut self) -> Minimum;
+    fn of(&self, cut: &MinCut) -> i64;
+}
+
+impl<const D: usize> Energy for BinaryEnergy<D> {
+    fn least(&mut self) -> Minimum {
+        self.minimize().expect("memory suffices")
+    }
+
+    fn of(&self, cut: &MinCut) -> i64 {
+        self.value(cut.source_side()).expect("a side a node")
+    }
+}
+
+impl Energy for GraphEnergy {
+    fn least(&mut self) -> Minimum {
+        self.minimize().expect("memory suffices")
+    }
+
+    fn of(&self, cut: &MinCut) -> i64 {
+        self.value(cut.source_side()).expect("a side a node")
+    }
+}
+
 fn parse() -> Args {
-    let mut args = Args { cases: Vec::new(), repeat: None, engine: Engine::Auto, pictures: None, dump: None };
+    let mut args =
+        Args { cases: Vec::new(), repeat: None, engine: Engine::Auto, graph: false, pictures: None, dump: None };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().unwrap_or_default();
@@ -74,6 +106,7 @@ fn parse() -> Args {
                 CASES.iter().for_each(|(case, ..)| println!("{case}"));
                 std::process::exit(0);
             }
+            "--graph" => args.graph = true,
             "--repeat" => args.repeat = Some(value().parse().expect("a number")),
             "--pictures" => args.pictures = Some(value().into()),
             "--dump" => args.dump = Some(value().into()),
@@ -110,25 +143,40 @@ fn energy<const D: usize>(instance: &Instance, engine: Engine) -> BinaryEnergy<D
     energy
 }
 
-fn time<const D: usize>(case: &str, instance: &Instance, args: &Args) {
-    let found = check::<D>(case, instance, args);
+/// The energy over a graph in lists.
+fn graph_energy(instance: &Instance, engine: Engine) -> GraphEnergy {
+    let mut energy = GraphEnergy::from(Graph::new(instance.len()).expect("a graph"));
+    energy.graph_mut().set_engine(engine);
+    for &(v, side) in &instance.pins {
+        energy.graph_mut().pin(v, side).expect("a node");
+    }
+    for (v, &[e0, e1]) in instance.unaries.iter().enumerate() {
+        energy.unary(v, e0.into(), e1.into()).expect("an energy within the headroom");
+    }
+    for (v, w, term) in instance.neighbours() {
+        energy.pairwise(v, w, term).expect("a term within the headroom");
+    }
+    energy
+}
+
+fn time<E: Energy>(case: &str, instance: &Instance, args: &Args, build: impl Fn() -> E) {
+    let found = check(case, instance, args, build());
     let start = Instant::now();
-    std::hint::black_box(energy::<D>(instance, args.engine).minimize().is_ok());
+    std::hint::black_box(build().least());
     // A second or so, if nothing was said.
     let repeat = args.repeat.unwrap_or((0.5 / start.elapsed().as_secs_f64()).clamp(3.0, 2000.0) as usize);
-    let build = busy(repeat, || std::mem::drop(std::hint::black_box(energy::<D>(instance, args.engine))));
+    let built = busy(repeat, || std::mem::drop(std::hint::black_box(build())));
     let both = busy(repeat, || {
-        std::hint::black_box(energy::<D>(instance, args.engine).minimize().is_ok());
+        std::hint::black_box(build().least());
     });
     let (nodes, sink) = (instance.len(), instance.len() - found.cut.source_len());
-    println!("{case:20} {nodes:9} {build:10.4} {:10.4} {:14} {sink:8}", both - build, found.after);
+    println!("{case:20} {nodes:9} {built:10.4} {:10.4} {:14} {sink:8}", both - built, found.after);
 }
 
 /// The least energy, checked. A wrong answer is not timed.
-fn check<const D: usize>(case: &str, instance: &Instance, args: &Args) -> Minimum {
-    let mut built = energy::<D>(instance, args.engine);
-    let found = built.minimize().expect("memory suffices");
-    assert_eq!(found.after, built.value(found.cut.source_side()).expect("a side a node"), "{case}");
+fn check(case: &str, instance: &Instance, args: &Args, mut built: impl Energy) -> Minimum {
+    let found = built.least();
+    assert_eq!(found.after, built.of(&found.cut), "{case}");
     let sink = instance.len() - found.cut.source_len();
     if let Some(&(_, least, side)) = CASES.iter().find(|c| c.0 == case && args.pictures.is_none()) {
         assert_eq!((found.after, sink), (least, side), "{case}: least energy and the sink's side");

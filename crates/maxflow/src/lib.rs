@@ -75,7 +75,7 @@ mod quantize;
 mod sparse;
 
 pub use cut::{MinCut, Side};
-pub use energy::{BinaryEnergy, Minimum, PairwiseTerm};
+pub use energy::{BinaryEnergy, GraphEnergy, Minimum, PairwiseTerm};
 pub use engine::Engine;
 pub use error::{ErrorKind, MaxflowError, Result};
 pub use grid::{Diagonal, GridGraph};

@@ -52,6 +52,11 @@ impl Instance {
         words.iter().flat_map(|w| w.to_le_bytes()).collect()
     }
 
+    /// Node, the next, and term of all nodes that have a next.
+    pub(crate) fn neighbours(&self) -> impl Iterator<Item = (usize, usize, PairwiseTerm)> + '_ {
+        self.listed().map(|(v, axis, term)| (v, v + self.shape[axis + 1..].iter().product::<usize>(), term))
+    }
+
     /// Node, axis and term of all nodes that have a next.
     fn listed(&self) -> impl Iterator<Item = (usize, usize, PairwiseTerm)> + '_ {
         let has_next = |v: usize, axis: usize| {

@@ -1,16 +1,16 @@
 //! What is decided nearby, where nearly every node has a terminal.
 //!
-//! There most nodes are on the side that their own terminal wants, and what one has too much its neighbours lack. So the
-//! nodes with excess are looked at once each, before any engine (which sees the network turned around where those are the
-//! many):
+//! There most nodes are on the side that their own terminal wants, and what one has too much its neighbours lack. So
+//! the nodes with excess are looked at once each, before any engine (which sees the network turned around where those
+//! are the many):
 //!
-//! - One that has more than its arcs can carry away is on the source's side, whatever else happens. It fills them all, and
-//!   takes no part from then on. Its neighbours have too much for that, mostly, and may follow at once.
+//! - One that has more than its arcs can carry away is on the source's side, whatever else happens. It fills them all,
+//!   and takes no part from then on. Its neighbours have too much for that, mostly, and may follow at once.
 //! - Another gives its neighbours what they lack.
 //!
-//! No arc with residual leads from a node that is *done* to one that is not, and none ever will: only a push into it could
-//! open one. So the engine may leave such nodes out. Nodes that lack something are not looked at unless somebody comes
-//! with it: of an expansion's nodes half to nine in ten never are.
+//! No arc with residual leads from a node that is *done* to one that is not, and none ever will: only a push into it
+//! could open one. So the engine may leave such nodes out. Nodes that lack something are not looked at unless somebody
+//! comes with it: of an expansion's nodes half to nine in ten never are.
 
 use crate::error::{push, refill};
 use crate::network::{Capacity, Network, Role};
@@ -32,8 +32,8 @@ impl NearbyScratch {
     }
 }
 
-/// Decides what is decided nearby among the `relevant` nodes. Returns whether some may still have excess and not be done,
-/// `None` without memory. Time `O(arcs)`.
+/// Decides what is decided nearby among the `relevant` nodes. Returns whether some may still have excess and not be
+/// done, `None` without memory. Time `O(arcs)`.
 pub(super) fn decide<N: Network>(
     net: &mut N,
     scratch: &mut NearbyScratch,
@@ -59,8 +59,8 @@ pub(super) fn decide<N: Network>(
     Some(left)
 }
 
-/// Gives a node's neighbours what they lack, or all that the arcs can carry if that is too little. Returns whether the node
-/// has excess still and is not done, `None` without memory.
+/// Gives a node's neighbours what they lack, or all that the arcs can carry if that is too little. Returns whether the
+/// node has excess still and is not done, `None` without memory.
 #[inline]
 fn give<N: Network>(net: &mut N, open: &mut [bool], rich: &mut Vec<u32>, v: usize) -> Option<bool> {
     if !open[v] {

@@ -4,7 +4,8 @@
 //! it would cost more. It is as good as pinned, and is, while an engine runs. The same holds of lack and the sink. So a
 //! terminal that is meant as a pin is one.
 //!
-//! Its neighbours are not asked again, though they have more excess then, and may follow: few do where few have terminals.
+//! Its neighbours are not asked again, though they have more excess then, and may follow: few do where few have
+//! terminals.
 
 use crate::error::push;
 use crate::network::{Capacity, Network, Role};

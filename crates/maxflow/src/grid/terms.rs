@@ -1,9 +1,9 @@
 //! Energies of binary labels, straight into a grid's arrays.
 //!
-//! What [`BinaryEnergy`](crate::BinaryEnergy) does with any term takes several looks at the same node, each with its checks.
-//! Here is the short way for terms of which one look shows that nothing can be wrong: no mask, no number near its
-//! limit, and regular. That is nearly all of them, and the rest is refused: whoever asked goes the long way. Sums are
-//! kept in registers over a run of terms, which are twice as fast in a run as one by one.
+//! What [`BinaryEnergy`](crate::BinaryEnergy) does with any term takes several looks at the same node, each with its
+//! checks. Here is the short way for terms of which one look shows that nothing can be wrong: no mask, no number near
+//! its limit, and regular. That is nearly all of them, and the rest is refused: whoever asked goes the long way. Sums
+//! are kept in registers over a run of terms, which are twice as fast in a run as one by one.
 
 use super::GridGraph;
 use super::residual::role;
@@ -33,8 +33,8 @@ struct Added {
 }
 
 impl<const D: usize> GridGraph<D> {
-    /// Adds an energy for either label to nodes from one on, as long as they may be, and returns to how many, and the part
-    /// that is paid for all labels.
+    /// Adds an energy for either label to nodes from one on, as long as they may be, and returns to how many, and the
+    /// part that is paid for all labels.
     #[inline]
     pub(crate) fn add_unaries(&mut self, first: usize, energies: &[[i32; 2]]) -> (usize, i64) {
         let end = first + energies.len();
@@ -57,8 +57,8 @@ impl<const D: usize> GridGraph<D> {
         self.note(added)
     }
 
-    /// Adds terms to the nodes of slots from `v` on and of slots from `w` on, the next of those of `v` in direction `d`; else as
-    /// [`add_unaries`](Self::add_unaries).
+    /// Adds terms to the nodes of slots from `v` on and of slots from `w` on, the next of those of `v` in direction
+    /// `d`; else as [`add_unaries`](Self::add_unaries).
     #[inline]
     pub(crate) fn add_pairwises(&mut self, d: usize, (v, w): (usize, usize), terms: &[PairwiseTerm]) -> (usize, i64) {
         if v == w {
@@ -108,8 +108,8 @@ impl<const D: usize> GridGraph<D> {
         added
     }
 
-    /// Runs of nodes along an axis, in node order: slot of the first, slot of its next, and how many; 0 in place of the next
-    /// where there is none.
+    /// Runs of nodes along an axis, in node order: slot of the first, slot of its next, and how many; 0 in place of the
+    /// next where there is none.
     pub(crate) fn runs(&self, axis: usize) -> impl Iterator<Item = ([usize; 2], usize)> + use<D> {
         let (side, periodic, first) = (self.lattice.shape[axis], self.lattice.periodic[axis], self.lattice.margin);
         let stride: usize = self.lattice.shape[axis + 1..].iter().product();

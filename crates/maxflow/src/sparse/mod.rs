@@ -328,6 +328,11 @@ impl Graph {
         Ok(terminals + cut.map(|(_, c)| c).sum::<i64>())
     }
 
+    /// [`capacity_of`](Self::capacity_of) with every node on the source's side.
+    pub(crate) fn capacity_of_all_source(&self) -> i64 {
+        self.source_total - self.excess.iter().sum::<i64>()
+    }
+
     /// The arcs that a cut of this graph severs, as (tail, head, capacity), in the order in which they were added: from
     /// the source's side to the sink's, those with capacity. With the terminals severed they make up the flow.
     ///

@@ -1,7 +1,7 @@
 //! The energy layer against every labelling.
 
 use crate::common::Draw;
-use selvedge_maxflow::{BinaryEnergy, GridGraph, PairwiseTerm, Side};
+use selvedge_maxflow::{BinaryEnergy, GraphEnergy, GridGraph, PairwiseTerm, Side};
 
 /// An energy over a grid of 3 x 3, as lists.
 struct Field {
@@ -207,4 +207,39 @@ fn what_does_not_fit_a_grid_is_refused() {
     energy.pairwises(1, &[term; 4]).unwrap();
     energy.unaries(&[[1, 0], [0, 3], [0, 0], [0, 0]]).unwrap();
     assert_eq!(energy.minimize().unwrap().after, 1);
+}
+
+#[test]
+fn an_energy_over_lists_is_that_over_a_grid() {
+    let mut draw = Draw(20);
+    for case in 0..300 {
+        let field = Field::random(&mut draw, any_term);
+        let mut lists = GraphEnergy::new(9).unwrap();
+        for (v, u) in field.unary.iter().enumerate() {
+            lists.unary(v, u[0].into(), u[1].into()).unwrap();
+        }
+        field.pairs.iter().for_each(|&(v, _, w, term)| lists.pairwise(v, w, term).unwrap());
+        let itself = PairwiseTerm { e00: 1, e01: 99, e10: 99, e11: -2 };
+        lists.pairwise(4, 4, itself).unwrap();
+        let mut grid = field.energy();
+        grid.unary(4, 1, -2).unwrap();
+        for _ in 0..4 {
+            let labelling: Vec<bool> = (0..9).map(|_| draw.chance(50)).collect();
+            assert_eq!(lists.value(&labelling), grid.value(&labelling), "case {case}");
+        }
+        assert_eq!(lists.minimize(), grid.minimize(), "case {case}");
+    }
+}
+
+#[test]
+fn an_energy_over_lists_refuses_and_stays_as_it_was() {
+    let mut energy = GraphEnergy::new(2).unwrap();
+    energy.unary(0, 3, 0).unwrap();
+    let term = PairwiseTerm { e00: 5, e01: 7, e10: 7, e11: -4 };
+    assert!(energy.pairwise(0, 2, term).is_err(), "no such node");
+    assert!(energy.unary(1, i64::MIN, i64::MAX).is_err(), "their difference is no number");
+    energy.unary(1, 0, selvedge_maxflow::Graph::MAX_TOTAL - 10).unwrap();
+    assert!(energy.pairwise(0, 1, term).is_err(), "too much in sum");
+    assert_eq!(energy.value(&[true, true]), Ok(3));
+    assert_eq!(energy.minimize().unwrap().after, 0);
 }

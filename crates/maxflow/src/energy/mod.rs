@@ -1,8 +1,13 @@
 //! Energies of binary labels: unary and pairwise terms in, a labelling of least energy out.
 
+mod books;
+mod graph;
+
 use crate::cut::MinCut;
 use crate::error::{MaxflowError, Result};
 use crate::grid::GridGraph;
+use books::{Books, Lowered, Parts};
+pub use graph::GraphEnergy;
 
 /// The energy of two neighbouring labels: `e01` is paid if the first node has label 0 and the second label 1.
 ///
@@ -57,43 +62,7 @@ pub struct Minimum {
 #[derive(Clone, Debug)]
 pub struct BinaryEnergy<const D: usize> {
     graph: GridGraph<D>,
-    constant: i64,
-    lowered: Vec<Lowered>,
-}
-
-/// A term whose `e00` was lowered `by` so much.
-#[derive(Clone, Copy, Debug)]
-struct Lowered {
-    first: usize,
-    second: usize,
-    by: i64,
-}
-
-/// A pairwise term as a constant, what label 1 adds at either node, and the capacities there and back.
-struct Parts {
-    constant: i64,
-    unaries: [i64; 2],
-    arcs: [i32; 2],
-    /// By how much `e00` was lowered.
-    lowered: i64,
-}
-
-impl Parts {
-    /// The parts of a term whose first node is `node`. `same`: its second node as well.
-    #[inline]
-    fn of(term: PairwiseTerm, node: usize, same: bool) -> Result<Self> {
-        let [e00, e01, e10, e11] = [term.e00, term.e01, term.e10, term.e11].map(i64::from);
-        if same {
-            return Ok(Self { constant: e00, unaries: [0, e11 - e00], arcs: [0, 0], lowered: 0 });
-        }
-        let lowered = (e00 + e11 - e01 - e10).max(0);
-        let constant = e00 - lowered;
-        let (both, least, most) = (e11 - constant, e11 - e01, e10 - constant);
-        let u = (both / 2).clamp(least, most);
-        let max = GridGraph::<2>::MAX_LINK.into();
-        let fit = |value| i32::try_from(value).map_err(|_| MaxflowError::CapacityTooLarge { node, value, max });
-        Ok(Self { constant, unaries: [u, both - u], arcs: [fit(u - least)?, fit(most - u)?], lowered })
-    }
+    books: Books,
 }
 
 impl<const D: usize> BinaryEnergy<D> {
@@ -119,8 +88,7 @@ impl<const D: usize> BinaryEnergy<D> {
     /// Takes all terms, pins and masks away and keeps the memory.
     pub fn clear(&mut self) {
         self.graph.clear();
-        self.constant = 0;
-        self.lowered.clear();
+        self.books.clear();
     }
 
     /// Adds `e0` for label 0 at a node, `e1` for label 1; both may be negative.
@@ -151,8 +119,8 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Count`] unless there are two energies a node, and those of [`unary`](Self::unary); nodes before the
-    /// one that is refused then have theirs.
+    /// [`MaxflowError::Count`] unless there are two energies a node, and those of [`unary`](Self::unary); nodes before
+    /// the one that is refused then have theirs.
     pub fn unaries(&mut self, energies: &[[i32; 2]]) -> Result<()> {
         self.graph.check_count(energies.len())?;
         self.unaries_from(0, energies)
@@ -162,7 +130,7 @@ impl<const D: usize> BinaryEnergy<D> {
     fn unaries_from(&mut self, mut node: usize, mut energies: &[[i32; 2]]) -> Result<()> {
         loop {
             let (count, constant) = self.graph.add_unaries(node, energies);
-            self.constant += constant;
+            self.books.constant += constant;
             let [[e0, e1], rest @ ..] = &energies[count..] else { return Ok(()) };
             self.unary_wide((node + count, (*e0).into(), (*e1).into()))?;
             (node, energies) = (node + count + 1, rest);
@@ -179,7 +147,7 @@ impl<const D: usize> BinaryEnergy<D> {
         // A node on the sink's side has label 1 and severs its arc from the source.
         self.graph.terminal(node, fit(e1)?, fit(e0)?)?;
         if !self.graph.masked(node) {
-            self.constant += least;
+            self.books.constant += least;
         }
         Ok(())
     }
@@ -190,16 +158,13 @@ impl<const D: usize> BinaryEnergy<D> {
         let least = e0.min(e1);
         let undone = self.graph.change_terminal(node, (least - e1) as i32, (least - e0) as i32);
         undone.expect("the terminal was within its headroom before");
-        self.constant -= least;
+        self.books.constant -= least;
     }
 
     /// Adds a term for a node and the next along `axis`. Terms with a masked node are dropped.
     ///
-    /// By Kolmogorov and Zabih's construction, `e00 + u x + v y + a (1 - x) y + b x (1 - y)` with `u + v = e11 - e00`,
-    /// `a = e01 - e00 - v` and `b = e10 - e00 - u`: two unary terms and an arc each way. Where there is a choice, `u`
-    /// and `v` share their sum, so that a symmetric term is two equal arcs and nothing else: what goes through the
-    /// terminals has to be sent through the graph. If `a + b` is negative the term is not regular; then its `e00` is
-    /// *lowered* to `e01 + e10 - e11` and the term is counted. Only the energy of keeping label 0 at both is ever
+    /// By Kolmogorov and Zabih's construction it is two unary terms and an arc each way. If it is not regular its `e00`
+    /// is *lowered* to `e01 + e10 - e11` and the term is counted. Only the energy of keeping label 0 at both is ever
     /// under-estimated, so a labelling that improves on 0 everywhere in the model improves at least as much in truth.
     ///
     /// # Errors
@@ -211,14 +176,14 @@ impl<const D: usize> BinaryEnergy<D> {
         self.pairwises_from(node, axis, [v, w], &[term])
     }
 
-    /// Adds a term for every node and the next along `axis`, in node order, as [`pairwise`](Self::pairwise) does one: faster, and
-    /// mostly as fast as the terms can be read. Those of the last nodes of an open axis, which have no next, are
-    /// `PairwiseTerm::default()`.
+    /// Adds a term for every node and the next along `axis`, in node order, as [`pairwise`](Self::pairwise) does one:
+    /// faster, and mostly as fast as the terms can be read. Those of the last nodes of an open axis, which have no
+    /// next, are `PairwiseTerm::default()`.
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Count`] unless there is a term a node, and those of [`pairwise`](Self::pairwise); nodes before the one
-    /// that is refused then have theirs.
+    /// [`MaxflowError::Count`] unless there is a term a node, and those of [`pairwise`](Self::pairwise); nodes before
+    /// the one that is refused then have theirs.
     pub fn pairwises(&mut self, axis: usize, terms: &[PairwiseTerm]) -> Result<()> {
         self.graph.check_count(terms.len())?;
         if axis >= D {
@@ -248,7 +213,7 @@ impl<const D: usize> BinaryEnergy<D> {
     ) -> Result<()> {
         loop {
             let (count, constant) = self.graph.add_pairwises(2 * axis, (v, w), terms);
-            self.constant += constant;
+            self.books.constant += constant;
             let [term, rest @ ..] = &terms[count..] else { return Ok(()) };
             self.add_any_along(node + count, axis, *term)?;
             (node, v, w, terms) = (node + count + 1, v + count + 1, w + count + 1, rest);
@@ -284,9 +249,14 @@ impl<const D: usize> BinaryEnergy<D> {
         if self.graph.masked(first) || self.graph.masked(second) {
             return Ok(());
         }
-        let parts = Parts::of(term, first, first == second)?;
-        if parts.lowered > 0 && self.lowered.try_reserve(1).is_err() {
-            return Err(MaxflowError::OutOfMemory { nodes: self.graph.len(), links: self.lowered.len() });
+        let parts = Parts::of(term, first == second);
+        let max = GridGraph::<D>::MAX_LINK.into();
+        let [out, back] = parts
+            .arcs
+            .map(|value| i32::try_from(value).map_err(|_| MaxflowError::CapacityTooLarge { node: first, value, max }));
+        let arcs = [out?, back?];
+        if parts.lowered > 0 && !self.books.reserve() {
+            return Err(MaxflowError::OutOfMemory { nodes: self.graph.len(), links: self.books.len() });
         }
         let unaries = [(first, parts.constant, parts.constant + parts.unaries[0]), (second, 0, parts.unaries[1])];
         self.unary_wide(unaries[0])?;
@@ -295,14 +265,13 @@ impl<const D: usize> BinaryEnergy<D> {
             return Err(error);
         }
         if first != second
-            && let Err(error) = link(&mut self.graph, parts.arcs)
+            && let Err(error) = link(&mut self.graph, arcs)
         {
             unaries.into_iter().for_each(|unary| self.take_back(unary));
             return Err(error);
         }
-        if parts.lowered > 0 {
-            self.lowered.push(Lowered { first, second, by: parts.lowered });
-        }
+        let noted = self.books.note(Lowered { first, second, by: parts.lowered });
+        debug_assert!(noted, "its place was reserved");
         Ok(())
     }
 
@@ -312,9 +281,7 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// [`MaxflowError::LabellingSize`].
     pub fn value(&self, is_zero: &[bool]) -> Result<i64> {
-        let model = self.constant + self.graph.capacity_of(is_zero)?;
-        let kept = self.lowered.iter().filter(|l| is_zero[l.first] && is_zero[l.second]);
-        Ok(model + kept.map(|l| l.by).sum::<i64>())
+        Ok(self.graph.capacity_of(is_zero)? + self.books.beside(is_zero))
     }
 
     /// A labelling of least energy; of several, the one with the most labels 1.
@@ -343,13 +310,9 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// As [`minimize_until`](Self::minimize_until); `minimum` is then unspecified.
     pub fn minimize_into(&mut self, minimum: &mut Minimum, cancelled: &dyn Fn() -> bool) -> Result<()> {
-        let lowered: i64 = self.lowered.iter().map(|l| l.by).sum();
-        minimum.before = self.constant + self.graph.capacity_of_all_source() + lowered;
+        let all_zero = self.graph.capacity_of_all_source();
         self.graph.solve_into(&mut minimum.cut, cancelled)?;
-        minimum.truncated = self.lowered.len();
-        let zero = &minimum.cut.in_source;
-        let kept = self.lowered.iter().filter(|l| zero[l.first] && zero[l.second]);
-        minimum.after = self.constant + minimum.cut.flow + kept.map(|l| l.by).sum::<i64>();
+        self.books.complete(minimum, all_zero);
         Ok(())
     }
 }
@@ -357,7 +320,7 @@ impl<const D: usize> BinaryEnergy<D> {
 impl<const D: usize> From<GridGraph<D>> for BinaryEnergy<D> {
     /// An energy over a grid that may already have masks and pins, and capacities as a first part of the energy.
     fn from(graph: GridGraph<D>) -> Self {
-        Self { graph, constant: 0, lowered: Vec::new() }
+        Self { graph, books: Books::default() }
     }
 }
 
