@@ -7,7 +7,8 @@ use crate::periods::Strengths;
 
 /// A period counts from this strength on (of 1000): weaker ones are chance resemblances of a few large features.
 const STRONG: u32 = 300;
-/// Samples are unlike each other from this strength down.
+/// Samples are unlike each other from this strength down: four fifths of their likeness are lost. A level of 0 would be
+/// passed late, or never, where light is uneven. Chosen by eye, with the factors of [`feature_size_of`].
 const UNLIKE: i64 = 200;
 
 /// The side of a box that holds the largest structures of some exemplars: the largest

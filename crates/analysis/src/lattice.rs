@@ -8,9 +8,11 @@ use crate::picture::Picture;
 
 /// From this share of a picture on an overlap counts in full; resemblance over less of it may be chance.
 const FULL: u64 = 300;
-/// Least likeness of a translation, in thousandths.
+/// Least likeness of a translation, in thousandths: what is as unlike as this is no repetition, as
+/// [`feature_size_of`](crate::feature_size_of) has it.
 const LIKE: i64 = 200;
-/// A translation of so many thousandths of the strongest may be chosen for its shortness.
+/// A translation of so many thousandths of the strongest may be chosen for its shortness: twice a period is as like as
+/// the period, up to noise. Chosen on the textures by which [kinds](crate::Kind) are told apart.
 const SHORT: u64 = 750;
 
 /// Two translations under which a texture comes again.

@@ -4,7 +4,8 @@ use selvedge_core::{Domain, Error, par, try_vec};
 
 use crate::poisson::Poisson;
 
-/// Values that sums are taken of before these are added, in order.
+/// Values that sums are taken of before these are added, in order: the same sum on any number of threads, and enough of
+/// them that starting a task costs nothing beside it.
 const BLOCK: usize = 1 << 14;
 
 /// Rounds after which what is reached must do. Some tens are usual: the whole domain's solution is near.

@@ -20,7 +20,7 @@ pub struct Feathered<'m, const D: usize> {
 }
 
 impl<'m, const D: usize> Feathered<'m, D> {
-    /// The greatest sigma.
+    /// The greatest sigma: seams are then mixed over 64 samples, and patches keep little of their own.
     pub const MOST: f64 = 16.0;
 
     /// Feathers seams with a kernel of `sigma` samples, from 0 (no feathering) to 16; it ends at two sigma. Patches

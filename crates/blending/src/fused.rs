@@ -9,10 +9,11 @@ use crate::laid::Laid;
 use crate::near::near_seams;
 use crate::poisson::Poisson;
 
-/// Seams, or samples, whose numbers are looked up at once.
+/// Seams, or samples, whose numbers are looked up at once: few enough to stay near the processor.
 const TOGETHER: usize = 1 << 12;
 
-/// Blocks of that many that are held until they are added.
+/// Blocks of that many that are held until they are added: enough for the threads of most machines, and a bound for
+/// memory on the others.
 const BLOCKS: usize = 16;
 
 /// How far from the exact solution a held one may be, in parts of the range of values: 1e-4 of one of 255 grey levels.

@@ -49,9 +49,10 @@ pub struct SeamCosts<const D: usize> {
 impl<const D: usize> SeamCosts<D> {
     /// The price of one grey level's difference at one sample.
     pub const SCALE: u32 = SCALE;
-    /// The price of a seam whose difference equals its gradients.
+    /// The price of a seam whose difference equals its gradients: a price is an integer, and differences of a
+    /// thousandth of the gradients still count.
     pub const RATIO: u32 = 1024;
-    /// No seam costs more.
+    /// No seam costs more: a link of a cut holds two prices in `2^27`, max-flow's bound.
     pub const MAX: i32 = 1 << 26;
 
     /// Prepares the samples of all sources: about `channels + 1` bytes a sample, and `4 D` more for gradients.

@@ -4,7 +4,7 @@ use selvedge_core::{Domain, par, try_vec};
 
 use crate::Error;
 
-/// The widest blur.
+/// The widest blur: beyond, a map of the largest exemplars is flat, and the weights only take time.
 const WIDEST: f64 = 1000.0;
 
 /// One half of a normalised kernel.

@@ -16,7 +16,7 @@ const COHERENT: u32 = 2;
 /// What the difference at a neighbour counts, by the squared distance: near `48 / (1 + d^2)`, so that the eight next
 /// neighbours count about as much as all others together.
 const FALL_OFF: [u64; 19] = [0, 24, 16, 0, 10, 8, 0, 0, 5, 5, 4, 0, 0, 3, 0, 0, 0, 0, 3];
-/// Samples that are looked at together by an exact search.
+/// Samples that are looked at together by an exact search: enough that starting a task costs nothing beside them.
 const TOGETHER: usize = 1 << 10;
 
 /// One known neighbour of a place.

@@ -31,7 +31,7 @@ pub struct RepairOptions {
 
 /// Regions grow by so much where the first attempt made nothing better: more room for a transition.
 const LARGER: u32 = 2;
-/// Attempts at a region.
+/// Attempts at a region: as it is, larger, and larger once more. What none of them makes better is left alone.
 const ATTEMPTS: u32 = 3;
 
 impl Default for RepairOptions {

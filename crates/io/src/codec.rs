@@ -12,7 +12,8 @@ use crate::metadata::Metadata;
 use crate::options::ReadOptions;
 use crate::{Format, Warning};
 
-/// Metadata of one file may not take more bytes than this, packed or unpacked.
+/// Metadata of one file may not take more bytes than this, packed or unpacked: profiles of a few MiB are the largest
+/// that are made, and a file of some bytes must not unpack to gigabytes.
 pub(crate) const METADATA_BYTES: usize = 16 << 20;
 
 /// What decoders read from.

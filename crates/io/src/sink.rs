@@ -9,7 +9,7 @@ use crate::error::Problem;
 /// Bytes that stay free while a file grows: encoders take some for themselves, and cannot be refused them.
 const SPARE: usize = 6 << 20;
 
-/// Files from this size on grow by a quarter.
+/// Files from this size on grow by a quarter: doubling would ask for as much memory again as a large file holds.
 const LARGE: usize = 16 << 20;
 
 /// A file in memory. Where the system gives no more of it, writing fails; a plain `Vec` would abort.

@@ -29,7 +29,8 @@ use crate::cut::{MinCut, Side};
 use crate::error::{MaxflowError, Result, push};
 use crate::sparse::Graph;
 
-/// Longest line that is read.
+/// Longest line that is read: three numbers need less than a hundred bytes, and comments have room. A file without an
+/// end of line must not fill the memory.
 const MAX_LINE: usize = 1 << 16;
 /// How many nodes without an arc are accepted. A file of a few bytes must not ask for gigabytes.
 const MAX_LONE: usize = 1 << 20;

@@ -4,7 +4,8 @@ use crate::error::Error;
 use selvedge_analysis::periods;
 use selvedge_core::{Exemplars, Grid};
 
-/// A period counts from this strength on, of 1000: weaker ones are chance.
+/// A period counts from this strength on, of 1000: weaker ones are chance resemblances of a few
+/// large features, as [`feature_size`](selvedge_analysis::feature_size) has it.
 const CLEAR: u32 = 300;
 
 /// A period of the exemplar, and how strongly it is there.

@@ -29,7 +29,8 @@ use selvedge_core::{Exemplars, Grid, SimdLevel, SourceMap};
 use selvedge_fft_ssd::Windows;
 use windows::Level;
 
-/// Sides of windows at half and at a quarter of the size, and of large ones there.
+/// Sides of windows at half and at a quarter of the size, and of large ones there: 16, 32 and 64 px of the output, from
+/// a detail to how details are arranged.
 const WINDOW: u32 = 8;
 const LARGE: u32 = 16;
 /// Least side of exemplars and outputs that can be compared, in samples.

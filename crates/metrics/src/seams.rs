@@ -3,7 +3,7 @@
 use crate::{Error, Seams};
 use selvedge_core::{Exemplars, SampleId, SeamCosts, SeamMeasure, Seed, SourceMap, try_vec};
 
-/// Chance meetings whose mean price is the unit of seams.
+/// Chance meetings whose mean price is the unit of seams: by so many it is known to one or two percent.
 const MEETINGS: u64 = 4096;
 
 /// Exemplars prepared for the price of seams.

@@ -6,7 +6,8 @@ use selvedge_fft_ssd::{Costs, Field, Neighbor, Options, Placement, Scratch, SsdS
 
 /// Windows drawn at full size: their mean distance varies by some 2 % between draws, less than candidates differ.
 const DRAWN: usize = 2000;
-/// A window this close is a copy of its place, whatever phase the halving had.
+/// A window this close is a copy of its place, whatever phase the halving had: a copy laid at an odd offset is averaged
+/// over other samples than its place was. The value is a guess.
 const COPY: f64 = 0.4;
 
 /// Exemplars at one size, with what distances are divided by.

@@ -32,7 +32,7 @@ pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     Ok(largest_block(shorter).min(structure.saturating_mul(STRUCTURES)).max(shorter.min(LEAST)))
 }
 
-/// A block holds no more than so many times the largest structures.
+/// A block holds no more than so many times the largest structures: of fine textures larger blocks are no better.
 const STRUCTURES: u32 = 4;
 /// What has so small structures has none at all: every block shows all of it, and the largest ones are the fewest.
 const FLAT: u32 = 1;

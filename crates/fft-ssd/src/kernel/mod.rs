@@ -13,10 +13,10 @@ use crate::word::Word;
 use rustfft::num_complex::Complex;
 use selvedge_core::SimdLevel;
 
-/// Positions along x that a block has at most.
+/// Positions along x that a block has at most: six vectors of 16, the widest that a kernel sums at once in registers.
 pub(crate) const CHUNK: usize = 96;
 
-/// Displacements that are compared at once.
+/// Displacements that are compared at once: one vector of AVX-512, two of AVX2.
 pub(crate) const SHIFTS: usize = 16;
 
 /// One value for each of them.

@@ -6,7 +6,8 @@ use selvedge_fft_ssd::{Costs, Options, Scratch, SsdSearcher, Template};
 use crate::error::Error;
 use crate::labels::label::Label;
 
-/// Overlaps of less than one in so many samples agree by chance.
+/// Overlaps of less than one in so many samples agree by chance: the least mean difference of all would be that of a
+/// few flat samples in a corner. A guess.
 const ONE_IN: u64 = 8;
 
 /// The label by which a source agrees best with another that lies at 0: the translation of the least mean squared

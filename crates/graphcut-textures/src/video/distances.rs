@@ -100,7 +100,8 @@ impl FrameDistances {
     }
 }
 
-/// Sides of the blocks in which a clip has to close.
+/// Sides of the blocks in which a clip has to close: a jump of a small thing is lost in the mean of a whole frame, and
+/// in smaller blocks the camera's noise would count as a jump.
 const BLOCK: usize = 16;
 
 /// The frames of a clip, to be compared.

@@ -14,7 +14,7 @@ const BAND: usize = 1 << 17;
 /// Of 1024x1024 px of woven radishes this level makes 1.89 MB in 30 ms on one thread; the usual 6 makes 1.65 MB in 100
 /// ms.
 const LEVEL: u32 = 1;
-/// About as many bytes as one packer keeps.
+/// About as many bytes as one packer keeps, as a test sees it: its window, and tables of what came before.
 const PACKER: usize = 400 << 10;
 /// What a stream of 32 KiB windows begins with.
 const HEADER: [u8; 2] = [0x78, 0x01];

@@ -25,7 +25,7 @@ use crate::network::{ArcNotes, Capacity, Network, Role};
 
 /// Label of nodes that cannot reach negative excess, and of those that take no part.
 const DEAD: u32 = u32::MAX;
-/// How many trees are processed between two looks at `cancelled`.
+/// How many trees are processed between two looks at `cancelled`: a look costs nothing beside so many.
 const CANCEL_PERIOD: u64 = 4096;
 
 /// Memory of engine P, kept from solve to solve: by slot, 10 bytes a node on a grid, and by label.

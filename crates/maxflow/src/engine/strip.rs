@@ -17,9 +17,10 @@ use crate::error::refill;
 use crate::grid::GridNet;
 use crate::network::{Network, Role, saturate_pins};
 
-/// After so many sweeps a strip is left to the general engines.
+/// After so many sweeps a strip is left to the general engines. A sweep follows a path as far as it goes down, or up,
+/// so that a path of few turns is found by few; one that winds through the whole strip takes one sweep a turn.
 const MAX_SWEEPS: usize = 64;
-/// How many rows are swept between two looks at `cancelled`.
+/// How many rows are swept between two looks at `cancelled`: microseconds, beside which a look costs nothing.
 const CANCEL_PERIOD: usize = 64;
 /// Distance of a face not reached yet; small enough to add capacities to.
 const FAR: i64 = i64::MAX / 4;

@@ -54,7 +54,7 @@ impl<A> Default for TreeScratch<A> {
     }
 }
 
-/// How much work is done between two looks at `cancelled`.
+/// How much work is done between two looks at `cancelled`: about a tenth of a millisecond.
 const CANCEL_PERIOD: u64 = 1 << 14;
 
 /// Runs engine T on the `relevant` nodes until their flow is maximum, mending has looked at more than `budget` arcs and

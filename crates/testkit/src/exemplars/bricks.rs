@@ -7,7 +7,8 @@ use crate::noise::{Noise, lerp, ramp};
 use crate::relief::{Relief, Texel};
 
 const NOISE: Noise = Noise::new(0xb41c);
-/// Brick and joint, pixels.
+/// Brick and joint, pixels: some five bricks and eleven courses in a picture. Neither divides its side, and a lattice
+/// of whole samples drifts off the courses.
 const LENGTH: f64 = 43.0;
 const COURSE: f64 = 17.5;
 

@@ -8,7 +8,7 @@ use crate::picture::bytes;
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0xc0bb);
-/// Mean distance between stones, pixels.
+/// Mean distance between stones, pixels: some sixty stones in a picture.
 const PITCH: f64 = 25.0;
 
 /// Cobbles, 192 x 192, sRGB.

@@ -7,7 +7,8 @@ use crate::noise::{Noise, lerp, ramp};
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0x5ca1e);
-/// Distance between scales in a row, and between rows, pixels.
+/// Distance between scales in a row, and between rows, pixels. Rows are moved by half a scale, so that the lattice is
+/// oblique; half a pixel in a row's height keeps it from being one of whole samples.
 const ACROSS: f64 = 22.0;
 const DOWN: f64 = 11.5;
 

@@ -7,7 +7,8 @@ use crate::noise::{Noise, lerp, ramp};
 use crate::relief::{Light, Relief, Texel};
 
 const NOISE: Noise = Noise::new(0x77ea);
-/// Distance between yarns, pixels.
+/// Distance between yarns, pixels: as fine as shows over, under and twist, and no whole number, so that neighbouring
+/// yarns are sampled differently.
 const PITCH: f64 = 9.6;
 
 /// Weave, 192 x 192, sRGB.

@@ -9,7 +9,8 @@ use crate::kernel::{Kernel, SHIFTS};
 use selvedge_core::{par, try_vec};
 use std::ops::Range;
 
-/// Parts of a picture whose nearest windows are looked for beside each other: each holds an error for every position.
+/// Parts of a picture whose nearest windows are looked for beside each other: each holds an error for every position,
+/// so that more would take more memory than they bring threads.
 const PARTS: usize = 8;
 
 /// For each position of the source, row by row, the error of the most similar window of the picture; all ones where
