@@ -1,11 +1,9 @@
-//! What a place is likely to hold, by what stands around it: samples that continue its neighbours'. (Ashikhmin 2001;
-//! Tong et al. 2002)
+//! What a place is likely to hold, by what stands around it: samples that continue its neighbours'. (Ashikhmin 2001)
 
 use crate::{Domain, Exemplars, SampleId, SourceMap};
 
-/// Proposes samples for single places of a map: a neighbour's patch, continued, and with it places of the exemplars
-/// that look like the neighbour's. An exhaustive search mostly ends at one of these, and looks at a thousand times as
-/// many.
+/// Proposes samples for single places of a map: a neighbour's patch, continued. An exhaustive search mostly ends at one
+/// of these, and looks at a thousand times as many.
 ///
 /// ```
 /// use selvedge_core::{Coherence, Domain, Exemplars, Grid, Plane, Role, SampleId, Samples, SourceMap};
@@ -24,31 +22,16 @@ use crate::{Domain, Exemplars, SampleId, SourceMap};
 #[derive(Clone, Debug)]
 pub struct Coherence<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
-    /// For each sample the ones that look like it, as many for each.
-    alike: Vec<SampleId>,
-    each: usize,
 }
 
 impl<'e, const D: usize> Coherence<'e, D> {
-    /// Proposes continuations alone.
+    /// Proposes samples of these exemplars.
     pub fn new(exemplars: &'e Exemplars<D>) -> Self {
-        Self { exemplars, alike: Vec::new(), each: 0 }
-    }
-
-    /// Proposes the continuations of similar samples as well: `each` of them a sample, in the order of the samples'
-    /// numbers; unassigned ones are passed over.
-    ///
-    /// # Panics
-    /// If there are not so many.
-    #[must_use]
-    pub fn with_alike(self, alike: Vec<SampleId>, each: usize) -> Self {
-        assert_eq!(alike.len(), self.exemplars.table().len() as usize * each, "as many for each sample");
-        Self { alike, each, ..self }
+        Self { exemplars }
     }
 
     /// The samples that continue what is known within `radius` of a place along each axis, valid ones, each once: those
-    /// of the nearest neighbours first, then by position, and each neighbour's own before those that look like it,
-    /// which are asked of neighbours next to the place alone. `is_known` is asked by place in the map's buffer.
+    /// of the nearest neighbours first, then by position. `is_known` is asked by place in the map's buffer.
     ///
     /// Time `O((2 radius + 1)^D * found)`.
     pub fn around(
@@ -70,15 +53,8 @@ impl<'e, const D: usize> Coherence<'e, D> {
                 let Some(place) = domain.step(at, by).map(|p| domain.index(p)).filter(|&p| is_known(p)) else {
                     continue;
                 };
-                let id = ids[place];
-                if !id.is_assigned() {
-                    continue;
-                }
-                let back = by.map(|v| -v);
-                self.propose(id, back, found);
-                if distance == 1 {
-                    let alike = &self.alike[id.get() as usize * self.each..][..self.each];
-                    alike.iter().filter(|id| id.is_assigned()).for_each(|&id| self.propose(id, back, found));
+                if ids[place].is_assigned() {
+                    self.propose(ids[place], by.map(|v| -v), found);
                 }
             }
         }
@@ -104,7 +80,7 @@ mod tests {
     use crate::{Grid, Origin, Source, Transform};
 
     #[test]
-    fn what_is_masked_or_outside_is_not_proposed_and_what_is_alike_is() {
+    fn what_is_masked_or_outside_is_not_proposed() {
         let source = Source {
             features: Grid::try_filled(Domain::open([1, 8]), 1, 0).unwrap(),
             valid: Some(Grid::from_vec(Domain::open([1, 8]), 1, (0..8).map(|x| x != 3).collect()).unwrap()),
@@ -127,8 +103,5 @@ mod tests {
         );
         assert_eq!(around(&plain, 4, &|_| true), [6, 1], "around the border");
         assert_eq!(around(&plain, 4, &|place| place != 3), [1]);
-        let alike = (0..8).map(|i| if i == 5 { SampleId::UNASSIGNED } else { SampleId::new((i + 4) % 8) }).collect();
-        let both = Coherence::new(&exemplars).with_alike(alike, 1);
-        assert_eq!(around(&both, 4, &|_| true), [6, 1, 5]);
     }
 }
