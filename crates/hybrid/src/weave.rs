@@ -4,7 +4,7 @@ use selvedge_core::{
     Event, Exemplars, Look, Patch, Run, SeamCosts, SeamMeasure, SourceMap, Start, Usage, Window, Woven, try_vec,
 };
 use selvedge_quilting::Continuation;
-use selvedge_quilting::search::{BlockScratch, BlockSearch, Candidate, Continued, Preference, Space, Term};
+use selvedge_quilting::search::{BlockScratch, BlockSearch, Candidate, Preference, Space, Successor, Term};
 
 use crate::canvas::Canvas;
 use crate::composite::{Compositor, Laying};
@@ -161,7 +161,7 @@ impl<'a> Weaver<'a> {
     }
 
     /// Where the patches under a window would go on: no start block is to lie there, if they are to be avoided.
-    fn continuations(&self, block: &Block, window: &Window<2>) -> Vec<Continued> {
+    fn continuations(&self, block: &Block, window: &Window<2>) -> Vec<Successor> {
         if block.level != 0 || self.options.continuation == Continuation::Allow {
             return Vec::new();
         }
@@ -173,7 +173,7 @@ impl<'a> Weaver<'a> {
                 if source.periodic[a] { at.rem_euclid(source.shape[a].into()) } else { at }
             };
             let number = self.numbers.iter().position(|&s| s == patch.source)?;
-            Some(Continued { source: number, at: [at(0), at(1)] })
+            Some(Successor { source: number, at: [at(0), at(1)] })
         };
         patches.iter().filter_map(go_on).collect()
     }

@@ -10,7 +10,7 @@ const STEPS: usize = 30;
 
 /// Coefficients and how far they can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fitted {
+pub struct Fit {
     /// From pairs of outputs with a map.
     pub mapped: Model,
     /// From all pairs.
@@ -41,12 +41,12 @@ struct Pair {
 ///
 /// # Errors
 /// A line that cannot be read, by its number.
-pub fn fit(table: &str) -> Result<Fitted, String> {
+pub fn fit(table: &str) -> Result<Fit, String> {
     let outputs = outputs(table)?;
     let sets = Sets { mapped: pairs(&outputs, true), all: pairs(&outputs, false) };
     let every = |_: &Pair| true;
     let (first, second) = (|p: &Pair| p.reader == 0, |p: &Pair| p.reader == 1);
-    Ok(Fitted {
+    Ok(Fit {
         mapped: sets.mapped_model(&every),
         picture: sets.picture_model(&every),
         held_out: [true, false].map(|is_mapped| sets.agreement(is_mapped, &every, &every)),

@@ -20,7 +20,7 @@ mod windows;
 
 pub use columns::{Columns, Seams};
 pub use error::Error;
-pub use fit::{Fitted, fit};
+pub use fit::{Fit, fit};
 pub use preference::{MAPPED, Model, PICTURE, TERMS, preference, terms};
 
 use lattice::Kept;

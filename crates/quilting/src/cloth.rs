@@ -5,7 +5,7 @@ use selvedge_core::{Error, SampleId, SourceMap, Usage, try_vec};
 use crate::block_grid::Block;
 use crate::options::{Continuation, Stage};
 use crate::pass::Pass;
-use crate::search::{Candidate, Continued};
+use crate::search::{Candidate, Successor};
 
 /// The output in the making, and where its blocks came from.
 pub(crate) struct Cloth<'a> {
@@ -24,7 +24,7 @@ impl<'a> Cloth<'a> {
     }
 
     /// Where the blocks next to this one would go on in their sources.
-    pub(crate) fn continuations(&self, pass: &Pass<'_>, number: usize, block: &Block) -> Vec<Continued> {
+    pub(crate) fn continuations(&self, pass: &Pass<'_>, number: usize, block: &Block) -> Vec<Successor> {
         if pass.stage == Stage::Random || pass.continuation == Continuation::Allow {
             return Vec::new();
         }
@@ -32,7 +32,7 @@ impl<'a> Cloth<'a> {
         let go_on = |neighbor: usize| {
             let laid = self.laid[neighbor]?;
             let [dy, dx] = pass.grid.block(neighbor).way_to(output, block);
-            Some(Continued { source: laid.source, at: [i64::from(laid.at[0]) + dy, i64::from(laid.at[1]) + dx] })
+            Some(Successor { source: laid.source, at: [i64::from(laid.at[0]) + dy, i64::from(laid.at[1]) + dx] })
         };
         pass.grid.neighbors(number).filter_map(go_on).collect()
     }

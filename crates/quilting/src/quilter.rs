@@ -11,7 +11,7 @@ use crate::finding::{Find, Finder, Worker, masked, rng};
 use crate::free::FreePlaces;
 use crate::options::Error;
 use crate::pass::{Pass, Progress};
-use crate::search::{Candidate, Continued, Search};
+use crate::search::{Candidate, Search, Successor};
 
 /// Counts of one pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,7 +99,7 @@ impl<'a, S: Search> Quilter<'a, S> {
     /// A uniform draw from all places, for a block that agrees with nothing.
     fn draw(&mut self, number: usize, block: &Block) -> Result<(Candidate, u32), Error> {
         let continued = self.cloth.continuations(&self.pass, number, block);
-        let avoided = continued.iter().flat_map(Continued::around);
+        let avoided = continued.iter().flat_map(Successor::around);
         let drawn = self.free.draw(block.shape(), avoided, &mut rng(&self.pass, number))?;
         drawn.ok_or_else(|| masked(block))
     }

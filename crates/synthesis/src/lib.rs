@@ -47,7 +47,7 @@ impl Options {
 
 /// One candidate that was made.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tried {
+pub struct Trial {
     /// The method's command.
     pub method: &'static str,
     /// Its options as used.
@@ -64,7 +64,7 @@ pub struct Tried {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stats {
     /// In the order of trying.
-    pub tried: Vec<Tried>,
+    pub tried: Vec<Trial>,
     /// Which of them was kept.
     pub kept: usize,
 }
@@ -231,7 +231,7 @@ type Made = Result<(&'static str, Seed, Woven<SourceMap<2>, Used>, Option<(Colum
 /// The best so far.
 #[derive(Default)]
 struct Best {
-    tried: Vec<Tried>,
+    tried: Vec<Trial>,
     kept: Option<(usize, SourceMap<2>, bool)>,
     refused: Option<Error>,
 }
@@ -255,7 +255,7 @@ impl Best {
         if is_better {
             self.kept = Some((self.tried.len(), woven.result, woven.complete));
         }
-        self.tried.push(Tried { method, used: woven.stats, seed, draft, scored });
+        self.tried.push(Trial { method, used: woven.stats, seed, draft, scored });
         Ok(preference)
     }
 

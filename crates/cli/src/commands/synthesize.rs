@@ -3,7 +3,7 @@
 use clap::Args;
 use selvedge_core::{Bytes, Domain};
 use selvedge_metrics::Columns;
-use selvedge_synthesis::{Options, Stats, Tried, estimate, synthesize};
+use selvedge_synthesis::{Options, Stats, Trial, estimate, synthesize};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n};
@@ -61,7 +61,7 @@ impl Method for Synthesize {
 }
 
 /// The options of the method that made what is kept: with its command and seed they make it again.
-fn used(loom: &Loom<'_>, kept: &Tried) -> Used {
+fn used(loom: &Loom<'_>, kept: &Trial) -> Used {
     kept.used.iter().fold(loom.used().without("effort"), |used, (name, text)| used.with(name, value(text)))
 }
 
@@ -70,7 +70,7 @@ fn value(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|_| text.into())
 }
 
-fn candidate(tried: &Tried) -> Value {
+fn candidate(tried: &Trial) -> Value {
     let options: serde_json::Map<String, Value> =
         tried.used.iter().map(|(name, text)| ((*name).to_owned(), value(text))).collect();
     let columns = tried.scored.map(|(columns, _)| {

@@ -28,7 +28,7 @@ impl Default for LoopOptions {
 
 /// A clip that loops: a jump, and when each pixel makes it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Looped {
+pub struct Loop {
     /// The jump.
     pub jump: Jump,
     /// When each pixel makes it.
@@ -36,7 +36,7 @@ pub struct Looped {
     table: SourceTable<3>,
 }
 
-impl Looped {
+impl Loop {
     /// A loop with a surface that is known, for instance from another pass of the same clip.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Looped {
 
 /// A jump that was cut.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tried {
+pub struct Trial {
     /// The jump.
     pub jump: Jump,
     /// Frames in which pixels could jump; empty where all jump at once, because the clip has no frames around.
@@ -74,7 +74,7 @@ pub struct Tried {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoopStats {
     /// What was cut, in the order of the jumps.
-    pub tried: Vec<Tried>,
+    pub tried: Vec<Trial>,
     /// The number of the one that was taken.
     pub chosen: usize,
 }
@@ -114,7 +114,7 @@ pub fn looped(
     jumps: &[Jump],
     options: &LoopOptions,
     run: &Run<'_, 3>,
-) -> Result<Woven<Looped, LoopStats>, Error> {
+) -> Result<Woven<Loop, LoopStats>, Error> {
     let [frames, height, width] = the_clip(exemplars)?.domain().shape;
     let first = jumps.first().ok_or(Error::NoJumps)?;
     jumps.iter().try_for_each(|jump| jump.check(frames))?;
@@ -125,10 +125,10 @@ pub fn looped(
     let mut complete = true;
     for (number, jump) in jumps.iter().enumerate() {
         let window = window(jump, frames, options.window);
-        let same = |tried: &&Tried| tried.jump.period() == jump.period() && tried.window == window;
+        let same = |tried: &&Trial| tried.jump.period() == jump.period() && tried.window == window;
         if let Some(tried) = stats.tried.iter().find(same) {
             // The same frames to be parted at the same times.
-            stats.tried.push(Tried { jump: *jump, ..tried.clone() });
+            stats.tried.push(Trial { jump: *jump, ..tried.clone() });
             continue;
         }
         let cut = match transition(exemplars, jump, window.clone(), options.seam, &|| run.observer.cancelled()) {
@@ -142,9 +142,9 @@ pub fn looped(
         if number == 0 || cut.price < stats.tried[stats.chosen].price {
             (best, stats.chosen) = (cut.surface, number);
         }
-        stats.tried.push(Tried { jump: *jump, window, price: cut.price, straight: cut.straight, shift: cut.shift });
+        stats.tried.push(Trial { jump: *jump, window, price: cut.price, straight: cut.straight, shift: cut.shift });
         run.observer.event(&Event::step("transition", number as u64 + 1, jumps.len() as u64));
     }
     let jump = jumps[stats.chosen];
-    Ok(Woven { result: Looped { jump, surface: best, table: exemplars.table().clone() }, stats, complete })
+    Ok(Woven { result: Loop { jump, surface: best, table: exemplars.table().clone() }, stats, complete })
 }

@@ -5,7 +5,7 @@
 //! jump than half a window stays as it is. `[Kwatra03 7A]`
 //!
 //! 1. [`FrameDistances`] tells how alike frames are, and [`best`](FrameDistances::best) which jumps promise most.
-//! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Looped`], whose [`map`](Looped::map) renders any
+//! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Loop`], whose [`map`](Loop::map) renders any
 //!    pass.
 //! 3. [`walk`] plays several loops by turns, drawn by the seed: no period is seen.
 //!
@@ -40,7 +40,7 @@ mod transition;
 
 pub use distances::{DistanceOptions, FrameDistances};
 pub use jumps::{Jump, JumpOptions};
-pub use looping::{LoopOptions, LoopStats, Looped, Tried, estimate, looped};
+pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;
 pub use surface::Surface;
 

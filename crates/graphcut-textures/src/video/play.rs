@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, reserve};
 
-use super::looping::Looped;
+use super::looping::Loop;
 use super::the_clip;
 use crate::error::Error;
 
@@ -21,7 +21,7 @@ use crate::error::Error;
 ///
 /// # Determinism
 /// Jump number `i` is drawn from `"video/walk"`, `i`.
-pub fn walk(exemplars: &Exemplars<3>, loops: &[Looped], frames: u32, run: &Run<'_, 3>) -> Result<SourceMap<3>, Error> {
+pub fn walk(exemplars: &Exemplars<3>, loops: &[Loop], frames: u32, run: &Run<'_, 3>) -> Result<SourceMap<3>, Error> {
     let clip = the_clip(exemplars)?.domain();
     let [_, height, width] = clip.shape;
     let output = Domain::open([frames, height, width]);
@@ -39,7 +39,7 @@ pub fn walk(exemplars: &Exemplars<3>, loops: &[Looped], frames: u32, run: &Run<'
     let mut at = 0;
     for step in 0.. {
         let next = steps.next(step, at);
-        let Looped { jump, surface, .. } = &loops[next];
+        let Loop { jump, surface, .. } = &loops[next];
         for frame in at..steps.spans[next].end {
             if ids.len() == output.len() {
                 return Ok(SourceMap::new(Grid::from_vec(output, 1, ids)?, exemplars.table().clone())?);
@@ -55,7 +55,7 @@ pub fn walk(exemplars: &Exemplars<3>, loops: &[Looped], frames: u32, run: &Run<'
 }
 
 /// The frames in which the pixels of a loop jump: none has jumped before the first, all have after the last.
-fn span(looped: &Looped) -> Range<u32> {
+fn span(looped: &Loop) -> Range<u32> {
     let times = looped.surface.time.plane(0);
     let ends = |end: Option<&u16>| end.map_or(0, |&end| u32::from(end));
     ends(times.iter().min())..ends(times.iter().max())

@@ -7,7 +7,7 @@ use selvedge_core::{
     Transform,
 };
 use selvedge_graphcut_textures::video::{
-    DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, Looped, Surface, looped, walk,
+    DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, looped, walk,
 };
 use selvedge_graphcut_textures::{Error, Options, Placement, graphcut};
 
@@ -71,7 +71,7 @@ fn no_surface_is_cheaper() {
             let (tried, costs) = (&woven.stats.tried[0], SeamCosts::new(&e, seam).unwrap());
             let price = |time: [u16; 4]| {
                 let surface = Surface { time: Grid::from_vec(Domain::open([2, 2]), 1, time.to_vec()).unwrap() };
-                costs.total(&Looped::new(&e, jump, surface).unwrap().map().unwrap())
+                costs.total(&Loop::new(&e, jump, surface).unwrap().map().unwrap())
             };
             let times: Vec<u16> = (tried.window.start as u16..=tried.window.end as u16).collect();
             let n = times.len();
@@ -234,7 +234,7 @@ fn the_number_of_threads_does_not_matter() {
 fn jumps_and_surfaces_that_are_in_no_clip_are_refused() {
     let e = of(&noise([40, 2, 2], 3));
     let surface = |times: [u16; 4]| Surface { time: Grid::from_vec(Domain::open([2, 2]), 1, times.to_vec()).unwrap() };
-    let new = |j: Jump, times: [u16; 4]| Looped::new(&e, j, surface(times)).map(|_| ());
+    let new = |j: Jump, times: [u16; 4]| Loop::new(&e, j, surface(times)).map(|_| ());
     for (from, to) in [(3, 5), (40, 2), (65_535, 0)] {
         let wrong = new(jump(from, to), [6; 4]);
         assert!(matches!(wrong, Err(Error::Jump { frames: 40, .. })), "{from} to {to}: {wrong:?}");
@@ -314,8 +314,8 @@ fn what_cannot_loop_is_refused() {
     assert_eq!(cut(&[]), Error::NoJumps);
     assert_eq!(cut(&[jump(2, 0)]), Error::Jump { from: 2, to: 0, frames: 2 });
     let flat = |value: u16| Surface { time: Grid::try_filled(Domain::open([4, 4]), 1, value).unwrap() };
-    assert!(Looped::new(&two, jump(1, 0), flat(2)).is_ok());
-    let error = Looped::new(&two, jump(1, 0), flat(3)).unwrap_err();
+    assert!(Loop::new(&two, jump(1, 0), flat(2)).is_ok());
+    let error = Loop::new(&two, jump(1, 0), flat(3)).unwrap_err();
     assert_eq!(error, Error::Surface { found: [4, 4], expected: [4, 4], at: Some([0, 0]), frames: 2 });
     assert!(NonZero::new(error.remedy().len()).is_some() && !error.to_string().is_empty());
 }
@@ -347,7 +347,7 @@ fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
     let clip = noise([40, 7, 6], 21);
     let e = of(&clip);
     let options = LoopOptions { window: 8, ..LoopOptions::default() };
-    let loops: Vec<Looped> = [jump(12, 3), jump(25, 14), jump(38, 9), jump(30, 5)]
+    let loops: Vec<Loop> = [jump(12, 3), jump(25, 14), jump(38, 9), jump(30, 5)]
         .map(|jump| looped(&e, &[jump], &options, &Run::seeded(0)).unwrap().result)
         .to_vec();
     for seed in 0..20 {
@@ -358,7 +358,7 @@ fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
         for [t, y, x] in Domain::open([299, 7, 6]).positions() {
             let frame = |t: u32| map.locate([t, y, x]).map(|(_, at)| (at[0], at[1..] == [y, x])).unwrap();
             let ((here, stays), (next, _)) = (frame(t), frame(t + 1));
-            let by = |l: &Looped| {
+            let by = |l: &Loop| {
                 let end = u32::from(l.surface.time.get(0, [y, x]));
                 here + 1 == end && next == end - l.jump.period()
             };

@@ -7,14 +7,14 @@ const NEAR: i64 = 2;
 
 /// Where a block next to one would go on in its source: the top left sample, which may lie outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Continued {
+pub struct Successor {
     /// The source.
     pub source: usize,
     /// The top left sample.
     pub at: [i64; 2],
 }
 
-impl Continued {
+impl Successor {
     /// True for places within two samples of it.
     pub fn is_near(&self, source: usize, at: [u32; 2]) -> bool {
         source == self.source && at.iter().zip(self.at).all(|(&a, b)| (i64::from(a) - b).abs() <= NEAR)
@@ -33,7 +33,7 @@ mod tests {
 
     #[test]
     fn near_is_two_samples_on_both_axes() {
-        let to = Continued { source: 3, at: [4, 4] };
+        let to = Successor { source: 3, at: [4, 4] };
         let mut found = 0;
         for (y, x) in (0..9_u32).flat_map(|y| (0..9_u32).map(move |x| (y, x))) {
             let is_near = to.is_near(3, [y, x]);

@@ -34,7 +34,7 @@ use selvedge_fft_ssd::Template;
 use crate::options::Error;
 
 pub use block_search::{BlockScratch, BlockSearch};
-pub use continued::Continued;
+pub use continued::Successor;
 
 /// Which features are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +82,7 @@ pub struct Preference<'a> {
     /// Errors count more where parts were used more; [`Usage::new`] with a spread of 0 for errors as they are.
     pub usage: &'a Usage<2>,
     /// Where neighbours would go on: no block near one of these is drawn as long as there is any other.
-    pub continued: &'a [Continued],
+    pub continued: &'a [Successor],
 }
 
 /// Which candidates are passed over while there are others: by source and top left sample.

@@ -2,7 +2,7 @@
 //! were.
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples, SourceMap};
-use selvedge_graphcut_textures::video::{FrameDistances, Jump, Looped};
+use selvedge_graphcut_textures::video::{FrameDistances, Jump, Loop};
 
 use crate::failure::Failure;
 
@@ -32,7 +32,7 @@ pub(super) struct Shown<'a> {
     /// Features of the output.
     pub(super) output: &'a Grid<u8, 3>,
     pub(super) map: &'a SourceMap<3>,
-    pub(super) looped: &'a Looped,
+    pub(super) looped: &'a Loop,
     pub(super) distances: &'a FrameDistances,
     pub(super) jumps: &'a [Jump],
 }

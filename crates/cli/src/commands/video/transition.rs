@@ -2,7 +2,7 @@
 
 use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
 use selvedge_graphcut_textures::video::{
-    DistanceOptions, FrameDistances, Jump, JumpOptions, LoopOptions, LoopStats, Looped, Surface, Tried, looped,
+    DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface, Trial, looped,
 };
 use selvedge_io::clip::Flipbook;
 use serde_json::{Value, json};
@@ -79,14 +79,13 @@ impl Video {
         session: &Session<'_>,
         exemplars: &Exemplars<3>,
         jumps: &[Jump],
-    ) -> Result<selvedge_core::Woven<Looped, LoopStats>, Failure> {
+    ) -> Result<selvedge_core::Woven<Loop, LoopStats>, Failure> {
         if let Some(path) = &self.surface_from {
             let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
             // Its entry stands in the options.
             let picture = Input::new(session, path)?.read(session, &options, &mut Report::new("video"))?;
             let time = whole_numbers(&picture.plane).map_err(|e| e.about(path))?;
-            let result =
-                Looped::new(exemplars, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
+            let result = Loop::new(exemplars, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
             return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
         }
         let options = LoopOptions { window: self.window, seam: SeamMeasure::from(self.seam) };
@@ -114,7 +113,7 @@ impl Video {
     }
 
     /// For people.
-    fn told(&self, result: &Looped, stats: &LoopStats, closure: Option<&Closure>, closes: bool) -> String {
+    fn told(&self, result: &Loop, stats: &LoopStats, closure: Option<&Closure>, closes: bool) -> String {
         let Jump { from, to, .. } = result.jump;
         let period = result.jump.period();
         if closes {
@@ -135,8 +134,8 @@ impl Video {
 }
 
 /// Counts of a run.
-fn told(result: &Looped, stats: &LoopStats, closure: Option<&Closure>, closes: bool) -> Value {
-    let tried = |tried: &Tried| {
+fn told(result: &Loop, stats: &LoopStats, closure: Option<&Closure>, closes: bool) -> Value {
+    let tried = |tried: &Trial| {
         json!({
             "from": tried.jump.from,
             "to": tried.jump.to,
