@@ -148,3 +148,16 @@ fn peak(strengths: &Strengths<2>, shape: [u32; 2], vector: [i32; 2]) -> Option<P
     let overlap = left(0) * left(1) / 1000;
     Some(Peak { vector, score: (here - lowest) as u64 * overlap.min(FULL) / FULL })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_along_an_axis_is_straight_to_a_thirtieth() {
+        assert_eq!(along([[30, 1], [0, 77]], 0), Some(30));
+        assert_eq!(along([[29, 1], [0, 77]], 0), None, "all multiples lean as much");
+        assert_eq!(along([[29, 1], [0, 2]], 0), Some(58), "the second leads back");
+        assert_eq!([0, 1].map(|axis| along([[12, 0], [0, 9]], axis)), [Some(12), Some(9)]);
+    }
+}

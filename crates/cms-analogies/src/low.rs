@@ -133,6 +133,8 @@ mod tests {
         assert_eq!(averaged(&map, 3, None).samples(), [15, 30, 60, 90, 153, 185]);
         // (30 / 2 + 60 + 90 / 2) / 2 in the middle.
         assert_eq!(averaged(&map, 2, None).samples()[2], 60);
+        // (90 / 2 + 120 + 250 / 2) / 2.
+        assert_eq!(averaged(&map, 2, None).samples()[4], 145);
         assert_eq!(averaged(&map, 1, None), map);
         let around = averaged(&map.with_periodic([false, true]), 3, None);
         assert_eq!(around.samples()[0], 93);

@@ -245,3 +245,43 @@ impl Search<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
+
+    #[test]
+    fn the_best_labels_lie_apart() {
+        for case in 0..40 {
+            let mut rng = Seed(case).rng();
+            let shape = [1 + rng.below(9), 1 + rng.below(9)];
+            let domain = Domain { shape, periodic: [case % 2 == 0, case % 3 == 0] };
+            let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+            let source = Source { features: Grid::try_filled(domain, 1, 0).unwrap(), valid: None, origin };
+            let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+            let totals: Vec<u64> =
+                (0..domain.len()).map(|_| if rng.below(9) == 0 { NONE } else { rng.below(50).into() }).collect();
+            let (apart, candidates) = (1 + rng.below(5), 4);
+            let far = |p: usize, q: usize| {
+                let [p, q] = [p, q].map(|p| domain.position(p));
+                let squares = [0, 1].map(|a| {
+                    let d = p[a].abs_diff(q[a]);
+                    (if domain.periodic[a] { d.min(shape[a] - d) } else { d }).pow(2)
+                });
+                apart.pow(2) <= squares[0] + squares[1]
+            };
+            let mut expected: Vec<usize> = Vec::new();
+            for _ in 0..candidates {
+                let free = |&p: &usize| totals[p] != NONE && expected.iter().all(|&q| far(p, q));
+                let best = (0..totals.len()).filter(free).min_by_key(|&p| (totals[p], p));
+                expected.extend(best);
+            }
+            let mut ranking =
+                Ranking { exemplars: &exemplars, searches: Vec::new(), half: 0, candidates, apart, totals };
+            let found: Vec<usize> =
+                ranking.best([0, 0]).iter().map(|p| domain.index(p.offset.map(|o| o.unsigned_abs()))).collect();
+            assert_eq!(found, expected, "{domain:?} {apart}");
+        }
+    }
+}

@@ -253,3 +253,6 @@ pub(crate) fn weave(
     let (map, stats) = weaver.finish()?;
     Ok((map, stats, complete))
 }
+
+#[cfg(test)]
+mod tests;

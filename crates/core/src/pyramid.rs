@@ -132,7 +132,7 @@ fn check<const D: usize>(coarse: &crate::SourceTable<D>, exemplars: &Exemplars<D
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Origin, Rng, SampleId, Seed, Transform};
+    use crate::{Origin, Plane, Rng, Role, SampleId, Samples, Seed, Transform};
 
     fn random<const D: usize>(rng: &mut Rng) -> Exemplars<D> {
         let mut source = |exemplar| {
@@ -233,6 +233,19 @@ mod tests {
         assert_eq!(map.finer(&fine, Domain::open([7, 6])), Err(Error::Pyramid));
         assert_eq!(map.finer(&coarse, output), Err(Error::Pyramid));
         assert_eq!(map.coarser(&fine), Err(Error::Pyramid));
+    }
+
+    #[test]
+    fn odd_samples_are_those_of_their_block() {
+        let plane = Plane::new(Role::Scalar, Samples::U8(Grid::try_filled(Domain::open([6, 9]), 1, 0).unwrap()));
+        let fine = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let coarse = fine.coarser().unwrap();
+        let mut map = SourceMap::unassigned(&fine, Domain::open([2, 4])).unwrap();
+        for (x, at) in [(0, [3, 5]), (2, [5, 8])] {
+            map.ids.set(0, [0, x], fine.table().id(0, at));
+        }
+        let found = map.coarser(&coarse).unwrap();
+        assert_eq!([0, 1].map(|x| found.locate([0, x])), [Some((0, [1, 2])), Some((0, [2, 3]))], "none stands for 8");
     }
 
     #[test]

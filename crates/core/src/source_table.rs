@@ -124,7 +124,7 @@ pub(crate) mod tests {
     #[test]
     fn samples_are_numbered_through() {
         let t = table();
-        assert_eq!(t.len(), 10);
+        assert_eq!((t.len(), t.is_empty()), (10, false));
         assert_eq!(t.locate(SampleId::new(5)), Some((0, [1, 2])));
         assert_eq!(t.locate(SampleId::new(6)), Some((1, [0, 0])));
         assert_eq!(t.locate(SampleId::new(10)), None);

@@ -158,6 +158,18 @@ mod tests {
     }
 
     #[test]
+    fn even_use_adds_nothing() {
+        let mut usage = usage(0.5);
+        let everywhere: Vec<[u32; 2]> = Domain::open([33, 23]).positions().collect();
+        everywhere.iter().for_each(|&at| usage.note(0, at));
+        // A cell in the middle is counted as often as any that lies as far from the borders.
+        let added = |at: [u32; 2]| usage.widened(0, 0, at);
+        assert!(everywhere.iter().all(|&at| added(at) < 400), "{:?}", added([16, 11]));
+        assert_eq!(added([0, 0]), 0, "corners are used less than the rest");
+        assert!(0 < added([16, 11]));
+    }
+
+    #[test]
     fn alike_places_take_turns_and_bad_ones_are_never_drawn() {
         for errors in [[0, 0], [100, 100], [100, 105]] {
             let [a, b] = shares(&mut usage(0.1), errors);

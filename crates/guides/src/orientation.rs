@@ -70,6 +70,16 @@ mod tests {
     }
 
     #[test]
+    fn slopes_of_two_grey_levels_count_half() {
+        for (slope, expected) in [(1, 153), (2, 191), (4, 230)] {
+            let domain = Domain::open([32, 32]);
+            let map = Grid::from_vec(domain, 1, domain.positions().map(|[_, x]| (x * slope) as u8).collect()).unwrap();
+            let out = orientation(&map, 2.0).unwrap();
+            assert_eq!([0, 1].map(|c| out.get(c, [16, 16])), [expected, 128], "{slope}");
+        }
+    }
+
+    #[test]
     fn flat_places_have_none() {
         let map = Grid::try_filled(Domain::open([1, 9]), 1, 200_u8).unwrap();
         assert!(orientation(&map, 3.0).unwrap().samples().iter().all(|&v| v == 128));

@@ -155,3 +155,37 @@ pub(crate) fn beside(canvas: &Canvas, at: [u32; 2], axis: usize, radius: u32, pl
     let assigned = |&place: &usize| canvas.id(place).is_assigned();
     places.extend(window.places(domain).flatten().filter(assigned));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Domain, Grid, Origin, Source, SourceMap, Start, Transform};
+
+    #[test]
+    fn both_sides_of_a_seam_are_beside_it() {
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let features = Grid::try_filled(Domain::open([1, 1]), 1, 0).unwrap();
+        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+        let output = Domain { shape: [9, 11], periodic: [false, true] };
+        let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
+        map.ids.plane_mut(0).fill(SampleId::new(0));
+        map.ids.set(0, [4, 4], SampleId::UNASSIGNED);
+        let canvas = Canvas::new(Start { map, fixed: None, sources: None }).unwrap();
+        for (at, axis, radius) in [([4, 5], 0, 1), ([4, 5], 1, 2), ([0, 10], 1, 3), ([7, 2], 0, 2)] {
+            let mut found = Vec::new();
+            beside(&canvas, at, axis, radius, &mut found);
+            let ends = [at, output.next(at, axis).unwrap()];
+            let is_near = |place: &[u32; 2]| {
+                ends.iter().any(|end| {
+                    (0..2).all(|a| {
+                        let d = place[a].abs_diff(end[a]);
+                        (if output.periodic[a] { d.min(output.shape[a] - d) } else { d }) < radius
+                    })
+                })
+            };
+            let expected = output.positions().filter(|place| is_near(place) && *place != [4, 4]);
+            found.sort_unstable();
+            assert_eq!(found, expected.map(|place| output.index(place)).collect::<Vec<_>>(), "{at:?} {axis} {radius}");
+        }
+    }
+}

@@ -272,3 +272,40 @@ impl Mender<'_> {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Origin, SampleId, Seed, Source, Transform};
+
+    #[test]
+    fn a_region_costs_each_seam_that_it_touches_once() {
+        let mut rng = Seed(4).rng();
+        let domain = Domain::open([6, 6]);
+        let features = Grid::from_vec(domain, 1, (0..36).map(|_| rng.below(256) as u8).collect()).unwrap();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+        let output = Domain { shape: [5, 7], periodic: [true, false] };
+        let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
+        map.ids.plane_mut(0).iter_mut().for_each(|id| *id = SampleId::new(rng.below(36)));
+        let mender = Mender {
+            canvas: Canvas::new(Start { map, fixed: None, sources: None }).unwrap(),
+            pixels: Pixels::new(&exemplars, vec![true], PixelSearch::Exact).unwrap(),
+            costs: SeamCosts::new(&exemplars, SeamMeasure::Difference).unwrap(),
+            limit: 0,
+            taken: vec![false; output.len()],
+            stats: RepairStats::default(),
+        };
+        for _ in 0..50 {
+            let region: Vec<usize> = (0..output.len()).filter(|_| rng.below(3) == 0).collect();
+            let mut expected = 0;
+            for (at, axis) in output.positions().flat_map(|at| [(at, 0), (at, 1)]) {
+                let ends = [Some(at), output.next(at, axis)].into_iter().flatten().map(|end| output.index(end));
+                if ends.into_iter().any(|end| region.contains(&end)) {
+                    expected += i64::from(mender.costs.at(&mender.canvas.map, at, axis));
+                }
+            }
+            assert_eq!(mender.price(&region), expected, "{region:?}");
+        }
+    }
+}

@@ -34,3 +34,20 @@ impl Falloff {
         along * along
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_fall_alike_to_both_sides() {
+        for size in [1, 4, 7, 32] {
+            let falloff = Falloff::new(size);
+            let along = falloff.along();
+            let mirrored: Vec<f64> = along.iter().rev().copied().collect();
+            assert_eq!(along, mirrored);
+            assert!(along[..along.len().div_ceil(2)].is_sorted_by(|a, b| a < b), "{along:?}");
+            assert_eq!(Falloff::flat(size).sum(), f64::from(size * size));
+        }
+    }
+}

@@ -132,6 +132,7 @@ mod tests {
     fn sizes_that_do_not_fit_are_left_out() {
         let all = [(4, 8), (2, 16), (2, 8), (1, 32), (1, 16), (1, 8)];
         assert_eq!(sizes([32, 40], [64, 64]).unwrap(), all);
+        assert_eq!(sizes([32, 40], [32, 64]).unwrap(), all, "just as large");
         assert_eq!(sizes([31, 40], [64, 64]).unwrap(), [(2, 8), (1, 16), (1, 8)]);
         assert_eq!(sizes([64, 64], [20, 64]).unwrap(), [(2, 8), (1, 16), (1, 8)]);
         let small = Error::NothingFits { least: 8, width: 64, height: 7, output: false };

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::band::tests::patched;
-use selvedge_core::{SeamMeasure, Seed};
+use selvedge_core::{Origin, SeamMeasure, Seed, Source, Transform};
 
 /// Every sample is unassigned or valid.
 fn is_of<const D: usize>(exemplars: &Exemplars<D>, id: SampleId) -> bool {
@@ -68,6 +68,27 @@ fn tiles_cover_an_output_once_and_none_of_a_group_touch() {
             }
         }
     }
+}
+
+#[test]
+fn a_seam_along_the_border_of_tiles_leaves_it() {
+    // Two patches that agree at two samples alone, inside of a tile that holds but one of them.
+    let (cheap, second) = (TILE as usize + 6, TILE as usize + 30);
+    let mut rng = Seed(1).rng();
+    let mut row: Vec<u8> = (0..4 * TILE).map(|_| rng.below(256) as u8).collect();
+    row.copy_within(cheap..cheap + 2, cheap + second);
+    let features = Grid::from_vec(Domain::open([4 * TILE]), 1, row).unwrap();
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let e = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+    let mut map = SourceMap::unassigned(&e, Domain::open([2 * TILE])).unwrap();
+    for (x, id) in (0..).zip(map.ids.plane_mut(0)) {
+        *id = SampleId::new(if x < TILE { x } else { x + second as u32 });
+    }
+    let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+    let before = costs.total(&map);
+    let gain = settle(&e, &mut map, &costs, Kept::default(), 16, &|| false).unwrap();
+    assert!(0 < before);
+    assert_eq!((gain, costs.total(&map)), (before, 0));
 }
 
 #[test]

@@ -210,3 +210,46 @@ fn highest<const D: usize>(mut votes: Grid<u32, D>) -> Result<Vec<(u32, [u32; D]
     }
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Origin, Source, Transform};
+
+    #[test]
+    fn of_peaks_as_high_as_each_other_the_first_is_one() {
+        let mut votes = Grid::try_filled(Domain::open([9, 12]), 1, 0_u32).unwrap();
+        [[4, 3], [4, 4], [4, 9]].into_iter().for_each(|at| votes.set(0, at, 5));
+        let peaks = highest(votes).unwrap();
+        assert_eq!(peaks.iter().map(|(_, at)| *at).collect::<Vec<_>>(), [[4, 3], [4, 9]]);
+        assert!(peaks[1].0 < peaks[0].0, "the second vote of the first peak counts: {peaks:?}");
+    }
+
+    #[test]
+    fn votes_count_for_offsets_two_samples_away() {
+        let mut votes = Grid::try_filled(Domain::open([9, 12]), 1, 0_u32).unwrap();
+        votes.set(0, [4, 3], 5);
+        votes.set(0, [4, 5], 1);
+        // 1, 4, 6, 4, 1 along both axes.
+        assert_eq!(highest(votes).unwrap(), [((5 * 6 + 1) * 6, [4, 3])]);
+    }
+
+    #[test]
+    fn a_patch_is_asked_once() {
+        let domain = Domain::open([40, 44]);
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let source = Source { features: Grid::try_filled(domain, 1, 0).unwrap(), valid: None, origin };
+        let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let mut map = SourceMap::unassigned(&exemplars, domain).unwrap();
+        map.lay_under(&exemplars, 0).unwrap();
+        for at in Domain::open([9, 7]).positions() {
+            map.ids.set(0, [at[0] + 12, at[1] + 20], selvedge_core::SampleId::UNASSIGNED);
+        }
+        for count in [1, 20, 150, 5000] {
+            let mut found = chosen(&map, [4, 4], count).unwrap();
+            assert!(!found.is_empty() && (found.len() <= count || 150 < count), "{} of {count}", found.len());
+            found.sort_unstable();
+            assert!(found.is_sorted_by(|a, b| a < b), "{count}: none twice");
+        }
+    }
+}

@@ -168,3 +168,34 @@ impl Frames<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_core::{Grid, Origin, Seed, Transform};
+
+    #[test]
+    fn a_clip_closes_where_steps_over_its_end_are_usual() {
+        let mut closing = 0;
+        for seed in 0..300 {
+            let mut rng = Seed(seed).rng();
+            let most = [3, 40, 256][seed as usize % 3];
+            let shown: Vec<u8> = (0..12).map(|_| rng.below(most) as u8).collect();
+            let step = |a: usize, b: usize| u32::from(shown[a].abs_diff(shown[b])).pow(2);
+            let is_usual = |lag: usize, a: usize, b: usize| {
+                let smaller = (lag..12).filter(|&t| step(t - lag, t) < step(a, b)).count();
+                smaller as f64 / (12 - lag) as f64 <= 0.9
+            };
+            let largest = (1..12).map(|t| step(t - 1, t)).max().unwrap();
+            let of_block = f64::from(step(11, 0)).sqrt() <= 1.25 * f64::from(largest + 256).sqrt();
+            let expected = is_usual(1, 11, 0) && is_usual(2, 10, 0) && is_usual(2, 11, 1) && of_block;
+            let features = Grid::from_vec(Domain::open([12, 1, 1]), 1, shown.clone()).unwrap();
+            let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+            let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+            let found = FrameDistances::new(&exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap();
+            assert_eq!(found.closes(), expected, "{shown:?}");
+            closing += u32::from(expected);
+        }
+        assert!((30..270).contains(&closing), "{closing} of 300");
+    }
+}

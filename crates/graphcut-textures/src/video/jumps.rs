@@ -150,3 +150,58 @@ impl FrameDistances {
         sum as f64 / (weight * self.pixels()) as f64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::video::DistanceOptions;
+    use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, Transform};
+
+    /// A clip of one pixel, and what it shows.
+    fn clip(seed: u64) -> (Vec<f64>, FrameDistances) {
+        let mut rng = Seed(seed).rng();
+        let values: Vec<u8> = (0..14).map(|_| rng.below(256) as u8).collect();
+        let shown = values.iter().map(|&v| f64::from(v)).collect();
+        let features = Grid::from_vec(Domain::open([14, 1, 1]), 1, values).unwrap();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+        (shown, FrameDistances::new(&exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap())
+    }
+
+    #[test]
+    fn jumps_are_ranked_by_the_frames_around_them_and_lie_apart() {
+        for seed in 0..30 {
+            let (shown, distances) = clip(seed);
+            // The frame that would follow is compared with the one that does, and so on before and after.
+            let score = |from: u32, to: u32| {
+                let (mut sum, mut weight) = (0.0, 0.0);
+                for (k, w) in [(-2, 1.0), (-1, 3.0), (0, 3.0), (1, 1.0)] {
+                    let [a, b] = [from + 1, to].map(|frame| shown.get((frame as i32 + k) as usize));
+                    if let (Some(a), Some(b)) = (a, b) {
+                        (sum, weight) = (sum + w * (a - b) * (a - b), weight + w);
+                    }
+                }
+                sum / weight
+            };
+            let options = JumpOptions { count: 5, spread: 3, period: Some(4..=9), ..JumpOptions::default() };
+            let mut all: Vec<Jump> = (4..=9)
+                .flat_map(|period| (0..=14 - period).map(move |to| (to + period - 1, to)))
+                .map(|(from, to)| Jump { from, to, error: score(from, to) })
+                .collect();
+            // Of jumps as good as each other the longer loop, then the earlier.
+            all.sort_by_key(|jump| (Reverse(jump.period()), jump.to));
+            all.sort_by(|a, b| a.error.total_cmp(&b.error));
+            let mut expected: Vec<Jump> = Vec::new();
+            for jump in all {
+                let apart = |o: &Jump| 3 <= o.from.abs_diff(jump.from) || 3 <= o.to.abs_diff(jump.to);
+                if expected.len() < 5 && expected.iter().all(apart) {
+                    expected.push(jump);
+                }
+            }
+            let found = distances.best(&options).unwrap();
+            let places = |jumps: &[Jump]| jumps.iter().map(|j| (j.from, j.to)).collect::<Vec<_>>();
+            assert_eq!(places(&found), places(&expected), "seed {seed}");
+            assert!(found.iter().zip(&expected).all(|(f, e)| (f.error - e.error).abs() < 1e-9));
+        }
+    }
+}

@@ -183,3 +183,21 @@ pub(super) fn is_missing(path: &Path) -> bool {
 pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_to_nothing_keeps_its_name() {
+        let folder = std::env::temp_dir().join(format!("selvedge-io-dangling-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let (part, path) = (folder.join("part"), folder.join("a.png"));
+        fs::write(&part, b"new").unwrap();
+        std::os::unix::fs::symlink(folder.join("nothing"), &path).unwrap();
+        let refused = link_then_remove(&Disk, &part, &path).map_err(|e| e.kind());
+        let is_link = fs::symlink_metadata(&path).unwrap().is_symlink();
+        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!((refused, is_link), (Err(io::ErrorKind::AlreadyExists), true));
+    }
+}
