@@ -323,7 +323,7 @@ impl Problem {
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
             Self::LightWithoutAlpha { .. } => "write exr, or read the colours alone with 'file.exr[R,G,B]'",
-            Self::NoChannel { .. } => "choose with 'file.exr[layer]' or 'file.exr[R,G,B]'",
+            Self::NoChannel { .. } => "choose with 'file.exr[layer]', 'file.exr[R,G,B]' or 'file.tif[4]'",
             Self::NotAMap { .. } => "give a file that was written as a map",
             Self::IsAMap => "give a picture, or apply the map to one",
             Self::ExemplarCount { .. } => "name every exemplar, in order",

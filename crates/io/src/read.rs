@@ -85,7 +85,7 @@ pub(crate) fn format_of(start: &[u8], name: &Path, context: &mut Context<'_>) ->
     }
     let unknown = || unread(start).map_or(Problem::UnknownContent, Problem::NotRead);
     let content = Format::of_content(start).ok_or_else(unknown)?;
-    if context.options.channels.is_some() && content != Format::Exr {
+    if context.options.channels.is_some() && !matches!(content, Format::Exr | Format::Tiff) {
         return Err(Problem::unsupported(content, "choosing layers or channels"));
     }
     match Format::of_name(name) {

@@ -1,5 +1,5 @@
-//! Compression: ZSTD is unpacked before the decoder sees the file, since it could do so only with a library in C. What
-//! nobody here can unpack is named.
+//! Compression: ZSTD is unpacked before the decoder sees the file, since it could do so only with a library in C, and LZW,
+//! since it wants an end that some writers leave out. What nobody here can unpack is named.
 
 use std::io::Read;
 
@@ -11,6 +11,7 @@ use crate::header::Header;
 
 const COMPRESSION: u16 = 259;
 const NONE: u16 = 1;
+const LZW: u64 = 5;
 const ZSTD: u64 = 50_000;
 
 const ROWS_PER_STRIP: u16 = 278;
@@ -19,7 +20,10 @@ const TILE_SIZE: [u16; 2] = [323, 322];
 const STRIPS: [u16; 2] = [273, 279];
 const TILES: [u16; 2] = [324, 325];
 
-/// Refuses what cannot be unpacked; the file with its pieces unpacked if they are ZSTD's.
+/// Appends at most so many bytes of what is packed.
+type Unpack = fn(&[u8], u64, &mut Vec<u8>, &Context<'_>) -> Result<(), Problem>;
+
+/// Refuses what cannot be unpacked; the file with its pieces unpacked if they are ZSTD's or LZW's.
 ///
 /// `stored` is what the file holds, its `bits` those of a sample.
 pub(super) fn unpacked(
@@ -32,8 +36,9 @@ pub(super) fn unpacked(
     let directory = Directory::of(file)?;
     let method = directory.numbers(file, COMPRESSION).and_then(|v| v.first().copied()).unwrap_or(1);
     let named = match method {
-        ZSTD => return unpack(file, directory, stored, samples * bits, context).map(Some),
-        1 | 3 | 4 | 5 | 8 | 32_773 | 32_946 => return Ok(None),
+        ZSTD => return unpack(file, directory, stored, samples * bits, (of_zstd, context)).map(Some),
+        LZW => return unpack(file, directory, stored, samples * bits, (of_lzw, context)).map(Some),
+        1 | 3 | 4 | 8 | 32_773 | 32_946 => return Ok(None),
         2 => "compression by huffman codes".to_owned(),
         6 | 7 => "compression by jpeg".to_owned(),
         34_712 => "compression by jpeg 2000".to_owned(),
@@ -51,7 +56,7 @@ fn unpack(
     directory: Directory,
     stored: &Header,
     bits: usize,
-    context: &Context<'_>,
+    (unpack, context): (Unpack, &Context<'_>),
 ) -> Result<Vec<u8>, Problem> {
     let damaged = |cause: &str| Problem::damaged(Format::Tiff, cause);
     let number = |tag| directory.numbers(file, tag).and_then(|v| v.first().copied());
@@ -76,7 +81,7 @@ fn unpack(
         let piece = piece.and_then(|(from, to)| file.get(from..to)).ok_or_else(|| Problem::ends_early(Format::Tiff))?;
         places.push(out.len() as u64);
         let start = out.len();
-        decompress(piece, most, &mut out, context)?;
+        unpack(piece, most, &mut out, context)?;
         lengths.push((out.len() - start) as u64);
     }
     let all = directory.set(&mut out, COMPRESSION, NONE);
@@ -86,8 +91,27 @@ fn unpack(
     Ok(out)
 }
 
-/// Appends at most so many bytes of what is packed.
-fn decompress(piece: &[u8], most: u64, out: &mut Vec<u8>, context: &Context<'_>) -> Result<(), Problem> {
+/// A piece without an end is as whole as one that has it: the codes before it are all samples.
+fn of_lzw(piece: &[u8], most: u64, out: &mut Vec<u8>, context: &Context<'_>) -> Result<(), Problem> {
+    let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8);
+    let (mut rest, mut left) = (piece, most);
+    let mut part = [0; 1 << 14];
+    while 0 < left {
+        let room = part.len().min(usize::try_from(left).unwrap_or(usize::MAX));
+        let done = decoder.decode_bytes(rest, &mut part[..room]);
+        let status = done.status.map_err(|e| Problem::damaged(Format::Tiff, e))?;
+        admit(out, done.consumed_out, context)?;
+        append(out, &part[..done.consumed_out])?;
+        rest = &rest[done.consumed_in..];
+        left -= done.consumed_out as u64;
+        if matches!(status, weezl::LzwStatus::Done) || done.consumed_in + done.consumed_out == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn of_zstd(piece: &[u8], most: u64, out: &mut Vec<u8>, context: &Context<'_>) -> Result<(), Problem> {
     let wrong = |e: &dyn std::fmt::Display| Problem::damaged(Format::Tiff, e);
     let decoder = ruzstd::decoding::StreamingDecoder::new(piece).map_err(|e| wrong(&e))?;
     let mut decoder = decoder.take(most);
@@ -97,12 +121,15 @@ fn decompress(piece: &[u8], most: u64, out: &mut Vec<u8>, context: &Context<'_>)
         if n == 0 {
             return Ok(());
         }
-        let needed = (out.len() + n) as u64;
-        if context.options.limits.memory < needed {
-            return Err(Problem::Memory { needed, budget: context.options.limits.memory });
-        }
+        admit(out, n, context)?;
         append(out, &part[..n])?;
     }
+}
+
+/// Refuses what is more than there may be.
+fn admit(out: &[u8], more: usize, context: &Context<'_>) -> Result<(), Problem> {
+    let (needed, budget) = ((out.len() + more) as u64, context.options.limits.memory);
+    if budget < needed { Err(Problem::Memory { needed, budget }) } else { Ok(()) }
 }
 
 fn append(out: &mut Vec<u8>, bytes: &[u8]) -> Result<(), Problem> {

@@ -7,6 +7,7 @@ use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits}
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
 
+use super::chosen::Chosen;
 use super::{colors, compression, palette, planes};
 use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
 use crate::error::Problem;
@@ -19,6 +20,13 @@ use crate::{Depth, Format, Warning};
 
 /// Everything up to the samples.
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
+    if let Some(wanted) = &context.options.channels {
+        let mut file = Vec::new();
+        input.read_to_end(&mut file).map_err(|e| Problem::file_system(e, 0))?;
+        let (chosen, file) = Chosen::of(&file, wanted)?;
+        let all = with_decoder(&mut Cursor::new(file), context, |page| Ok(page.description()))?;
+        return Ok(chosen.described(all));
+    }
     with_decoder(input, context, |page| Ok(page.description()))
 }
 
@@ -26,6 +34,18 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
     let mut file = Vec::new();
     input.read_to_end(&mut file).and_then(|_| input.rewind()).map_err(|e| Problem::file_system(e, 0))?;
+    match &context.options.channels {
+        Some(wanted) => {
+            let (chosen, file) = Chosen::of(&file, wanted)?;
+            chosen.of_all(decode_whole(file, context)?)
+        }
+        None => decode_whole(file, context),
+    }
+}
+
+/// All of the first page of a file.
+fn decode_whole(file: Vec<u8>, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let input = &mut Cursor::new(&file);
     // Before anything else, what it will take is known from the header alone.
     let warnings = std::mem::take(&mut context.warnings);
     let (stored, all, bits) = with_decoder(input, context, |page| Ok((page.stored, page.all, page.bits)))?;
@@ -148,7 +168,11 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         context.check(&stored)?;
         let all = decoder.find_tag_unsigned::<u16>(Tag::SamplesPerPixel).ok().flatten().map_or(1, usize::from);
         if let Some(more) = all.checked_sub(channels).filter(|more| 0 < *more) {
-            let what = format!("{more} of its {all} channels is neither colour nor alpha and left out");
+            let first = channels + 1;
+            let reads = if more == 1 { "it" } else { "the first" };
+            let what = format!(
+                "{more} of its {all} channels is neither colour nor alpha and left out; 'file.tif[{first}]' reads {reads}"
+            );
             context.warn(Warning::ChannelsLeftOut { what });
         }
         let association = match extra.first() {

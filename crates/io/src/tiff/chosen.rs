@@ -1,0 +1,89 @@
+//! Channels that were chosen by their numbers, such as those beside colour and alpha. The decoder gives no others of an RGB
+//! picture, so it is shown all as channels that are nothing in particular.
+
+use selvedge_core::{Association, Samples};
+
+use super::directory::Directory;
+use crate::Format;
+use crate::codec::Decoded;
+use crate::error::Problem;
+
+const PHOTOMETRIC: u16 = 262;
+const SAMPLES: u16 = 277;
+const EXTRA_SAMPLES: u16 = 338;
+/// What it is for RGB, and for white and black that is no colour.
+const RGB: u64 = 2;
+const GREY: u16 = 1;
+
+/// Channels of a picture.
+pub(super) struct Chosen {
+    /// From 0.
+    channels: Vec<usize>,
+    /// How the last one and the others go together, if it is alpha.
+    alpha: Option<Association>,
+}
+
+impl Chosen {
+    /// Channels by numbers from 1, as `1,2,3`, and the file with all of them.
+    pub(super) fn of(file: &[u8], wanted: &str) -> Result<(Self, Vec<u8>), Problem> {
+        let directory = Directory::of(file)?;
+        let number = |tag| directory.numbers(file, tag).and_then(|v| v.first().copied());
+        let (all, photometric) = (number(SAMPLES).unwrap_or(1), number(PHOTOMETRIC).unwrap_or(1));
+        let colors = match photometric {
+            0 | 1 => 1,
+            RGB => 3,
+            _ => return Err(Problem::unsupported(Format::Tiff, "choosing channels of palettes, cmyk and luma")),
+        };
+        let missing = || Problem::NoChannel {
+            wanted: format!("channels '{wanted}'"),
+            found: (1..=all.min(64)).map(|c| c.to_string()).collect::<Vec<_>>().join(", "),
+        };
+        let one = |text: &str| text.trim().parse().ok().filter(|c| (1..=all).contains(c)).map(|c| c as usize - 1);
+        let channels: Option<Vec<usize>> = wanted.split(',').map(one).collect();
+        let channels = channels.ok_or_else(missing)?;
+        let kinds = directory.numbers(file, EXTRA_SAMPLES).unwrap_or_default();
+        let last = channels.last().and_then(|last| kinds.get(last.checked_sub(colors)?));
+        let alpha = match last.filter(|_| 1 < channels.len()) {
+            Some(1) => Some(Association::Premultiplied),
+            Some(2) => Some(Association::Straight),
+            _ => None,
+        };
+        let mut shown = Vec::new();
+        let refused = |_| selvedge_core::Error::Allocation { bytes: file.len() as u64 };
+        shown.try_reserve_exact(file.len()).map_err(refused)?;
+        shown.extend_from_slice(file);
+        if photometric == RGB {
+            directory.set(&mut shown, PHOTOMETRIC, GREY);
+        }
+        Ok((Self { channels, alpha }, shown))
+    }
+
+    /// The header of these channels alone.
+    pub(super) fn described(&self, mut all: crate::codec::Description) -> crate::codec::Description {
+        all.header.channels = self.channels.len();
+        all.header.alpha = self.alpha.is_some();
+        all.association = Some(self.alpha.unwrap_or(Association::Straight));
+        all
+    }
+
+    /// These channels alone.
+    pub(super) fn of_all(&self, (description, samples): Decoded) -> Result<Decoded, Problem> {
+        let description = self.described(description);
+        macro_rules! picked {
+            ($depth:ident, $grid:ident) => {{
+                let mut picked = crate::samples::zero_grid(&description.header)?;
+                for (to, &from) in self.channels.iter().enumerate() {
+                    picked.plane_mut(to).copy_from_slice($grid.plane(from));
+                }
+                Samples::$depth(picked)
+            }};
+        }
+        let picked = match &samples {
+            Samples::U8(grid) => picked!(U8, grid),
+            Samples::U16(grid) => picked!(U16, grid),
+            Samples::F16(grid) => picked!(F16, grid),
+            Samples::F32(grid) => picked!(F32, grid),
+        };
+        Ok((description, picked))
+    }
+}
