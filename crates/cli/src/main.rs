@@ -18,6 +18,7 @@ mod ground;
 mod harmonise;
 mod inputs;
 mod light;
+mod lists;
 mod loaded;
 mod loom;
 mod made;

@@ -9,6 +9,7 @@ use clap::{ArgMatches, FromArgMatches};
 use crate::cli::{self, Cli};
 use crate::config;
 use crate::failure::Failure;
+use crate::lists;
 use crate::stdio;
 use crate::turns::{self, Turns};
 use crate::used::Used;
@@ -93,10 +94,11 @@ impl From<clap::Error> for Stop {
 /// Understands a command line. What was typed goes before what `--config` says, and that before the defaults.
 pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
     let command = numbers(cli::program());
+    let words = lists::spread(&command, words);
     // What the file may still supply is not missing yet.
-    let typed = optional(command.clone()).try_get_matches_from(words)?;
+    let typed = optional(command.clone()).try_get_matches_from(&words)?;
     let from_file = config::words(&command, &typed)?;
-    let words = spliced(words, from_file.as_ref().map_or(&[], |file| &file.words));
+    let words = spliced(&words, from_file.as_ref().map_or(&[], |file| &file.words));
     let all = command.clone().try_get_matches_from(words).and_then(|matches| {
         let cli = Cli::from_arg_matches(&matches)?;
         Ok(Typed { cli, matches, command })

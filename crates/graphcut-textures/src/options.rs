@@ -109,12 +109,11 @@ impl<const D: usize> Options<D> {
         if !self.free.contains(&true) {
             return Err(Error::Range { option: "free", value: 0.0, range: "at least one axis" });
         }
-        for (option, zero) in
-            [("region", self.region.is_some_and(|region| region.contains(&0))), ("patience", self.patience == 0)]
-        {
-            if zero {
-                return Err(Error::Range { option, value: 0.0, range: "at least 1" });
-            }
+        if self.region.is_some_and(|region| region.contains(&0)) {
+            return Err(Error::Range { option: "region", value: 0.0, range: "at least 1" });
+        }
+        if !(1..=MOST_REFINEMENTS).contains(&self.patience) {
+            return Err(Error::Range { option: "patience", value: self.patience.into(), range: "1 to 1000000" });
         }
         if !(1..=MOST_TRIES).contains(&self.tries) {
             return Err(Error::Range { option: "tries", value: self.tries.into(), range: "1 to 64" });

@@ -156,7 +156,7 @@ fn planes_of_match_decide_with_the_exemplar() {
     let command = command_in(&folder, "o.png");
     assert!(command.contains(" --match wood_height.png --weight 0.37 "), "{command}");
     assert_eq!(seams("quilt grey.png --match wood_height.png --weight 0").0, alone, "a weight of 0 decides nothing");
-    folder.run("graphcut grey.png -o o.png --match wood_height.png,x --weight 1").refused(4, &["wood_height.png,x"]);
+    folder.run("graphcut grey.png -o o.png --match wood_height.png,x --weight 1,1").refused(4, &["'x': not found"]);
     folder.run("quilt grey.png -o o.png --match wood.png --weight 1,2").refused(2, &["2 weights for 1 --match"]);
     folder.run("quilt grey.png -o o.png --match wood.png --weight -1").refused(2, &["-1", "--weight"]);
     folder.run("quilt grey.png -o o.png --match @/stars.png").refused(3, &["128x128", "48x48"]);

@@ -117,7 +117,9 @@ choices!(PlacementArg for Placement {
 
 /// How far from a region.
 fn reach(text: &str) -> Option<[u32; 2]> {
-    if text == "all" { Some([u32::MAX; 2]) } else { sides(text) }
+    // What is beyond the longest side there is was meant otherwise.
+    let sane = |sides: &[u32; 2]| sides.iter().all(|&side| side <= u32::from(u16::MAX));
+    if text == "all" { Some([u32::MAX; 2]) } else { sides(text).filter(sane) }
 }
 
 /// An angle in degrees.
