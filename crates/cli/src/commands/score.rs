@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Encoder, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
+use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
+use selvedge_io::Info;
 use selvedge_metrics::{Columns, Judge, preference};
 use serde_json::{Value, json};
 
@@ -11,9 +12,12 @@ use crate::args::NonFiniteArg;
 use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::{Layout, common_layout, widened};
 use crate::inputs::{self, Input};
-use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
+use crate::{memory, outputs};
+
+/// Bytes of exemplars that outputs are judged by, for each sample and channel: 96 are seen of three channels.
+const A_CHANNEL: u64 = 100;
 
 /// Options of `score`.
 #[derive(Args, Debug)]
@@ -44,8 +48,13 @@ impl Score {
             let what = format!("{} for {}", count("map", maps), count("output", outs));
             return Err(Failure::new(2, what).remedy("give one --map for each output, or none"));
         }
-        let planes = self.read(session, &mut report)?;
         let maps = self.maps(session, &mut report)?;
+        let files = self.exemplar.iter().chain(&self.outputs);
+        let files = files.map(|path| Input::new(session, path)).collect::<Result<Vec<_>, _>>()?;
+        let needed = self.bytes(session, &files, &maps)?;
+        memory::check_fixed(&session.limits, needed)?;
+        report.estimate = Some(needed.0);
+        let planes = self.read(session, &files, &mut report)?;
         report.stage("read");
         let scored = self.scored(&planes, &maps)?;
         report.stage("score");
@@ -53,15 +62,32 @@ impl Score {
         Ok(Done::answered(report, text(&scored)))
     }
 
-    /// Exemplars, then outputs, with the same channels.
-    fn read(&self, session: &Session<'_>, report: &mut Report) -> Result<Vec<Plane<2>>, Failure> {
+    /// An upper bound of all that is held, by the headers of exemplars and outputs.
+    fn bytes(&self, session: &Session<'_>, files: &[Input], maps: &[SourceMap<2>]) -> Result<Bytes, Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let files = || self.exemplar.iter().chain(&self.outputs);
-        let mut read =
-            |path: &PathBuf| Ok::<_, Failure>(Input::new(session, path)?.read(session, &options, report)?.plane);
-        let planes = files().map(&mut read).collect::<Result<Vec<_>, _>>()?;
+        let infos = files.iter().map(|input| input.probe(&options)).collect::<Result<Vec<_>, _>>()?;
+        let layout = common_layout(files.iter().map(|input| input.path.as_path()).zip(infos.iter().map(Layout::of)))?;
+        let held = infos.iter().map(|info| memory::picture(domain(info), layout.channels(), info.depth)).sum::<Bytes>();
+        let (exemplars, outputs) = infos.split_at(self.exemplar.len());
+        let samples = |domains: &mut dyn Iterator<Item = Domain<2>>| -> Bytes {
+            domains.map(|domain| Bytes::of_samples(domain, layout.colors as u64)).sum()
+        };
+        // A map's exemplars are prepared in its own orientations.
+        let turned = maps.iter().map(|map| samples(&mut map.table.sources().iter().map(|(_, domain)| *domain)));
+        let prepared = turned.fold(samples(&mut exemplars.iter().map(domain)), Bytes::max);
+        let largest = outputs.iter().map(domain).map(|output| samples(&mut std::iter::once(output)));
+        let largest = largest.max().unwrap_or_default();
+        let maps = maps.iter().map(|map| memory::places(map.domain())).sum::<Bytes>();
+        Ok(memory::PROGRAM + memory::reading(&infos) + held + maps + prepared * A_CHANNEL + largest * 2)
+    }
+
+    /// Exemplars, then outputs, with the same channels.
+    fn read(&self, session: &Session<'_>, files: &[Input], report: &mut Report) -> Result<Vec<Plane<2>>, Failure> {
+        let options = inputs::options(session.limits, Role::Color, self.nonfinite);
+        let mut read = |input: &Input| Ok::<_, Failure>(input.read(session, &options, report)?.plane);
+        let planes = files.iter().map(&mut read).collect::<Result<Vec<_>, _>>()?;
         let layout = |plane: &Plane<2>| Layout { colors: plane.color_channels(), alpha: plane.alpha };
-        let common = common_layout(files().map(PathBuf::as_path).zip(planes.iter().map(layout)))?;
+        let common = common_layout(files.iter().map(|input| input.path.as_path()).zip(planes.iter().map(layout)))?;
         planes.into_iter().map(|plane| widened(plane, common)).collect()
     }
 
@@ -110,6 +136,10 @@ impl Score {
         scored.sort_by(|a, b| b.preference.total_cmp(&a.preference));
         Ok(scored)
     }
+}
+
+fn domain(info: &Info) -> Domain<2> {
+    Domain::open([info.height, info.width])
 }
 
 /// Orientations of each exemplar in a map; as they are without one.

@@ -153,6 +153,11 @@ fn the_budget_holds_for_commands_that_weave_nothing() {
             .refused(6, &["40 MiB", "use smaller pictures or --max-memory"]);
         folder.run(&format!("{line} --max-memory 1GiB")).done();
     }
+    // One whose work is as large as its exemplar.
+    let line = "score @/stars.png --exemplar a.png --max-memory 256MiB";
+    folder.run(line).refused(6, &["256 MiB", "use smaller pictures or --max-memory"]);
+    let said = folder.run("score @/stars.png --exemplar @/stars.png --max-memory 64MiB --json").done();
+    assert!(said.json()["peak_memory_bytes"].as_u64().is_none_or(|peak| peak < 64 << 20));
     folder.run("quilt @/stars.png -o m.png --size 64 --block 20 --map m.exr").done();
     let said = folder.run("apply m.exr @/stars.png -o x.png --dry-run").done();
     assert!(said.stderr.contains("x.png: would be 64x64 px through m.exr, with about "), "{said:?}");
