@@ -39,7 +39,7 @@ struct Reel {
     every: u64,
     /// The last of them, and the price of all seams then.
     last: Option<(u64, i64)>,
-    /// What is white: the dearest seam once everything was covered.
+    /// What is white; see [`white`].
     white: u32,
     steps: Vec<Step>,
 }
@@ -118,7 +118,7 @@ impl Reel {
     fn take(&mut self, refinement: u64, energy: i64, map: &SourceMap<2>, costs: &SeamCosts<2>) {
         let (shape, prices) = dearest(map, costs);
         if self.steps.is_empty() {
-            self.white = prices.iter().copied().max().unwrap_or(0).max(1);
+            self.white = white(&prices);
         }
         // Of the root, so that cheap seams are seen beside dear ones.
         let tone = |price: &u32| (255.0 * (f64::from(*price) / f64::from(self.white)).sqrt()).min(255.0) as u8;
@@ -126,6 +126,13 @@ impl Reel {
         let picture = Plane::new(Role::Scalar, Samples::U8(grid));
         self.steps.push(Step { refinement, energy, picture });
     }
+}
+
+/// What all but a fiftieth of the seams cost at most: beside the dearest one the others would be black.
+fn white(prices: &[u32]) -> u32 {
+    let mut seams: Vec<u32> = prices.iter().copied().filter(|price| 0 < *price).collect();
+    seams.sort_unstable();
+    seams.get(seams.len() * 49 / 50).copied().unwrap_or(1)
 }
 
 /// The dearest seam in each square of an output, row-major, and how many squares there are down and across.
@@ -170,8 +177,8 @@ impl Course {
         let mut html = format!(
             "<h2>Seams</h2>\n<figure>{}<figcaption>The price of all seams, from {first} once everything was covered to \
              {last} after {refinements} refinements, {changes} of which changed something; dots are the pictures below\
-             </figcaption></figure>\n<p>What seams cost where: black is nothing, white the dearest seam once everything \
-             was covered.</p>\n<div class=\"steps\">\n",
+             </figcaption></figure>\n<p>What seams cost where: black is nothing, white what all but a fiftieth \
+             of them cost at most once everything was covered.</p>\n<div class=\"steps\">\n",
             self.curve()
         );
         for Step { refinement, energy, picture } in &self.steps {

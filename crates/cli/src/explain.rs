@@ -1,6 +1,9 @@
 //! A source map for eyes: the seams, where every part came from, and what of the exemplars was used.
 
-use selvedge_core::{Domain, Encoder, Error, Grid, Plane, Role, Samples, SourceMap};
+use selvedge_core::{Domain, Error, Grid, Plane, Role, Samples, SourceMap};
+
+use crate::eyes;
+use crate::failure::Failure;
 
 /// White between the panels.
 const GAP: u32 = 8;
@@ -29,9 +32,10 @@ type Rgb = [u8; 3];
 ///
 /// # Errors
 /// No memory for the panels.
-pub(crate) fn explain(map: &SourceMap<2>, picture: &Plane<2>) -> Result<Plane<2>, Error> {
-    let planes = std::slice::from_ref(picture);
-    let features = Encoder::fit(&[planes])?.encode(planes)?;
+pub(crate) fn explain(map: &SourceMap<2>, picture: &Plane<2>) -> Result<Plane<2>, Failure> {
+    let seen = eyes::eight(picture)?;
+    let Samples::U8(shown_as) = &seen.samples else { return Err(eyes::not_eight()) };
+    let colors = seen.color_channels();
     let sources = || map.table.sources().iter().map(|(_, domain)| domain.shape);
     let panels = Panels::new(map.domain().shape, sources());
     let shape = panels.shape.map(|side| u32::try_from(side).map_err(|_| Error::Allocation { bytes: side }));
@@ -39,7 +43,7 @@ pub(crate) fn explain(map: &SourceMap<2>, picture: &Plane<2>) -> Result<Plane<2>
     let mut canvas = Canvas(Grid::try_filled(Domain::open([height?, width?]), 3, 255)?);
     let [_, origins] = panels.pictures();
     for at in map.domain().positions() {
-        let shown = color_of(&features, at);
+        let shown = std::array::from_fn(|c| shown_as.get(c.min(colors - 1), at));
         let seam = (0..2).any(|axis| map.is_seam(at, axis));
         canvas.paint(at, [0, 0], if seam { seam_over(shown) } else { shown.map(|v| 48 + v / 4 * 3) });
         canvas.paint(at, origins, origin_color(map, at, shown, seam));
@@ -145,12 +149,6 @@ fn place_color(source: usize, [y, x]: [u32; 2], [height, width]: [u32; 2]) -> Rg
         let sum: u64 = CORNERS.iter().zip(weights).map(|(corner, w)| u64::from(corner[(c + source) % 3]) * w).sum();
         (sum >> 16) as u8
     })
-}
-
-/// The picture's colour; grey as three equal channels.
-fn color_of(features: &Grid<u8, 2>, at: [u32; 2]) -> Rgb {
-    let last = features.channels() - 1;
-    std::array::from_fn(|c| features.get(c.min(last), at))
 }
 
 #[cfg(test)]

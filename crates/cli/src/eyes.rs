@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use selvedge_core::{Bytes, Depth, Domain, Encoder, Grid, Plane, Samples};
+use selvedge_core::{Bytes, Depth, Domain, Encoder, Grid, Plane, Role, Samples, srgb_encode};
 use selvedge_io::{Association, Metadata};
 
 use crate::failure::Failure;
 
-/// The same picture in 8 bits. Floats are shown as `--explain` shows them, and as methods see them: light beyond white
-/// on a logarithmic curve, heights over their range.
+/// The same picture in 8 bits. Light of floats is shown as a screen shows it, with a shoulder towards white for what is
+/// beyond; heights and other floats over their range, as methods see them.
 ///
 /// # Errors
 /// No memory for it, or samples that are no numbers.
@@ -20,8 +20,7 @@ pub(crate) fn eight(plane: &Plane<2>) -> Result<Plane<2>, Failure> {
     // Light where alpha is 0 cannot be divided by it, and shows best as it is.
     let straight = selvedge_io::associate(plane, Association::Straight).map(|done| done.plane);
     let plane = &straight.unwrap_or_else(|_| plane.clone());
-    let planes = std::slice::from_ref(plane);
-    let colors = Encoder::fit(&[planes])?.encode(planes)?;
+    let colors = if plane.role == Role::Color { lit(plane)? } else { ranged(plane)? };
     let mut grid = Grid::try_filled(plane.domain(), plane.samples.channels(), 0_u8)?;
     for c in 0..colors.channels() {
         grid.plane_mut(c).copy_from_slice(colors.plane(c));
@@ -32,6 +31,43 @@ pub(crate) fn eight(plane: &Plane<2>) -> Result<Plane<2>, Failure> {
         grid.plane_mut(alpha).iter_mut().enumerate().for_each(|(i, to)| *to = of(i));
     }
     Ok(Plane { samples: Samples::U8(grid), association: Association::Straight, ..plane.clone() })
+}
+
+/// As methods see it.
+fn ranged(plane: &Plane<2>) -> Result<Grid<u8, 2>, Failure> {
+    let planes = std::slice::from_ref(plane);
+    Ok(Encoder::fit(&[planes])?.encode(planes)?)
+}
+
+/// Light as a screen shows it. What methods see spreads all light over the steps that there are: beside a sun, grass and
+/// sky would be one grey.
+fn lit(plane: &Plane<2>) -> Result<Grid<u8, 2>, Failure> {
+    let (n, colors) = (plane.domain().len(), plane.color_channels());
+    // The median of some thousand samples: a picture whose half is brighter than grey is one of large numbers.
+    let every = n.div_ceil(4096).max(1);
+    let mut some: Vec<f64> = (0..n).step_by(every).map(|i| plane.samples.value(colors / 2, i)).collect();
+    some.sort_unstable_by(f64::total_cmp);
+    let median = some.get(some.len() / 2).copied().unwrap_or_default();
+    let scale = if GREY < median { GREY / median } else { 1.0 };
+    let mut grid = Grid::try_filled(plane.domain(), colors, 0_u8)?;
+    for c in 0..colors {
+        let of = |i| (srgb_encode(shoulder(plane.samples.value(c, i) * scale)) * 255.0 + 0.5) as u8;
+        grid.plane_mut(c).iter_mut().enumerate().for_each(|(i, to)| *to = of(i));
+    }
+    Ok(grid)
+}
+
+/// Where light begins to be pressed together, and how bright half of a picture may be.
+const KNEE: f64 = 0.8;
+const GREY: f64 = 0.5;
+
+/// Light as it is up to the knee; beyond, with the same slope at first, towards 1.
+fn shoulder(light: f64) -> f64 {
+    if light <= KNEE {
+        return light.max(0.0);
+    }
+    let (beyond, room) = (light - KNEE, 1.0 - KNEE);
+    KNEE + room * beyond / (beyond + room)
 }
 
 /// Two by two copies of an output beside each other, in 8 bits; one along an axis that is open.
@@ -94,7 +130,8 @@ pub(crate) fn smaller(plane: &Plane<2>, longest: u32) -> Result<Plane<2>, Failur
     Ok(Plane { samples: Samples::U8(reduced(grid, longest)?), ..eight })
 }
 
-fn not_eight() -> Failure {
+/// What cannot be.
+pub(crate) fn not_eight() -> Failure {
     Failure::new(70, "a conversion to 8 bits gave something else").remedy("please report it")
 }
 
@@ -127,7 +164,6 @@ fn covered(i: u32, to: u32, from: u32) -> impl Iterator<Item = (u32, u64)> + Clo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::Role;
 
     #[test]
     fn large_pictures_are_reduced_to_means() {
@@ -150,6 +186,23 @@ mod tests {
             unreachable!()
         };
         assert!(seen.samples().windows(2).all(|two| two[0] < two[1]), "{:?}", seen.samples());
+    }
+
+    #[test]
+    fn light_looks_as_on_a_screen() {
+        let seen = |scale: f32| {
+            let mut light = [0.0_f32, 0.05, 0.2, 0.4, 0.7].map(|v| v * scale).repeat(100);
+            light.push(60_000.0 * scale);
+            let light = Grid::from_vec(Domain::open([1, 501]), 1, light).unwrap();
+            let Samples::U8(seen) = eight(&Plane::new(Role::Color, Samples::F32(light))).unwrap().samples else {
+                unreachable!()
+            };
+            seen.into_vec()
+        };
+        // A sun changes nothing, and large numbers are a matter of units.
+        assert_eq!(seen(1.0)[..5], [0.0, 0.05, 0.2, 0.4, 0.7].map(|v| (srgb_encode(v) * 255.0).round() as u8));
+        let large = seen(1000.0);
+        assert_eq!((large[2], large[0], large[500]), ((srgb_encode(0.5) * 255.0).round() as u8, 0, 255));
     }
 
     #[test]

@@ -66,7 +66,9 @@ fn the_report_shows_what_seams_cost_after_refinements() {
     };
     folder.run(&format!("{line} --size 70x60 --refine 0 -o b.png --map b.exr")).done();
     let (first, last) = (prices(&map(&folder, "b.exr").map), prices(&map(&folder, "a.exr").map));
-    let white = first.iter().copied().fold(0.0, f64::max);
+    let mut seams: Vec<f64> = first.iter().copied().filter(|price| 0.0 < *price).collect();
+    seams.sort_by(f64::total_cmp);
+    let white = seams[seams.len() * 49 / 50];
     for (prices, picture) in [(&first, &found[0].2), (&last, &found.last().unwrap().2)] {
         let tones: Vec<u8> = prices.iter().map(|p| (255.0 * (p / white).sqrt()).min(255.0) as u8).collect();
         assert_eq!(picture.samples(), tones);
