@@ -136,11 +136,12 @@ fn spliced(words: &[OsString], more: &[OsString]) -> Vec<OsString> {
 }
 
 /// What other programs call something that this one has under another name: nearest spellings would mislead.
-const HINTS: [(&str, &str); 7] = [
+const HINTS: [(&str, &str); 8] = [
     ("--seamless", "use --tile xy"),
     ("--overwrite", "files are replaced unless --no-clobber is given; leave it out"),
     ("--force", "files are replaced unless --no-clobber is given; leave it out"),
-    ("--inpaint", "use 'selvedge graphcut --over PICTURE --fixed MASK'"),
+    ("--inpaint", "use 'selvedge fill PICTURE --mask MASK'"),
+    ("--hole", "use --mask"),
     ("--block", "use --region, the size that patches are found for"),
     ("--region", "use --block, the side of the blocks"),
     ("--width", "use --size WxH"),
@@ -170,7 +171,9 @@ fn usage(error: &clap::Error) -> Failure {
     if let Some(hint) = hint(error) {
         return failure.remedy(hint);
     }
-    match (error.source().and_then(|e| e.downcast_ref::<Wrong>()), tips.first()) {
+    // What is no option is none of the values either.
+    let tip = tips.iter().find(|tip| !tip.starts_with("tip: to pass "));
+    match (error.source().and_then(|e| e.downcast_ref::<Wrong>()), tip) {
         (Some(wrong), _) => failure.remedy(&wrong.remedy),
         (None, Some(tip)) => failure.remedy(tip.trim_start_matches("tip: ")),
         (None, None) => failure.remedy("see --help"),
@@ -211,6 +214,7 @@ mod tests {
             failure("selvedge quilt a.png -o b.png --sise 12"),
             "unexpected argument '--sise' found; a similar argument exists: '--size'"
         );
+        assert_eq!(failure("selvedge quilt a.png --zzz"), "unexpected argument '--zzz' found; see --help");
         assert_eq!(failure("selvedge quilt a.png -o b.png --tolerance -1"), "understood", "the method knows its range");
         assert!(failure("selvedge quilt a.png").contains("--output <OUT>"));
     }
