@@ -39,8 +39,8 @@ fn ranged(plane: &Plane<2>) -> Result<Grid<u8, 2>, Failure> {
     Ok(Encoder::fit(&[planes])?.encode(planes)?)
 }
 
-/// Light as a screen shows it. What methods see spreads all light over the steps that there are: beside a sun, grass and
-/// sky would be one grey.
+/// Light as a screen shows it. What methods see spreads all light over the steps that there are: beside a sun, grass
+/// and sky would be one grey.
 fn lit(plane: &Plane<2>) -> Result<Grid<u8, 2>, Failure> {
     let (n, colors) = (plane.domain().len(), plane.color_channels());
     // The median of some thousand samples: a picture whose half is brighter than grey is one of large numbers.

@@ -1,4 +1,5 @@
-//! Lists of files with commas: `--mask a.png,b.png` is `--mask a.png --mask b.png`, unless there is a file of that name.
+//! Lists of files with commas: `--mask a.png,b.png` is `--mask a.png --mask b.png`, unless there is a file of that
+//! name.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;

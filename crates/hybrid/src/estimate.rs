@@ -12,9 +12,9 @@ const A_CANDIDATE: u64 = 40;
 const AN_ERROR: u64 = 8;
 /// Bytes that tell of a place how much of a mask lies before it, twice.
 const A_MASK: u64 = 8;
-/// Bytes for each sample of the largest exemplar while its structures are measured for the automatic block. Colours weigh
-/// as the eye has them, so that large exemplars are transformed in blocks, whose spectra are kept: from 360^2 to 512^2 px
-/// some 630 are seen, of 720^2 and 1000^2 some 1130.
+/// Bytes for each sample of the largest exemplar while its structures are measured for the automatic block. Colours
+/// weigh as the eye has them, so that large exemplars are transformed in blocks, whose spectra are kept: from 360^2 to
+/// 512^2 px some 630 are seen, of 720^2 and 1000^2 some 1130.
 const A_MEASURED: [u64; 2] = [640, 1160];
 /// Larger exemplars have the second; of what is beyond the last only that many samples are looked at.
 const LARGE: [u64; 2] = [1 << 18, 1 << 20];

@@ -1,5 +1,5 @@
-//! Channels that were chosen by their numbers, such as those beside colour and alpha. The decoder gives no others of an RGB
-//! picture, so it is shown all as channels that are nothing in particular.
+//! Channels that were chosen by their numbers, such as those beside colour and alpha. The decoder gives no others of
+//! an RGB picture, so it is shown all as channels that are nothing in particular.
 
 use selvedge_core::{Association, Samples};
 

@@ -1,5 +1,5 @@
-//! Compression: ZSTD is unpacked before the decoder sees the file, since it could do so only with a library in C, and LZW,
-//! since it wants an end that some writers leave out. What nobody here can unpack is named.
+//! Compression: ZSTD is unpacked before the decoder sees the file, since it could do so only with a library in C, and
+//! LZW, since it wants an end that some writers leave out. What nobody here can unpack is named.
 
 use std::io::Read;
 
