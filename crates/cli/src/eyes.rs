@@ -127,7 +127,7 @@ pub(crate) fn smaller(plane: &Plane<2>, longest: u32) -> Result<Plane<2>, Failur
     if grid.domain().shape.iter().all(|&side| side <= longest) {
         return Ok(eight);
     }
-    Ok(Plane { samples: Samples::U8(reduced(grid, longest)?), ..eight })
+    Ok(Plane { samples: Samples::U8(grid.reduced(longest)?), ..eight })
 }
 
 /// What cannot be.
@@ -135,49 +135,9 @@ pub(crate) fn not_eight() -> Failure {
     Failure::new(70, "a conversion to 8 bits gave something else").remedy("please report it")
 }
 
-/// A picture whose longest side becomes this: each sample is the mean of what it covers.
-fn reduced(grid: &Grid<u8, 2>, longest: u32) -> Result<Grid<u8, 2>, Failure> {
-    let from = grid.domain().shape;
-    let side = u64::from(from[0].max(from[1]));
-    let to = from.map(|s| ((u64::from(s) * u64::from(longest) / side) as u32).max(1));
-    let covers = [0, 1].map(|axis| (0..to[axis]).map(|i| covered(i, to[axis], from[axis])).collect::<Vec<_>>());
-    let mut out = Grid::try_filled(Domain::open(to), grid.channels(), 0_u8)?;
-    let whole = u64::from(from[0]) * u64::from(from[1]);
-    for c in 0..grid.channels() {
-        for [y, x] in out.domain().positions() {
-            let row =
-                |j: u32| covers[1][x as usize].clone().map(|(i, w)| w * u64::from(grid.get(c, [j, i]))).sum::<u64>();
-            let sum: u64 = covers[0][y as usize].clone().map(|(j, w)| w * row(j)).sum();
-            out.set(c, [y, x], ((sum + whole / 2) / whole) as u8);
-        }
-    }
-    Ok(out)
-}
-
-/// What the sample `i` of `to` covers of `from`, and how much of each in parts of which a whole one has `to`.
-fn covered(i: u32, to: u32, from: u32) -> impl Iterator<Item = (u32, u64)> + Clone {
-    let [i, to, from] = [i, to, from].map(u64::from);
-    let (begin, end) = (i * from, (i + 1) * from);
-    (begin / to..end.div_ceil(to)).map(move |j| (j as u32, ((j + 1) * to).min(end) - (j * to).max(begin)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn large_pictures_are_reduced_to_means() {
-        let samples = (0..7 * 5).map(|i| i as u8 * 7).collect();
-        let grid = Grid::from_vec(Domain::open([5, 7]), 1, samples).unwrap();
-        let small = reduced(&grid, 3).unwrap();
-        assert_eq!(small.domain().shape, [2, 3]);
-        // Seven samples are three: the first has two and a third of them across, and of five down two and a half.
-        let rows = [0, 1, 2].map(|y| f64::from(7 * 7 * y) * (7.0 / 3.0) + 7.0 * (1.0 + 2.0 / 3.0));
-        let mean = (rows[0] + rows[1] + rows[2] / 2.0) / (2.5 * 7.0 / 3.0);
-        assert_eq!(small.samples()[0], mean.round() as u8);
-        let one = reduced(&grid, 1).unwrap();
-        assert_eq!((one.domain().shape, one.samples()[0]), ([1, 1], 119));
-    }
 
     #[test]
     fn light_beyond_white_keeps_its_differences() {

@@ -21,8 +21,10 @@ use crate::page;
 use crate::planes::{Ready, roles_typed};
 use crate::report::{Done, Report};
 use crate::session::Session;
+use crate::sheet;
 use crate::size::Tile;
 use crate::stdio::STREAM;
+use crate::thumbnail::Thumbnail;
 use crate::used::Used;
 use crate::weaving::{Weaving, Written};
 use crate::with::without_planes;
@@ -63,6 +65,8 @@ pub(crate) struct Outcome {
     pub(crate) course: Option<Course>,
     /// Another command that makes the same.
     pub(crate) made_by: Option<MadeBy>,
+    /// What else was made and not kept, for `--explain` and the page.
+    pub(crate) tried: Vec<Thumbnail>,
 }
 
 /// A command that makes what another one answered with.
@@ -75,7 +79,7 @@ pub(crate) struct MadeBy {
 impl Outcome {
     /// Of a method that stood at the beginning of nothing, and tells no course.
     pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
-        Self { woven, complete, stats, how, kept: None, course: None, made_by: None }
+        Self { woven, complete, stats, how, kept: None, course: None, made_by: None, tried: Vec::new() }
     }
 }
 
@@ -177,7 +181,7 @@ impl Loom<'_> {
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, kept, complete, course, how, .. } = outcome;
+        let Outcome { woven, kept, complete, course, how, tried, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
@@ -208,12 +212,17 @@ impl Loom<'_> {
         let shown = provenance.as_ref().filter(|_| explains);
         let shown = shown
             .map(|made| {
-                Ok::<_, Failure>((made.command.clone(), explain(woven.as_map().ok_or_else(averaged)?, &plane)?))
+                let explained = explain(woven.as_map().ok_or_else(averaged)?, &plane)?;
+                Ok::<_, Failure>((made.command.clone(), explained))
             })
             .transpose()?;
         if let (Some(path), Some((_, explained))) = (&self.written.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, explained, &metadata)?;
+            let format = outputs::format(path, None, None)?;
+            match sheet::below(explained, &tried)? {
+                Some(both) => outputs.picture(path, format, &both, &metadata)?,
+                None => outputs.picture(path, format, explained, &metadata)?,
+            }
         }
         if let (Some(path), true) = (&self.written.preview, complete) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
@@ -226,7 +235,8 @@ impl Loom<'_> {
         }
         self.report.stage("encode");
         if let (Some(folder), Some((command, explained))) = (&self.written.report, &shown) {
-            let page = self.page((command, &how), &outputs, &[&plane, explained], course.as_ref())?;
+            let course = course.as_ref().map_or(Ok(String::new()), Course::html)? + &page::gallery("Tried", &tried)?;
+            let page = self.page((command, &how), &outputs, &[&plane, explained], &course)?;
             outputs.bytes(&page::file(folder), page.into_bytes());
         }
         Ok(outputs)
@@ -238,7 +248,7 @@ impl Loom<'_> {
         (command, how): (&str, &str),
         outputs: &Outputs,
         [picture, explained]: &[&Plane<2>; 2],
-        course: Option<&Course>,
+        course: &str,
     ) -> Result<String, Failure> {
         let threads = rayon::current_num_threads();
         let mut run = self.report.json(&[self.session.global.seed()], threads, false);
@@ -251,15 +261,14 @@ impl Loom<'_> {
             .collect::<serde_json::Map<_, _>>()
             .into();
         let what = "Seams; the places that each part came from; the exemplars in the colours of those places";
-        if let (Some(_), Some(stats)) = (course, run["stats"].as_object_mut()) {
+        if let (false, Some(stats)) = (course.is_empty(), run["stats"].as_object_mut()) {
             // Drawn, not listed.
-            stats.remove("energy");
+            stats.retain(|name, _| !matches!(name.as_str(), "energy" | "candidates"));
         }
-        let course = course.map_or(Ok(String::new()), Course::html)?;
         let names: Vec<String> = self.loaded.paths.iter().map(|path| format!("Exemplar {}", shown(path))).collect();
         let mut pictures = vec![("The output", *picture), (what, *explained)];
         pictures.extend(names.iter().map(String::as_str).zip(&self.loaded.payload));
-        page::page(&run, command, &pictures, &(page::swatches(&LEGEND) + &course))
+        page::page(&run, command, &pictures, &(page::swatches(&LEGEND) + course))
     }
 
     /// How the picture was made: nothing that differs between equal runs.

@@ -38,6 +38,7 @@ mod sheet;
 mod size;
 mod stdio;
 mod steps;
+mod thumbnail;
 mod turns;
 mod typed;
 mod used;

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use crate::eyes;
 use crate::failure::Failure;
+use crate::thumbnail::Thumbnail;
 
 /// The page's name in its folder.
 const NAME: &str = "index.html";
@@ -26,7 +27,7 @@ th,td{text-align:left;vertical-align:top;padding:.1rem 1rem .1rem 0}td{font-fami
 overflow-wrap:anywhere}pre{white-space:pre-wrap;background:#eee;padding:.5rem}\
 .legend{list-style:none;padding:0;display:flex;flex-wrap:wrap;gap:0 1.5rem}\
 .legend svg{width:1em;height:1em;margin-right:.4em;vertical-align:-.1em}figure svg{width:100%;height:12rem;background:#fff;border:1px solid #ccc}polyline{fill:none;stroke:#b33}circle{fill:#b33}\
-.steps{display:grid;grid-template-columns:repeat(auto-fill,minmax(13rem,1fr));gap:0 1rem}.steps img{width:100%}";
+.steps{display:grid;grid-template-columns:repeat(auto-fill,minmax(13rem,1fr));gap:0 1rem}.steps img{width:100%}.steps figcaption{white-space:pre-line}";
 
 /// The file that a folder of `--report` gets, or, while there is no such folder, the folder: what has to be writable.
 pub(crate) fn checked(folder: &Path) -> PathBuf {
@@ -104,6 +105,15 @@ pub(crate) fn figure(plane: &Plane<2>, shows: &str, caption: &str) -> Result<Str
     let (shows, caption, data) = (escaped(shows), escaped(caption), base64(&preview(plane)?));
     let image = format!("<img alt=\"{shows}\" src=\"data:image/png;base64,{data}\">");
     Ok(format!("<figure>{image}<figcaption>{caption}</figcaption></figure>\n"))
+}
+
+/// Small pictures beside each other under a heading, each with its caption; nothing if there are none.
+pub(crate) fn gallery(heading: &str, all: &[Thumbnail]) -> Result<String, Failure> {
+    if all.is_empty() {
+        return Ok(String::new());
+    }
+    let figures: Vec<String> = all.iter().map(|t| figure(&t.picture, heading, &t.caption)).collect::<Result<_, _>>()?;
+    Ok(format!("<h2>{}</h2>\n<div class=\"steps\">\n{}</div>\n", escaped(heading), figures.concat()))
 }
 
 /// A value as a table of its parts, or as text.

@@ -4,6 +4,7 @@ use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
 use crate::eyes;
 use crate::failure::Failure;
+use crate::thumbnail::Thumbnail;
 
 /// Samples a side of the pictures in a sheet; larger ones are reduced.
 const LARGEST: u32 = 384;
@@ -65,6 +66,28 @@ pub(crate) fn sheet(cells: &[Cell]) -> Result<Plane<2>, Failure> {
         write(&mut paper, [corner[0] + side(0) + MARGIN / 2, corner[1]], &label.to_string());
     }
     Ok(Plane::new(Role::Color, Samples::U8(paper)))
+}
+
+/// A picture with a sheet of what else was made below it, numbered from 1; nothing if nothing else was made.
+///
+/// # Errors
+/// No memory for it.
+pub(crate) fn below(picture: &Plane<2>, tried: &[Thumbnail]) -> Result<Option<Plane<2>>, Failure> {
+    if tried.is_empty() {
+        return Ok(None);
+    }
+    let cells = (1..).zip(tried).map(|(n, t)| Ok((cell(&t.picture)?, n)));
+    let below = sheet(&cells.collect::<Result<Vec<Cell>, Failure>>()?)?;
+    let [above, below] = [picture, &below].map(|plane| eyes::on_white(plane, u32::MAX));
+    let [above, below] = [above?, below?];
+    let [a, b] = [above.domain().shape, below.domain().shape];
+    let mut both = Grid::try_filled(Domain::open([a[0] + b[0], a[1].max(b[1])]), 3, 255_u8)?;
+    for (grid, top) in [(&above, 0), (&below, a[0])] {
+        for [y, x] in grid.domain().positions() {
+            (0..3).for_each(|c| both.set(c, [top + y, x], grid.get(c, [y, x])));
+        }
+    }
+    Ok(Some(Plane::new(Role::Color, Samples::U8(both))))
 }
 
 /// From one digit to the next.

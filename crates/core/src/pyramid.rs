@@ -45,6 +45,40 @@ pub(crate) fn mean<const D: usize>(grid: &Grid<u8, D>, coarse: Domain<D>) -> Res
     Ok(out)
 }
 
+impl Grid<u8, 2> {
+    /// A picture whose longest side becomes `longest`, for eyes: each sample is the mean of what it covers, to the
+    /// nearest. The answer is open; one that is no larger is the same.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn reduced(&self, longest: u32) -> Result<Self, Error> {
+        let from = self.domain().shape;
+        let side = from[0].max(from[1]);
+        let longest = longest.clamp(1, side.max(1));
+        let to = from.map(|s| ((u64::from(s) * u64::from(longest) / u64::from(side.max(1))) as u32).max(s.min(1)));
+        let covers = [0, 1].map(|axis| (0..to[axis]).map(|i| covered(i, to[axis], from[axis])).collect::<Vec<_>>());
+        let mut out = Self::try_filled(Domain::open(to), self.channels(), 0_u8)?;
+        let whole = u64::from(from[0]) * u64::from(from[1]);
+        for c in 0..self.channels() {
+            for [y, x] in out.domain().positions() {
+                let row = |j: u32| {
+                    covers[1][x as usize].clone().map(|(i, w)| w * u64::from(self.get(c, [j, i]))).sum::<u64>()
+                };
+                let sum: u64 = covers[0][y as usize].clone().map(|(j, w)| w * row(j)).sum();
+                out.set(c, [y, x], ((sum + whole / 2) / whole) as u8);
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// What the sample `i` of `to` covers of `from`, and how much of each in parts of which a whole one has `to`.
+fn covered(i: u32, to: u32, from: u32) -> impl Iterator<Item = (u32, u64)> + Clone {
+    let [i, to, from] = [i, to, from].map(u64::from);
+    let (begin, end) = (i * from, (i + 1) * from);
+    (begin / to..end.div_ceil(to)).map(move |j| (j as u32, ((j + 1) * to).min(end) - (j * to).max(begin)))
+}
+
 /// True where all samples that a coarser one stands for are.
 pub(crate) fn all<const D: usize>(mask: &Grid<bool, D>, coarse: Domain<D>) -> Result<Grid<bool, D>, Error> {
     let mut out = Grid::try_filled(coarse, 1, false)?;
@@ -147,6 +181,20 @@ mod tests {
             }
         };
         Exemplars::from_sources(vec![source(0), source(1), source(2)], vec![1, 2]).unwrap()
+    }
+
+    #[test]
+    fn large_pictures_are_reduced_to_means() {
+        let samples = (0..7 * 5).map(|i| i as u8 * 7).collect();
+        let grid = Grid::from_vec(Domain::open([5, 7]), 1, samples).unwrap();
+        let small = grid.reduced(3).unwrap();
+        assert_eq!(small.domain().shape, [2, 3]);
+        // Seven samples are three: the first has two and a third of them across, and of five down two and a half.
+        let rows = [0, 1, 2].map(|y| f64::from(7 * 7 * y) * (7.0 / 3.0) + 7.0 * (1.0 + 2.0 / 3.0));
+        let mean = (rows[0] + rows[1] + rows[2] / 2.0) / (2.5 * 7.0 / 3.0);
+        assert_eq!(small.samples()[0], mean.round() as u8);
+        let one = grid.reduced(1).unwrap();
+        assert_eq!((one.domain().shape, one.samples()[0]), ([1, 1], 119));
     }
 
     /// The block of a coarse sample, by its definition.

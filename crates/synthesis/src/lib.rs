@@ -58,7 +58,12 @@ pub struct Trial {
     pub draft: bool,
     /// Its columns and preference; `None` where nothing was compared.
     pub scored: Option<(Columns, f64)>,
+    /// What it shows, in features, reduced to at most [`SEEN`] a side; `None` where nothing was compared.
+    pub picture: Option<Grid<u8, 2>>,
 }
+
+/// Samples a side of [`Trial::picture`] at most: what is told apart beside others on a sheet.
+pub const SEEN: u32 = 192;
 
 /// What was tried.
 #[derive(Clone, Debug, PartialEq)]
@@ -180,12 +185,15 @@ impl Bench<'_> {
             let woven = candidate.weave(exemplars, self.output, &Run { seed, observer: &quiet, ..*self.run })?;
             let scored = match &self.judge {
                 Some(judge) if woven.complete => {
-                    let columns = judge.columns(&shown(exemplars, &woven.result)?, Some(&woven.result))?;
-                    Some((columns, preference(&columns)))
+                    let shown = shown(exemplars, &woven.result)?;
+                    let columns = judge.columns(&shown, Some(&woven.result))?;
+                    Some(((columns, preference(&columns)), shown.reduced(SEEN)?))
                 }
                 _ => None,
             };
-            Ok((candidate.method(), seed, woven, scored))
+            let (scored, picture) = scored.unzip();
+            let tried = Trial { method: candidate.method(), used: woven.stats, seed, draft: false, scored, picture };
+            Ok((tried, woven.result, woven.complete))
         });
         self.done += some.len() as u64;
         self.run.observer.event(&Event::step("synthesize", self.done, self.of));
@@ -194,20 +202,22 @@ impl Bench<'_> {
 }
 
 /// Bytes that [`synthesize`] needs at most, on `threads` threads: what their candidates and comparisons hold at once,
-/// and the best map.
-pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, threads: usize) -> u64 {
+/// the best map, and what each candidate shows.
+pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options, threads: usize) -> u64 {
     let len = |d: &Domain<2>| d.shape.iter().fold(1_u64, |n, &side| n.saturating_mul(u64::from(side)));
     // Any region and any reach that a candidate may have.
     let entire = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output);
     let side = exemplars.iter().map(|d| d.shape[0].min(d.shape[1])).max().unwrap_or(1) * 3 / 8;
     let (region, reach) = (Some([side.max(1); 2]), Some([side.max(1); 2]));
-    let options = selvedge_graphcut_textures::Options { region, reach, ..Default::default() };
-    let between = Graphcut(options).memory(exemplars, channels, output);
+    let between = selvedge_graphcut_textures::Options { region, reach, ..Default::default() };
+    let between = Graphcut(between).memory(exemplars, channels, output);
     let sources = exemplars.iter().map(len).fold(0, u64::saturating_add);
     // Features, half and quarter sizes, words, running answers: what the measures hold.
     let scoring = len(&output).saturating_mul(12 + 4 * channels as u64) + sources.saturating_mul(40);
     let each = entire.max(between).saturating_add(scoring).saturating_add(len(&output).saturating_mul(8));
-    each.saturating_mul(threads.max(1) as u64)
+    let small = Domain::open(output.shape.map(|side| side.min(SEEN)));
+    let pictures = len(&small) * channels as u64 * options.steps().map_or(0, |[a, b]| (a + b) as u64);
+    each.saturating_mul(threads.max(1) as u64).saturating_add(pictures)
 }
 
 /// The features that a map shows.
@@ -225,8 +235,8 @@ fn shown(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Grid<u8, 2>, Er
     Ok(Grid::from_vec(map.domain(), channels, samples)?)
 }
 
-/// What one candidate came to.
-type Made = Result<(&'static str, Seed, Woven<SourceMap<2>, Used>, Option<(Columns, f64)>), Error>;
+/// What one candidate came to: how, the map, and whether it is whole.
+type Made = Result<(Trial, SourceMap<2>, bool), Error>;
 
 /// The best so far.
 #[derive(Default)]
@@ -239,7 +249,7 @@ struct Best {
 impl Best {
     /// Keeps one that is preferred, or finished, or more complete; of equals the first. Answers with its preference.
     fn take(&mut self, made: Made, draft: bool) -> Result<Option<f64>, Error> {
-        let (method, seed, woven, scored) = match made {
+        let (tried, map, complete) = match made {
             Ok(made) => made,
             Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {
                 self.refused.get_or_insert(e);
@@ -247,15 +257,15 @@ impl Best {
             }
             Err(e) => return Err(e),
         };
-        let preference = scored.map(|(_, preference)| preference);
-        let is_better = self.kept.as_ref().is_none_or(|(kept, _, complete)| {
+        let preference = tried.scored.map(|(_, preference)| preference);
+        let is_better = self.kept.as_ref().is_none_or(|(kept, _, whole)| {
             let kept = &self.tried[*kept];
-            (*complete, !kept.draft, kept.scored.map(|(_, p)| p)) < (woven.complete, !draft, preference)
+            (*whole, !kept.draft, kept.scored.map(|(_, p)| p)) < (complete, !draft, preference)
         });
         if is_better {
-            self.kept = Some((self.tried.len(), woven.result, woven.complete));
+            self.kept = Some((self.tried.len(), map, complete));
         }
-        self.tried.push(Trial { method, used: woven.stats, seed, draft, scored });
+        self.tried.push(Trial { draft, ..tried });
         Ok(preference)
     }
 

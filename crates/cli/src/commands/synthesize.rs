@@ -1,7 +1,7 @@
 //! `selvedge synthesize`: the best of several candidates, without knobs.
 
 use clap::Args;
-use selvedge_core::{Bytes, Domain};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Samples};
 use selvedge_metrics::Columns;
 use selvedge_synthesis::{Options, Stats, Trial, estimate, synthesize};
 use serde_json::{Value, json};
@@ -10,6 +10,7 @@ use crate::failure::{Failure, n};
 use crate::loom::{Loom, MadeBy, Outcome};
 use crate::method::{Method, Planned};
 use crate::setup::{OutputSize, Setup};
+use crate::thumbnail::Thumbnail;
 use crate::used::Used;
 use crate::weaving::{Sizing, Weaving};
 
@@ -34,7 +35,8 @@ impl Method for Synthesize {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        Bytes(estimate(sources, channels, output, rayon::current_num_threads()))
+        let options = Options { effort: self.effort };
+        Bytes(estimate(sources, channels, output, &options, rayon::current_num_threads()))
     }
 
     fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
@@ -55,7 +57,12 @@ impl Method for Synthesize {
             });
             let made_by = MadeBy { command: kept.method, seed: kept.seed.0, options: used(loom, kept) };
             let how = how_kept(stats);
-            Ok(Outcome { made_by: Some(made_by), ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
+            let tried = stats.tried.iter().enumerate().filter_map(|(i, t)| told(i, t, i == stats.kept)).collect();
+            Ok(Outcome {
+                made_by: Some(made_by),
+                tried,
+                ..Outcome::new(Box::new(woven.result), woven.complete, counts, how)
+            })
         }))
     }
 }
@@ -88,6 +95,25 @@ fn candidate(tried: &Trial) -> Value {
         "preference": tried.scored.map(|(_, preference)| preference),
         "columns": columns,
     })
+}
+
+/// A candidate for the page: what it shows, how it was made, and its columns.
+fn told(number: usize, tried: &Trial, is_kept: bool) -> Option<Thumbnail> {
+    let ((columns, preference), picture) = (tried.scored?, tried.picture.as_ref()?);
+    let colors = if picture.channels() < 3 { 1 } else { 3 };
+    let samples = picture.samples()[..colors * picture.domain().len()].to_vec();
+    let picture = Plane::new(Role::Color, Samples::U8(Grid::from_vec(picture.domain(), colors, samples).ok()?));
+    let kept = if is_kept { ", kept" } else { "" };
+    let draft = if tried.draft { "draft by" } else { "by" };
+    let options = tried.used.iter().map(|(name, text)| format!(" --{name} {text}")).collect::<String>();
+    let columns = columns.named().into_iter().map(|(name, value)| format!("\n{name} {value:.3}")).collect::<String>();
+    let caption = format!(
+        "{}{kept}: preference {preference:.2}, {draft} {}{options} --seed {}\n{columns}",
+        number + 1,
+        tried.method,
+        tried.seed.0
+    );
+    Some(Thumbnail { picture, caption })
 }
 
 /// What was taken and why, in a line.

@@ -31,3 +31,17 @@ fn all_candidates_are_told_and_one_run_scores_nothing() {
     assert!(one.stderr.contains("by graphcut") && !one.stderr.contains("the best of"), "{}", one.stderr);
     folder.run("synthesize @/weave.png -o b.png --effort 0").refused(2, &["0"]);
 }
+
+#[test]
+fn candidates_stand_on_the_page_and_below_the_explanation() {
+    let folder = Folder::new("synthesize-page");
+    folder.run("synthesize @/weave.png -o a.png --size 64 --explain a-e.png --report a").done();
+    folder.run("synthesize @/weave.png -o b.png --size 64 --explain b-e.png --report b --effort 1").done();
+    let page = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
+    // Three drafts, one finished.
+    let [a, b] = ["a/index.html", "b/index.html"].map(page);
+    assert_eq!([&a, &b].map(|page| page.matches("preference ").count()), [4, 0]);
+    assert_eq!(a.matches(", kept: preference").count(), 1);
+    let height = |name: &str| u32::from_be_bytes(std::fs::read(folder.path(name)).unwrap()[20..24].try_into().unwrap());
+    assert!(height("b-e.png") + 64 < height("a-e.png"));
+}

@@ -1,0 +1,10 @@
+//! What else was made and not kept.
+
+use selvedge_core::Plane;
+
+/// One of several that were made.
+pub(crate) struct Thumbnail {
+    pub(crate) picture: Plane<2>,
+    /// How it was made, and what it is worth.
+    pub(crate) caption: String,
+}
