@@ -14,6 +14,16 @@ const LIKE: i64 = 200;
 /// A translation of so many thousandths of the strongest may be chosen for its shortness: twice a period is as like as
 /// the period, up to noise. Chosen on the textures by which [kinds](crate::Kind) are told apart.
 const SHORT: u64 = 750;
+/// How far a straight way may be from an axis: one sample in so many of its length.
+const STRAIGHT: u32 = 30;
+/// By how many thousandths likeness rises again on a straight way: lines along it are alike at any length.
+const RISE: i64 = 250;
+/// What is longer than half of the picture, and so is seen once and by little of it, is at least so alike: cobbles in
+/// no order have a peak of 390 there.
+const FAR: i64 = 600;
+/// A straight way is one and not half of one if twice as far is hardly more alike: at least so many thousandths of
+/// that. The courses of a running bond are alike at each, and more so at each second.
+const HALF: i64 = 900;
 
 /// Two translations under which a texture comes again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +31,8 @@ pub struct Lattice {
     /// Down and across, in samples; the first component that is not 0 is positive. The shorter comes first.
     pub vectors: [[i32; 2]; 2],
     /// Along each axis (0 down, 1 across) the shortest way after which it comes again: so many samples, and how often
-    /// it comes again on them, for that way need not be whole. Where none is shorter than eight of the longer vector,
-    /// none.
+    /// it comes again on them, for that way need not be whole. Where that is not seen within four fifths of the
+    /// picture, nor one of more than half of it is a vector, or the sum or difference of both, none.
     pub along: [Option<(u32, u32)>; 2],
     /// How clearly it comes again, in thousandths, up to 2000: by how much the likeness under the weaker translation
     /// rises above the least on the straight way there. Unrelated textures stay below 350.
@@ -51,7 +61,13 @@ impl Lattice {
         let Some((a, b)) = pair(&peaks) else { return Ok(None) };
         let scaled = |p: Peak| p.vector.map(|v| v * picture.side as i32);
         let vectors = [scaled(a), scaled(b)];
-        let along = [0, 1].map(|axis| along(vectors, axis).map(|n| (n, 1)));
+        let mut along = [None; 2];
+        for (axis, to) in along.iter_mut().enumerate() {
+            let way = Straight::of(strengths, axis, shape[axis] * 4 / 5)?.way(shape[axis]);
+            // What is seen twice has a peak; of what is longer too little overlaps.
+            let longer = || combined([a.vector, b.vector], axis).filter(|(cells, _)| shape[axis] < 2 * cells);
+            *to = way.or_else(longer).map(|(cells, times)| (cells * picture.side, times));
+        }
         Ok(Some(Self { vectors, along, strength: second.score as u32 }))
     }
 
@@ -71,19 +87,18 @@ impl Lattice {
             near.filter_map(|v| Some((at(v)?, std::cmp::Reverse(length([v[0] - vector[0], v[1] - vector[1]])), v)))
                 .max()
         };
-        let near = if side == 1 { 0 } else { side as i32 };
-        let vectors = self.vectors.map(|v| best(v, [near; 2]).map_or(v, |(_, _, v)| v));
+        let vectors = self.vectors.map(|v| best(v, [side as i32; 2]).map_or(v, |(_, _, v)| v));
         let often = |axis: usize| {
-            let once = along(vectors, axis)?;
-            // The farther, the more exact; each time may add half a sample.
-            let far = (1..=8).rev().find_map(|times: u32| {
-                let mut vector = [0; 2];
-                vector[axis] = (once * times) as i32;
-                let mut off = [2; 2];
-                off[axis] = times as i32 / 2;
-                best(vector, off).filter(|&(s, ..)| LIKE <= s).map(|(_, _, v)| (v[axis] as u32, times))
+            let (samples, times) = self.along[axis]?;
+            // The farther, the more exact.
+            let far = (1..=times).rev().find_map(|n| {
+                let (mut vector, mut off) = ([0; 2], [0; 2]);
+                vector[axis] = (samples * n / times) as i32;
+                off[axis] = side as i32;
+                off[1 - axis] = vector[axis] / STRAIGHT as i32;
+                best(vector, off).filter(|&(s, ..)| LIKE <= s).map(|(_, _, v)| (v[axis] as u32, n))
             });
-            far.or(Some((once, 1)))
+            far.or(self.along[axis])
         };
         Self { vectors, along: [0, 1].map(often), ..self }
     }
@@ -113,12 +128,64 @@ impl Lattice {
     }
 }
 
-/// The shortest way along an axis after which a lattice comes again, exactly or by less than a thirtieth of that way.
-fn along([a, b]: [[i32; 2]; 2], axis: usize) -> Option<u32> {
-    let steps = || -8..=8;
-    let ways = steps().flat_map(|i| steps().map(move |j| [0, 1].map(|axis| i * a[axis] + j * b[axis])));
-    let straight = |v: &[i32; 2]| 0 < v[axis] && v[1 - axis].abs() * 30 <= v[axis];
-    ways.filter(straight).map(|v| v[axis] as u32).min()
+/// The shortest way along an axis that is a vector, or two: more of them add up what each is off by.
+fn combined([a, b]: [[i32; 2]; 2], axis: usize) -> Option<(u32, u32)> {
+    let ways = [a, b, [a[0] + b[0], a[1] + b[1]], [a[0] - b[0], a[1] - b[1]]];
+    let ways = ways.into_iter().map(|v| if v[axis] < 0 { v.map(|n| -n) } else { v });
+    let straight = |v: &[i32; 2]| 0 < v[axis] && v[1 - axis].abs() * STRAIGHT as i32 <= v[axis];
+    ways.filter(straight).map(|v| (v[axis] as u32, 1)).min()
+}
+
+/// How alike a texture is to itself along an axis, by length: the best of what is straight enough.
+struct Straight(Vec<i64>);
+
+impl Straight {
+    fn of(strengths: &Strengths<2>, axis: usize, most: u32) -> Result<Self, Error> {
+        let best = |length: u32| {
+            let aside = (length / STRAIGHT).max(1) as i32;
+            let at = |by: i32| {
+                let mut vector = [by; 2];
+                vector[axis] = length as i32;
+                strengths.at(vector)
+            };
+            (-aside..=aside).filter_map(at).max().unwrap_or(0)
+        };
+        Ok(Self(collected((0..=most).map(best))?))
+    }
+
+    fn at(&self, length: u32) -> i64 {
+        self.0.get(length as usize).copied().unwrap_or(0)
+    }
+
+    /// The likest length within one of `length`, if it is alike at all and likelier than those beside it.
+    fn near(&self, length: u32) -> Option<u32> {
+        let best = (length.saturating_sub(1)..=length + 1).max_by_key(|&n| (self.at(n), std::cmp::Reverse(n)))?;
+        let is_inside = (best as usize) + 1 < self.0.len();
+        (is_inside && LIKE <= self.at(best) && self.at(best - 1) < self.at(best) && self.at(best + 1) <= self.at(best))
+            .then_some(best)
+    }
+
+    /// The shortest length after which it comes again, and how often it does on the farthest multiple that is seen.
+    fn way(&self, side: u32) -> Option<(u32, u32)> {
+        let lengths = 4..self.0.len() as u32;
+        let rises = |&n: &u32| {
+            let by = self.at(n) - self.0[..n as usize].iter().min().copied().unwrap_or(0);
+            RISE <= by && (2 * n <= side || FAR <= self.at(n))
+        };
+        let peaks = || lengths.clone().filter(|&n| self.near(n) == Some(n)).filter(rises);
+        let most = peaks().map(|n| self.at(n)).max()?;
+        let is_whole = |&n: &u32| {
+            let twice = (2 * n - 1..=2 * n + 1).map(|n| self.at(n)).max().unwrap_or(0);
+            most * SHORT as i64 <= self.at(n) * 1000 && twice * HALF <= self.at(n) * 1000
+        };
+        let once = peaks().find(is_whole)?;
+        let mut far = (once, 1);
+        for times in 2..=lengths.end / once {
+            let (samples, so_far) = far;
+            far = self.near((2 * samples * times + so_far) / (2 * so_far)).map_or(far, |n| (n, times));
+        }
+        Some(far)
+    }
 }
 
 /// The first peak, and the first that goes another way.
@@ -155,9 +222,10 @@ mod tests {
 
     #[test]
     fn a_way_along_an_axis_is_straight_to_a_thirtieth() {
-        assert_eq!(along([[30, 1], [0, 77]], 0), Some(30));
-        assert_eq!(along([[29, 1], [0, 77]], 0), None, "all multiples lean as much");
-        assert_eq!(along([[29, 1], [0, 2]], 0), Some(58), "the second leads back");
-        assert_eq!([0, 1].map(|axis| along([[12, 0], [0, 9]], axis)), [Some(12), Some(9)]);
+        assert_eq!(combined([[30, 1], [0, 77]], 0), Some((30, 1)));
+        assert_eq!(combined([[29, 1], [0, 77]], 0), None, "it leans");
+        assert_eq!([0, 1].map(|axis| combined([[12, 0], [0, 9]], axis)), [Some((12, 1)), Some((9, 1))]);
+        let rows = [[50, -35], [50, 35]];
+        assert_eq!([0, 1].map(|axis| combined(rows, axis)), [Some((100, 1)), Some((70, 1))]);
     }
 }

@@ -91,9 +91,8 @@ impl Texture {
         let strengths = Strengths::within(&even.features()?, Some(&even.known), weights, Lattice::reach(&even))?;
         let lattice = strengths.as_ref().map(|s| Lattice::of(s, &even)).transpose()?.flatten();
         // Shade draws likeness towards the short ways: where cells are samples, what was found without it is as fine.
-        let lattice = lattice.map(|l| match (&strengths, &whole) {
-            (Some(even), _) if picture.side == 1 => l.refined(even, 1),
-            (_, Some(whole)) => l.refined(whole, picture.side),
+        let lattice = lattice.map(|l| match &whole {
+            Some(whole) if 1 < picture.side => l.refined(whole, picture.side),
             _ => l,
         });
         let near = |v| strengths.as_ref().and_then(|s| s.at(v)).unwrap_or(1000);
@@ -224,6 +223,21 @@ mod tests {
                 assert_eq!(lattice.closing_within(axis, length), most, "{axis}, {length}");
             }
         }
+    }
+
+    #[test]
+    fn a_running_bond_closes_at_every_second_course() {
+        // Courses of 17.5 samples, each moved by half a brick, bricks in shades of their own.
+        let brick = |y: i64, x: i64| {
+            let course = 2 * y / 35;
+            let across = x + course % 2 * 22;
+            let mortar = 2 * y % 35 < 6 || across % 44 < 3;
+            if mortar { 220 } else { (90 + noise(course, across / 44, 8) / 30) as u8 }
+        };
+        let lattice = of([192, 200], brick).lattice.unwrap();
+        let [down, across] = [0, 1].map(|axis| lattice.closing(axis, 576));
+        assert_eq!((down, across), (560, 572), "{lattice:?}");
+        assert!(lattice.along[0].is_some_and(|(samples, times)| samples == times * 35), "{lattice:?}");
     }
 
     #[test]

@@ -118,7 +118,7 @@ fn the_command_inside_of_a_picture_makes_it_again() {
     let info = folder.run("info deep/a.png --json").done().json();
     let made = &info["stats"]["made_by_selvedge"];
     let command = made["command"].as_str().unwrap();
-    assert!(command.starts_with("selvedge quilt weave.png --size 96x75 --tile y --block "), "{command}");
+    assert!(command.starts_with("selvedge quilt weave.png --size 96x77 --tile y --block "), "{command}");
     assert_eq!((made["seed"].as_u64(), made["input"][0]["name"].as_str()), (Some(9), Some("weave.png")));
     let words = command.strip_prefix("selvedge ").unwrap().to_owned() + " -o b.png";
     folder.run(&words).done();
