@@ -33,7 +33,7 @@ pub(crate) struct Film<'w> {
 /// What was taken so far.
 #[derive(Default)]
 struct Reel {
-    /// Refinements that changed something, the state before all of them included.
+    /// Those that were taken note of.
     changes: u64,
     /// Every so many of them is kept.
     every: u64,
@@ -55,7 +55,10 @@ struct Step {
 
 /// A film that is over.
 pub(crate) struct Course {
+    /// At the smallest size.
     energy: Vec<i64>,
+    /// At how many sizes the map was solved. Of several, only the last map is one of the exemplars, and the only picture.
+    levels: u32,
     /// Refinements that changed something.
     changes: u64,
     steps: Vec<Step>,
@@ -84,19 +87,21 @@ impl<'w> Film<'w> {
     }
 
     /// Ends the film with what came out.
-    pub(crate) fn course(self, map: &SourceMap<2>, energy: &[i64]) -> Course {
+    pub(crate) fn course(self, map: &SourceMap<2>, energy: &[i64], levels: u32) -> Course {
         let mut reel = self.reel.into_inner().unwrap_or_else(PoisonError::into_inner);
         if let Some((refinement, last)) = reel.last.filter(|(_, e)| reel.steps.last().is_some_and(|s| s.energy != *e)) {
             reel.take(refinement, last, map, &self.costs);
         }
-        Course { energy: energy.to_vec(), changes: reel.changes.saturating_sub(1), steps: reel.steps }
+        let changes = energy.windows(2).filter(|two| two[0] != two[1]).count() as u64;
+        Course { energy: energy.to_vec(), levels, changes, steps: reel.steps }
     }
 }
 
 impl Observer<2> for Film<'_> {
     fn event(&self, event: &Event<'_, 2>) {
         self.watch.event(event);
-        let map = event.so_far.filter(|_| event.stage == "refine").and_then(Render::as_map);
+        let is_step = ["refine", "settle"].contains(&event.stage);
+        let map = event.so_far.filter(|_| is_step).and_then(Render::as_map);
         if let (Some(map), Some(energy)) = (map, event.energy) {
             self.note(event.done, energy, map);
         }
@@ -174,17 +179,23 @@ impl Course {
     pub(crate) fn html(&self) -> Result<String, Failure> {
         let (refinements, changes) = (self.energy.len().saturating_sub(1), self.changes);
         let (first, last) = (self.energy.first().unwrap_or(&0), self.energy.last().unwrap_or(&0));
+        let (size, below, white) = if self.levels == 1 {
+            (String::new(), "; dots are the pictures below", " once everything was covered")
+        } else {
+            (format!(" at 1/{} of the size", 1 << (self.levels - 1)), "; below are those of the whole size", "")
+        };
         let mut html = format!(
-            "<h2>Seams</h2>\n<figure>{}<figcaption>The price of all seams, from {first} once everything was covered to \
-             {last} after {refinements} refinements, {changes} of which changed something; dots are the pictures below\
+            "<h2>Seams</h2>\n<figure>{}<figcaption>The price of all seams{size}, from {first} once everything was \
+             covered to {last} after {refinements} refinements, {changes} of which changed something{below}\
              </figcaption></figure>\n<p>What seams cost where: black is nothing, white what all but a fiftieth \
-             of them cost at most once everything was covered.</p>\n<div class=\"steps\">\n",
+             of them cost at most{white}.</p>\n<div class=\"steps\">\n",
             self.curve()
         );
         for Step { refinement, energy, picture } in &self.steps {
-            let when = match refinement {
-                0 => "covered".to_owned(),
-                n => format!("refinement {n}"),
+            let when = match (self.levels, refinement) {
+                (1, 0) => "covered".to_owned(),
+                (1, n) => format!("refinement {n}"),
+                _ => "at the whole size".to_owned(),
             };
             html += &page::figure(picture, &format!("Seam costs, {when}"), &format!("{when}: {energy}"))?;
         }
@@ -206,7 +217,7 @@ impl Course {
             let _ = write!(svg, "{x:.1},{y:.1} ");
         }
         svg += "\"/>";
-        for step in &self.steps {
+        for step in self.steps.iter().filter(|_| self.levels == 1) {
             let (x, y) = point(step.refinement, step.energy);
             let _ = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\"/>");
         }

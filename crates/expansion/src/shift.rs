@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, try_vec};
+use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, reserve, try_vec};
+use selvedge_maxflow::MaxflowError;
 
 use crate::error::Error;
 
@@ -14,7 +15,7 @@ use crate::error::Error;
 /// patch into the next, the odd ones fit as often.
 ///
 /// # Errors
-/// [`Error::Core`] if memory is short.
+/// [`Error::Core`] if memory is short; [`Error::Cut`] if `cancelled`: the map is whole then.
 ///
 /// # Complexity
 /// Time `O(3^D seams + output)`, and once more over the rows of each patch that moves. Space 4 bytes a sample of the
@@ -24,12 +25,16 @@ pub fn shift<const D: usize>(
     map: &mut SourceMap<D>,
     costs: &SeamCosts<D>,
     fixed: Option<&Grid<bool, D>>,
+    cancelled: &dyn Fn() -> bool,
 ) -> Result<i64, Error> {
+    let asked = || if cancelled() { Err(Error::Cut(MaxflowError::Cancelled)) } else { Ok(()) };
     let labels = Labels::of(exemplars, map, costs, fixed)?;
-    let mut seams = labels.seams(map, costs);
+    asked()?;
+    let mut seams = labels.seams(map, costs)?;
     seams.sort_unstable();
     let mut gain = 0;
     for of in seams.chunk_by(|a, b| a.label == b.label) {
+        asked()?;
         let label = of[0].label;
         if labels.stays[label as usize] {
             continue;
@@ -63,7 +68,7 @@ fn step<const D: usize>(exemplars: &Exemplars<D>, id: SampleId, by: [i32; D]) ->
     is_valid.then(|| exemplars.table().id(source, to))
 }
 
-/// Two neighbours along an axis that do not go on from each other, seen from the patch of one of them.
+/// Two neighbours along an axis that do not go on from each other, or are of two patches, seen from the patch of one of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Seam {
     label: u32,
@@ -122,7 +127,7 @@ impl Labels {
     }
 
     /// All seams, once for each patch that they part.
-    fn seams<const D: usize>(&self, map: &SourceMap<D>, costs: &SeamCosts<D>) -> Vec<Seam> {
+    fn seams<const D: usize>(&self, map: &SourceMap<D>, costs: &SeamCosts<D>) -> Result<Vec<Seam>, Error> {
         let (output, ids) = (map.domain(), map.ids.plane(0));
         let mut seams = Vec::new();
         for axis in 0..D {
@@ -133,16 +138,20 @@ impl Labels {
                     (true, true) => here + stride - side * stride,
                     (true, false) => continue,
                 };
-                if !ids[there].is_assigned() || costs.continued(ids[here], 2 * axis) == Some(ids[there]) {
+                let [a, b] = [self.of[here], self.of[there]];
+                // Around an output whose side is no multiple of a periodic source's, two patches may go on in each other: one
+                // that moves tears them apart.
+                let goes_on = a == b && costs.continued(ids[here], 2 * axis) == Some(ids[there]);
+                if !ids[there].is_assigned() || goes_on {
                     continue;
                 }
                 let seam = |label| Seam { label, axis: axis as u32, here: here as u32, there: there as u32 };
-                let [a, b] = [self.of[here], self.of[there]];
+                reserve(&mut seams, 2)?;
                 seams.push(seam(a));
                 seams.extend((a != b).then(|| seam(b)));
             }
         }
-        seams
+        Ok(seams)
     }
 
     /// The price of a patch's seams if it moves; `None` if a sample beside one cannot.

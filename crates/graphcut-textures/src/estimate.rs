@@ -6,7 +6,8 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
 use crate::plan::{longest, reach};
-use crate::regions::largest_sides;
+use crate::regions::{largest_sides, shortest};
+use crate::sizes::{asked, levels};
 use crate::weaver::{BATCH, at_once};
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never
@@ -22,17 +23,70 @@ const A_FRAME: u64 = 24;
 const A_PATCH: u64 = 80;
 /// Bytes for each way in which patches stood to each other.
 const A_VECTOR: u64 = 64;
+/// Bytes for each sample of an output that a map is carried up to: its own, a fourth of the coarser one's, the number of its
+/// patch, and 64 for each seam in lists that double, one for each 16 samples.
+const A_CARRIED: u64 = 4 + 1 + 4 + 4;
+/// Samples of tiles that are decided together, where two lie beside each other along an axis.
+const A_TILES_SAMPLES: u64 = 512 * 64 * 64 / 4;
 /// What a run takes however small it is.
 const A_RUN: u64 = 1 << 20;
 
-/// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
-/// the domains of all sources, their feature channels, and the output's domain.
+/// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from the
+/// domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose, the one that
+/// takes most counts: how many follow from what exemplars show.
 pub fn estimate<const D: usize>(
     sources: &[Domain<D>],
     channels: usize,
     output: Domain<D>,
     options: &Options<D>,
 ) -> u64 {
+    let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
+    match options.levels {
+        Some(levels) => at_levels(sources, channels, output, options, asked(largest, levels, options)),
+        None => {
+            let most = levels(largest, u32::MAX, output);
+            let of = |levels| at_levels(sources, channels, output, options, levels);
+            if options.free.contains(&false) { of(1) } else { (1..=most).map(of).max().unwrap_or(0) }
+        }
+    }
+}
+
+/// That of a run at so many levels: at the smallest one, or while its map is carried up, whichever is more.
+pub(crate) fn at_levels<const D: usize>(
+    sources: &[Domain<D>],
+    channels: usize,
+    output: Domain<D>,
+    options: &Options<D>,
+    levels: u32,
+) -> u64 {
+    let (mut small, mut whole) = (sources.to_vec(), output);
+    let mut coarse = 0_u64;
+    for _ in 1..levels {
+        small.iter_mut().for_each(|s| s.shape = s.shape.map(|n| n.div_ceil(2)));
+        whole = whole.coarser();
+        coarse =
+            coarse.saturating_add(small.iter().map(|s| len(s.shape)).sum::<u64>().saturating_mul(channels as u64 + 1));
+    }
+    let region = options.region.map(|sides| sides.map(|n| (n >> (levels - 1)).max(1)));
+    let reach = options.reach.map(|sides| sides.map(|n| n >> (levels - 1)));
+    let run = of_one(&small, channels, whole, &Options { region, reach, ..*options });
+    let carrying = if levels == 1 { 0 } else { carrying(sources, output) };
+    coarse.saturating_add(run.max(carrying))
+}
+
+/// What carrying a map up takes at the last level: both maps, the patch of each sample, what lies beside seams, and the tiles that
+/// are decided together.
+fn carrying<const D: usize>(sources: &[Domain<D>], output: Domain<D>) -> u64 {
+    let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
+    let tiles = len(output.shape).min(A_TILES_SAMPLES.saturating_mul(1 << D));
+    let maps = len(output.shape).saturating_mul(A_CARRIED);
+    [A_RUN, samples.saturating_mul(4 * D as u64 + 2), maps, tiles.saturating_mul(A_FRAME)]
+        .into_iter()
+        .fold(0, u64::saturating_add)
+}
+
+/// That of a run at one size.
+fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>, options: &Options<D>) -> u64 {
     let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
     // No less than what the run may choose.
     let sides = options.region.unwrap_or_else(|| largest_sides(sources.iter().map(|s| s.shape)));

@@ -32,13 +32,9 @@ pub(crate) fn weave<const D: usize>(
     let mut coarser: Vec<(Exemplars<D>, Domain<D>)> = Vec::new();
     for _ in 1..plan.levels {
         let (finest, whole) = coarser.last().map_or((exemplars, output), |(e, output)| (e, *output));
-        match finest.coarser() {
-            // A mask leaves no whole block.
-            Err(selvedge_core::Error::NothingValid) => break,
-            coarse => coarser.push((coarse?, whole.coarser())),
-        }
+        let coarse = (finest.coarser()?, whole.coarser());
+        coarser.push(coarse);
     }
-    let plan = &Plan { levels: coarser.len() as u32 + 1, ..*plan };
     let Some((coarsest, small)) = coarser.last() else {
         return weave_at(exemplars, empty(exemplars, output)?, plan, options, run);
     };
@@ -53,6 +49,7 @@ pub(crate) fn weave<const D: usize>(
         woven.result = woven.result.finer(&finer, output)?;
         if woven.complete {
             let energy = near_seams(&finer, &mut woven, options, run)?;
+            woven.stats.settled.push(energy);
             let so_far = (finer.table() == exemplars.table()).then_some(&woven.result as _);
             run.observer.event(&Event { stage: "settle", done: done as u64 + 1, of, energy: Some(energy), so_far });
         }
@@ -70,8 +67,10 @@ fn near_seams<const D: usize>(
 ) -> Result<i64, Error> {
     let costs = SeamCosts::new(exemplars, options.seam)?;
     let map = &mut woven.result;
-    shift(exemplars, map, &costs, None)?;
-    match settle(exemplars, map, &costs, Kept::default(), WIDTH, &|| run.observer.cancelled()) {
+    let cancelled = || run.observer.cancelled();
+    let decided = shift(exemplars, map, &costs, None, &cancelled)
+        .and_then(|_| settle(exemplars, map, &costs, Kept::default(), WIDTH, &cancelled));
+    match decided {
         Err(error) if error.is_cancelled() => woven.complete = false,
         other => {
             other?;

@@ -1,21 +1,24 @@
 //! At how many sizes a map is solved.
 
-use selvedge_analysis::{Texture, feature_size};
-use selvedge_core::{Domain, Exemplars};
+use std::sync::Arc;
+
+use selvedge_analysis::{Texture, feature_size_of};
+use selvedge_core::{Domain, Exemplars, Source};
 
 use crate::error::Error;
 use crate::options::{MOST_LEVELS, Options};
-use crate::regions::LEAST;
+use crate::regions::{LEAST, shortest};
 
 /// The sides that a coarse exemplar has at least: that of 192 samples for which the method's defaults were chosen.
 const LEAST_SIDE: u32 = 192;
 
-/// Samples along the largest structures at a coarse level, at least: smaller ones are not seen there, and no longer
-/// matched.
-const LEAST_STRUCTURE: u32 = 6;
+/// Samples along the largest structures at a coarse level, at least: two light and two dark ones; smaller ones are not seen
+/// there, and no longer matched. With 6 a photograph of grass of 20 px took six times as long, and looked no better at twice and at
+/// four times its size: the same flowers stood in more of a lattice.
+const LEAST_STRUCTURE: u32 = 4;
 
 /// How many levels pay off: exemplars whose shortest side is `side`, with structures of so many samples.
-fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D>) -> u32 {
+pub(crate) fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D>) -> u32 {
     let pays = |level: &u32| LEAST_SIDE <= side >> level && LEAST_STRUCTURE <= structure >> level;
     // Around a side that is not a multiple, the last coarse sample would be half of one that the seam has to make up
     // for.
@@ -23,25 +26,80 @@ fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D>) -> u32 {
     1 + (1..MOST_LEVELS).take_while(|level| D == 2 && pays(level) && closes(level)).last().unwrap_or(0)
 }
 
-/// At how many sizes the map is solved: as asked, while an exemplar is large enough to be halved.
+/// How many of the levels that were asked for leave something of exemplars whose shortest side is `largest` at most.
+pub(crate) fn asked<const D: usize>(largest: u32, levels: u32, options: &Options<D>) -> u32 {
+    if options.free.contains(&false) {
+        return 1;
+    }
+    1 + (1..levels.min(MOST_LEVELS)).take_while(|level| 2 * LEAST <= largest >> level).last().unwrap_or(0)
+}
+
+/// At how many sizes the map is solved: as asked, while an exemplar is large enough to be halved, and while masks leave most of
+/// each source at half the size.
 pub(crate) fn sizes<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
     measured: &[Texture],
     options: &Options<D>,
 ) -> Result<u32, Error> {
-    let sides = exemplars.sources().iter().map(|s| s.domain().shape.into_iter().min().unwrap_or(0));
-    let side = sides.max().unwrap_or(0);
-    if let Some(levels) = options.levels.filter(|_| !options.free.contains(&false)) {
-        return Ok((1..levels).take_while(|level| 2 * LEAST <= side >> level).last().unwrap_or(0) + 1);
-    }
-    // What is too small has one level whatever it shows, and what may not move along an axis must not be shifted along
-    // it.
-    if options.free.contains(&false) || levels(side, u32::MAX, output) == 1 {
+    if options.free.contains(&false) {
+        // What may not move along an axis must not be shifted along it.
         return Ok(1);
     }
-    let known = measured.iter().map(|t| t.feature_size).max();
-    Ok(levels(side, known.map_or_else(|| feature_size(exemplars), Ok)?, output))
+    let sides = exemplars.sources().iter().map(|s| shortest(s.domain().shape));
+    let largest = sides.max().unwrap_or(0);
+    if let Some(levels) = options.levels {
+        return whole(exemplars, asked(largest, levels, options));
+    }
+    // What is too small has one level whatever it shows.
+    if levels(largest, u32::MAX, output) == 1 {
+        return Ok(1);
+    }
+    let (side, structure) = least(exemplars, measured, largest)?;
+    whole(exemplars, levels(side, structure, output))
+}
+
+/// The least side of the exemplars that count ([`region_sides`](crate::regions::region_sides): not those under half of the
+/// largest side), and the least of their largest structures: all of them must be seen.
+fn least<const D: usize>(exemplars: &Exemplars<D>, measured: &[Texture], largest: u32) -> Result<(u32, u32), Error> {
+    let mut least = (largest, u32::MAX);
+    let mut before = None;
+    let firsts = exemplars.sources().iter().filter(|s| before.replace(s.origin.exemplar) != Some(s.origin.exemplar));
+    for (number, source) in firsts.enumerate() {
+        let side = shortest(source.domain().shape);
+        if side.saturating_mul(2) < largest {
+            continue;
+        }
+        let known = measured.get(number).map(|t| t.feature_size);
+        let measure = || feature_size_of(&source.features, source.valid.as_ref(), exemplars.weights());
+        let structure = known.map_or_else(measure, Ok)?;
+        least = (least.0.min(side), least.1.min(structure));
+    }
+    Ok(least)
+}
+
+/// So many levels, or fewer: no source may lose more than half of what is valid from one size to the next. A coarse sample is
+/// valid only where all are that it stands for, so that a source with a fine mask would vanish without a word.
+fn whole<const D: usize>(exemplars: &Exemplars<D>, levels: u32) -> Result<u32, Error> {
+    if exemplars.sources().iter().all(|s| s.valid.is_none()) {
+        return Ok(levels);
+    }
+    let valid = |source: &Source<D>| {
+        source.valid.as_ref().map_or(source.domain().len(), |v| v.samples().iter().filter(|v| **v).count())
+    };
+    let mut finer = exemplars.clone();
+    for level in 1..levels {
+        let coarse = match finer.coarser() {
+            Err(selvedge_core::Error::NothingValid) => return Ok(level),
+            coarse => coarse?,
+        };
+        let held = |(fine, coarse): (&Arc<Source<D>>, &Arc<Source<D>>)| valid(fine) <= valid(coarse) << (D + 1);
+        if !finer.sources().iter().zip(coarse.sources()).all(held) {
+            return Ok(level);
+        }
+        finer = coarse;
+    }
+    Ok(levels)
 }
 
 #[cfg(test)]
@@ -51,9 +109,16 @@ mod tests {
     #[test]
     fn levels_follow_sizes_structures_and_tiling() {
         let open = Domain::open([2048, 2048]);
-        for (side, structure, expected) in
-            [(192, 100, 1), (383, 100, 1), (384, 100, 2), (1024, 100, 3), (4096, 400, 5), (1024, 12, 2), (1024, 11, 1)]
-        {
+        for (side, structure, expected) in [
+            (192, 100, 1),
+            (383, 100, 1),
+            (384, 100, 2),
+            (1024, 100, 3),
+            (4096, 400, 5),
+            (1024, 16, 3),
+            (1024, 15, 2),
+            (1024, 7, 1),
+        ] {
             assert_eq!(levels(side, structure, open), expected, "{side} {structure}");
         }
         let tiled = |side| Domain { shape: [side, 2048], periodic: [true, false] };

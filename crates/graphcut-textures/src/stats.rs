@@ -31,6 +31,8 @@ pub struct Stats<const D: usize> {
     pub cut_nodes: u64,
     /// Price of all seams when everything was covered, and after each refinement, at the smallest size.
     pub energy: Vec<i64>,
+    /// Price of all seams after each finer size was decided; empty at one size.
+    pub settled: Vec<i64>,
 }
 
 impl<const D: usize> Stats<D> {
@@ -49,6 +51,7 @@ impl<const D: usize> Stats<D> {
             cuts: 0,
             cut_nodes: 0,
             energy: Vec::new(),
+            settled: Vec::new(),
         }
     }
 

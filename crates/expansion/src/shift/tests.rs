@@ -11,7 +11,7 @@ fn check_shift<const D: usize>(case: u64, most: u32) -> i64 {
     let before = map.clone();
     let fixed: Vec<bool> = (0..map.domain().len()).map(|i| case.is_multiple_of(4) && i % 11 == 3).collect();
     let fixed = Grid::from_vec(map.domain(), 1, fixed).unwrap();
-    let gain = shift(&e, &mut map, &costs, Some(&fixed)).unwrap();
+    let gain = shift(&e, &mut map, &costs, Some(&fixed), &|| false).unwrap();
     assert_eq!(costs.total(&before) - costs.total(&map), gain, "case {case}: gains are true");
     assert!(0 <= gain);
     for (i, (&was, &is)) in before.ids.plane(0).iter().zip(map.ids.plane(0)).enumerate() {
@@ -51,7 +51,46 @@ fn a_patch_that_lies_a_sample_off_falls_into_place() {
         }
         let before = costs.total(&map);
         assert!(0 < before);
-        assert_eq!(shift(&e, &mut map, &costs, None).unwrap(), before, "{by:?}");
+        assert_eq!(shift(&e, &mut map, &costs, None, &|| false).unwrap(), before, "{by:?}");
         assert_eq!(costs.total(&map), 0);
     }
+}
+
+#[test]
+fn a_patch_that_goes_on_around_the_output_as_another_is_not_torn() {
+    // Around 25 places of a source of 16 samples two patches lie, which go on in each other where the output closes.
+    let (domain, output) = (Domain::periodic([16]), Domain::periodic([25]));
+    let mut going_on = 0;
+    for case in 0..200 {
+        let mut rng = Seed(case).derive("wrap", 0).rng();
+        let features = (0..16).map(|_| rng.below(256) as u8).collect();
+        let features = Grid::from_vec(domain, 1, features).unwrap();
+        let source = Source { features, valid: None, origin: Origin { exemplar: 0, transform: Transform::IDENTITY } };
+        let e = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let mut map = SourceMap::unassigned(&e, output).unwrap();
+        let other = rng.below(16);
+        for (place, id) in map.ids.plane_mut(0).iter_mut().enumerate() {
+            let place = place as u32;
+            // What the last place shows, 24 % 16, goes on at the first.
+            let shown = if place < 6 { 9 + place } else { place + if place < 20 { other } else { 0 } };
+            *id = SampleId::new(shown % 16);
+        }
+        going_on += u32::from(costs.continued(map.ids.plane(0)[24], 0) == Some(map.ids.plane(0)[0]));
+        let before = costs.total(&map);
+        let gain = shift(&e, &mut map, &costs, None, &|| false).unwrap();
+        assert_eq!(before - costs.total(&map), gain, "case {case}");
+        assert!(0 <= gain);
+    }
+    assert_eq!(going_on, 200);
+}
+
+#[test]
+fn whoever_asks_it_to_stop_has_a_whole_map() {
+    let mut rng = Seed(4).rng();
+    let (e, mut map) = patched::<2>(&mut rng, 14, false);
+    let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
+    let before = map.clone();
+    assert!(shift(&e, &mut map, &costs, None, &|| true).unwrap_err().is_cancelled());
+    assert_eq!(map, before);
 }

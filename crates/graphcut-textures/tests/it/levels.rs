@@ -2,9 +2,9 @@
 
 use crate::common::{PLACEMENTS, blobs, of, weave};
 use selvedge_core::{
-    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Observer, Run, SeamCosts, SeamMeasure, SourceMap, Start,
+    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Limits, Observer, Run, SeamCosts, SeamMeasure, SourceMap, Start,
 };
-use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from};
+use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from, plan};
 use std::sync::Mutex;
 
 /// Two exemplars of odd sides, the second with a masked disc.
@@ -35,16 +35,46 @@ fn carried_maps_are_whole_and_show_only_what_is_valid() {
 }
 
 #[test]
-fn levels_cost_little_in_seams() {
+fn levels_cost_little_in_seams_and_less_than_what_was_carried_up() {
     let e = of(&blobs([96, 90], 4));
+    let (output, options) = (Domain::open([190, 200]), Options { levels: Some(2), ..Options::default() });
     let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
     let price = |levels, seed| {
         let options = Options { levels: Some(levels), ..Options::default() };
-        costs.total(&graphcut(&e, Domain::open([190, 200]), &options, &Run::seeded(seed)).unwrap().result)
+        costs.total(&graphcut(&e, output, &options, &Run::seeded(seed)).unwrap().result)
+    };
+    let small = e.coarser().unwrap();
+    // The same regions at half the size.
+    let plan = plan(&e, output, None, &options, &Limits::default()).unwrap();
+    let [region, reach] = [plan.region, plan.reach].map(|sides| Some(sides.map(|n| n / 2)));
+    let coarse = Options { placement: plan.placement, region, reach, levels: Some(1), ..options };
+    let carried = |seed| {
+        let woven = graphcut(&small, output.coarser(), &coarse, &Run::seeded(seed)).unwrap();
+        costs.total(&woven.result.finer(&e, output).unwrap())
     };
     let of = |levels| (0..4).map(|seed| price(levels, seed)).sum::<i64>();
-    let [one, two] = [of(1), of(2)];
+    let ([one, two], carried) = ([of(1), of(2)], (0..4).map(carried).sum::<i64>());
     assert!(two < one * 3 / 2, "{one} at one size, {two} at two");
+    assert!(two < carried * 9 / 10, "{carried} as it was carried up, {two} once it was decided");
+}
+
+#[test]
+fn no_source_vanishes_behind_a_fine_mask() {
+    let planes = [blobs([400, 400], 1), blobs([400, 390], 2)];
+    // A lattice of lines three samples apart leaves few blocks at half the size, and none at a fourth.
+    let lattice = |[y, x]: [u32; 2]| y % 3 != 0 && x % 3 != 0;
+    let domain = planes[1].domain();
+    let fine = Grid::from_vec(domain, 1, domain.positions().map(lattice).collect()).unwrap();
+    let [a, b] = planes.each_ref().map(std::slice::from_ref);
+    let levels = |mask: Option<&Grid<bool, 2>>, asked| {
+        let exemplars = [Exemplar::new(a), Exemplar::new(b).masked(mask)];
+        let e = Exemplars::new(&Encoder::fit(&[a, b]).unwrap(), &exemplars).unwrap();
+        plan(&e, Domain::open([600, 600]), None, &Options { levels: asked, ..Options::default() }, &Limits::default())
+            .unwrap()
+            .levels
+    };
+    assert_eq!([levels(None, None), levels(None, Some(3))], [2, 3]);
+    assert_eq!([levels(Some(&fine), None), levels(Some(&fine), Some(3))], [1, 1]);
 }
 
 #[test]

@@ -33,6 +33,8 @@ fn cases() -> Vec<Case> {
         case([100, 300], [330, 420], Options { region: Some([8, 150]), reach: Some([0, 40]), ..of(Placement::Sub, 1) }),
         Case { sources: 12, field: true, ..case([128, 128], [200, 200], of(Placement::Entire, 24)) },
         Case { sources: 12, ..case([128, 128], [128, 128], of(Placement::Entire, 24)) },
+        case([256, 256], [700, 700], Options { levels: Some(2), ..options }),
+        case([200, 230], [1500, 1300], Options { levels: Some(3), ..options }),
     ]
 }
 

@@ -63,9 +63,9 @@ pub(crate) struct Graphcut {
     /// Patches that are tried at each step, of which the best is taken.
     #[arg(long, value_name = "N", default_value_t = Options::<2>::default().tries)]
     tries: u32,
-    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars
-    /// and 6 of structures. From the second on, only what lies near seams is decided again. What starts from a map or a
-    /// picture, or follows scales, has one.
+    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars and 4
+    /// of structures. From the second on, only what lies near seams is decided again. What starts from a map or a picture, or
+    /// follows scales, has one.
     #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
         value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
     levels: Auto<u32>,
@@ -187,7 +187,7 @@ impl Method for Job<'_> {
             let run = Run { observer, ..session.run() };
             let woven = plan.weave(exemplars, start, &options, &run).map_err(|e| failure(loom, e))?;
             args.warn_of_small(loom, plan.region);
-            let course = film.map(|film| film.course(&woven.result, &woven.stats.energy));
+            let course = film.map(|film| film.course(&woven.result, &woven.stats.energy, woven.stats.levels));
             let untouched = args.start.backdrop().is_some() && woven.stats.patches == 0;
             let told = (counts(&woven.stats), how_woven(&woven.stats));
             let mut outcome = args.repairing.outcome(session, exemplars, woven, (kept, sources), told)?;
@@ -260,7 +260,7 @@ impl Graphcut {
 }
 
 fn counts(stats: &Stats<2>) -> serde_json::Value {
-    json!({
+    let mut counts = json!({
         "regularity": stats.regularity,
         "patches": stats.patches,
         "refinements": stats.refinements,
@@ -268,7 +268,13 @@ fn counts(stats: &Stats<2>) -> serde_json::Value {
         "cuts": stats.cuts,
         "cut_nodes": stats.cut_nodes,
         "energy": stats.energy,
-    })
+    });
+    // Energies are those of the smallest of several sizes.
+    if 1 < stats.levels {
+        counts["levels"] = json!(stats.levels);
+        counts["settled"] = json!(stats.settled);
+    }
+    counts
 }
 
 fn how_woven(stats: &Stats<2>) -> String {
