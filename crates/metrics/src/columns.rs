@@ -7,8 +7,8 @@
 /// *distance* of two windows is their root mean square difference over the contrast of the exemplar at that size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// Mean distance of windows of 8 px to the nearest of the exemplar, of 2,000 windows drawn at full size.
-    /// `[Kwatra05 eq. 1]`
+    /// Mean distance of windows of 8 px to the nearest of the exemplar, of 2,000 windows drawn at full size (fewer of
+    /// exemplars over 512^2, 320 at least). `[Kwatra05 eq. 1]`
     pub coherence: f64,
     /// The same of all windows of 16 px (8 px at half size), 8 px apart.
     pub coherence_2: f64,

@@ -1,11 +1,23 @@
 //! Columns of nearest windows: coherence, completeness, use, repeats.
 
 use crate::Error;
-use selvedge_core::{Exemplars, Grid, Seed, SimdLevel, par};
+use selvedge_core::{Domain, Exemplars, Grid, Seed, SimdLevel, par};
 use selvedge_fft_ssd::{Costs, Field, Neighbor, Options, Placement, Scratch, SsdSearcher, Template, Windows, nearest};
 
 /// Windows drawn at full size: their mean distance varies by some 2 % between draws, less than candidates differ.
 const DRAWN: usize = 2000;
+/// Fewer are drawn from larger exemplars, each of which is searched for every one: as many as take some two seconds,
+/// but no fewer than vary by 5 %.
+const LEAST_DRAWN: usize = 320;
+const DRAWN_TIMES_SAMPLES: usize = DRAWN << 18;
+/// So many pairs of samples, of a picture and of what it is compared with, are compared at each size whatever they are:
+/// a second or less. 1024^2 from 256^2 are compared throughout. Of larger ones, whose pairs grow with the fourth power
+/// of sides, tiles are.
+const PAIRS: u64 = 1 << 32;
+/// Sides of a tile in those of a window: windows that overlap share their work.
+const TILE: u32 = 4;
+/// So many tiles at least, whatever it takes.
+const LEAST_TILES: u64 = 16;
 /// A window this close is a copy of its place, whatever phase the halving had: a copy laid at an odd offset is averaged
 /// over other samples than its place was. The value is a guess.
 const COPY: f64 = 0.4;
@@ -29,11 +41,11 @@ impl Level {
         (error as f64 / (f64::from(side * side) * weights)).sqrt() / self.contrast
     }
 
-    /// Each window of the output and the nearest of the exemplars.
+    /// Windows of the output and the nearest of the exemplars.
     pub(crate) fn coherent(&self, output: &Grid<u8, 2>, windows: Windows, simd: SimdLevel) -> Result<Near<'_>, Error> {
         let fields = Field::all(&self.exemplars);
-        let found = nearest(Field::new(output), &fields, self.exemplars.weights(), windows, simd)?;
-        Ok(Near { level: self, found, windows })
+        let (found, of) = found(Field::new(output), &fields, self.exemplars.weights(), windows, (PAIRS, simd))?;
+        Ok(Near { level: self, found, of, windows })
     }
 
     /// Distances of the exemplars' windows to the nearest of the output.
@@ -41,9 +53,8 @@ impl Level {
         let mut distances = Vec::new();
         for source in self.exemplars.firsts() {
             let weights = self.exemplars.weights();
-            let found = nearest(Field::of(source), &[Field::new(output)], weights, windows, simd)?;
-            let near = found.samples().iter().flatten();
-            distances.extend(near.map(|n| self.distance(n.error, windows.side)));
+            let (found, _) = found(Field::of(source), &[Field::new(output)], weights, windows, (PAIRS, simd))?;
+            distances.extend(found.iter().map(|(_, n)| self.distance(n.error, windows.side)));
         }
         Ok(mean(&distances))
     }
@@ -55,14 +66,15 @@ impl Level {
             return Ok(0.0);
         }
         let searcher = SsdSearcher::with_options(&self.exemplars, Options { simd, ..Options::default() })?;
-        let n = DRAWN.min(over.len());
+        let samples = self.exemplars.table().len() as usize;
+        let n = (DRAWN_TIMES_SAMPLES / samples.max(1)).clamp(LEAST_DRAWN, DRAWN).min(over.len());
         // Blocks of fifty: one scratch each, and sums in a fixed order.
         let block = |range: std::ops::Range<usize>| -> Result<(f64, usize), Error> {
             let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
             let (mut sum, mut count) = (0.0, 0);
             for i in range {
                 let at = if n == over.len() { i } else { draw(i, over.len()) };
-                let features = cut(output, over.position(at), side);
+                let features = cut(output, over.position(at), [side; 2]);
                 let template = Template::new([side; 2], &features);
                 searcher.search(&template, Placement::INSIDE, &mut scratch, &mut costs)?;
                 if let Some(best) = costs.best() {
@@ -84,14 +96,73 @@ impl Level {
 /// The windows of an output and their nearest places.
 pub(crate) struct Near<'a> {
     level: &'a Level,
-    found: Grid<Option<Neighbor>, 2>,
+    /// By the first samples of the windows that were compared.
+    found: Vec<Found>,
+    /// How many windows there are.
+    of: usize,
     windows: Windows,
+}
+
+/// The first sample of a window, and the window most like it.
+type Found = ([u32; 2], Neighbor);
+
+/// All windows of a picture that are like any, or those of keyed tiles of it where so many pairs would be too many; and
+/// how many windows there are.
+fn found(
+    picture: Field<'_>,
+    sources: &[Field<'_>],
+    weights: &[u8],
+    windows: Windows,
+    (pairs, simd): (u64, SimdLevel),
+) -> Result<(Vec<Found>, usize), Error> {
+    let domain = picture.features.domain();
+    let over = windows.over(domain);
+    let samples = sources.iter().map(|source| source.features.domain().len() as u64).sum::<u64>().max(1);
+    let whole = |near: Grid<Option<Neighbor>, 2>, from: [u32; 2]| {
+        let over = near.domain();
+        let at = move |i: usize| over.position(i).map(|p| p * windows.step);
+        let placed = move |(i, near): (usize, Option<Neighbor>)| {
+            near.map(|near| ([0, 1].map(|axis| from[axis] + at(i)[axis]), near))
+        };
+        near.samples().to_vec().into_iter().enumerate().filter_map(placed).collect::<Vec<Found>>()
+    };
+    if domain.len() as u64 <= pairs / samples {
+        return Ok((whole(nearest(picture, sources, weights, windows, simd)?, [0; 2]), over.len()));
+    }
+    // Windows along a tile's side, and its samples.
+    let along = 1 + (TILE - 1) * windows.side / windows.step;
+    let side = (along - 1) * windows.step + windows.side;
+    let most = (pairs / samples / u64::from(side * side)).max(LEAST_TILES);
+    let tiles = Domain::open(over.shape.map(|n| n.div_ceil(along)));
+    let near = |i: &usize| {
+        let from = tiles.position(*i).map(|p| p * along);
+        let count = |axis: usize| along.min(over.shape[axis] - from[axis]);
+        let shape = [0, 1].map(|axis| (count(axis) - 1) * windows.step + windows.side);
+        let from = from.map(|p| p * windows.step);
+        let part = Domain::open(shape);
+        let features = Grid::from_vec(part, weights.len(), cut(picture.features, from, shape))?;
+        let valid = picture.valid.map(|v| Grid::from_vec(part, 1, cut(v, from, shape))).transpose()?;
+        let tile = Field { features: &features, valid: valid.as_ref() };
+        Ok(whole(nearest(tile, sources, weights, windows, simd)?, from))
+    };
+    let drawn = drawn(tiles.len(), most);
+    let found: Vec<Result<Vec<Found>, Error>> = par::map_indexed(drawn.len(), |i| near(&drawn[i]));
+    Ok((found.into_iter().collect::<Result<Vec<_>, Error>>()?.concat(), over.len()))
+}
+
+/// So many keyed numbers below `n`, each once, in their order.
+fn drawn(n: usize, most: u64) -> Vec<usize> {
+    let mut keyed: Vec<(u64, usize)> = (0..n).map(|i| (Seed(0).derive("metrics/tile", i as u64).0, i)).collect();
+    keyed.sort_unstable();
+    keyed.truncate(most.min(n as u64) as usize);
+    let mut drawn: Vec<usize> = keyed.into_iter().map(|(_, i)| i).collect();
+    drawn.sort_unstable();
+    drawn
 }
 
 impl Near<'_> {
     fn distances(&self) -> Vec<f64> {
-        let near = self.found.samples().iter().flatten();
-        near.map(|n| self.level.distance(n.error, self.windows.side)).collect()
+        self.found.iter().map(|(_, n)| self.level.distance(n.error, self.windows.side)).collect()
     }
 
     pub(crate) fn mean(&self) -> f64 {
@@ -105,8 +176,12 @@ impl Near<'_> {
         mean(&all[all.len() - all.len().div_ceil(20)..])
     }
 
-    /// Divergence of the use of boxes of `side` samples from an even one, in bits.
+    /// Divergence of the use of boxes of `side` samples from an even one, in bits. Where not all windows were compared,
+    /// boxes are larger, so that they hold some: of one or two in each, most of the divergence is chance.
     pub(crate) fn unevenness(&self, side: u32) -> f64 {
+        let (all, some) = (self.of.max(1), self.found.len().max(1));
+        // Twice the side for each fourth of them.
+        let side = (0..(all / some).checked_ilog2().unwrap_or(0).div_ceil(2)).fold(side, |side, _| 2 * side);
         let mut boxes = Vec::new();
         for (number, source) in self.level.exemplars.sources().iter().enumerate() {
             let [rows, columns] = Windows { step: side, ..self.windows }.over(source.domain()).shape;
@@ -115,7 +190,7 @@ impl Near<'_> {
             }
         }
         let mut counts = vec![0_u32; boxes.len()];
-        for n in self.found.samples().iter().flatten() {
+        for (_, n) in &self.found {
             let key = (n.source, n.position[0] / side, n.position[1] / side);
             let place = boxes.partition_point(|&b| b < key).min(boxes.len() - 1);
             counts[place] += 1;
@@ -128,14 +203,12 @@ impl Near<'_> {
         counts.iter().map(bits).sum()
     }
 
-    /// Mean number of other windows, `apart` samples away or farther, at the same place within one sample.
+    /// Mean number of other windows, `apart` samples away or farther, at the same place within one sample. Of some
+    /// windows it is as many of all as are met of them.
     pub(crate) fn repeats(&self, apart: u32) -> f64 {
-        let over = self.found.domain();
         let is_copy = |n: &Neighbor| self.level.distance(n.error, self.windows.side) <= COPY;
-        let placed = |(i, n): (usize, &Option<Neighbor>)| {
-            n.filter(is_copy).map(|n| ((n.source, n.position), over.position(i).map(|p| p * self.windows.step)))
-        };
-        let mut copies: Vec<_> = self.found.samples().iter().enumerate().filter_map(placed).collect();
+        let copies = self.found.iter().filter(|(_, n)| is_copy(n));
+        let mut copies: Vec<_> = copies.map(|&(at, n)| ((n.source, n.position), at)).collect();
         copies.sort_unstable();
         let mut pairs = 0_u64;
         for &((source, [y, x]), at) in &copies {
@@ -146,7 +219,8 @@ impl Near<'_> {
                 pairs += near.filter(|&&(_, to)| far(to)).count() as u64;
             }
         }
-        pairs as f64 / over.len().max(1) as f64
+        let compared = self.found.len().max(1) as f64;
+        pairs as f64 / compared * (self.of.max(1) as f64 / compared)
     }
 }
 
@@ -155,12 +229,12 @@ fn draw(i: usize, n: usize) -> usize {
     Seed(0).derive("metrics/window", i as u64).rng().below_u64(n as u64) as usize
 }
 
-/// Features of a window, around periodic axes.
-fn cut(from: &Grid<u8, 2>, at: [u32; 2], side: u32) -> Vec<u8> {
+/// Samples of a window, around periodic axes.
+fn cut<T: Copy>(from: &Grid<T, 2>, at: [u32; 2], [height, width]: [u32; 2]) -> Vec<T> {
     let domain = from.domain();
-    let mut features = Vec::with_capacity((side * side) as usize * from.channels());
+    let mut features = Vec::with_capacity((height * width) as usize * from.channels());
     for c in 0..from.channels() {
-        for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
             features.push(from.get(c, [(at[0] + y) % domain.shape[0], (at[1] + x) % domain.shape[1]]));
         }
     }
@@ -170,4 +244,42 @@ fn cut(from: &Grid<u8, 2>, at: [u32; 2], side: u32) -> Vec<u8> {
 /// 0 of nothing.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(shape: [u32; 2], periodic: bool, key: u64) -> Grid<u8, 2> {
+        let domain = Domain { shape, periodic: [periodic; 2] };
+        let mut rng = Seed(key).rng();
+        let samples = (0..2 * domain.len()).map(|_| rng.below(256) as u8).collect();
+        Grid::from_vec(domain, 2, samples).unwrap()
+    }
+
+    #[test]
+    fn windows_of_tiles_are_some_of_all_and_found_alike() {
+        let (source, windows) = (noise([40, 44], false, 1), Windows { side: 8, step: 4 });
+        let mask = noise([150, 131], false, 3).samples()[..150 * 131].iter().map(|&v| v < 250).collect();
+        let mask = Grid::from_vec(Domain::open([150, 131]), 1, mask).unwrap();
+        for periodic in [false, true] {
+            let picture = noise([150, 131], periodic, 2);
+            for valid in [None, Some(&mask)] {
+                let picture = Field { features: &picture, valid };
+                let of = |pairs| {
+                    let by = (pairs, SimdLevel::Auto);
+                    found(picture, &[Field::new(&source)], &[1, 2], windows, by).unwrap()
+                };
+                let ((all, n), (some, m)) = (of(u64::MAX), of(0));
+                assert_eq!((n, n), (m, all.len()));
+                // Sixteen tiles of at most seven by seven windows.
+                assert!(400 < some.len() && some.len() <= 16 * 49, "{}", some.len());
+                assert!(some.iter().all(|found| all.contains(found)), "{periodic}");
+                let mut places: Vec<[u32; 2]> = some.iter().map(|(at, _)| *at).collect();
+                places.sort_unstable();
+                places.dedup();
+                assert_eq!(places.len(), some.len(), "each once");
+            }
+        }
+    }
 }

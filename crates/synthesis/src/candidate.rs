@@ -88,14 +88,23 @@ impl Candidate for Graphcut {
 /// # Errors
 /// [`Error::Analysis`] if memory is short.
 pub fn candidates(exemplars: &Exemplars<2>) -> Result<Vec<Box<dyn Candidate>>, Error> {
-    let orderly = Texture::of_each(exemplars).map_err(Error::Analysis)?.iter().any(Texture::is_orderly);
+    Ok(of_kind(exemplars, is_orderly(exemplars)?))
+}
+
+/// True if some exemplar is better laid by how whole patches agree.
+pub(crate) fn is_orderly(exemplars: &Exemplars<2>) -> Result<bool, Error> {
+    Ok(Texture::of_each(exemplars).map_err(Error::Analysis)?.iter().any(Texture::is_orderly))
+}
+
+/// [`candidates`] of exemplars whose kind is known.
+pub(crate) fn of_kind(exemplars: &Exemplars<2>, orderly: bool) -> Vec<Box<dyn Candidate>> {
     let between = Some([(shortest(exemplars) * 3 / 8).max(1); 2]);
     let second = if orderly {
         graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..Default::default() }
     } else {
         graphcut::Options { placement: graphcut::Placement::Sub, region: between, reach: between, ..Default::default() }
     };
-    Ok([graphcut::Options::default(), second].map(|options| Box::new(Graphcut(options)) as Box<dyn Candidate>).into())
+    [graphcut::Options::default(), second].map(|options| Box::new(Graphcut(options)) as Box<dyn Candidate>).into()
 }
 
 /// The lesser side of the exemplar where that is longest: it holds a region of that side.

@@ -11,6 +11,7 @@
 
 mod candidate;
 mod error;
+mod sizes;
 
 pub use candidate::{Candidate, Graphcut, Used, candidates};
 pub use error::Error;
@@ -19,6 +20,9 @@ use selvedge_core::{
     Domain, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec,
 };
 use selvedge_metrics::{Columns, Judge, preference};
+
+use candidate::{is_orderly, of_kind};
+use sizes::Sizes;
 
 /// Options of [`synthesize`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +83,9 @@ pub struct Stats {
 /// Candidates are taken in turns, each time with the next seed. Exemplars and outputs that are too small to be compared
 /// have one. One whose method refuses the exemplars is left out.
 ///
+/// From 384 samples a side on, drafts are made and compared at a fraction of the size, which leaves 192 of exemplars, and
+/// what was finished is compared there as well: which one is better shows there, for a fraction of the work.
+///
 /// # Errors
 /// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`], [`Error::Analysis`] and [`Error::Metrics`] if
 /// memory is short.
@@ -96,13 +103,15 @@ pub fn synthesize(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let [drafts, finished] = options.steps()?;
-    let judge = match Judge::new(exemplars, run.simd) {
+    let sizes = Sizes::new(exemplars, output)?;
+    let judge = match Judge::new(sizes.small(exemplars), run.simd) {
         Ok(judge) if 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n) => Some(judge),
         Err(e) if !matches!(e, selvedge_metrics::Error::TooSmall { .. }) => return Err(e.into()),
         _ => None,
     };
-    let all = candidates(exemplars)?;
-    let mut bench = Bench { exemplars, output, run, judge, done: 0, of: (drafts + finished) as u64 };
+    let orderly = is_orderly(exemplars)?;
+    let all = of_kind(exemplars, orderly);
+    let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 };
     let turns: Vec<Turn> = (0..drafts.max(1)).map(|i| Turn::new(i, all.len(), run.seed)).collect();
     let mut best = Best::default();
     if bench.judge.is_none() {
@@ -111,11 +120,17 @@ pub fn synthesize(
         bench.finish(&all, &turns[..1], &mut best)?;
         return best.answer();
     }
-    let mut drafted = bench.draft(&all, &turns, &mut best)?;
+    let small = of_kind(bench.sizes.small(exemplars), orderly);
+    let mut drafted = bench.draft(&small, &turns, &mut best)?;
     drafted.sort_by(|(_, a), (_, b)| b.total_cmp(a));
     let chosen: Vec<Turn> = drafted.into_iter().take(finished).map(|(turn, _)| turn).collect();
     bench.finish(&all, &chosen, &mut best)?;
-    best.answer()
+    let mut woven = best.answer()?;
+    if bench.sizes.are_several() && woven.stats.tried[woven.stats.kept].draft {
+        // Nothing was finished.
+        woven.result = bench.sizes.raised(woven.result, exemplars, output)?;
+    }
+    Ok(woven)
 }
 
 /// A candidate's number and the seed that it is made with.
@@ -134,6 +149,8 @@ impl Turn {
 /// Where candidates are made and scored.
 struct Bench<'a> {
     exemplars: &'a Exemplars<2>,
+    /// Where drafts are made, and everything is compared.
+    sizes: Sizes,
     output: Domain<2>,
     run: &'a Run<'a, 2>,
     judge: Option<Judge>,
@@ -154,8 +171,8 @@ impl Bench<'_> {
         let of = |turn: &Turn| (drafts[turn.which].as_ref().unwrap_or(&all[turn.which]).as_ref(), turn.seed);
         let mut drafted = Vec::new();
         for some in turns.chunks(par::threads().max(1)) {
-            for (made, &turn) in self.round(&some.iter().map(of).collect::<Vec<_>>()).into_iter().zip(some) {
-                let preference = best.take(made, drafts[turn.which].is_some())?;
+            for (made, &turn) in self.round(&some.iter().map(of).collect::<Vec<_>>(), true).into_iter().zip(some) {
+                let preference = best.take(made, self.sizes.are_several() || drafts[turn.which].is_some())?;
                 drafted.extend(preference.map(|preference| (turn, preference)));
             }
             if best.is_cancelled(self.run) {
@@ -172,23 +189,23 @@ impl Bench<'_> {
                 break;
             }
             let some: Vec<_> = some.iter().map(|turn| (all[turn.which].as_ref(), turn.seed)).collect();
-            self.round(&some).into_iter().try_for_each(|made| best.take(made, false).map(|_| ()))?;
+            self.round(&some, false).into_iter().try_for_each(|made| best.take(made, false).map(|_| ()))?;
         }
         Ok(())
     }
 
-    /// Some at once, each on a thread.
-    fn round(&mut self, some: &[(&dyn Candidate, Seed)]) -> Vec<Made> {
-        let (exemplars, quiet) = (self.exemplars, Quiet(self.run.observer));
+    /// Some at once, each on a thread; small if they are drafts.
+    fn round(&mut self, some: &[(&dyn Candidate, Seed)], drafts: bool) -> Vec<Made> {
+        let quiet = Quiet(self.run.observer);
+        let (exemplars, output) = match drafts {
+            true => (self.sizes.small(self.exemplars), self.sizes.output(self.output)),
+            false => (self.exemplars, self.output),
+        };
         let made = par::map_indexed(some.len(), |i| {
             let (candidate, seed) = some[i];
-            let woven = candidate.weave(exemplars, self.output, &Run { seed, observer: &quiet, ..*self.run })?;
+            let woven = candidate.weave(exemplars, output, &Run { seed, observer: &quiet, ..*self.run })?;
             let scored = match &self.judge {
-                Some(judge) if woven.complete => {
-                    let shown = shown(exemplars, &woven.result)?;
-                    let columns = judge.columns(&shown, Some(&woven.result))?;
-                    Some(((columns, preference(&columns)), shown.reduced(SEEN)?))
-                }
+                Some(judge) if woven.complete => Some(self.scored(judge, &woven.result, drafts)?),
                 _ => None,
             };
             let (scored, picture) = scored.unzip();
@@ -198,6 +215,15 @@ impl Bench<'_> {
         self.done += some.len() as u64;
         self.run.observer.event(&Event::step("synthesize", self.done, self.of));
         made
+    }
+
+    /// What a map is worth, at the size of drafts, and what it shows.
+    fn scored(&self, judge: &Judge, map: &SourceMap<2>, is_small: bool) -> Result<(Scored, Grid<u8, 2>), Error> {
+        let reduced = if is_small { None } else { self.sizes.reduced(map)? };
+        let map = reduced.as_ref().unwrap_or(map);
+        let shown = shown(self.sizes.small(self.exemplars), map)?;
+        let columns = judge.columns(&shown, Some(map))?;
+        Ok(((columns, preference(&columns)), shown.reduced(SEEN)?))
     }
 }
 
@@ -234,6 +260,9 @@ fn shown(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Grid<u8, 2>, Er
     }
     Ok(Grid::from_vec(map.domain(), channels, samples)?)
 }
+
+/// Columns, and the preference that follows from them.
+type Scored = (Columns, f64);
 
 /// What one candidate came to: how, the map, and whether it is whole.
 type Made = Result<(Trial, SourceMap<2>, bool), Error>;

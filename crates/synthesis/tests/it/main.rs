@@ -55,3 +55,19 @@ fn small_exemplars_have_one_candidate_and_a_wrong_effort_is_refused() {
     let wrong = synthesize(&small, Domain::open([30, 30]), &Options { effort: 10 }, &Run::seeded(1));
     assert_eq!(wrong.unwrap_err(), Error::Effort { effort: 10 });
 }
+
+#[test]
+fn of_large_exemplars_drafts_are_small_and_the_kept_one_is_whole() {
+    let large = Exemplars::of(&[&[selvedge_testkit::simple::noise_rgb(390, 400, 1)]]).unwrap();
+    let output = Domain { shape: [431, 500], periodic: [false, true] };
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| synthesize(&large, output, &Options { effort: 2 }, &Run::seeded(2)).unwrap())
+    };
+    let woven = on(2);
+    let (stats, kept) = (&woven.stats, &woven.stats.tried[woven.stats.kept]);
+    assert_eq!((preferences(stats, true).len(), preferences(stats, false).len(), kept.draft), (2, 1, false));
+    assert_eq!((woven.result.domain(), woven.result.holes()), (output, 0));
+    assert_eq!(woven.result.table, *large.table());
+    assert_eq!(woven.result, on(1).result);
+}
