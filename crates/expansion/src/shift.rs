@@ -68,7 +68,8 @@ fn step<const D: usize>(exemplars: &Exemplars<D>, id: SampleId, by: [i32; D]) ->
     is_valid.then(|| exemplars.table().id(source, to))
 }
 
-/// Two neighbours along an axis that do not go on from each other, or are of two patches, seen from the patch of one of them.
+/// Two neighbours along an axis that do not go on from each other, or are of two patches, seen from the patch of one of
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Seam {
     label: u32,
@@ -139,8 +140,8 @@ impl Labels {
                     (true, false) => continue,
                 };
                 let [a, b] = [self.of[here], self.of[there]];
-                // Around an output whose side is no multiple of a periodic source's, two patches may go on in each other: one
-                // that moves tears them apart.
+                // Around an output whose side is no multiple of a periodic source's, two patches may go on in each
+                // other: one that moves tears them apart.
                 let goes_on = a == b && costs.continued(ids[here], 2 * axis) == Some(ids[there]);
                 if !ids[there].is_assigned() || goes_on {
                     continue;

@@ -23,17 +23,17 @@ const A_FRAME: u64 = 24;
 const A_PATCH: u64 = 80;
 /// Bytes for each way in which patches stood to each other.
 const A_VECTOR: u64 = 64;
-/// Bytes for each sample of an output that a map is carried up to: its own, a fourth of the coarser one's, the number of its
-/// patch, and 64 for each seam in lists that double, one for each 16 samples.
+/// Bytes for each sample of an output that a map is carried up to: its own, a fourth of the coarser one's, the number
+/// of its patch, and 64 for each seam in lists that double, one for each 16 samples.
 const A_CARRIED: u64 = 4 + 1 + 4 + 4;
 /// Samples of tiles that are decided together, where two lie beside each other along an axis.
 const A_TILES_SAMPLES: u64 = 512 * 64 * 64 / 4;
 /// What a run takes however small it is.
 const A_RUN: u64 = 1 << 20;
 
-/// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from the
-/// domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose, the one that
-/// takes most counts: how many follow from what exemplars show.
+/// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
+/// the domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose,
+/// the one that takes most counts: how many follow from what exemplars show.
 pub fn estimate<const D: usize>(
     sources: &[Domain<D>],
     channels: usize,
@@ -74,8 +74,8 @@ pub(crate) fn at_levels<const D: usize>(
     coarse.saturating_add(run.max(carrying))
 }
 
-/// What carrying a map up takes at the last level: both maps, the patch of each sample, what lies beside seams, and the tiles that
-/// are decided together.
+/// What carrying a map up takes at the last level: both maps, the patch of each sample, what lies beside seams, and the
+/// tiles that are decided together.
 fn carrying<const D: usize>(sources: &[Domain<D>], output: Domain<D>) -> u64 {
     let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
     let tiles = len(output.shape).min(A_TILES_SAMPLES.saturating_mul(1 << D));

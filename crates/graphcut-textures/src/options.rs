@@ -67,10 +67,10 @@ pub struct Options<const D: usize> {
     pub patience: u32,
     /// Candidates that are cut at each refinement, of which the best is taken. From 1 to 64.
     pub tries: u32,
-    /// At how many sizes the map is solved, each half of the one before: 1 as the paper does, at most 8, and no more than leave
-    /// an exemplar of 16 samples a side, and half of what a mask leaves of each at each of them. More apply to outputs that begin
-    /// empty. Default: for pictures, as many as leave exemplars of 192 samples a side and structures of 4, so that smaller ones
-    /// have 1.
+    /// At how many sizes the map is solved, each half of the one before: 1 as the paper does, at most 8, and no more
+    /// than leave an exemplar of 16 samples a side, and half of what a mask leaves of each at each of them. More apply
+    /// to outputs that begin empty. Default: for pictures, as many as leave exemplars of 192 samples a side and
+    /// structures of 4, so that smaller ones have 1.
     pub levels: Option<u32>,
 }
 

@@ -12,9 +12,9 @@ use crate::regions::{LEAST, shortest};
 /// The sides that a coarse exemplar has at least: that of 192 samples for which the method's defaults were chosen.
 const LEAST_SIDE: u32 = 192;
 
-/// Samples along the largest structures at a coarse level, at least: two light and two dark ones; smaller ones are not seen
-/// there, and no longer matched. With 6 a photograph of grass of 20 px took six times as long, and looked no better at twice and at
-/// four times its size: the same flowers stood in more of a lattice.
+/// Samples along the largest structures at a coarse level, at least: two light and two dark ones; smaller ones are not
+/// seen there, and no longer matched. With 6 a photograph of grass of 20 px took six times as long, and looked no
+/// better at twice and at four times its size: the same flowers stood in more of a lattice.
 const LEAST_STRUCTURE: u32 = 4;
 
 /// How many levels pay off: exemplars whose shortest side is `side`, with structures of so many samples.
@@ -34,8 +34,8 @@ pub(crate) fn asked<const D: usize>(largest: u32, levels: u32, options: &Options
     1 + (1..levels.min(MOST_LEVELS)).take_while(|level| 2 * LEAST <= largest >> level).last().unwrap_or(0)
 }
 
-/// At how many sizes the map is solved: as asked, while an exemplar is large enough to be halved, and while masks leave most of
-/// each source at half the size.
+/// At how many sizes the map is solved: as asked, while an exemplar is large enough to be halved, and while masks leave
+/// most of each source at half the size.
 pub(crate) fn sizes<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
@@ -59,13 +59,11 @@ pub(crate) fn sizes<const D: usize>(
     whole(exemplars, levels(side, structure, output))
 }
 
-/// The least side of the exemplars that count ([`region_sides`](crate::regions::region_sides): not those under half of the
-/// largest side), and the least of their largest structures: all of them must be seen.
+/// The least side of the exemplars that count ([`region_sides`](crate::regions::region_sides): not those under half of
+/// the largest side), and the least of their largest structures: all of them must be seen.
 fn least<const D: usize>(exemplars: &Exemplars<D>, measured: &[Texture], largest: u32) -> Result<(u32, u32), Error> {
     let mut least = (largest, u32::MAX);
-    let mut before = None;
-    let firsts = exemplars.sources().iter().filter(|s| before.replace(s.origin.exemplar) != Some(s.origin.exemplar));
-    for (number, source) in firsts.enumerate() {
+    for (number, source) in exemplars.firsts().enumerate() {
         let side = shortest(source.domain().shape);
         if side.saturating_mul(2) < largest {
             continue;
@@ -78,8 +76,9 @@ fn least<const D: usize>(exemplars: &Exemplars<D>, measured: &[Texture], largest
     Ok(least)
 }
 
-/// So many levels, or fewer: no source may lose more than half of what is valid from one size to the next. A coarse sample is
-/// valid only where all are that it stands for, so that a source with a fine mask would vanish without a word.
+/// So many levels, or fewer: no source may lose more than half of what is valid from one size to the next. A coarse
+/// sample is valid only where all are that it stands for, so that a source with a fine mask would vanish without a
+/// word.
 fn whole<const D: usize>(exemplars: &Exemplars<D>, levels: u32) -> Result<u32, Error> {
     if exemplars.sources().iter().all(|s| s.valid.is_none()) {
         return Ok(levels);

@@ -1,9 +1,10 @@
 //! What a synthesised texture is worth beside its exemplar: [`Columns`] with units, each of a documented formula, and
 //! one number, [`preference`], which follows how people ranked outputs side by side.
 //!
-//! A [`Judge`] prepares exemplars once and is asked about many outputs. Everything is deterministic: the same on any number of
-//! threads and with any instructions. 512^2 px from 192^2 take some 0.3 s on one thread. All windows are compared up to 1024^2 px
-//! from 256^2; of larger pictures, whose pairs of windows grow with the fourth power of their sides, keyed tiles are.
+//! A [`Judge`] prepares exemplars once and is asked about many outputs. Everything is deterministic: the same on any
+//! number of threads and with any instructions. 512^2 px from 192^2 take some 0.3 s on one thread. All windows are
+//! compared up to 1024^2 px from 256^2; of larger pictures, whose pairs of windows grow with the fourth power of their
+//! sides, keyed tiles are.
 //!
 //! The columns say *why*; the preference decides between candidates of one exemplar and one size. It is not a mark that
 //! could be compared between exemplars.

@@ -65,7 +65,7 @@ pub use selvedge_core as core;
 
 pub use auto_block::suggest_block;
 pub use estimate::{estimate, estimate_transfer};
-pub use options::{Continuation, Error, Options, Stage};
+pub use options::{Continuation, Error, Options, SearchBy, Stage};
 pub use quilt::{Plan, Stats, quilt};
 pub use transfer::{PassStats, TransferPlan, TransferStats, transfer};
 pub use transfer_options::{TransferOptions, suggest_transfer_block};

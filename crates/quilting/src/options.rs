@@ -27,6 +27,17 @@ pub enum Continuation {
     Allow,
 }
 
+/// Where blocks are looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SearchBy {
+    /// In large exemplars at a fraction of the size, and then around the best of what is found there; in small ones
+    /// everywhere.
+    #[default]
+    Auto,
+    /// At every place of every exemplar.
+    Exact,
+}
+
 /// Options of [`quilt`](crate::quilt).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -53,6 +64,8 @@ pub struct Options {
     /// often as parts are in the mean, twice as much where three times as often, up to the whole error. From 0
     /// (whatever fits best, as in the paper) to 10. Default: 0.25, which shows more of an exemplar at seams as good.
     pub spread: f64,
+    /// Where blocks are looked for. Errors are exact either way. Default: [`SearchBy::Auto`].
+    pub search: SearchBy,
 }
 
 impl Default for Options {
@@ -65,6 +78,7 @@ impl Default for Options {
             stage: Stage::Cut,
             continuation: Continuation::Allow,
             spread: 0.25,
+            search: SearchBy::Auto,
         }
     }
 }
@@ -73,7 +87,8 @@ impl Options {
     /// The paper, to the letter; the block is left to the user there, and to [`suggest_block`](crate::suggest_block)
     /// here.
     pub fn paper() -> Self {
-        Self { overlap_part: 6, continuation: Continuation::Allow, spread: 0.0, ..Self::default() }
+        let (continuation, search) = (Continuation::Allow, SearchBy::Exact);
+        Self { overlap_part: 6, continuation, spread: 0.0, search, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.

@@ -6,10 +6,10 @@ use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
 use crate::estimate::estimate;
 use crate::fit::{check_fit, check_places, domains};
-use crate::options::{Error, Options, Stage, per_mille};
+use crate::options::{Error, Options, SearchBy, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
-use crate::search::{BlockSearch, Search};
+use crate::search::{BlockSearch, FromAbove, Reduced, Search, halvings};
 
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,6 +89,12 @@ impl<'e> Plan<'e> {
         self.grid().len() as u64
     }
 
+    /// How often exemplars may be halved before blocks are looked for in them ([`SearchBy::Auto`]): 0 if they are
+    /// small, have masks, or the overlap is narrow.
+    pub fn halvings(&self) -> u32 {
+        halvings(self.exemplars, self.overlap)
+    }
+
     /// Bytes that it will take at most, beside the exemplars; see [`estimate`].
     pub fn bytes(&self) -> u64 {
         let options = Options { block: Some(self.block), overlap: Some(self.overlap), ..self.options };
@@ -101,6 +107,12 @@ impl<'e> Plan<'e> {
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
         run.limits.admit(self.output, Bytes(self.bytes()))?;
+        if self.options.search == SearchBy::Auto {
+            let reduced = Reduced::new(self.exemplars, self.overlap)?;
+            if let Some(search) = FromAbove::new(self.exemplars, &reduced, run.simd)? {
+                return self.weave_by(search, run);
+            }
+        }
         self.weave_by(BlockSearch::new(self.exemplars, None, run.simd)?, run)
     }
 
@@ -168,11 +180,15 @@ fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> u64 
 /// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, one
 /// over the run's limits (its [`estimate`] counts against their memory), or no memory for it.
 ///
+/// From 384 samples a side of all exemplars on, without masks, and where the overlap is wide enough, blocks are looked
+/// for at a fraction of the size and compared exactly around the best of what is found there, unless
+/// [`SearchBy::Exact`] is asked for.
+///
 /// # Complexity
 /// With `n` exemplar samples, `c` channels and `b = output samples / (block - overlap)^2` blocks: time `O(b * c * n)`
-/// for searches of short overlaps or `O(b * c * n log n)` by Fourier transforms, whichever is less, and
-/// `O(b * block^2)` for cuts, but for the last ones of a periodic output, which take `O(overlap^4)` each. Space
-/// `O(output + c * n)`.
+/// for searches of short overlaps or `O(b * c * n log n)` by Fourier transforms, whichever is less, of the smallest
+/// size, and `O(b * block^2)` for cuts, but for the last ones of a periodic output, which take `O(overlap^4)` each.
+/// Space `O(output + c * n)`.
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Block number `i` draws from `"quilting/block"`, `i`.

@@ -83,8 +83,8 @@ pub struct Stats {
 /// Candidates are taken in turns, each time with the next seed. Exemplars and outputs that are too small to be compared
 /// have one. One whose method refuses the exemplars is left out.
 ///
-/// From 384 samples a side on, drafts are made and compared at a fraction of the size, which leaves 192 of exemplars, and
-/// what was finished is compared there as well: which one is better shows there, for a fraction of the work.
+/// From 384 samples a side on, drafts are made and compared at a fraction of the size, which leaves 192 of exemplars,
+/// and what was finished is compared there as well: which one is better shows there, for a fraction of the work.
 ///
 /// # Errors
 /// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`], [`Error::Analysis`] and [`Error::Metrics`] if

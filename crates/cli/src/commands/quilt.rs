@@ -2,7 +2,7 @@
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain};
-use selvedge_quilting::{Continuation, Error, Options, Plan, Stage, Stats, estimate};
+use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, estimate};
 use serde_json::{Value, json};
 
 use crate::blending::Blending;
@@ -40,8 +40,11 @@ pub(crate) struct Quilt {
     /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
     spread: f64,
-    /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0.
-    #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread"])]
+    /// Where blocks are looked for: everywhere, or, in exemplars from 384 px on, at a fraction of the size first.
+    #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchArg::Auto)]
+    search: SearchArg,
+    /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0 --search exact.
+    #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread", "search"])]
     paper: bool,
     #[command(flatten)]
     repairing: Repairing,
@@ -63,6 +66,13 @@ choices!(ContinuationArg for Continuation {
     Avoid,
     /// As the paper has it.
     Allow,
+});
+
+choices!(SearchArg for SearchBy {
+    /// At a fraction of the size first where exemplars are large.
+    Auto,
+    /// At every place.
+    Exact,
 });
 
 impl Method for Quilt {
@@ -97,6 +107,9 @@ impl Method for Quilt {
             .set("stage", name_of(options.stage))
             .set("continuation", name_of(options.continuation))
             .set("spread", options.spread);
+        // Small ones are searched alike.
+        let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
+        let used = if exact { used.set("search", name_of(options.search)) } else { used.without("search") };
         let used = self.blending.used_if_any(self.repairing.used_if_any(used));
         Ok(Planned::new(used, format!("from blocks of {} px", plan.block()), move || {
             let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
@@ -117,6 +130,7 @@ impl Quilt {
             stage: self.stage.into(),
             continuation: self.continuation.into(),
             spread: self.spread,
+            search: self.search.into(),
             overlap_part: Options::default().overlap_part,
             ..options
         }

@@ -25,6 +25,7 @@
 
 mod block_search;
 mod continued;
+mod from_above;
 #[cfg(test)]
 pub(crate) mod plain;
 
@@ -35,6 +36,7 @@ use crate::options::Error;
 
 pub use block_search::{BlockScratch, BlockSearch};
 pub use continued::Successor;
+pub(crate) use from_above::{FromAbove, Reduced, halvings};
 
 /// Which features are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -63,9 +63,9 @@ pub(crate) struct Graphcut {
     /// Patches that are tried at each step, of which the best is taken.
     #[arg(long, value_name = "N", default_value_t = Options::<2>::default().tries)]
     tries: u32,
-    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars and 4
-    /// of structures. From the second on, only what lies near seams is decided again. What starts from a map or a picture, or
-    /// follows scales, has one.
+    /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars
+    /// and 4 of structures. From the second on, only what lies near seams is decided again. What starts from a map or a
+    /// picture, or follows scales, has one.
     #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
         value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
     levels: Auto<u32>,
