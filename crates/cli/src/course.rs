@@ -57,7 +57,8 @@ struct Step {
 pub(crate) struct Course {
     /// At the smallest size.
     energy: Vec<i64>,
-    /// At how many sizes the map was solved. Of several, only the last map is one of the exemplars, and the only picture.
+    /// At how many sizes the map was solved. Of several, only the last map is one of the exemplars, and the only
+    /// picture.
     levels: u32,
     /// Refinements that changed something.
     changes: u64,
