@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::options::{MOST_WEIGHT, Options};
 
 /// The price of one grey level, that of [`SeamCosts`](selvedge_core::SeamCosts).
-const LEVEL: f64 = 16.0;
+pub(crate) const LEVEL: f64 = 16.0;
 /// Fractional bits of a factor: those of `K = 0.01` keep three digits.
 const FRACTION: u32 = 20;
 /// Channels of weight 1 whose sum is what `K` was made for: the paper's red, green and blue.

@@ -184,3 +184,44 @@ fn a_source_that_may_not_be_used_everywhere_is_not_used() {
         assert!(output.positions().all(|at| woven.result.locate(at).unwrap().0 == 1));
     }
 }
+
+#[test]
+fn where_no_source_may_be_used_runs_end_with_a_word() {
+    let (exemplars, constraints) = striped(1, 1, 1.0);
+    let output = constraints[0].guide.target().domain();
+    for random_labels in [None, Some(9)] {
+        let start = Start {
+            map: SourceMap::unassigned(&exemplars, output).unwrap(),
+            fixed: None,
+            sources: Some(Grid::try_filled(output, 1, 0).unwrap()),
+        };
+        let options = Options { random_labels, ..Options::paper() };
+        let error = crate::analogy_from(&exemplars, &constraints, &start, &options, &Run::seeded(0)).unwrap_err();
+        assert!(matches!(error, crate::Error::Core(selvedge_core::Error::NoSource { .. })), "{error}");
+    }
+}
+
+/// A picture whose left part is flat and whose right part is noise, under one label: without spread most is flat.
+#[test]
+fn outputs_spread_over_what_agrees_alike() {
+    let mut rng = Seed(3).rng();
+    let source = Domain::open([24, 48]);
+    let features = source.positions().map(|[_, x]| if 24 <= x { rng.below(256) as u8 } else { 40 }).collect();
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let source_of = Source { features: Grid::from_vec(source, 1, features).unwrap(), valid: None, origin };
+    let exemplars = Exemplars::from_sources(vec![source_of], vec![1]).unwrap();
+    let flat = |domain| Grid::try_filled(domain, 1, 9).unwrap();
+    let output = Domain::open([70, 70]);
+    let constraints = [Constraint::new(Guide::new(&exemplars, &[flat(source)], flat(output)).unwrap())];
+    let noisy = |spread: f64| {
+        let options = Options { neighborhood: 2, spread, tolerance: Some(0.1), ..Options::paper() };
+        let woven = analogy(&exemplars, &constraints, &options, &Run::seeded(0)).unwrap();
+        let (energy, last) = (&woven.stats.energy, woven.stats.model.sum());
+        assert!(energy.windows(2).all(|pair| pair[1] < pair[0]), "{energy:?}");
+        assert_eq!(energy.last().copied().unwrap_or(last), last);
+        let shows = |at| 24 <= woven.result.locate(at).unwrap().1[1];
+        output.positions().filter(|&at| shows(at)).count() as f64 / output.len() as f64
+    };
+    let (without, with) = (noisy(0.0), noisy(0.4));
+    assert!(without < 0.25 && 0.4 < with && with < 0.6, "{without} {with}");
+}

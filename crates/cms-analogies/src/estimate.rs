@@ -64,5 +64,6 @@ pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<u64, Error> 
     let standing = output * (OF_PLACE + 8 * constraints) + summed(sides(&sizes.output));
     let moving = windows().map(|shape| summed(shape) + area(shape) * OF_WINDOW).max().unwrap_or(0);
     // Features, masks, and the value of each label.
-    Ok(searching + standing + moving + samples * (sizes.channels as u64 + 1 + 8))
+    let uses = if options.spread == 0.0 { 0 } else { crate::uses::bytes(sizes.sources) };
+    Ok(searching + standing + moving + uses + samples * (sizes.channels as u64 + 1 + 8))
 }

@@ -9,6 +9,7 @@ use crate::constraint::DUMMY;
 use crate::error::Error;
 use crate::labelling::Labelling;
 use crate::stats::Stats;
+use crate::uses::Uses;
 
 /// Tries labels. Its memory is used again.
 pub(crate) struct Expansions<'a> {
@@ -30,6 +31,7 @@ pub(crate) struct Expansions<'a> {
 /// `A'` and `B`. `[CMS eq. 6]`
 struct Both<'a> {
     seams: &'a SeamCosts<2>,
+    uses: &'a Uses,
     standing: &'a [SampleId],
     own: &'a [i32],
     offer: &'a [i32],
@@ -44,12 +46,10 @@ impl Prices<2> for Both<'_> {
     #[inline]
     fn unary(&self, place: usize, sample: SampleId) -> i32 {
         if !sample.is_assigned() {
-            DUMMY
-        } else if self.standing[place] == sample {
-            self.own[place]
-        } else {
-            self.offer[place]
+            return DUMMY;
         }
+        let own = if self.standing[place] == sample { self.own[place] } else { self.offer[place] };
+        own + self.uses.price(sample)
     }
 
     #[inline]
@@ -128,6 +128,7 @@ impl<'a> Expansions<'a> {
         let choices = frame.choices(Holes::Fill, pin)?;
         let prices = Both {
             seams: &labelling.seams,
+            uses: &labelling.uses,
             standing: labelling.map.ids.plane(0),
             own: &labelling.own,
             offer: &self.offer,
@@ -135,7 +136,10 @@ impl<'a> Expansions<'a> {
         let proposal = expand(&frame, &choices, &prices, &mut self.scratch, cancelled)?;
         stats.nodes += proposal.free as u64;
         stats.truncated += proposal.truncated as u64;
-        if proposal.filled == 0 && proposal.gain() <= 0 {
+        // Uses were priced as they are; taking many samples of a part makes it dearer for each.
+        let priced = priced_uses(&labelling.uses, &frame, &proposal.taken);
+        let more = labelling.uses.growth(&frame, &proposal.taken)? - priced;
+        if proposal.filled == 0 && proposal.gain() <= more {
             return Ok(None);
         }
         let changed = labelling.lay(&frame, &proposal.taken, |place| self.offer[place])?;
@@ -161,11 +165,15 @@ impl<'a> Expansions<'a> {
         let (mut low, mut high, mut left) = ([u32::MAX; 2], [0; 2], 0);
         let mut defined = Vec::new();
         reserve(&mut defined, window.len())?;
-        defined.extend(patch.samples(self.exemplars, window).map(SampleId::is_assigned));
+        defined.extend(patch.samples(self.exemplars, window));
+        let standing = labelling.map.ids.plane(0);
+        let price = |id: SampleId| i64::from(labelling.uses.price(id));
         let wide = window.shape[1].max(1);
-        for (i, (place, defined)) in window.places(output).zip(defined).enumerate() {
+        for (i, (place, new)) in window.places(output).zip(defined).enumerate() {
             let Some(place) = place else { continue };
+            let defined = new.is_assigned();
             let excess = i64::from(self.offer[place]) - i64::from(labelling.own[place]);
+            let excess = excess + price(new) - price(standing[place]);
             self.possible[place] = all || defined && excess <= self.most_saved;
             if self.possible[place] {
                 let at = [i as u32 / wide, i as u32 % wide];
@@ -186,4 +194,13 @@ impl<'a> Expansions<'a> {
             shape: [0, 1].map(|a| end[a] - start[a]),
         }))
     }
+}
+
+/// What a proposal was told that uses would grow by.
+fn priced_uses(uses: &Uses, frame: &Frame<2>, taken: &[bool]) -> i64 {
+    if uses.is_off() {
+        return 0;
+    }
+    let price = |id: SampleId| i64::from(uses.price(id));
+    (0..taken.len()).filter(|&i| taken[i]).map(|i| price(frame.new[i]) - price(frame.old[i])).sum()
 }

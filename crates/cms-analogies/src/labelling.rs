@@ -9,6 +9,7 @@ use crate::constraint::{DUMMY, price};
 use crate::error::Error;
 use crate::options::Options;
 use crate::stats::Energy;
+use crate::uses::Uses;
 use crate::worst::{OF_HOLE, Worst};
 
 /// A labelling with all that follows from it, kept up to date where it changes.
@@ -25,6 +26,7 @@ pub(crate) struct Labelling<'a> {
     pub(crate) worst: Worst,
     pub(crate) holes: usize,
     energy: Energy,
+    pub(crate) uses: Uses,
     /// Half of the neighborhood whose seams count, at least 1: a sample alone has none, and no place would be bad for
     /// them.
     half: u32,
@@ -48,7 +50,8 @@ impl<'a> Labelling<'a> {
             errors: terms.iter().map(|_| try_vec(samples, 0)).collect::<Result<_, _>>()?,
             worst: Worst::new(output, fixed)?,
             holes: samples,
-            energy: Energy { agreement: i64::from(DUMMY) * samples as i64, boundary: 0 },
+            energy: Energy { agreement: i64::from(DUMMY) * samples as i64, boundary: 0, usage: 0 },
+            uses: Uses::new(exemplars, samples, options.spread)?,
             half: options.neighborhood.max(1),
             boxes: Boxes::default(),
             terms,
@@ -69,7 +72,7 @@ impl<'a> Labelling<'a> {
 
     /// `E'` of what stands. `[CMS eq. 6]`
     pub(crate) fn energy(&self) -> Energy {
-        self.energy
+        Energy { usage: self.uses.energy(), ..self.energy }
     }
 
     /// Lays what of a frame was taken, of which `offer` tells the cost; the window that changed.
@@ -95,10 +98,20 @@ impl<'a> Labelling<'a> {
         Ok(Some(changed))
     }
 
+    /// The worst places, apart from each other: what is used too often counts over a neighborhood, as seams do.
+    pub(crate) fn worst_places(&self, count: usize, apart: u32) -> Vec<usize> {
+        if self.uses.is_off() {
+            return self.worst.places(count, apart);
+        }
+        let taps = i64::from(2 * self.half + 1).pow(2);
+        let ids = self.map.ids.plane(0);
+        self.worst.places_with(count, apart, |place| taps * i64::from(self.uses.price(ids[place])))
+    }
+
     fn place(&mut self, place: usize, id: SampleId, cost: i32) {
         let standing = &mut self.map.ids.plane_mut(0)[place];
         self.holes -= usize::from(!standing.is_assigned());
-        *standing = id;
+        self.uses.replace(std::mem::replace(standing, id), id);
         self.energy.agreement += i64::from(cost) - i64::from(self.own[place]);
         self.own[place] = cost;
         self.errors.iter_mut().zip(&self.terms).for_each(|(errors, term)| errors[place] = term.standing(place, id));
@@ -162,7 +175,7 @@ impl<'a> Labelling<'a> {
         let mut errors = try_vec(all.len(), 0_i64)?;
         self.true_agreement(&all, &mut errors)?;
         let standing = self.map.ids.plane(0).iter().zip(errors).filter(|(id, _)| id.is_assigned());
-        Ok(Energy { agreement: standing.map(|(_, e)| e).sum(), boundary: self.energy.boundary })
+        Ok(Energy { agreement: standing.map(|(_, e)| e).sum(), ..self.energy() })
     }
 }
 

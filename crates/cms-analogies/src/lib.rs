@@ -68,6 +68,7 @@ mod stats;
 mod synthesis;
 #[cfg(test)]
 mod tests;
+mod uses;
 mod worst;
 
 use selvedge_core::{Exemplars, Run, SourceMap, Start, Woven};

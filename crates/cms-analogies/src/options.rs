@@ -28,6 +28,10 @@ pub struct Options {
     pub history: u32,
     /// `t`: what an improvement has to gain, in the paper's units (differences from 0 to 1). `None`: `5 (K + 2)`.
     pub tolerance: Option<f64>,
+    /// How much an output spreads over all of the exemplars: what a sample costs that shows as often as all do in the
+    /// mean, in the paper's units (differences from 0 to 1); twice as much where its part shows twice as often. 0 is
+    /// the paper's: of parts that agree alike the flattest may show everywhere.
+    pub spread: f64,
     /// Draws so many labels at random instead of searching for them: Schödl's baseline.
     pub random_labels: Option<u32>,
 }
@@ -43,6 +47,7 @@ impl Options {
             apart: 20,
             history: 8,
             tolerance: None,
+            spread: 0.0,
             random_labels: None,
         }
     }
@@ -61,6 +66,7 @@ impl Options {
             if fits { Ok(()) } else { Err(Error::Range { option, value: value.into(), range }) }
         };
         weight("constraint_weight", self.constraint_weight, "0 to 10000")?;
+        weight("spread", self.spread, "0 to 10000")?;
         whole("neighborhood", self.neighborhood, 0, MOST_NEIGHBORHOOD, "0 to 32")?;
         whole("candidates", self.candidates, 1, 1000, "1 to 1000")?;
         whole("apart", self.apart, 0, 65_535, "0 to 65535")?;

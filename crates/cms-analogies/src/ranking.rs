@@ -8,6 +8,7 @@ use crate::constraint::{Scale, unit};
 use crate::error::Error;
 use crate::labelling::Labelling;
 use crate::options::Options;
+use crate::uses::Uses;
 
 /// What no label has.
 const NONE: u64 = u64::MAX;
@@ -103,7 +104,7 @@ impl<'a> Ranking<'a> {
         for search in &mut self.searches {
             search.run()?;
         }
-        self.sum(allowed)?;
+        self.sum(allowed, &labelling.uses)?;
         let standing = labelling.map.ids.get(0, at);
         if standing.is_assigned() {
             self.totals[standing.get() as usize] = NONE;
@@ -124,7 +125,8 @@ impl<'a> Ranking<'a> {
     }
 
     /// `Imprv` of every sample of every source at the place, [`NONE`] where it is not valid.
-    fn sum(&mut self, allowed: &[bool]) -> Result<(), Error> {
+    fn sum(&mut self, allowed: &[bool], uses: &Uses) -> Result<(), Error> {
+        let taps = u64::from(2 * self.half + 1).pow(2);
         for (number, source) in self.exemplars.sources().iter().enumerate() {
             let domain = source.domain();
             let first = self.exemplars.table().first(number) as usize;
@@ -139,6 +141,10 @@ impl<'a> Ranking<'a> {
             par::for_rows(totals, wide.max(1), |y, row| {
                 row.fill(0);
                 searches.iter().for_each(|search| search.add_row(number, domain, y, row));
+                if !uses.is_off() {
+                    let number = |x: usize| first + y * wide + x;
+                    row.iter_mut().enumerate().for_each(|(x, to)| *to += taps * uses.scaled_of(number(x)));
+                }
                 let excluded = |x: usize| valid.is_some_and(|v| !v[y * wide + x]);
                 row.iter_mut().enumerate().filter(|(x, _)| excluded(*x)).for_each(|(_, to)| *to = NONE);
             });

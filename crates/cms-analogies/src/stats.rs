@@ -1,18 +1,20 @@
 //! Counts of one run.
 
-/// An energy in its two parts, in the units of [`SeamCosts`](selvedge_core::SeamCosts): 16 a grey level.
+/// An energy in its parts, in the units of [`SeamCosts`](selvedge_core::SeamCosts): 16 a grey level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Energy {
     /// How far the output is from the constraints.
     pub agreement: i64,
     /// The price of all seams.
     pub boundary: i64,
+    /// What is shown more often than other parts of the exemplars; 0 without [`spread`](crate::Options::spread).
+    pub usage: i64,
 }
 
 impl Energy {
-    /// Both together.
+    /// All together.
     pub fn sum(self) -> i64 {
-        self.agreement + self.boundary
+        self.agreement + self.boundary + self.usage
     }
 }
 

@@ -97,7 +97,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
         loop {
             let mut improved = false;
             let history = if self.labelling.holes == 0 { self.options.history as usize } else { 1 };
-            for place in self.labelling.worst.places(history, apart) {
+            for place in self.labelling.worst_places(history, apart) {
                 if self.run.observer.cancelled() {
                     return Ok(false);
                 }
@@ -216,6 +216,11 @@ impl<'a, 'r> Weaver<'a, 'r> {
     fn draw(&mut self, labels: u32) -> Result<bool, Error> {
         let output = self.labelling.map.domain();
         let valid = self.exemplars.validity();
+        let usable = |s: usize| self.allowed[s] && valid[s].is_none_or(|valid| valid.samples().contains(&true));
+        if !(0..self.allowed.len()).any(usable) {
+            // Nothing can be drawn.
+            return self.check_filled().map(|()| true);
+        }
         let (mut drawn, mut number) = (0, 0);
         while drawn < labels || self.labelling.holes != 0 {
             if self.run.observer.cancelled() {

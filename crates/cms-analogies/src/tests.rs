@@ -13,6 +13,7 @@ use crate::options::Options;
 use crate::plan::Plan;
 use crate::ranking::Ranking;
 use crate::stats::{Energy, Stats};
+use crate::uses::Uses;
 use crate::{Constraint, Error, analogy};
 
 /// A small case: exemplars of which one is masked and one is turned, a constraint or two, options.
@@ -67,6 +68,7 @@ fn case(seed: u64) -> Case {
         neighborhood: half,
         apart: 1 + (seed % 3) as u32,
         tolerance: Some([0.0, 0.3, 2.0][seed as usize % 3]),
+        spread: [0.0, 0.2, 0.0, 0.02][seed as usize / 3 % 4],
         ..Options::paper()
     };
     Case { exemplars, constraints, options }
@@ -115,6 +117,13 @@ impl Case {
         };
         self.constraints.iter().map(of).sum::<f64>()
     }
+}
+
+/// What a map shows.
+fn uses_of(case: &Case, map: &SourceMap<2>) -> Uses {
+    let mut uses = Uses::new(&case.exemplars, map.domain().len(), case.options.spread).unwrap();
+    map.ids.samples().iter().for_each(|&id| uses.replace(SampleId::UNASSIGNED, id));
+    uses
 }
 
 /// Up to the rounding of factors.
@@ -181,7 +190,7 @@ fn labels_are_the_best_of_all() {
         let labelling = Labelling::new(&case.exemplars, terms.clone(), holed, None, &case.options).unwrap();
         let mut ranking = Ranking::new(&case.exemplars, &labelling, &case.options, SimdLevel::Auto).unwrap();
         let found = ranking.labels(&labelling, &[true; 2], at).unwrap();
-        let taps = u64::from(2 * half as u32 + 1).pow(2);
+        let (taps, uses) = (u64::from(2 * half as u32 + 1).pow(2), uses_of(&case, &o));
         let scale = Scale::new(unit(&case.exemplars), case.exemplars.weights(), taps);
         // eq. 8 by its definition.
         let value = |id: SampleId| -> Option<u64> {
@@ -200,7 +209,8 @@ fn labels_are_the_best_of_all() {
             let window = Window { start: at.map(|p| p as i32), shape: [1, 1] };
             let of =
                 |term: &Term<'_>| term.scale.of_packed(term.sums(&patch, &window, &mut Boxes::default()).unwrap()[0]);
-            Some(scale.over(known).of(sum, compared) + terms.iter().map(of).sum::<u64>())
+            let used = taps * uses.scaled_of(id.get() as usize);
+            Some(scale.over(known).of(sum, compared) + terms.iter().map(of).sum::<u64>() + used)
         };
         let all = (0..case.exemplars.table().len()).map(SampleId::new);
         let mut ranked: Vec<(u64, SampleId)> = all.filter_map(|id| Some((value(id)?, id))).collect();
@@ -241,7 +251,7 @@ fn energies_never_rise_and_are_those_of_the_map() {
         let seams = selvedge_core::SeamCosts::new(&case.exemplars, selvedge_core::SeamMeasure::Difference).unwrap();
         let places = map.domain().positions();
         let own = places.map(|p| i64::from(of_sample(&terms, &case.exemplars, p, map.ids.get(0, p)))).sum();
-        let recounted = Energy { agreement: own, boundary: seams.total(&map) };
+        let recounted = Energy { agreement: own, boundary: seams.total(&map), usage: uses_of(&case, &map).energy() };
         assert_eq!(stats.model, recounted, "{seed}");
         assert!(stats.energy.last().is_none_or(|&last| last == recounted.sum()));
         let truth: f64 = map.domain().positions().map(|p| case.naive(p, |q, _| Some(map.ids.get(0, q)))).sum();

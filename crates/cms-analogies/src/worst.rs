@@ -75,29 +75,49 @@ impl Worst {
     /// The worst place, then the worst that is at least `apart` from it along some axis, and so on: places above 0 that
     /// are not covered, the first of equal ones.
     pub(crate) fn places(&self, count: usize, apart: u32) -> Vec<usize> {
+        self.found(count, |found| self.next(found, apart, |y| self.rows[y], |_| 0))
+    }
+
+    /// The same with something added to the error of every place, which nobody has noted: all of them are looked at.
+    pub(crate) fn places_with(&self, count: usize, apart: u32, added: impl Fn(usize) -> i64) -> Vec<usize> {
+        self.found(count, |found| self.next(found, apart, |_| i64::MAX, &added))
+    }
+
+    fn found(&self, count: usize, next: impl Fn(&[[u32; 2]]) -> Option<usize>) -> Vec<usize> {
         let mut found = Vec::new();
         while found.len() < count
-            && let Some(place) = self.next(&found, apart)
+            && let Some(place) = next(&found)
         {
             found.push(self.domain.position(place));
         }
         found.iter().map(|&at| self.domain.index(at)).collect()
     }
 
-    fn next(&self, found: &[[u32; 2]], apart: u32) -> Option<usize> {
+    /// `most` bounds what can be found in a row.
+    fn next(
+        &self,
+        found: &[[u32; 2]],
+        apart: u32,
+        most: impl Fn(usize) -> i64,
+        added: impl Fn(usize) -> i64,
+    ) -> Option<usize> {
         let wide = self.domain.shape[1] as usize;
         let (mut worst, mut best) = (0, None);
-        for (y, _) in self.rows.iter().enumerate().filter(|(_, row)| 0 < **row) {
-            if self.rows[y] <= worst {
+        for y in 0..self.rows.len() {
+            if most(y) <= worst {
                 continue;
             }
             let near: Vec<u32> =
                 found.iter().filter(|f| self.distance(f[0], y as u32, 0) < apart).map(|f| f[1]).collect();
-            let row = y * wide..(y + 1) * wide;
-            let free = self.errors[row.clone()].iter().zip(&self.covered[row]).enumerate();
-            for (x, (&error, _)) in free.filter(|(_, (_, covered))| **covered == 0) {
+            for x in 0..wide {
+                let place = y * wide + x;
+                let is_fixed = self.errors[place] == 0 && self.fixed.get(place) == Some(&true);
+                if self.covered[place] != 0 || is_fixed {
+                    continue;
+                }
+                let error = self.errors[place].saturating_add(added(place));
                 if worst < error && near.iter().all(|&f| apart <= self.distance(f, x as u32, 1)) {
-                    (worst, best) = (error, Some(y * wide + x));
+                    (worst, best) = (error, Some(place));
                 }
             }
         }
@@ -148,6 +168,12 @@ mod tests {
                 expected.extend(free.max_by_key(|&p| (errors[p], usize::MAX - p)));
             }
             assert_eq!(worst.places(5, apart), expected, "{domain:?} {apart}");
+            // Something added to each is a larger error of each.
+            let added: Vec<i64> = (0..errors.len()).map(|_| i64::from(rng.below(30))).collect();
+            let with = worst.places_with(5, apart, |place| added[place]);
+            errors.iter().zip(&added).enumerate().for_each(|(place, (&e, &a))| worst.set(place, e + a));
+            worst.renew(&Window::all(domain), domain);
+            assert_eq!(with, worst.places(5, apart), "{domain:?} {apart}");
         }
     }
 }

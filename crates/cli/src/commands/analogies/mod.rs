@@ -51,6 +51,10 @@ pub(crate) struct Knobs {
     /// What an improvement has to gain. Default: 5 (K + 2).
     #[arg(long, value_name = "T")]
     tolerance: Option<f64>,
+    /// How much the output spreads over all of the exemplars, so that no part of them shows over and over: what a pixel
+    /// costs that shows as often as all do. 0 lets the flattest show everywhere.
+    #[arg(long, value_name = "S", default_value_t = Options::paper().spread)]
+    spread: f64,
     /// Draw this many labels at random instead of searching for them, to compare with.
     #[arg(long, value_name = "N")]
     random_labels: Option<u32>,
@@ -74,6 +78,7 @@ impl Knobs {
             apart: self.apart,
             history: self.history,
             tolerance: self.tolerance,
+            spread: self.spread,
             random_labels: self.random_labels,
         }
     }
@@ -172,6 +177,7 @@ impl Job<'_> {
             .set("neighborhood", options.neighborhood)
             .set("guide", named(&knobs.guide, loom.loaded.paths.len()));
         let used = if knobs.tolerance.is_some() { used } else { used.without("tolerance") };
+        let used = if options.spread == 0.0 { used.without("spread") } else { used };
         let used = if knobs.random_labels.is_some() { used } else { used.without("random-labels") };
         knobs.blending.used_if_any(used)
     }
@@ -193,7 +199,13 @@ fn failure(error: selvedge_cms_analogies::Error) -> Failure {
 }
 
 fn counts(stats: &Stats) -> serde_json::Value {
-    let parts = |e: selvedge_cms_analogies::Energy| json!({ "agreement": e.agreement, "boundary": e.boundary });
+    let parts = |e: selvedge_cms_analogies::Energy| {
+        let mut parts = json!({ "agreement": e.agreement, "boundary": e.boundary });
+        if e.usage != 0 {
+            parts["usage"] = e.usage.into();
+        }
+        parts
+    };
     json!({
         "searches": stats.searches,
         "expansions": stats.expansions,
