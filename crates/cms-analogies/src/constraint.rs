@@ -45,6 +45,18 @@ impl Constraint {
         options.neighborhood.saturating_mul(self.ratio)
     }
 
+    /// A neighborhood's side in samples of the output.
+    fn side(&self, options: &Options) -> u32 {
+        self.reach(options).saturating_mul(2).saturating_add(1)
+    }
+
+    /// True where output and some exemplar hold two neighborhoods along each axis.
+    pub(crate) fn fits_twice(&self, exemplars: &Exemplars<2>, options: &Options) -> bool {
+        let least = self.side(options).saturating_mul(2);
+        let holds = |shape: [u32; 2]| shape.iter().all(|&n| least <= n);
+        holds(self.guide.target().domain().shape) && exemplars.table().sources().iter().any(|(_, s)| holds(s.shape))
+    }
+
     /// Fits exemplars, options, and the output that the first constraint lies under.
     pub(crate) fn check(&self, exemplars: &Exemplars<2>, first: &Self, options: &Options) -> Result<(), Error> {
         let range = "0 to 10000, times K as well";
@@ -59,7 +71,7 @@ impl Constraint {
         if expected != found {
             return Err(Error::Target { expected: expected.shape.to_vec(), found: found.shape.to_vec() });
         }
-        let side = self.reach(options).saturating_mul(2).saturating_add(1);
+        let side = self.side(options);
         let holds = |shape: [u32; 2]| shape.iter().all(|&n| side <= n);
         if !holds(found.shape) {
             return Err(Error::Neighborhood { side, what: "an output", shape: found.shape.to_vec() });

@@ -185,17 +185,26 @@ fn a_source_that_may_not_be_used_everywhere_is_not_used() {
     }
 }
 
+/// Each of two sources may be used in one half, so that none may be everywhere.
 #[test]
 fn where_no_source_may_be_used_runs_end_with_a_word() {
-    let (exemplars, constraints) = striped(1, 1, 1.0);
-    let output = constraints[0].guide.target().domain();
+    let domain = Domain::open([14, 14]);
+    let flat = |domain| Grid::try_filled(domain, 1, 5).unwrap();
+    let source = |exemplar| Source {
+        features: flat(domain),
+        valid: None,
+        origin: Origin { exemplar, transform: Transform::IDENTITY },
+    };
+    let exemplars = Exemplars::from_sources(vec![source(0), source(1)], vec![1]).unwrap();
+    let output = Domain::open([20, 20]);
+    let guide = Guide::new(&exemplars, &[flat(domain), flat(domain)], flat(output)).unwrap();
+    let halves = output.positions().map(|[y, _]| if y < 10 { 1 } else { 2 }).collect();
+    let sources = Grid::from_vec(output, 1, halves).unwrap();
     for random_labels in [None, Some(9)] {
-        let start = Start {
-            map: SourceMap::unassigned(&exemplars, output).unwrap(),
-            fixed: None,
-            sources: Some(Grid::try_filled(output, 1, 0).unwrap()),
-        };
+        let map = SourceMap::unassigned(&exemplars, output).unwrap();
+        let start = Start { map, fixed: None, sources: Some(sources.clone()) };
         let options = Options { random_labels, ..Options::paper() };
+        let constraints = [Constraint::new(guide.clone())];
         let error = crate::analogy_from(&exemplars, &constraints, &start, &options, &Run::seeded(0)).unwrap_err();
         assert!(matches!(error, crate::Error::Core(selvedge_core::Error::NoSource { .. })), "{error}");
     }

@@ -64,6 +64,13 @@ pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<u64, Error> 
     let standing = output * (OF_PLACE + 8 * constraints) + summed(sides(&sizes.output));
     let moving = windows().map(|shape| summed(shape) + area(shape) * OF_WINDOW).max().unwrap_or(0);
     // Features, masks, and the value of each label.
+    let guided: u64 = sizes.constraints.iter().map(|c| c.0 as u64 + 1).sum();
+    // Coarser ones of exemplars and constraints, a fourth each time, and the map that is carried up.
+    let coarser = if options.levels == Some(1) || options.random_labels.is_some() {
+        0
+    } else {
+        (samples * (sizes.channels as u64 + 1 + guided) + output * (guided + 4)) / 3
+    };
     let uses = if options.spread == 0.0 { 0 } else { crate::uses::bytes(sizes.sources) };
-    Ok(searching + standing + moving + uses + samples * (sizes.channels as u64 + 1 + 8))
+    Ok(searching + standing + moving + uses + coarser + samples * (sizes.channels as u64 + 1 + 8))
 }

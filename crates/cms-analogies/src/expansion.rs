@@ -88,12 +88,13 @@ impl<'a> Expansions<'a> {
     }
 
     /// Lays the label where that lowers `E'`, and answers what has changed. It may show at `at`, also where it is
-    /// longer than an output that goes around.
+    /// longer than an output that goes around; `within` of an output that does not, no more is tried.
     pub(crate) fn expand(
         &mut self,
         labelling: &mut Labelling<'_>,
         patch: &Patch<2>,
         at: [u32; 2],
+        within: Option<&Window<2>>,
         stats: &mut Stats,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<Window<2>>, Error> {
@@ -108,6 +109,8 @@ impl<'a> Expansions<'a> {
             window.shape[a] = output.shape[a];
         }
         let window = window.inside(output);
+        let shared = within.filter(|_| output.periodic == [false; 2]).map(|within| window.shared(within));
+        let Some(window) = shared.unwrap_or(Some(window)) else { return Ok(None) };
         if window.is_empty() {
             return Ok(None);
         }

@@ -1,16 +1,21 @@
 //! What stands in the output, what it costs, and where it is worst. `[CMS IV-B2]`
 
-use selvedge_core::{Exemplars, SampleId, SeamCosts, SeamMeasure, SourceMap, Window, try_vec};
+use selvedge_core::{Exemplars, Patch, SampleId, SeamCosts, SeamMeasure, SourceMap, Window, try_vec};
 use selvedge_expansion::Frame;
 
-use crate::agreement::{Term, of_sample};
+use crate::agreement::{Term, of_label, of_sample};
 use crate::boxes::{Boxes, Taps};
 use crate::constraint::{DUMMY, price};
 use crate::error::Error;
+use crate::levels;
 use crate::options::Options;
 use crate::stats::Energy;
 use crate::uses::Uses;
 use crate::worst::{OF_HOLE, Worst};
+
+/// A map is begun by boxes around its labels if these have no more than so many times its samples: fewer than the
+/// smallest neighborhood has taps, each of which would be looked at.
+const MOST_BOXES: usize = 8;
 
 /// A labelling with all that follows from it, kept up to date where it changes.
 pub(crate) struct Labelling<'a> {
@@ -63,11 +68,40 @@ impl<'a> Labelling<'a> {
 
     fn begin(&mut self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<(), Error> {
         let output = map.domain();
+        let labels = levels::labels(map);
+        let boxes: usize = labels.iter().map(|label| label.window.len()).sum();
+        if output.periodic == [false; 2] && boxes <= MOST_BOXES * output.len() {
+            for label in labels {
+                self.begin_label(exemplars, map, &label.patch, &label.window)?;
+            }
+        }
+        // The rest, also what stands on masked samples.
         for (place, &id) in map.ids.plane(0).iter().enumerate().filter(|(_, id)| id.is_assigned()) {
-            let cost = of_sample(&self.terms, exemplars, output.position(place), id);
-            self.place(place, id, cost);
+            if !self.map.ids.plane(0)[place].is_assigned() {
+                let cost = of_sample(&self.terms, exemplars, output.position(place), id);
+                self.place(place, id, cost);
+            }
         }
         self.update(&Window::all(output))
+    }
+
+    /// What of a map shows a label, all inside of a window: running sums, where its boxes are small.
+    fn begin_label(
+        &mut self,
+        exemplars: &Exemplars<2>,
+        map: &SourceMap<2>,
+        patch: &Patch<2>,
+        window: &Window<2>,
+    ) -> Result<(), Error> {
+        let (output, mut costs) = (map.domain(), Vec::new());
+        of_label(&self.terms, patch, window, &mut self.boxes, &mut Vec::new(), &mut costs)?;
+        let shown = patch.samples(exemplars, window);
+        for ((place, id), cost) in window.places(output).zip(shown).zip(costs) {
+            if let Some(place) = place.filter(|&place| id.is_assigned() && map.ids.plane(0)[place] == id) {
+                self.place(place, id, cost);
+            }
+        }
+        Ok(())
     }
 
     /// `E'` of what stands. `[CMS eq. 6]`

@@ -24,6 +24,10 @@ const WIDTH: u32 = 4;
 /// run's time otherwise.
 const REACH: u32 = 32;
 
+/// Labels of fewer samples are not moved: eight expansions each, of windows that are mostly what is around them, took
+/// more time than all that was searched afterwards.
+pub(crate) const LEAST_MOVED: usize = 64;
+
 /// Exemplars and constraints at a fraction of the size.
 pub(crate) struct Level {
     pub(crate) exemplars: Exemplars<2>,
@@ -65,24 +69,35 @@ pub(crate) fn below(
     Ok(levels)
 }
 
+/// A label of a map.
+pub(crate) struct Label {
+    pub(crate) patch: Patch<2>,
+    /// The box around all that shows it.
+    pub(crate) window: Window<2>,
+    /// How many samples do.
+    pub(crate) samples: usize,
+}
+
 /// Each label of a map with the box around all that shows it and a little more; the whole output where that goes
 /// around.
-pub(crate) fn labels(map: &SourceMap<2>) -> Vec<(Patch<2>, Window<2>)> {
+pub(crate) fn labels(map: &SourceMap<2>) -> Vec<Label> {
     let output = map.domain();
-    let mut boxes: BTreeMap<Patch<2>, ([u32; 2], [u32; 2])> = BTreeMap::new();
+    let mut boxes: BTreeMap<Patch<2>, ([u32; 2], [u32; 2], usize)> = BTreeMap::new();
     for at in output.positions() {
         let Some((source, from)) = map.locate(at) else { continue };
         let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
         let patch = patch.wrapped(map.table.sources()[source].1, output);
-        let (low, high) = boxes.entry(patch).or_insert((at, at));
+        let (low, high, samples) = boxes.entry(patch).or_insert((at, at, 0));
+        *samples += 1;
         *low = [0, 1].map(|a| low[a].min(at[a]));
         *high = [0, 1].map(|a| high[a].max(at[a]));
     }
-    let grown = |(low, high): ([u32; 2], [u32; 2])| {
+    let grown = |low: [u32; 2], high: [u32; 2]| {
         let of = Window { start: low.map(|p| p as i32), shape: [0, 1].map(|a| high[a] - low[a] + 1) };
         if output.periodic == [false; 2] { of.grown(output, [WIDTH; 2], [WIDTH; 2]) } else { Window::all(output) }
     };
-    boxes.into_iter().map(|(patch, of)| (patch, grown(of))).collect()
+    let label = |(patch, (low, high, samples))| Label { patch, window: grown(low, high), samples };
+    boxes.into_iter().map(label).collect()
 }
 
 /// Where a label may be taken that was searched for a place of a finer level.

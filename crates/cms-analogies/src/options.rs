@@ -28,6 +28,9 @@ pub struct Options {
     pub history: u32,
     /// `t`: what an improvement has to gain, in the paper's units (differences from 0 to 1). `None`: `5 (K + 2)`.
     pub tolerance: Option<f64>,
+    /// Levels, from coarse to fine, each twice as large as the one before; 1 is the paper's. `None`: up to three, where
+    /// constraints and exemplars have them. Large structures are placed where they are small; then the rest is settled.
+    pub levels: Option<u32>,
     /// How much an output spreads over all of the exemplars: what a sample costs that shows as often as all do in the
     /// mean, in the paper's units (differences from 0 to 1); twice as much where its part shows twice as often. 0 is
     /// the paper's: of parts that agree alike the flattest may show everywhere.
@@ -47,6 +50,7 @@ impl Options {
             apart: 20,
             history: 8,
             tolerance: None,
+            levels: Some(1),
             spread: 0.0,
             random_labels: None,
         }
@@ -72,6 +76,7 @@ impl Options {
         whole("apart", self.apart, 0, 65_535, "0 to 65535")?;
         whole("history", self.history, 1, 1000, "1 to 1000")?;
         whole("random_labels", self.random_labels.unwrap_or(1), 1, MOST_LABELS, "1 to 1000000")?;
+        whole("levels", self.levels.unwrap_or(1), 1, 8, "1 to 8")?;
         match self.tolerance {
             Some(value) if !(0.0..=1e9).contains(&value) => {
                 Err(Error::Range { option: "tolerance", value, range: "0 to 1000000000" })

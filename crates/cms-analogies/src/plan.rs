@@ -2,7 +2,6 @@
 
 use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Start, Woven};
 
-use crate::agreement::Term;
 use crate::constraint::Constraint;
 use crate::error::Error;
 use crate::estimate::{Sizes, bytes};
@@ -86,8 +85,8 @@ impl<'a> Plan<'a> {
             return Err(Error::Start { expected: self.output.shape.to_vec() });
         }
         start.check(self.exemplars)?;
-        let terms = Term::list(self.exemplars, self.constraints, self.options);
-        let (result, stats, complete) = synthesis::weave(self.exemplars, &terms, start, self.options, run, pruning)?;
+        let (result, stats, complete) =
+            synthesis::weave(self.exemplars, self.constraints, start, self.options, run, pruning)?;
         Ok(Woven { result, stats, complete })
     }
 }

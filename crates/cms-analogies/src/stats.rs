@@ -42,3 +42,16 @@ pub struct Stats {
     /// `E` at the end, what was meant. `[CMS eq. 3]`
     pub truth: Energy,
 }
+
+impl Stats {
+    /// Adds the work of another level; energies stay.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.searches += other.searches;
+        self.expansions += other.expansions;
+        self.improvements += other.improvements;
+        self.nodes += other.nodes;
+        self.pruned += other.pruned;
+        self.truncated += other.truncated;
+        self.saturated += other.saturated;
+    }
+}

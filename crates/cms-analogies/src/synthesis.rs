@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_core::{Event, Exemplars, Patch, Run, SampleId, SourceMap, Start, Window};
+use selvedge_core::{Event, Exemplars, Grid, Patch, Run, SampleId, SourceMap, Start, Window, Within};
 
 use crate::agreement::Term;
-use crate::constraint::unit;
+use crate::constraint::{Constraint, unit};
 use crate::error::Error;
 use crate::expansion::Expansions;
 use crate::labelling::Labelling;
+use crate::levels;
 use crate::options::Options;
 use crate::ranking::Ranking;
 use crate::stats::Stats;
@@ -35,43 +36,41 @@ pub(crate) struct Weaver<'a, 'r> {
     /// By place.
     tried: BTreeMap<usize, Tried>,
     /// By source, whether it may be used.
-    allowed: Vec<bool>,
+    allowed: &'a [bool],
+    is_carried: bool,
     pub(crate) stats: Stats,
 }
 
 impl<'a, 'r> Weaver<'a, 'r> {
     pub(crate) fn new(
-        exemplars: &'a Exemplars<2>,
-        terms: Vec<Term<'a>>,
-        start: &'a Start<2>,
+        (exemplars, terms): (&'a Exemplars<2>, Vec<Term<'a>>),
+        (map, fixed): (SourceMap<2>, Option<&'a Grid<bool, 2>>),
+        allowed: &'a [bool],
         options: &'a Options,
         run: &'r Run<'r, 2>,
         pruning: bool,
     ) -> Result<Self, Error> {
-        let (map, fixed) = (&start.map, start.fixed.as_ref());
-        // A source that may not be used everywhere is used nowhere: labels are of whole sources.
-        let everywhere = start.sources.as_ref().map(|s| s.plane(0).iter().fold(u64::MAX, |all, bits| all & bits));
-        let allowed =
-            (0..exemplars.sources().len()).map(|s| everywhere.is_none_or(|bits| bits >> s & 1 == 1)).collect();
         let samples = map.domain().len();
-        let mut map_copy = SourceMap::unassigned(exemplars, map.domain())?;
-        map_copy.ids.samples_mut().copy_from_slice(map.ids.samples());
         Ok(Self {
             exemplars,
             options,
             run,
-            labelling: Labelling::new(exemplars, terms, map_copy, fixed, options)?,
+            labelling: Labelling::new(exemplars, terms, map, fixed, options)?,
             expansions: Expansions::new(exemplars, fixed, samples, pruning)?,
             tried: BTreeMap::new(),
             allowed,
+            is_carried: false,
             stats: Stats::default(),
         })
     }
 
-    /// Works until nothing improves the output; false if it was cancelled before.
-    pub(crate) fn weave(&mut self) -> Result<bool, Error> {
+    /// Works until nothing improves the output; false if it was cancelled before. What was `carried` up from a coarser
+    /// level is settled first.
+    pub(crate) fn weave(&mut self, carried: bool) -> Result<bool, Error> {
+        self.is_carried = carried;
         let done = match self.options.random_labels {
             Some(labels) => self.draw(labels),
+            None if carried => self.settle().and_then(|done| if done { self.search() } else { Ok(false) }),
             None => self.search(),
         };
         match done {
@@ -85,6 +84,22 @@ impl<'a, 'r> Weaver<'a, 'r> {
         self.stats.model = self.labelling.energy();
         self.stats.truth = self.labelling.truth()?;
         Ok((self.labelling.map, self.stats))
+    }
+
+    /// Offers each label around what shows it: as it is, and moved by a sample.
+    fn settle(&mut self) -> Result<bool, Error> {
+        let labels = levels::labels(&self.labelling.map);
+        for by in levels::ways() {
+            let moved = |label: &&levels::Label| by == [0; 2] || levels::LEAST_MOVED <= label.samples;
+            for levels::Label { patch, window: within, .. } in labels.iter().filter(moved) {
+                if self.run.observer.cancelled() {
+                    return Ok(false);
+                }
+                let moved = Patch { offset: [0, 1].map(|a| patch.offset[a] + by[a]), ..*patch };
+                self.expand(&moved, within.start.map(|p| p.max(0) as u32), Some(within))?;
+            }
+        }
+        Ok(true)
     }
 
     /// `[CMS IV-C]`
@@ -134,15 +149,17 @@ impl<'a, 'r> Weaver<'a, 'r> {
             Some(known) => self.uncovered(place, known).labels,
             None => {
                 self.stats.searches += 1;
-                let labels = ranking.labels(&self.labelling, &self.allowed, at)?;
+                let labels = ranking.labels(&self.labelling, self.allowed, at)?;
                 labels.into_iter().map(|label| (label, true)).collect()
             }
         };
         self.tried.insert(place, Tried { labels: Vec::new(), is_idle: false });
+        // What is large was placed at a coarser level.
+        let around = self.is_carried.then(|| levels::around(at));
         for i in 0..labels.len() {
             if std::mem::take(&mut labels[i].1) {
                 let patch = labels[i].0;
-                let changed = self.expand(&patch, at)?;
+                let changed = self.expand(&patch, at, around.as_ref())?;
                 if let Some(changed) = changed {
                     // Only what others have changed makes it worth another try.
                     let others = labels.iter_mut().enumerate().filter(|(other, _)| *other != i);
@@ -199,9 +216,15 @@ impl<'a, 'r> Weaver<'a, 'r> {
     }
 
     /// One expansion, told to whoever watches.
-    fn expand(&mut self, patch: &Patch<2>, at: [u32; 2]) -> Result<Option<Window<2>>, Error> {
+    fn expand(
+        &mut self,
+        patch: &Patch<2>,
+        at: [u32; 2],
+        within: Option<&Window<2>>,
+    ) -> Result<Option<Window<2>>, Error> {
         let cancelled = || self.run.observer.cancelled();
-        let changed = self.expansions.expand(&mut self.labelling, patch, at, &mut self.stats, &cancelled)?;
+        let (labelling, stats) = (&mut self.labelling, &mut self.stats);
+        let changed = self.expansions.expand(labelling, patch, at, within, stats, &cancelled)?;
         if changed.is_some() && self.labelling.holes == 0 {
             let energy = self.labelling.energy().sum();
             selvedge_core::reserve(&mut self.stats.energy, 1)?;
@@ -238,25 +261,67 @@ impl<'a, 'r> Weaver<'a, 'r> {
             }
             drawn += 1;
             self.stats.searches += 1;
-            self.expand(&Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) }, at)?;
+            let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
+            self.expand(&patch, at, None)?;
         }
         Ok(true)
     }
 }
 
-/// A run: the loop, and what it came to.
+/// A run: the loop at each level, and what it came to. Energies are those of the finest one.
 pub(crate) fn weave(
     exemplars: &Exemplars<2>,
-    terms: &[Term<'_>],
+    constraints: &[Constraint],
     start: &Start<2>,
     options: &Options,
     run: &Run<'_, 2>,
     pruning: bool,
 ) -> Result<(SourceMap<2>, Stats, bool), Error> {
-    let mut weaver = Weaver::new(exemplars, terms.to_vec(), start, options, run, pruning)?;
-    let complete = weaver.weave()?;
-    let (map, stats) = weaver.finish()?;
+    // What stands already was decided at full size; labels drawn at random are compared with the paper's loop.
+    let begun = start.fixed.is_some() || start.map.ids.samples().iter().any(|id| id.is_assigned());
+    let alone = begun || options.random_labels.is_some();
+    let coarse = if alone { Vec::new() } else { levels::below(exemplars, constraints, options)? };
+    let within = Run { observer: &Within(run.observer), ..*run };
+    let allowed = allowed(exemplars, start);
+    let (mut before, mut counts): (Option<SourceMap<2>>, Stats) = (None, Stats::default());
+    let of = coarse.len() as u64 + 1;
+    for (done, level) in coarse.iter().rev().enumerate() {
+        run.observer.event(&Event::step("cms/level", done as u64, of));
+        let output = level.constraints[0].guide.target().domain();
+        let map = match &before {
+            Some(map) => map.finer(&level.exemplars, output)?,
+            None => SourceMap::unassigned(&level.exemplars, output)?,
+        };
+        let terms = Term::list(&level.exemplars, &level.constraints, options);
+        let mut weaver = Weaver::new((&level.exemplars, terms), (map, None), &allowed, options, &within, pruning)?;
+        weaver.weave(before.is_some())?;
+        let (map, stats) = weaver.finish()?;
+        counts.add(&stats);
+        before = Some(map);
+    }
+    let map = match &before {
+        Some(map) => map.finer(exemplars, start.map.domain())?,
+        None => copied(&start.map, exemplars)?,
+    };
+    let terms = Term::list(exemplars, constraints, options);
+    let start = (map, start.fixed.as_ref());
+    let mut weaver = Weaver::new((exemplars, terms), start, &allowed, options, run, pruning)?;
+    let complete = weaver.weave(before.is_some())?;
+    let (map, mut stats) = weaver.finish()?;
+    stats.add(&counts);
     Ok((map, stats, complete))
+}
+
+fn copied(map: &SourceMap<2>, exemplars: &Exemplars<2>) -> Result<SourceMap<2>, Error> {
+    let mut copy = SourceMap::unassigned(exemplars, map.domain())?;
+    copy.ids.samples_mut().copy_from_slice(map.ids.samples());
+    Ok(copy)
+}
+
+/// By source, whether it may be used. One that may not be used everywhere is used nowhere: labels are of whole sources.
+fn allowed(exemplars: &Exemplars<2>, start: &Start<2>) -> Vec<bool> {
+    let everywhere = start.sources.as_ref().map(|s| s.plane(0).iter().fold(u64::MAX, |all, bits| all & bits));
+    (0..exemplars.sources().len()).map(|s| everywhere.is_none_or(|bits| bits >> s & 1 == 1)).collect()
 }
 
 #[cfg(test)]

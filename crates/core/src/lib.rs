@@ -76,7 +76,7 @@ pub use patch::Patch;
 pub use payload::Payload;
 pub use plane::{Association, Depth, Plane, Role, Samples};
 pub use render::Render;
-pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Woven};
+pub use run::{Event, Limits, Observer, Run, Silent, SimdLevel, Within, Woven};
 pub use seam_costs::{SeamCosts, SeamMeasure};
 pub use seed::{Rng, Seed};
 pub use source_map::SourceMap;

@@ -72,6 +72,20 @@ pub trait Observer<const D: usize>: Sync {
 pub struct Silent;
 impl<const D: usize> Observer<D> for Silent {}
 
+/// Watches a run that is a part of another one: what it does is told, but not what it has, which is no result of the other.
+#[derive(Clone, Copy)]
+pub struct Within<'a, const D: usize>(pub &'a dyn Observer<D>);
+
+impl<const D: usize> Observer<D> for Within<'_, D> {
+    fn event(&self, event: &Event<'_, D>) {
+        self.0.event(&Event { so_far: None, ..*event });
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
 /// Which instructions the search kernels may use. Results are the same with any of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]

@@ -5,7 +5,7 @@
 //! one, all samples are exact copies again ([`SourceMap::finer`]); what is left to it is a sample of each patch's
 //! offset ([`shift`]) and the course of the seams, in a band ([`settle`]).
 
-use selvedge_core::{Domain, Event, Exemplars, Observer, Run, SeamCosts, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, SourceMap, Start, Within, Woven};
 use selvedge_expansion::{Kept, settle, shift};
 
 use crate::error::Error;
@@ -81,17 +81,4 @@ fn near_seams<const D: usize>(
 
 fn empty<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Start<D>, Error> {
     Ok(Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None })
-}
-
-/// Tells what a coarse run does, but not what it has.
-struct Within<'a, const D: usize>(&'a dyn Observer<D>);
-
-impl<const D: usize> Observer<D> for Within<'_, D> {
-    fn event(&self, event: &Event<'_, D>) {
-        self.0.event(&Event { so_far: None, ..*event });
-    }
-
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
 }

@@ -23,8 +23,9 @@ fn a_change_is_forgotten_as_far_as_it_could_matter() {
         let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
         let options = Options { neighborhood: 2, ..Options::paper() };
         let map = SourceMap::unassigned(&exemplars, output).unwrap();
-        let (start, run) = (Start { map, fixed: None, sources: None }, Run::seeded(0));
-        let mut weaver = Weaver::new(&exemplars, Vec::new(), &start, &options, &run, true).unwrap();
+        let run = Run::seeded(0);
+        let (of, start) = ((&exemplars, Vec::new()), (map, None));
+        let mut weaver = Weaver::new(of, start, &[true], &options, &run, true).unwrap();
         let label = |y: u32, x: u32| Patch { source: 0, offset: [y as i32, x as i32] };
         let labels: Vec<Patch<2>> = (0..6).map(|_| label(rng.below(8), rng.below(11))).collect();
         let known: Vec<usize> = (0..12).map(|_| rng.below(output.len() as u32) as usize).collect();

@@ -18,7 +18,7 @@ use crate::session::Session;
 use crate::weaving::Weaving;
 
 /// The paper's for filters. `[CMS V-D]`
-const TASK: Task = Task { weight: 20.0, neighborhood: 5 };
+const TASK: Task = Task { weight: 20.0, neighborhood: 5, spread: 0.0 };
 
 /// Options of `analogy`.
 #[derive(Args, Debug)]
@@ -60,7 +60,7 @@ impl Analogy {
             ratio: 1,
             channels: 3,
             others: pair.sources.iter().chain(std::iter::once(target)).cloned().collect(),
-            read: &|loom, target| Ok(vec![self.constraint(loom, &pair, target)?]),
+            read: &|_, loom, target| Ok(vec![self.constraint(loom, &pair, target)?]),
             files: Some(files.clone()),
         }
         .run(session)

@@ -18,7 +18,7 @@ use crate::session::Session;
 use crate::weaving::Weaving;
 
 /// The paper's for carpet and brick is 7 and 7, for curved cloth 7 and 3. `[CMS V-B]`
-const TASK: Task = Task { weight: 7.0, neighborhood: 3 };
+const TASK: Task = Task { weight: 7.0, neighborhood: 3, spread: 0.0 };
 
 /// Options of `detail`.
 #[derive(Args, Debug)]
@@ -49,7 +49,7 @@ impl Detail {
             ratio: self.scale,
             channels: 3,
             others: vec![self.low.clone()],
-            read: &|loom, low| Ok(vec![self.constraint(loom, low)?]),
+            read: &|_, loom, low| Ok(vec![self.constraint(loom, low)?]),
             files: None,
         }
         .run(session)

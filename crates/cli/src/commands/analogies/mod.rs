@@ -17,9 +17,11 @@ use crate::commands::transfer::{Pair, guide_of, named};
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
 use crate::loom::{Loom, Outcome};
+use crate::memory;
 use crate::method::{Method, Planned};
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
+use crate::values::{Auto, auto, parsed};
 use crate::weaving::Weaving;
 
 /// Options of all commands of constrained synthesis.
@@ -52,9 +54,14 @@ pub(crate) struct Knobs {
     #[arg(long, value_name = "T")]
     tolerance: Option<f64>,
     /// How much the output spreads over all of the exemplars, so that no part of them shows over and over: what a pixel
-    /// costs that shows as often as all do. 0 lets the flattest show everywhere.
-    #[arg(long, value_name = "S", default_value_t = Options::paper().spread)]
-    spread: f64,
+    /// costs that shows as often as all do. 0 lets the flattest show everywhere. Default: what suits the task.
+    #[arg(long, value_name = "S")]
+    spread: Option<f64>,
+    /// At how many sizes the output is solved, each half of the one before, or auto: up to three, as constraints and
+    /// exemplars allow. Large structures are placed where they are small.
+    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
+        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    levels: Auto<u32>,
     /// Draw this many labels at random instead of searching for them, to compare with.
     #[arg(long, value_name = "N")]
     random_labels: Option<u32>,
@@ -62,11 +69,12 @@ pub(crate) struct Knobs {
     blending: Blending,
 }
 
-/// `K` and `N` where they are not typed.
+/// `K`, `N` and spread where they are not typed.
 #[derive(Clone, Copy)]
 struct Task {
     weight: f64,
     neighborhood: u32,
+    spread: f64,
 }
 
 impl Knobs {
@@ -78,14 +86,15 @@ impl Knobs {
             apart: self.apart,
             history: self.history,
             tolerance: self.tolerance,
-            spread: self.spread,
+            spread: self.spread.unwrap_or(task.spread),
+            levels: self.levels.0,
             random_labels: self.random_labels,
         }
     }
 }
 
 /// Makes the constraints of a command; the picture has the output's size, or follows from it.
-type Read<'a> = dyn Fn(&mut Loom<'_>, &Input) -> Result<Vec<Constraint>, Failure> + 'a;
+type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>, &Input) -> Result<Vec<Constraint>, Failure> + 'a;
 
 /// A command of constrained synthesis whose options were understood.
 struct Job<'a> {
@@ -124,18 +133,12 @@ impl Method for Job<'_> {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let own = (self.channels, self.ratio);
-        let constraints: Vec<_> = std::iter::once(own).chain(self.pairs.iter().map(|_| (3, 1))).collect();
-        let sizes = Sizes { sources, channels, constraints: &constraints, output };
-        // Maps of constraints, and the pictures that they are made of.
-        let each: u64 = constraints.iter().map(|&(channels, _)| channels as u64 + 4).sum();
-        let maps = sources.iter().chain(std::iter::once(&output)).map(|domain| Bytes::of_samples(*domain, each)).sum();
-        Bytes(estimate(&sizes, &self.options)) + maps
+        self.bytes_with(self.channels, sources, channels, output)
     }
 
     fn read(&self, loom: &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> {
         loom.files.clone_from(&self.files);
-        let mut constraints = (self.read)(loom, &self.first)?;
+        let mut constraints = (self.read)(self, loom, &self.first)?;
         let session = loom.session;
         for pair in &self.pairs {
             let open = |path: &PathBuf| Input::new(session, path);
@@ -160,7 +163,42 @@ impl Method for Job<'_> {
     }
 }
 
+/// Bytes of a sample of the pictures that a constraint is made of: four channels of 16 bits, three of a map, and its
+/// label.
+const OF_PICTURE: u64 = 8 + 3 + 1;
+
 impl Job<'_> {
+    /// The method's memory where its own constraint has so many channels.
+    fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let constraints: Vec<_> = std::iter::once((own, self.ratio)).chain(self.pairs.iter().map(|_| (3, 1))).collect();
+        let sizes = Sizes { sources, channels, constraints: &constraints, output };
+        let orientations = if self.knobs.no_turn { 1 } else { 4 };
+        // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.
+        let of = |domain: &Domain<2>, each: u64| Bytes::of_samples(*domain, each);
+        let maps = constraints.iter().map(|&(channels, _)| channels as u64).sum::<u64>();
+        let pictures = maps + OF_PICTURE * constraints.len() as u64;
+        let held: Bytes = sources.iter().chain(std::iter::once(&output)).map(|domain| of(domain, maps)).sum();
+        let made: Bytes = sources
+            .iter()
+            .step_by(orientations)
+            .chain(std::iter::once(&output))
+            .map(|domain| of(domain, pictures))
+            .sum();
+        Bytes(estimate(&sizes, &self.options)) + held + made
+    }
+
+    /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.
+    fn admit(&self, loom: &mut Loom<'_>, channels: usize) -> Result<(), Failure> {
+        let exemplars = &loom.loaded.exemplars;
+        let sources: Vec<Domain<2>> = exemplars.table().sources().iter().map(|s| s.1).collect();
+        let of = |own| self.bytes_with(own, &sources, exemplars.channels(), loom.domain);
+        let known = loom.report.estimate.unwrap_or_default();
+        let needed = known.saturating_add(of(channels).0.saturating_sub(of(self.channels).0));
+        memory::check_fixed(&loom.session.limits, Bytes(needed))?;
+        loom.report.estimate = Some(needed);
+        Ok(())
+    }
+
     fn planned<'l>(&'l self, loom: &'l Loom<'_>, constraints: &'l [Constraint]) -> Result<Plan<'l>, Failure> {
         Plan::new(&loom.loaded.exemplars, constraints, &self.options, &loom.session.run()).map_err(failure)
     }
@@ -177,14 +215,15 @@ impl Job<'_> {
             .set("neighborhood", options.neighborhood)
             .set("guide", named(&knobs.guide, loom.loaded.paths.len()));
         let used = if knobs.tolerance.is_some() { used } else { used.without("tolerance") };
-        let used = if options.spread == 0.0 { used.without("spread") } else { used };
+        let used = if options.spread == 0.0 { used.without("spread") } else { used.set("spread", options.spread) };
+        let used = options.levels.map_or(used.clone().without("levels"), |levels| used.set("levels", levels));
         let used = if knobs.random_labels.is_some() { used } else { used.without("random-labels") };
         knobs.blending.used_if_any(used)
     }
 }
 
 /// Errors with the options that mend them.
-fn failure(error: selvedge_cms_analogies::Error) -> Failure {
+pub(super) fn failure(error: selvedge_cms_analogies::Error) -> Failure {
     use selvedge_cms_analogies::Error;
     let remedy = match &error {
         Error::Neighborhood { .. } => Some("use a smaller -N, or larger pictures"),
@@ -198,7 +237,7 @@ fn failure(error: selvedge_cms_analogies::Error) -> Failure {
     }
 }
 
-fn counts(stats: &Stats) -> serde_json::Value {
+pub(super) fn counts(stats: &Stats) -> serde_json::Value {
     let parts = |e: selvedge_cms_analogies::Energy| {
         let mut parts = json!({ "agreement": e.agreement, "boundary": e.boundary });
         if e.usage != 0 {
