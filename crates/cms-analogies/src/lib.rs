@@ -65,6 +65,8 @@ mod error;
 mod estimate;
 mod expansion;
 mod labelling;
+#[cfg(test)]
+mod level_tests;
 mod levels;
 mod low;
 mod options;

@@ -72,7 +72,8 @@ pub trait Observer<const D: usize>: Sync {
 pub struct Silent;
 impl<const D: usize> Observer<D> for Silent {}
 
-/// Watches a run that is a part of another one: what it does is told, but not what it has, which is no result of the other.
+/// Watches a run that is a part of another one: what it does is told, but not what it has, which is no result of the
+/// other.
 #[derive(Clone, Copy)]
 pub struct Within<'a, const D: usize>(pub &'a dyn Observer<D>);
 

@@ -60,6 +60,6 @@ impl Detail {
         let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(&low)).collect();
         let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.low))?;
         let low = maps.pop().expect("the picture's").with_periodic(loom.domain.periodic);
-        low_resolution(&loom.loaded.exemplars, &maps, &low, self.scale).map_err(super::failure)
+        low_resolution(&loom.loaded.exemplars, &maps, &low, self.scale).map_err(super::told::failure)
     }
 }

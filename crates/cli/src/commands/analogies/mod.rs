@@ -4,14 +4,15 @@ pub(crate) mod analogy;
 pub(crate) mod detail;
 pub(crate) mod numbers;
 mod palette;
+pub(super) mod told;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, Stats, estimate};
+use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
 use selvedge_core::{Bytes, Domain, Transform};
-use serde_json::json;
 
+use self::told::{counts, failure};
 use crate::blending::Blending;
 use crate::commands::transfer::{Pair, guide_of, named};
 use crate::failure::{Failure, n};
@@ -220,41 +221,4 @@ impl Job<'_> {
         let used = if knobs.random_labels.is_some() { used } else { used.without("random-labels") };
         knobs.blending.used_if_any(used)
     }
-}
-
-/// Errors with the options that mend them.
-pub(super) fn failure(error: selvedge_cms_analogies::Error) -> Failure {
-    use selvedge_cms_analogies::Error;
-    let remedy = match &error {
-        Error::Neighborhood { .. } => Some("use a smaller -N, or larger pictures"),
-        Error::Range { option: "weight", .. } => Some("change --weight, or -K"),
-        _ => None,
-    };
-    let failure = Failure::from(error);
-    match remedy {
-        Some(remedy) => failure.remedy(remedy),
-        None => failure,
-    }
-}
-
-pub(super) fn counts(stats: &Stats) -> serde_json::Value {
-    let parts = |e: selvedge_cms_analogies::Energy| {
-        let mut parts = json!({ "agreement": e.agreement, "boundary": e.boundary });
-        if e.usage != 0 {
-            parts["usage"] = e.usage.into();
-        }
-        parts
-    };
-    json!({
-        "searches": stats.searches,
-        "expansions": stats.expansions,
-        "improvements": stats.improvements,
-        "nodes": stats.nodes,
-        "pruned": stats.pruned,
-        "truncated": stats.truncated,
-        "saturated": stats.saturated,
-        "model": parts(stats.model),
-        "truth": parts(stats.truth),
-        "energy": stats.energy,
-    })
 }

@@ -1,15 +1,17 @@
 //! `selvedge transfer`: texture transfer. `[Efros01 3]`
 
+mod by_cms;
 mod followed;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueHint};
+use clap::{Args, ValueEnum, ValueHint};
 use selvedge_core::{Bytes, Domain, Guide, Plane};
 use selvedge_guides::{Error, blur, encode_together, luminance, match_histogram, orientation};
 use selvedge_quilting::{TransferOptions, TransferPlan, TransferStats, estimate_transfer};
 use serde_json::json;
 
+use self::by_cms::Labels;
 use self::followed::{Correspondence, What, spread};
 use crate::blending::Blending;
 use crate::commands::quilt::{failure, pixels};
@@ -49,6 +51,15 @@ pub(crate) struct Transfer {
     /// exemplars write theirs as one list, separated by commas. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
+    /// By which method.
+    #[arg(long, value_name = "METHOD", default_value = "quilt")]
+    method: By,
+    /// With --method cms, how much what is followed counts against seams.
+    #[arg(short = 'K', long, value_name = "K")]
+    constraint_weight: Option<f64>,
+    /// With --method cms, half the side of the neighborhoods that are compared, in pixels.
+    #[arg(short = 'N', long, value_name = "N")]
+    neighborhood: Option<u32>,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of
     /// the target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
@@ -70,6 +81,15 @@ pub(crate) struct Transfer {
     paper: bool,
     #[command(flatten)]
     blending: Blending,
+}
+
+/// What a picture is put together from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum By {
+    /// Blocks, in several passes of smaller and smaller ones.
+    Quilt,
+    /// Labels of any shape that lower one energy, where it is highest; exemplars are turned by quarter turns as well.
+    Cms,
 }
 
 /// Files of one `--guide`.
@@ -99,10 +119,7 @@ impl Method for Job<'_> {
     type Read = Guide<2>;
 
     fn setup(&self) -> Result<Setup<'_>, Failure> {
-        let Transfer { weaving, blending, target, .. } = self.args;
-        let others = target.iter().chain(self.pairs.iter().flat_map(Pair::files)).cloned().collect();
-        let setup = Setup::new("transfer", weaving, OutputSize::Picture(&self.first, 1));
-        Ok(Setup { blending: *blending, block: self.args.block.0, guides: self.pairs.len(), others, ..setup })
+        Ok(Setup { block: self.args.block.0, ..self.args.setup(&self.pairs, &self.first) })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -116,7 +133,9 @@ impl Method for Job<'_> {
 
     fn plan<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
         let sides: Vec<u32> = self.planned(loom, &guide)?.blocks().collect();
-        Ok(Planned::new(self.args.used(loom, &sides), how("blocks", &sides), move || {
+        let used = ["method", "constraint-weight", "neighborhood"];
+        let used = used.into_iter().fold(self.args.used(loom, &sides), Used::without);
+        Ok(Planned::new(used, how("blocks", &sides), move || {
             let woven = self.planned(loom, &guide)?.weave(&loom.session.run()).map_err(|e| failure(loom, e))?;
             let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
             let how = how(&format!("{blocks} blocks"), &sides);
@@ -144,7 +163,25 @@ impl Transfer {
         let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
         let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
         let first = Input::new(session, first.ok_or_else(nothing)?)?;
-        Job { args: self, options, pairs, first }.run(session)
+        match self.method {
+            By::Quilt => self.check_quilt().and_then(|()| Job { args: self, options, pairs, first }.run(session)),
+            By::Cms => Labels::new(self, pairs, first)?.run(session),
+        }
+    }
+
+    /// What both methods tell of themselves.
+    fn setup<'s>(&'s self, pairs: &[Pair], first: &'s Input) -> Setup<'s> {
+        let others = self.target.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect();
+        let setup = Setup::new("transfer", &self.weaving, OutputSize::Picture(first, 1));
+        Setup { blending: self.blending, guides: pairs.len(), others, ..setup }
+    }
+
+    /// Refuses what is of labels alone.
+    fn check_quilt(&self) -> Result<(), Failure> {
+        let of_labels = [("-K", self.constraint_weight.is_some()), ("-N", self.neighborhood.is_some())];
+        let Some((option, _)) = of_labels.iter().find(|(_, typed)| *typed) else { return Ok(()) };
+        let what = format!("{option} is of labels, and --method quilt has none");
+        Err(Failure::new(2, what).remedy("leave it out, or use --method cms"))
     }
 
     /// What of the target is followed.
