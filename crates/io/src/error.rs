@@ -204,6 +204,12 @@ pub enum Problem {
     /// A source map where a picture is needed.
     #[error("is a source map, no picture")]
     IsAMap,
+    /// A file that is no field of motion.
+    #[error("is no flow; it holds {found}")]
+    NotFlow {
+        /// What it is.
+        found: String,
+    },
     /// A map names more exemplars than are given with it.
     #[error("the map names exemplar number {needed}, but {found} are given")]
     ExemplarCount {
@@ -317,6 +323,7 @@ impl Problem {
                 let (side, depth) = ((*width).max(*height), format.depths()[0]);
                 return format!("write {}", format.instead(|other| other.check([1, side], 3, false, depth).is_ok()));
             }
+            Self::NotFlow { .. } => "give a .flo file, a 16-bit PNG as KITTI has it, or two channels of an EXR file",
             Self::Empty | Self::Damaged { .. } => "write or copy the file again",
             Self::NotRead(_) | Self::Unsupported { .. } => "convert it to png, tiff or exr first",
             Self::NoSamples { .. } => "give a picture with samples",

@@ -22,9 +22,12 @@
 //! # Formats
 //! | | reads | writes | carries |
 //! |---|---|---|---|
-//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, cICP, sRGB, gamma, chromaticities, density, provenance |
-//! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density, provenance |
-//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density, provenance |
+//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, cICP, sRGB, gamma, chromaticities, density,
+//! provenance |
+//! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density, provenance
+//! |
+//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density,
+//! provenance |
 //! | EXR | half, float; any layer or channels | half, float | chromaticities, density, provenance |
 //! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | provenance |
 //! | WebP | 8 bits | u8, lossless | profile, provenance |
@@ -51,6 +54,7 @@ mod error;
 mod exif;
 mod exr;
 mod finite;
+pub mod flow;
 mod format;
 mod header;
 mod held;

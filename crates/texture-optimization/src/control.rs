@@ -31,8 +31,8 @@ pub struct Wanted {
 /// Wishes at one resolution: `x_c`, and `lambda`, which is infinite where a sample is fixed.
 #[derive(Clone, Debug)]
 pub(crate) struct Wishes {
-    colors: Grid<f64, 2>,
-    weights: Grid<f64, 2>,
+    pub(crate) colors: Grid<f64, 2>,
+    pub(crate) weights: Grid<f64, 2>,
 }
 
 impl Control {

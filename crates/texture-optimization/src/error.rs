@@ -99,6 +99,22 @@ pub enum Error {
         /// Samples with nothing.
         holes: usize,
     },
+    /// A flow that does not lie over the output.
+    #[error("the flow is {}x{} vectors, and the output {}x{} px", found[1], found[0], expected[1], expected[0])]
+    FlowShape {
+        /// Height and width of the output.
+        expected: [u32; 2],
+        /// Those of the flow.
+        found: [u32; 2],
+    },
+    /// A vector that is no number.
+    #[error("the flow at x={x} y={y} is no number")]
+    FlowValue {
+        /// Its column.
+        x: u32,
+        /// Its row.
+        y: u32,
+    },
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -125,6 +141,8 @@ impl Error {
             | Self::Control { .. }
             | Self::ForeignMap
             | Self::MapShape { .. }
+            | Self::FlowShape { .. }
+            | Self::FlowValue { .. }
             | Self::Holes { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -149,6 +167,8 @@ impl Error {
             Self::EmptyOutput { .. } => "use at least 1x1".into(),
             Self::ForeignMap => "give the exemplars that it was made from".into(),
             Self::MapShape { .. } => "give a map of the output's size".into(),
+            Self::FlowShape { .. } => "give a flow of the output's size".into(),
+            Self::FlowValue { .. } => "mark it as unknown".into(),
             Self::Holes { .. } => "fill them first".into(),
             Self::Core(error) => error.remedy(),
             Self::Search(error) => error.remedy(),

@@ -23,12 +23,13 @@
 //! ```
 //!
 //! [`optimize_from`] goes on from a map of any method, which is what the defaults are for: a quilt mended by
-//! neighborhoods is better than one made of noise. [`Control`] asks for colours and keeps samples.
+//! neighborhoods is better than one made of noise. [`Control`] asks for colours and keeps samples. [`Animator`] makes a
+//! texture flow, frame after frame.
 //!
 //! `DESIGN.md` tells why the crate is made as it is, and what each default is worth.
 //!
 //! # Current state
-//! Sections 3 and 4 of the paper but for gradients, flow, and the tree, which the exact search replaces. Guides are not
+//! Sections 3 and 4 of the paper but for gradients and the tree, which the exact search replaces. Guides are not
 //! searched yet.
 //!
 //! # Features
@@ -46,6 +47,7 @@ mod error;
 mod estimate;
 mod falloff;
 mod finish;
+mod flow;
 mod level;
 mod neighborhoods;
 mod optimize;
@@ -66,6 +68,7 @@ pub use selvedge_core as core;
 pub use control::{Control, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
+pub use flow::{Animation, Animator, Direction, Field, FrameStats, Motion, animation_estimate};
 pub use level::Level;
 pub use optimize::{Plan, optimize, optimize_from};
 pub use optimized::Optimized;

@@ -53,6 +53,23 @@ impl Neighborhoods {
         [self.firsts[0][number / columns], self.firsts[1][number % columns]]
     }
 
+    /// The neighborhoods around one on the grid: eight, or fewer at open edges.
+    pub(crate) fn around(&self, number: usize) -> impl Iterator<Item = usize> + '_ {
+        let grid = Domain { shape: self.shape().map(|n| n as u32), periodic: self.domain.periodic };
+        let at = grid.position(number);
+        let all = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [dy, dx])).filter(|by| *by != [0, 0]);
+        all.filter_map(move |by| grid.step(at, by)).map(move |at| grid.index(at)).filter(move |other| *other != number)
+    }
+
+    /// Samples from the first one of a neighborhood to that of another, around a periodic axis the shorter way.
+    pub(crate) fn way(&self, from: usize, to: usize) -> [i64; 2] {
+        let (from, to) = (self.first(from), self.first(to));
+        [0, 1].map(|axis| {
+            let (by, n) = (i64::from(to[axis]) - i64::from(from[axis]), i64::from(self.domain.shape[axis]));
+            if self.domain.periodic[axis] && n < 2 * by.abs() { by - n * by.signum() } else { by }
+        })
+    }
+
     /// Rows (axis 0) or columns of neighborhoods that hold a sample, and how far from their first one it is.
     ///
     /// Time `O(log rows)`, and one for each of at most a few: finishes and votes ask for every sample of an output.

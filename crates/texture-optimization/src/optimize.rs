@@ -12,7 +12,7 @@ use crate::options::{Finish, Options};
 use crate::picture;
 use crate::schedule::{self, Schedule};
 use crate::stats::Stats;
-use crate::weaver::{Ended, Weaver};
+use crate::weaver::{Came, Ended, Weaver};
 
 /// What [`optimize`] will do: options checked against exemplars, output and limits, and the levels that fit.
 #[derive(Clone, Debug)]
@@ -67,11 +67,23 @@ impl<'e> Plan<'e> {
         run: &Run<'_, 2>,
     ) -> Result<Woven<Optimized, Stats>, Error> {
         let begun = start.map(|map| self.shown(map)).transpose()?;
-        let mut wishes: Vec<Wishes> = control.wishes(self.exemplars, self.output, start)?.into_iter().collect();
+        let wishes = control.wishes(self.exemplars, self.output, start)?;
+        let held = start.zip(control.fixed.as_ref()).map(|(map, fixed)| Held { map, fixed });
+        self.weave_on(begun, (wishes, None), held, run)
+    }
+
+    /// The same from features, or noise.
+    pub(crate) fn weave_on(
+        &self,
+        begun: Option<Grid<f64, 2>>,
+        (wishes, came): (Option<Wishes>, Option<Came<'_>>),
+        held: Option<Held<'_>>,
+        run: &Run<'_, 2>,
+    ) -> Result<Woven<Optimized, Stats>, Error> {
+        let mut wishes: Vec<Wishes> = wishes.into_iter().collect();
         for _ in 0..self.schedule.levels[0].halvings() {
             wishes.extend(wishes.last().map(Wishes::coarser).transpose()?);
         }
-        let held = start.zip(control.fixed.as_ref()).map(|(map, fixed)| Held { map, fixed });
         let mut stats = Stats { left_out: self.schedule.left_out.clone(), ..Stats::default() };
         let mut x: Option<Grid<f64, 2>> = begun;
         for (number, &level) in self.schedule.levels.iter().enumerate() {
@@ -80,7 +92,8 @@ impl<'e> Plan<'e> {
             let level_of = (level, number, self.schedule.steps(number, self.options.iterations));
             let weaver = Weaver::new(&self.options, here, level_of, wishes.get(halvings), run);
             let begun = x.map(|x| self.to_level(x, level)).transpose()?;
-            let ended = weaver.run(begun, &mut stats)?;
+            let came = came.filter(|_| halvings == 0).map(|came| Came { number, ..came });
+            let ended = weaver.run(begun, came, &mut stats)?;
             if number + 1 == self.schedule.levels.len() || !ended.complete {
                 return self.answer(&weaver, &ended, held, stats);
             }
@@ -90,7 +103,7 @@ impl<'e> Plan<'e> {
     }
 
     /// The features that a map shows.
-    fn shown(&self, map: &SourceMap<2>) -> Result<Grid<f64, 2>, Error> {
+    pub(crate) fn shown(&self, map: &SourceMap<2>) -> Result<Grid<f64, 2>, Error> {
         let (found, expected) = (map.domain().shape.to_vec(), self.output.shape.to_vec());
         let samples = self.exemplars.table().len();
         let is_foreign = |id: &SampleId| id.is_assigned() && samples <= id.get();

@@ -11,6 +11,10 @@ pub enum Search {
     /// steps as 32 bits hold at a size: exact, and fast.
     #[default]
     Exact,
+    /// That in the first iteration of each level; then each neighborhood keeps what it has or continues one of those
+    /// around it, whichever fits best, where anything changed. Four times as fast, and no worse: what continues fits at
+    /// its edges as well.
+    Coherent,
     /// The definition: all positions, on unrounded samples, with the fall-off that averages use. Without
     /// [`Options::complete`] the robust energy never rises then. Slow: for tests and small pictures.
     Reference,
@@ -66,7 +70,7 @@ impl Options {
     /// The paper, to the letter: iterations end when nothing changes. They are bounded by a number that is not met in
     /// practice.
     pub fn paper() -> Self {
-        Self { iterations: 100, complete: None, finish: Finish::Average, ..Self::default() }
+        Self { iterations: 100, search: Search::Exact, complete: None, finish: Finish::Average, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.

@@ -1,7 +1,9 @@
 //! The nearest neighborhoods of the exemplars: the M-step. `[Kwatra05 3]`
 
+mod coherent;
 mod exact;
 pub(crate) mod reference;
+mod weights;
 
 pub(crate) use exact::Exact;
 

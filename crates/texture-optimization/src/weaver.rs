@@ -7,6 +7,7 @@ use crate::average::average;
 use crate::control::Wishes;
 use crate::error::Error;
 use crate::falloff::Falloff;
+use crate::flow::Carried;
 use crate::level::Level;
 use crate::neighborhoods::Neighborhoods;
 use crate::optimized::Pulls;
@@ -23,6 +24,36 @@ pub(crate) struct Ended {
     pub(crate) places: Vec<Place>,
     pub(crate) weights: Vec<f64>,
     pub(crate) complete: bool,
+}
+
+/// Where neighborhoods at full resolution come from.
+#[derive(Clone, Copy)]
+pub(crate) struct Came<'a> {
+    pub(crate) carried: &'a Carried,
+    /// How far they were, when a frame was searched first before; by the level's number.
+    pub(crate) before: &'a [Vec<f64>],
+    pub(crate) number: usize,
+}
+
+/// Times by which a neighborhood that moved may fit worse than those before did, and still be taken without a search of
+/// all places.
+const WORSE: f64 = 1.25;
+
+impl Came<'_> {
+    fn search(
+        &self,
+        exemplars: &Exemplars<2>,
+        all: &Neighborhoods,
+        exact: &mut Exact<'_>,
+        x: &Grid<f64, 2>,
+    ) -> Result<Option<Found>, Error> {
+        // The largest are looked for everywhere: what is complete, and large, is decided there.
+        let Some(before) = self.before.get(self.number).filter(|_| 0 < self.number) else { return exact.search(x) };
+        let mean = robust::mean(before);
+        let offered = |number: usize| self.carried.offered(exemplars, all.first(number), all.size);
+        // A level more is no worse: nothing would ever be good enough beside perfect copies.
+        exact.search_carried(x, &offered, &|number| before[number].max(mean) * WORSE + 1.0)
+    }
 }
 
 /// The work at one level.
@@ -57,8 +88,15 @@ impl<'a> Weaver<'a> {
     }
 
     /// Algorithm 1: from a texture with the search, else from random neighborhoods with the average.
-    pub(crate) fn run(&self, begun: Option<Grid<f64, 2>>, stats: &mut Stats) -> Result<Ended, Error> {
-        let mut search = Exact::new(self.exemplars, &self.all, self.options.complete, self.run.simd);
+    /// `came`: from where its neighborhoods came, if they did.
+    pub(crate) fn run(
+        &self,
+        begun: Option<Grid<f64, 2>>,
+        came: Option<Came<'_>>,
+        stats: &mut Stats,
+    ) -> Result<Ended, Error> {
+        let how = (self.options.complete, self.options.search == Search::Coherent);
+        let mut search = Exact::new(self.exemplars, &self.all, how, self.run.simd);
         let mut counts = self.counts();
         let mut weights = vec![1.0; self.all.len()];
         let (mut x, mut places) = match begun {
@@ -70,8 +108,11 @@ impl<'a> Weaver<'a> {
             }
         };
         let mut complete = true;
-        for _ in 0..self.options.iterations {
-            let found = self.search(&mut search, &x)?;
+        for iteration in 0..self.options.iterations {
+            let found = self.search(&mut search, &x, came.filter(|_| iteration == 0))?;
+            if iteration == 0 {
+                stats.first.push(found.distances.clone());
+            }
             self.note(&mut counts, &found);
             counts.settled = places.as_ref() == Some(&found.places);
             if counts.settled {
@@ -103,7 +144,7 @@ impl<'a> Weaver<'a> {
     }
 
     /// Of what is there and what is wanted. `[Kwatra05 4]`
-    fn search(&self, exact: &mut Exact<'_>, texture: &Grid<f64, 2>) -> Result<Found, Error> {
+    fn search(&self, exact: &mut Exact<'_>, texture: &Grid<f64, 2>, came: Option<Came<'_>>) -> Result<Found, Error> {
         let mut both;
         let x = match self.wishes {
             Some(wishes) => {
@@ -113,9 +154,12 @@ impl<'a> Weaver<'a> {
             }
             None => texture,
         };
-        let found = match self.options.search {
-            Search::Exact => exact.search(x)?,
-            Search::Reference => reference::search(self.exemplars, &self.all, &self.falloff, x, self.options.complete),
+        let found = match (self.options.search, came) {
+            (Search::Coherent, Some(came)) => came.search(self.exemplars, &self.all, exact, x)?,
+            (Search::Exact | Search::Coherent, _) => exact.search(x)?,
+            (Search::Reference, _) => {
+                reference::search(self.exemplars, &self.all, &self.falloff, x, self.options.complete)
+            }
         };
         let mut found = found.ok_or_else(|| self.masked())?;
         if self.wishes.is_some() {
@@ -128,7 +172,7 @@ impl<'a> Weaver<'a> {
     /// fits. `[Kwatra05 3.1]`
     fn distances(&self, x: &Grid<f64, 2>, found: &[Place]) -> Vec<f64> {
         let flat = Falloff::flat(self.level.size);
-        let falloff = if self.options.search == Search::Exact { &flat } else { &self.falloff };
+        let falloff = if self.options.search == Search::Reference { &self.falloff } else { &flat };
         let of = |i: usize| reference::distance(self.exemplars, &self.all, falloff, x, (i, found[i]), f64::INFINITY);
         par::map_indexed(found.len(), of)
     }
@@ -211,8 +255,8 @@ mod tests {
                 let places = assignment::random(weaver.exemplars, &weaver.all, Seed(case)).unwrap();
                 let weights = vec![1.0; weaver.all.len()];
                 let [x, _] = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
-                let mut exact = Exact::new(weaver.exemplars, &weaver.all, None, weaver.run.simd);
-                let found = weaver.search(&mut exact, &x).unwrap();
+                let mut exact = Exact::new(weaver.exemplars, &weaver.all, (None, false), weaver.run.simd);
+                let found = weaver.search(&mut exact, &x, None).unwrap();
                 let flat = Falloff::flat(8);
                 let falloff = if kind == Search::Exact { &flat } else { &weaver.falloff };
                 for (i, (&place, &distance)) in found.places.iter().zip(&found.distances).enumerate() {

@@ -68,7 +68,7 @@ impl Coverage {
     ) -> Result<Grid<Option<Neighbor>, 2>, Error> {
         let over = check(picture, sources, weights, windows)?;
         assert_eq!(self.least.len(), sources.len(), "a coverage of these sources");
-        let added = (alpha * self.mean()).max(1.0);
+        let added = self.added(alpha);
         let mut found: Vec<Option<(f32, u32, [u32; 2])>> = try_vec(over.len(), None)?;
         for (number, (&source, least)) in sources.iter().zip(&self.least).enumerate() {
             let best = match Bound::of(windows, weights, picture, source).by_displacement {
@@ -89,6 +89,20 @@ impl Coverage {
             })
         };
         Ok(Grid::from_vec(over, 1, par::map_indexed(over.len(), neighbor))?)
+    }
+
+    /// By position of a source, in the order of [`Windows::over`] it at a step of 1, the error of the most similar
+    /// window; all ones where none can stand.
+    ///
+    /// # Panics
+    /// If there is no such source.
+    pub fn least(&self, source: usize) -> &[u64] {
+        &self.least[source]
+    }
+
+    /// What [`nearest`](Self::nearest) adds to an error of this coverage before it divides by it.
+    pub fn added(&self, alpha: f64) -> f64 {
+        (alpha * self.mean()).max(1.0)
     }
 
     /// The mean over positions where a window can stand.

@@ -6,6 +6,8 @@ use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, par};
 use selvedge_fft_ssd::{Coverage, Field, Neighbor, Windows, nearest};
 
 use super::Found;
+use super::coherent::{Listed, changed, place};
+use super::weights::fitting;
 use crate::Error;
 use crate::assignment::Place;
 use crate::neighborhoods::Neighborhoods;
@@ -23,17 +25,39 @@ pub(crate) struct Exact<'a> {
     simd: SimdLevel,
     /// See [`Options::complete`](crate::Options::complete).
     alpha: Option<f64>,
-    before: Option<(Grid<u8, 2>, Vec<Neighbor>)>,
+    /// Whether all places are asked but once.
+    coherent: bool,
+    listed: Option<Listed<'a>>,
+    before: Option<Before>,
+}
+
+/// What was seen, and what was found there.
+#[derive(Debug)]
+struct Before {
+    seen: Grid<u8, 2>,
+    neighbors: Vec<Neighbor>,
+    /// Which of them changed then.
+    moved: Vec<bool>,
+    coverage: Option<Coverage>,
 }
 
 impl<'a> Exact<'a> {
     pub(crate) fn new(
         exemplars: &'a Exemplars<2>,
         all: &'a Neighborhoods,
-        alpha: Option<f64>,
+        (alpha, coherent): (Option<f64>, bool),
         simd: SimdLevel,
     ) -> Self {
-        Self { exemplars, weights: fitting(exemplars.weights(), all.size), all, simd, alpha, before: None }
+        Self {
+            exemplars,
+            weights: fitting(exemplars.weights(), all.size),
+            all,
+            simd,
+            alpha,
+            coherent,
+            listed: None,
+            before: None,
+        }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
@@ -42,18 +66,106 @@ impl<'a> Exact<'a> {
     pub(crate) fn search(&mut self, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
         let seen = x.map(|v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
         let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
-        let (neighbors, searched) = match (self.before.take(), self.alpha) {
-            (_, Some(alpha)) => (self.complete(&seen, whole, alpha)?, self.all.len()),
+        let before = self.before.take();
+        let known: Vec<Place> = before.iter().flat_map(|before| before.neighbors.iter().map(place)).collect();
+        let mut coverage = None;
+        let (neighbors, searched) = match (before, self.alpha) {
+            (Some(before), _) if self.coherent => {
+                let refined = self.refined(&before, &seen)?;
+                coverage = before.coverage;
+                refined
+            }
+            (_, Some(alpha)) => {
+                let all = self.coverage(&seen, &whole)?;
+                let found = self.complete(&seen, whole, (&all, alpha))?;
+                coverage = self.coherent.then_some(all);
+                (found, self.all.len())
+            }
             (None, None) => (self.part(&seen, whole)?, self.all.len()),
-            (Some((before, neighbors)), None) => {
-                self.again(&before, &seen, neighbors.into_iter().map(Some).collect())?
+            (Some(before), None) => {
+                self.again(&before.seen, &seen, before.neighbors.into_iter().map(Some).collect())?
             }
         };
-        let Some(neighbors) = neighbors.into_iter().collect::<Option<Vec<Neighbor>>>() else { return Ok(None) };
-        let places = neighbors.iter().map(|n| Place { source: n.source, at: n.position }).collect();
+        Ok(self.noted(seen, neighbors, (&known, coverage), searched))
+    }
+
+    /// Keeps what was found, beside what was known before; `None` if no place is valid.
+    fn noted(
+        &mut self,
+        seen: Grid<u8, 2>,
+        neighbors: Vec<Option<Neighbor>>,
+        (known, coverage): (&[Place], Option<Coverage>),
+        searched: usize,
+    ) -> Option<Found> {
+        let neighbors = neighbors.into_iter().collect::<Option<Vec<Neighbor>>>()?;
+        let places: Vec<Place> = neighbors.iter().map(place).collect();
         let distances = neighbors.iter().map(|n| n.error as f64 / self.compared()).collect();
-        self.before = Some((seen, neighbors));
-        Ok(Some(Found { places, distances, searched }))
+        let moved = places.iter().enumerate().map(|(i, place)| known.get(i) != Some(place)).collect();
+        self.before = Some(Before { seen, neighbors, moved, coverage });
+        Some(Found { places, distances, searched })
+    }
+
+    /// The first search of a level whose neighborhoods came from somewhere: what is offered where it fits as well as
+    /// `limit` says, and all places elsewhere.
+    pub(crate) fn search_carried(
+        &mut self,
+        x: &Grid<f64, 2>,
+        offered: &(dyn Fn(usize) -> Vec<Place> + Sync),
+        limit: &(dyn Fn(usize) -> f64 + Sync),
+    ) -> Result<Option<Found>, Error> {
+        let seen = x.map(|v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
+        let listed = self.listed()?;
+        let found = par::map_indexed(self.all.len(), |number| {
+            let mut candidates = offered(number);
+            candidates.retain(|place| listed.holds(*place));
+            let best = listed.best(&seen, number, &candidates, |_, error| error as f64);
+            best.filter(|best| best.error as f64 / self.compared() <= limit(number))
+        });
+        let columns = self.all.shape()[1];
+        let lacks = |part: &[Range<usize>; 2]| {
+            part[0].clone().any(|y| part[1].clone().any(|x| found[y * columns + x].is_none()))
+        };
+        let parts: Vec<[Range<usize>; 2]> = self.parts().filter(lacks).collect();
+        self.listed = Some(listed);
+        let (neighbors, searched) = self.some(&seen, parts, found)?;
+        Ok(self.noted(seen, neighbors, (&[], None), searched))
+    }
+
+    fn listed(&mut self) -> Result<Listed<'a>, Error> {
+        match self.listed.take() {
+            Some(listed) => Ok(listed),
+            None => Ok(Listed::new(self.exemplars, self.weights.clone(), self.all)?),
+        }
+    }
+
+    /// What neighborhoods have that continue those around them, where these or the samples changed.
+    fn refined(&mut self, before: &Before, seen: &Grid<u8, 2>) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
+        let listed = self.listed()?;
+        let changed = changed(self.all, &before.seen, seen);
+        let sources = self.exemplars.sources();
+        let widths: Vec<usize> = sources
+            .iter()
+            .map(|s| Windows { side: self.all.size, step: 1 }.over(s.domain()).shape[1] as usize)
+            .collect();
+        let scores =
+            before.coverage.as_ref().zip(self.alpha).map(|(coverage, alpha)| (coverage, coverage.added(alpha)));
+        let score = |place: Place, error: u64| match scores {
+            Some((coverage, added)) => {
+                let at = place.at[0] as usize * widths[place.source as usize] + place.at[1] as usize;
+                error as f64 / (coverage.least(place.source as usize)[at] as f64 + added)
+            }
+            None => error as f64,
+        };
+        let found = par::map_indexed(self.all.len(), |number| {
+            if !changed[number] && !self.all.around(number).any(|other| before.moved[other]) {
+                return (before.neighbors[number], false);
+            }
+            let candidates = listed.around(&before.neighbors, number);
+            (listed.best(seen, number, &candidates, score).unwrap_or(before.neighbors[number]), true)
+        });
+        let searched = found.iter().filter(|(_, searched)| *searched).count();
+        self.listed = Some(listed);
+        Ok((found.into_iter().map(|(neighbor, _)| Some(neighbor)).collect(), searched))
     }
 
     /// What an error is divided by to be a mean: samples times the weights of channels.
@@ -67,10 +179,20 @@ impl<'a> Exact<'a> {
         &self,
         before: &Grid<u8, 2>,
         seen: &Grid<u8, 2>,
+        neighbors: Vec<Option<Neighbor>>,
+    ) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
+        let parts = self.parts().filter(|part| self.changed(before, seen, part)).collect();
+        self.some(seen, parts, neighbors)
+    }
+
+    /// All places for the neighborhoods of some parts.
+    fn some(
+        &self,
+        seen: &Grid<u8, 2>,
+        parts: Vec<[Range<usize>; 2]>,
         mut neighbors: Vec<Option<Neighbor>>,
     ) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
         let columns = self.all.shape()[1];
-        let parts: Vec<[Range<usize>; 2]> = self.parts().filter(|part| self.changed(before, seen, part)).collect();
         let found = par::map_indexed(parts.len(), |i| self.part(seen, parts[i].clone()));
         let mut searched = 0;
         for (part, found) in parts.into_iter().zip(found) {
@@ -113,22 +235,27 @@ impl<'a> Exact<'a> {
         self.by_runs(seen, part, |field, windows| Ok(nearest(field, &sources, weights, windows, self.simd)?))
     }
 
-    /// The same by their scores, for which all must be known.
-    fn complete(
-        &self,
-        seen: &Grid<u8, 2>,
-        whole: [Range<usize>; 2],
-        alpha: f64,
-    ) -> Result<Vec<Option<Neighbor>>, Error> {
+    /// How near all neighborhoods come to the places of the exemplars.
+    fn coverage(&self, seen: &Grid<u8, 2>, whole: &[Range<usize>; 2]) -> Result<Coverage, Error> {
         let (sources, weights) = (Field::all(self.exemplars), &self.weights);
         let mut all: Option<Coverage> = None;
-        for run in self.runs(&whole) {
+        for run in self.runs(whole) {
             let cut = self.covering(seen, &run)?;
             let field = Field::new(cut.as_ref().unwrap_or(seen));
             let here = Coverage::of(field, &sources, weights, self.windows(), self.simd)?;
             all = Some(all.map_or(here.clone(), |all| all.and(&here)));
         }
-        let all = all.expect("there are neighborhoods");
+        Ok(all.expect("there are neighborhoods"))
+    }
+
+    /// The nearest by their scores, for which all must be known.
+    fn complete(
+        &self,
+        seen: &Grid<u8, 2>,
+        whole: [Range<usize>; 2],
+        (all, alpha): (&Coverage, f64),
+    ) -> Result<Vec<Option<Neighbor>>, Error> {
+        let (sources, weights) = (Field::all(self.exemplars), &self.weights);
         self.by_runs(
             seen,
             whole,
@@ -185,21 +312,6 @@ impl<'a> Exact<'a> {
     }
 }
 
-/// Weights of channels by which errors of a size fit 32 bits, as a search by displacement needs: in fewer steps where
-/// finer ones would have every window compared with every other, which takes a hundred times as long. As they are where
-/// none fit.
-fn fitting(weights: &[u8], size: u32) -> Vec<u8> {
-    let most = u64::from(u32::MAX - 1) / (65_025 * u64::from(size).pow(2));
-    let heaviest = u32::from(weights.iter().copied().max().unwrap_or(0)).max(1);
-    let steps = |n: u32| -> Vec<u8> {
-        // What counts goes on counting.
-        let step = |&w: &u8| ((u32::from(w) * n + heaviest / 2) / heaviest).max(u32::from(w != 0)) as u8;
-        weights.iter().map(step).collect()
-    };
-    let fits = |weights: &Vec<u8>| weights.iter().map(|&w| u64::from(w)).sum::<u64>() <= most;
-    (1..=heaviest).rev().map(steps).find(fits).unwrap_or_else(|| weights.to_vec())
-}
-
 /// A part of a picture, around its periodic axes.
 fn cropped(seen: &Grid<u8, 2>, [rows, columns]: [Range<u32>; 2], domain: Domain<2>) -> Result<Grid<u8, 2>, Error> {
     let part = Domain::open([rows.len() as u32, columns.len() as u32]);
@@ -226,26 +338,6 @@ mod tests {
         Grid::from_vec(domain, 2, samples).unwrap()
     }
 
-    #[test]
-    fn weights_keep_to_what_is_searched_by_displacement() {
-        assert_eq!(fitting(&[1, 1, 1], 32), [1, 1, 1]);
-        assert_eq!(fitting(&[77, 150, 29], 8), [77, 150, 29]);
-        for size in [16, 32, 64] {
-            let fine = [60, 61, 0, 255, 1];
-            let found = fitting(&fine, size);
-            let sum: u64 = found.iter().map(|&w| u64::from(w)).sum();
-            let whole = u64::from(size).pow(2) * 65_025;
-            assert!(
-                sum * whole < u64::from(u32::MAX) && u64::from(u32::MAX) < (sum + 4) * whole,
-                "{found:?} at {size}"
-            );
-            assert_eq!((found[2], found[4]), (0, 1));
-            let share = f64::from(found[3]) / f64::from(found[0]);
-            assert!((share - 4.25).abs() < 1.3, "{found:?}");
-        }
-        assert_eq!(fitting(&[1, 1, 1], 160), [1, 1, 1], "there are no fewer steps");
-    }
-
     const LEVELS: [SimdLevel; 4] = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni, SimdLevel::Auto];
 
     #[test]
@@ -259,7 +351,7 @@ mod tests {
             domain.shape[1] += 20;
             let all = Neighborhoods::new(domain, size);
             let simd = LEVELS[case as usize / 2 % 4];
-            let mut exact = Exact::new(&exemplars, &all, None, simd);
+            let mut exact = Exact::new(&exemplars, &all, (None, false), simd);
             let mut x = noise(&mut rng, all.domain);
             for step in 0..3 {
                 let found = exact.search(&x).unwrap().unwrap();
@@ -286,7 +378,7 @@ mod tests {
             let x = noise(&mut rng, all.domain);
             // At 0 all that are nearest to some place score 1, but for what floats round.
             let alpha = [0.1, 0.2, 5.0][case as usize % 3];
-            let mut exact = Exact::new(&exemplars, &all, Some(alpha), LEVELS[case as usize / 2 % 4]);
+            let mut exact = Exact::new(&exemplars, &all, (Some(alpha), false), LEVELS[case as usize / 2 % 4]);
             let found = exact.search(&x).unwrap().unwrap();
             let plain = |alpha| reference::search(&exemplars, &all, &Falloff::flat(size), &x, alpha).unwrap();
             let complete = plain(Some(alpha));

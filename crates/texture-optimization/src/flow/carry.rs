@@ -1,0 +1,171 @@
+//! What of a frame moves on into the next: for each sample the place of the exemplars that it shows, between samples.
+//!
+//! Frames are made of whole samples of the exemplars, and flows of parts of them. What stood in a frame is therefore
+//! not warped again and again, which would blur it, nor rounded in every frame, which would hold still what moves by
+//! less than half a sample: the place is carried as it is, and the next frame is wished for at it.
+
+use selvedge_core::{Domain, Error, Exemplars, Grid, SampleId, SourceMap};
+
+use super::origins::{Origin, corners};
+use crate::assignment::Place;
+use crate::control::Wishes;
+
+/// Samples by which what a frame shows may differ from what was wished for there and still be the same thing: else it
+/// is another, and is carried from where it is.
+const APART: f64 = 1.0;
+
+/// Where each sample of a frame stands in the exemplars.
+#[derive(Clone, Debug)]
+pub(crate) struct Carried {
+    domain: Domain<2>,
+    places: Vec<Option<Spot>>,
+}
+
+/// A place of a source, between samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Spot {
+    source: usize,
+    at: [f64; 2],
+}
+
+impl Carried {
+    /// What a map shows.
+    pub(crate) fn of(map: &SourceMap<2>) -> Self {
+        let spot = |&id: &SampleId| {
+            let (source, at) = map.table.locate(id)?;
+            Some(Spot { source, at: at.map(f64::from) })
+        };
+        Self { domain: map.domain(), places: map.ids.plane(0).iter().map(spot).collect() }
+    }
+
+    /// Where everything goes: each sample of the next frame stands where the sample that it comes from stood, and goes
+    /// on from it by the rest of the way, also from beyond open edges.
+    pub(crate) fn moved(&self, origins: &[Origin]) -> Self {
+        let one = |origin: &Origin| {
+            let (near, by) = origin.nearest(self.domain);
+            let Spot { source, at } = self.places[self.domain.index(near)]?;
+            Some(Spot { source, at: [0, 1].map(|axis| at[axis] + by[axis]) })
+        };
+        Self { domain: self.domain, places: origins.iter().map(one).collect() }
+    }
+
+    /// What is shown now, of what was carried here: the parts of samples that were lost in it are kept.
+    pub(crate) fn settled(&self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Self {
+        let mut settled = Self::of(map);
+        for (own, wished) in settled.places.iter_mut().zip(&self.places) {
+            let (Some(own), Some(wished)) = (own, wished) else { continue };
+            let domain = exemplars.sources()[own.source].domain();
+            let near = |axis: usize| apart(domain, axis, wished.at[axis], own.at[axis]).abs() <= APART;
+            if own.source == wished.source && near(0) && near(1) {
+                own.at = wished.at;
+            }
+        }
+        settled
+    }
+
+    /// Places at which a neighborhood would go on as it came: by its middle, and by the middles of its quarters.
+    pub(crate) fn offered(&self, exemplars: &Exemplars<2>, first: [u32; 2], size: u32) -> Vec<Place> {
+        let mut places: Vec<Place> = Vec::new();
+        let (half, quarter) = (size / 2, size / 4);
+        let points =
+            [[half, half], [quarter, quarter], [quarter, 3 * quarter], [3 * quarter, quarter], [3 * quarter; 2]];
+        for by in points {
+            let n = self.domain.shape;
+            let at = self.domain.index([0, 1].map(|axis| (first[axis] + by[axis]) % n[axis]));
+            let Some(Spot { source, at }) = self.places[at] else { continue };
+            let domain = exemplars.sources()[source].domain();
+            let along = |axis: usize| {
+                let (p, n) = ((at[axis] + 0.5).floor() as i64 - i64::from(by[axis]), i64::from(domain.shape[axis]));
+                let p = if domain.periodic[axis] { p.rem_euclid(n) } else { p };
+                u32::try_from(p).ok().filter(|p| i64::from(*p) < n)
+            };
+            let Some((y, x)) = along(0).zip(along(1)) else { continue };
+            let place = Place { source: source as u32, at: [y, x] };
+            if !places.contains(&place) {
+                places.push(place);
+            }
+        }
+        places
+    }
+
+    /// Colours to begin with, and wishes by `lambda` for those that are sure: of the exemplars between their samples.
+    pub(crate) fn wishes(
+        &self,
+        exemplars: &Exemplars<2>,
+        (origins, lambda): (&[Origin], f64),
+        before: &Grid<f64, 2>,
+    ) -> Result<Wishes, Error> {
+        let mut colors = Grid::try_filled(self.domain, exemplars.channels(), 0.0)?;
+        let mut weights = Grid::try_filled(self.domain, 1, 0.0)?;
+        let mut color = vec![0.0; exemplars.channels()];
+        for (i, (spot, origin)) in self.places.iter().zip(origins).enumerate() {
+            let shows = spot.is_some_and(|spot| shown(exemplars, spot, &mut color));
+            if !shows {
+                // Off the exemplar: what stood there, to begin with.
+                let (near, _) = origin.nearest(self.domain);
+                color.iter_mut().enumerate().for_each(|(c, v)| *v = before.get(c, near));
+            }
+            weights.plane_mut(0)[i] = if shows && origin.is_sure { lambda } else { 0.0 };
+            (0..color.len()).for_each(|c| colors.plane_mut(c)[i] = color[c]);
+        }
+        Ok(Wishes { colors, weights })
+    }
+}
+
+/// The way from one position to another along an axis, the shorter one around a periodic axis.
+fn apart(domain: Domain<2>, axis: usize, to: f64, from: f64) -> f64 {
+    let (by, n) = (to - from, f64::from(domain.shape[axis]));
+    if domain.periodic[axis] { by - (by / n + 0.5).floor() * n } else { by }
+}
+
+/// The features at a place between samples; false where a sample of it is off the source or masked.
+fn shown(exemplars: &Exemplars<2>, spot: Spot, color: &mut [f64]) -> bool {
+    let source = &exemplars.sources()[spot.source];
+    let domain = source.domain();
+    let is_off =
+        |axis: usize| !domain.periodic[axis] && !(0.0..=f64::from(domain.shape[axis] - 1)).contains(&spot.at[axis]);
+    if is_off(0) || is_off(1) {
+        return false;
+    }
+    color.fill(0.0);
+    for (at, weight) in corners(domain, spot.at) {
+        if source.valid.as_ref().is_some_and(|valid| !valid.get(0, at)) {
+            return false;
+        }
+        for (c, v) in color.iter_mut().enumerate() {
+            *v += weight * f64::from(source.features.get(c, at));
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::Direction;
+    use crate::flow::origins::origins;
+    use crate::testing::exemplars;
+    use selvedge_core::{Flow, Seed};
+
+    /// A map of samples in a row, and a flow of parts of samples.
+    #[test]
+    fn parts_of_samples_add_up() {
+        let exemplars = exemplars(&mut Seed(1).rng(), [12, 15], false);
+        let domain = Domain::periodic([6, 7]);
+        let mut map = SourceMap::unassigned(&exemplars, domain).unwrap();
+        let id = |[y, x]: [u32; 2]| exemplars.table().id(0, [y + 2, x + 3]);
+        domain.positions().for_each(|at| map.ids.set(0, at, id(at)));
+        let by = Grid::from_vec(domain, 2, [vec![0.25; 42], vec![0.0; 42]].concat()).unwrap();
+        let all = origins(&Flow { by, known: None }, Direction::Forward);
+        let mut carried = Carried::of(&map);
+        for step in 1..=4 {
+            let moved = carried.moved(&all);
+            let spot = moved.places[domain.index([3, 3])].unwrap();
+            assert_eq!(spot.at, [5.0 - 0.25 * f64::from(step), 6.0], "{step}");
+            // The frame shows whole samples.
+            carried = moved.settled(&exemplars, &map);
+        }
+        let other = carried.moved(&all).settled(&exemplars, &map);
+        assert_eq!(other.places[domain.index([3, 3])].unwrap().at, [5.0, 6.0], "what is too far is another thing");
+    }
+}

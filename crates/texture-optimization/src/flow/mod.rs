@@ -1,0 +1,11 @@
+//! Textures that flow: frame after frame, each as near to the one before, moved, as a texture can be. `[Kwatra05 4.1]`
+
+mod animator;
+mod carry;
+mod fields;
+mod origins;
+
+pub use animator::{Animation, Animator, FrameStats, animation_estimate};
+pub(crate) use carry::Carried;
+pub use fields::{Field, Motion};
+pub use origins::Direction;

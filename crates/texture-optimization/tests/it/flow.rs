@@ -1,0 +1,105 @@
+//! Textures that flow.
+
+use selvedge_core::{Domain, Exemplars, Flow, Grid, Origin, Run, Seed, SimdLevel, Source, SourceMap, Transform};
+use selvedge_texture_optimization::{Animation, Animator, Error, Field, Motion};
+
+/// Smooth noise that tiles: no two neighborhoods of it are alike.
+fn exemplars(shape: [u32; 2], periodic: bool) -> Exemplars<2> {
+    let domain = Domain { shape, periodic: [periodic; 2] };
+    let mut rng = Seed(9).rng();
+    let samples = (0..domain.len()).map(|_| rng.below(256) as u8).collect();
+    let features = Grid::from_vec(domain, 1, samples).unwrap();
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap()
+}
+
+/// The exemplar as it is, from a place of it on.
+fn copied(exemplars: &Exemplars<2>, output: Domain<2>, from: [u32; 2]) -> SourceMap<2> {
+    let mut map = SourceMap::unassigned(exemplars, output).unwrap();
+    let shape = exemplars.sources()[0].domain().shape;
+    for at in output.positions() {
+        map.ids.set(0, at, exemplars.table().id(0, [0, 1].map(|axis| (at[axis] + from[axis]) % shape[axis])));
+    }
+    map
+}
+
+fn uniform(output: Domain<2>, [down, across]: [f32; 2]) -> Flow {
+    let by = [vec![down; output.len()], vec![across; output.len()]].concat();
+    Flow { by: Grid::from_vec(output, 2, by).unwrap(), known: None }
+}
+
+#[test]
+fn whole_steps_of_a_copy_are_the_copy_moved_to_the_bit() {
+    let output = Domain::periodic([24, 32]);
+    let exemplars = exemplars(output.shape, true);
+    let run = Run::seeded(1);
+    let mut animator =
+        Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
+    for frame in 1..=5_u32 {
+        let woven = animator.next(&uniform(output, [2.0, -3.0]), &run).unwrap();
+        assert_eq!(woven.stats.carried, 1.0);
+        let from = [(5 * 24 - 2 * frame) % 24, 3 * frame];
+        assert!(*woven.result == copied(&exemplars, output, from), "{frame}");
+    }
+    // By halves of samples it gets as far.
+    for _ in 0..4 {
+        animator.next(&uniform(output, [-0.5, 0.25]), &run).unwrap();
+    }
+    assert!(*animator.frame() == copied(&exemplars, output, [24 - 8, 15 - 1]));
+}
+
+#[test]
+fn what_flows_in_over_an_open_edge_goes_on_as_the_exemplar_does() {
+    let exemplars = exemplars([40, 44], false);
+    let output = Domain::open([24, 24]);
+    let run = Run::seeded(1);
+    let mut animator =
+        Animator::new(&exemplars, copied(&exemplars, output, [10, 12]), &Animation::default(), &run).unwrap();
+    for frame in 1..=4 {
+        let woven = animator.next(&uniform(output, [1.0, 2.0]), &run).unwrap();
+        assert!(woven.stats.carried < 0.9);
+        assert!(*woven.result == copied(&exemplars, output, [10 - frame, 12 - 2 * frame]), "{frame}");
+    }
+}
+
+#[test]
+fn threads_and_instructions_change_no_frame() {
+    let exemplars = exemplars([30, 34], false);
+    let output = Domain { shape: [29, 40], periodic: [false, true] };
+    let motion = Motion { field: Field::Vortex, speed: 1.5, center: None, angle: 0.0 };
+    let flow = motion.flow(output, Seed(0)).unwrap();
+    let of = |threads: usize, simd| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let run = Run { simd, ..Run::seeded(5) };
+        pool.install(|| {
+            let first = copied(&exemplars, output, [0, 0]);
+            let mut animator = Animator::new(&exemplars, first, &Animation::default(), &run).unwrap();
+            (0..3).map(|_| animator.next(&flow, &run).unwrap().result.clone()).collect::<Vec<_>>()
+        })
+    };
+    let one = of(1, SimdLevel::Auto);
+    assert!(one[0] != one[2]);
+    assert!(of(2, SimdLevel::Avx2) == one && of(3, SimdLevel::Scalar) == one);
+}
+
+#[test]
+fn flows_that_do_not_lie_over_the_output_or_are_no_numbers_are_refused() {
+    let exemplars = exemplars([20, 20], true);
+    let output = Domain::open([16, 18]);
+    let run = Run::seeded(0);
+    let mut animator =
+        Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
+    let small = animator.next(&uniform(Domain::open([16, 17]), [0.0; 2]), &run).unwrap_err();
+    assert_eq!(small, Error::FlowShape { expected: [16, 18], found: [16, 17] });
+    assert_eq!(small.to_string(), "the flow is 17x16 vectors, and the output 18x16 px");
+    let mut odd = uniform(output, [0.0; 2]);
+    odd.by.set(1, [3, 5], f32::NAN);
+    assert_eq!(animator.next(&odd, &run).unwrap_err(), Error::FlowValue { x: 5, y: 3 });
+    let mut known = Grid::try_filled(output, 1, true).unwrap();
+    known.set(0, [3, 5], false);
+    odd.known = Some(known);
+    assert!(animator.next(&odd, &run).is_ok());
+    let options = Animation { lambda: -1.0, ..Animation::default() };
+    let refused = Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &options, &run);
+    assert!(matches!(refused, Err(Error::Lambda { .. })));
+}
