@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Depth, Domain, Grid, Plane};
+use selvedge_core::{Domain, Grid, Plane};
 
 use crate::failure::{Failure, shown};
 use crate::session::Session;
@@ -55,14 +55,7 @@ pub(crate) fn spare_holes(
 
 /// How much colours differ where the picture stands, in parts of white.
 fn difference(plane: &Plane<2>, picture: &Plane<2>, stands: &dyn Fn(usize) -> bool) -> f64 {
-    let part = |plane: &Plane<2>, c: usize, i: usize| {
-        let white = match plane.samples.depth() {
-            Depth::U8 => 255.0,
-            Depth::U16 => 65_535.0,
-            Depth::F16 | Depth::F32 => 1.0,
-        };
-        plane.samples.value(c, i) / white
-    };
+    let part = |plane: &Plane<2>, c: usize, i: usize| plane.samples.value(c, i) / plane.samples.depth().full();
     let (mut sum, mut count) = (0.0, 0_u64);
     for i in (0..plane.domain().len()).filter(|i| stands(*i)) {
         for c in 0..plane.color_channels() {

@@ -25,6 +25,9 @@ pub(crate) struct Blending {
     /// Fuse patches: they are raised and lowered until they meet, and keep their detail.
     #[arg(long)]
     fuse: bool,
+    /// Whether it is told how seams are hidden where they are not.
+    #[arg(skip)]
+    told: bool,
 }
 
 /// A number of bands.
@@ -71,7 +74,7 @@ impl Bands {
 
 impl Blending {
     /// Patches fused.
-    pub(crate) const FUSED: Self = Self { feather: None, spline: None, fuse: true };
+    pub(crate) const FUSED: Self = Self { feather: None, spline: None, fuse: true, told: false };
 
     /// Checks what can be checked without a file.
     pub(crate) fn validate(self) -> Result<(), Failure> {
@@ -130,6 +133,11 @@ impl Blending {
     /// The same for commands that do not tell what they did not do.
     pub(crate) fn used_if_any(self, used: Used) -> Used {
         let none = |used: Used| used.without("feather").without("spline").without("fuse");
-        if self.is_none() { none(used) } else { self.used(used) }
+        if self.is_none() && !self.told { none(used) } else { self.used(used) }
+    }
+
+    /// For a command that tells it all the same.
+    pub(crate) fn told(self) -> Self {
+        Self { told: true, ..self }
     }
 }

@@ -8,6 +8,7 @@ use crate::args::Global;
 use crate::commands;
 use crate::failure::Failure;
 use crate::method::Method as _;
+use crate::paper;
 use crate::report::Done;
 use crate::session::Session;
 
@@ -158,7 +159,9 @@ pub(crate) fn program() -> clap::Command {
         let of_command = options.iter().filter(move |arg| idle.contains(&arg.get_id().as_str()));
         of_command.map(|arg| arg.clone().hide(true)).collect::<Vec<_>>()
     };
-    commands.into_iter().fold(all, |all, (name, idle)| all.mut_subcommand(&name, |c| c.args(hidden(idle))))
+    commands
+        .into_iter()
+        .fold(all, |all, (name, idle)| all.mut_subcommand(&name, |c| paper::spelt_out(c).args(hidden(idle))))
 }
 
 /// Whether a command weaves pictures.

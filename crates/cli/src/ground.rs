@@ -12,11 +12,10 @@ use crate::inputs::{Input, ReadMap};
 use crate::loaded::Loaded;
 use crate::loom::Loom;
 use crate::session::Session;
-use crate::used::Used;
 use crate::weaving::{Sizing, Weaving};
 
 /// Options about what is there before the first patch.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "What is there before")]
 pub(crate) struct StartArgs {
     /// Go on from a source map of the same exemplars: its holes are filled, its seams made better.
@@ -28,7 +27,8 @@ pub(crate) struct StartArgs {
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     over: Option<PathBuf>,
     /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the samples
-    /// of --start may become better ones, and those of --over are holes to fill.
+    /// of
+    /// --start may become better ones, and those of --over are holes to fill.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
     /// Let patches cut into a band of so many pixels around the holes of --over, for seams that show less.
@@ -37,6 +37,7 @@ pub(crate) struct StartArgs {
 }
 
 /// What an output goes on from, its map read.
+#[derive(Default)]
 pub(crate) struct Ground {
     args: StartArgs,
     map: Option<ReadMap>,
@@ -45,7 +46,7 @@ pub(crate) struct Ground {
 impl StartArgs {
     /// Nothing but a map, if there is one.
     pub(crate) fn of_map(start: Option<PathBuf>) -> Self {
-        Self { start, over: None, fixed: None, blend_in: 0 }
+        Self { start, ..Self::default() }
     }
 
     /// Reads the map.
@@ -64,11 +65,6 @@ impl StartArgs {
     /// The picture as an exemplar: only what stays of it is seen.
     pub(crate) fn backdrop(&self) -> Option<Backdrop<'_>> {
         Some(Backdrop { picture: self.over.as_deref()?, mask: self.fixed.as_deref() })
-    }
-
-    /// The options as used: those that do nothing are not told.
-    pub(crate) fn used(&self, used: Used) -> Used {
-        if self.blend_in == 0 { used.without("blend-in") } else { used }
     }
 
     /// Bytes of what says where the picture may be copied from.
@@ -124,7 +120,7 @@ impl Ground {
     }
 
     /// The map, by the numbers that its samples have in this run.
-    pub(crate) fn map(&self, loom: &mut Loom<'_>) -> Result<Option<SourceMap<2>>, Failure> {
+    pub(crate) fn map(self, loom: &mut Loom<'_>) -> Result<Option<SourceMap<2>>, Failure> {
         let Some((path, read)) = self.file() else { return Ok(None) };
         loom.note(read);
         let mut map = rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?;
@@ -133,12 +129,13 @@ impl Ground {
     }
 
     /// What stands, and what of it stays. A picture stands where it is, and is copied from nowhere.
-    pub(crate) fn start(&self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
+    pub(crate) fn start(self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
+        let args = self.args.clone();
         let map = self.map(loom)?;
         let exemplars = &loom.loaded.exemplars;
         let mut map = map.map_or_else(|| SourceMap::unassigned(exemplars, loom.domain), Ok)?;
-        if self.args.over.is_none() {
-            let fixed = self.args.fixed.as_ref().map(|path| mask(loom, path)).transpose()?;
+        if args.over.is_none() {
+            let fixed = args.fixed.as_ref().map(|path| mask(loom, path)).transpose()?;
             return Ok(Start { map, fixed, sources: None });
         }
         let picture = exemplars.sources().len() - 1;
@@ -150,7 +147,7 @@ impl Ground {
         };
         let stays = map.ids.samples().iter().enumerate().map(stays).collect();
         let stays = Grid::from_vec(map.domain(), 1, stays)?;
-        let fixed = Some(eroded(&stays, self.args.blend_in)?);
+        let fixed = Some(eroded(&stays, args.blend_in)?);
         Ok(Start { map, fixed, sources: Some(Grid::try_filled(loom.domain, 1, (1 << picture) - 1)?) })
     }
 }

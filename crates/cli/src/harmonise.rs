@@ -169,7 +169,7 @@ pub(crate) fn associated(
     }
     // An opaque picture is both.
     let alpha = plane.color_channels();
-    let opaque = (0..plane.domain().len()).all(|i| plane.samples.value(alpha, i) == opaque(plane.samples.depth()));
+    let opaque = (0..plane.domain().len()).all(|i| plane.samples.value(alpha, i) == plane.samples.depth().full());
     if opaque {
         return Ok(Plane { association: to, ..plane });
     }
@@ -182,15 +182,6 @@ pub(crate) fn associated(
     );
     let associated = selvedge_io::associate(&plane, to).map_err(|p| Failure::from_problem(path, p))?;
     Ok(associated.plane)
-}
-
-/// The greatest alpha.
-fn opaque(depth: Depth) -> f64 {
-    match depth {
-        Depth::U8 => 255.0,
-        Depth::U16 => 65_535.0,
-        Depth::F16 | Depth::F32 => 1.0,
-    }
 }
 
 #[cfg(test)]

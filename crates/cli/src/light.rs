@@ -4,7 +4,6 @@ use clap::Args;
 use selvedge_core::{Bytes, Domain, Exemplars, Plane};
 use selvedge_io::Info;
 
-use crate::used::Used;
 use crate::wrong::Wrong;
 
 /// Options for exemplars that are lit unevenly.
@@ -30,12 +29,6 @@ fn deviation(text: &str) -> Result<f64, Wrong> {
 }
 
 impl LightArgs {
-    /// The options as used: not where nothing was asked for.
-    pub(crate) fn used(self, used: Used) -> Used {
-        let used = if self.ignore_light.is_none() { used.without("ignore-light") } else { used };
-        if self.flatten.is_none() { used.without("flatten") } else { used }
-    }
-
     /// The planes of exemplars, even if that was asked for.
     pub(crate) fn flatten(self, planes: &mut [Plane<2>]) -> Result<(), selvedge_core::Error> {
         let Some(sigma) = self.flatten else { return Ok(()) };

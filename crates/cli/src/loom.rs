@@ -1,8 +1,9 @@
 //! A run whose exemplars were read: what a method makes of them is rendered, laid over other planes, and written.
 
-use std::path::PathBuf;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Role, Samples, SourceMap};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Role, Samples, SourceMap, Start};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
 use serde_json::Value;
 
@@ -12,6 +13,7 @@ use crate::course::Course;
 use crate::explain::{LEGEND, explain};
 use crate::eyes;
 use crate::failure::{Failure, shown};
+use crate::ground::Ground;
 use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::Loaded;
@@ -19,6 +21,7 @@ use crate::made;
 use crate::outputs::{self, Outputs};
 use crate::page;
 use crate::planes::{Ready, roles_typed};
+use crate::repairing::Repairing;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::sheet;
@@ -32,7 +35,7 @@ use crate::with::without_planes;
 /// A run that was checked and whose exemplars were read.
 pub(crate) struct Loom<'a> {
     pub(crate) session: &'a Session<'a>,
-    pub(crate) args: &'a Weaving,
+    pub(crate) args: Cow<'a, Weaving>,
     pub(crate) written: Written,
     pub(crate) format: Format,
     pub(crate) report: Report,
@@ -43,8 +46,14 @@ pub(crate) struct Loom<'a> {
     pub(crate) domain: Domain<2>,
     /// What was read besides the exemplars and their masks.
     pub(crate) others: Vec<Fingerprint>,
+    /// What the output goes on from, until it is asked for.
+    pub(crate) ground: Option<Box<Ground>>,
+    /// The picture that the output has the size of, until it is read.
+    pub(crate) picture: Option<Input>,
     /// How seams are hidden.
     pub(crate) blending: Blending,
+    /// How they are repaired before.
+    pub(crate) repairing: Repairing,
     /// What makes the picture, where it is not this run's own command.
     pub(crate) made_by: Option<MadeBy>,
     /// Files that the command was given where others are given their exemplars, if it was given more.
@@ -110,9 +119,20 @@ fn averaged() -> Failure {
 }
 
 impl Loom<'_> {
-    /// True if nothing is to be woven.
-    pub(crate) fn is_dry(&self) -> bool {
-        self.session.global.dry_run
+    /// What the output goes on from, and what of it stays.
+    pub(crate) fn start(&mut self) -> Result<Start<2>, Failure> {
+        self.ground.take().unwrap_or_default().start(self)
+    }
+
+    /// The map that the output goes on from, if there is one.
+    pub(crate) fn start_map(&mut self) -> Result<Option<SourceMap<2>>, Failure> {
+        self.ground.take().unwrap_or_default().map(self)
+    }
+
+    /// Reads a file besides the exemplars, which may be the picture that the output has the size of.
+    pub(crate) fn open(&mut self, path: &Path) -> Result<Plane<2>, Failure> {
+        let known = self.picture.take_if(|picture| picture.path == path);
+        self.read(&known.map_or_else(|| Input::new(self.session, path), Ok)?)
     }
 
     /// Reads a picture besides the exemplars.
@@ -128,17 +148,18 @@ impl Loom<'_> {
         self.others.push(map.fingerprint.clone());
     }
 
-    /// The options as used, but for what a method chooses.
+    /// The options as used, but for what a method chooses; of most of those that do nothing in this run, none.
     pub(crate) fn used(&self) -> Used {
         let [h, w] = self.domain.shape;
         let used = self.session.options.clone().set("tile", Tile::of(self.domain).map(crate::args::typed_name));
         let used = if used.has("size") { used.set("size", format!("{w}x{h}")) } else { used };
-        let used = if self.args.quality.is_none() { used.without("quality") } else { used };
-        let used = if self.args.input.exposure == 0.0 { used.without("exposure") } else { used };
+        let used = used.unless("quality", Value::Null).unless("exposure", 0.0);
         // It acts on odd pictures alone.
         let odd = self.args.input.nonfinite != NonFiniteArg::Error;
         let used = if odd { used } else { used.set("nonfinite", Value::Null) };
-        let used = self.args.input.light.used(used);
+        let used = used.unless("ignore-light", Value::Null).unless("flatten", Value::Null).unless("blend-in", 0);
+        let used = if used.has("repair") { self.repairing.used_if_any(used) } else { used };
+        let used = if used.has("fuse") { self.blending.used_if_any(used) } else { used };
         let planes: Vec<PathBuf> = self.layers.iter().flat_map(|ready| ready.layer.planes.clone()).collect();
         let roles: Vec<Role> = self.layers.iter().flat_map(|ready| ready.layer.roles.clone()).collect();
         self.args.with.used(used, roles_typed(&planes, &roles))

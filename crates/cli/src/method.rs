@@ -12,28 +12,22 @@ use crate::used::Used;
 
 /// A method of the program.
 pub(crate) trait Method {
-    /// What it reads besides the exemplars, and makes of it.
-    type Read;
-
-    /// What is known before anything is read. Refuses options that are wrong by themselves.
-    fn setup(&self) -> Result<Setup<'_>, Failure>;
+    /// What is known before exemplars are read. Refuses options that are wrong by themselves, cheapest first.
+    fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure>;
 
     /// An upper bound of its own memory: domains of the sources, feature channels, output.
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes;
 
-    /// Reads what it needs besides the exemplars.
-    fn read(&self, loom: &mut Loom<'_>) -> Result<Self::Read, Failure>;
-
-    /// All that is chosen before the work, which a dry run tells, and the work.
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, read: Self::Read) -> Result<Planned<'l>, Failure>;
+    /// Reads what it needs besides the exemplars; all that is chosen before the work, which a dry run tells, and the
+    /// work.
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure>;
 
     /// Runs the command.
     fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let mut loom =
-            self.setup()?.begin(session, &|sources, channels, output| self.bytes(sources, channels, output))?;
-        let read = self.read(&mut loom)?;
-        let Planned { used, how, work } = self.plan(&loom, read)?;
-        if loom.is_dry() {
+        let estimate = |sources: &[_], channels, output| self.bytes(sources, channels, output);
+        let mut loom = self.setup(session)?.begin(session, &estimate)?;
+        let Planned { used, how, work } = self.plan(&mut loom)?;
+        if session.global.dry_run {
             drop(work);
             return Ok(loom.would(used, &how));
         }

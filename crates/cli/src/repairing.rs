@@ -11,7 +11,7 @@ use crate::session::Session;
 use crate::used::Used;
 
 /// Whether and how seams are repaired.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Repairing {
     /// Repair seams that show: choose the pixels around them anew, as long as all seams become cheaper.
     #[arg(long)]

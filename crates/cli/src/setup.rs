@@ -1,6 +1,7 @@
 //! What every command that weaves a picture from exemplars goes through before its method begins: sizes, budget,
 //! reading. A command adds its options, its estimate, and its method.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use selvedge_analysis::Texture;
@@ -11,35 +12,39 @@ use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::exemplars::Headers;
 use crate::failure::Failure;
-use crate::ground::Ground;
+use crate::ground::{Ground, StartArgs};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
 use crate::loaded::Loaded;
 use crate::loom::Loom;
 use crate::memory::{self, Resized};
 use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
+use crate::repairing::Repairing;
 use crate::report::Report;
 use crate::session::Session;
 use crate::weaving::{Sizing, Weaving};
 use crate::{explain, eyes, names, outputs, page};
+
+/// How a command lays all exemplars.
+type Laid<'a> = Box<dyn Fn(&[Domain<2>]) -> Domain<2> + 'a>;
 
 /// What the size of an output follows from.
 pub(crate) enum OutputSize<'a> {
     /// What is typed, or a multiple of the first exemplar.
     Exemplar(Sizing),
     /// A picture, of which the header is read, so many times larger.
-    Picture(&'a Input, u32),
+    Picture(Input, u32),
     /// All exemplars, as a command lays them.
-    Laid(&'a dyn Fn(&[Domain<2>]) -> Domain<2>),
+    Laid(Laid<'a>),
     /// What was there before, with which the size typed must agree.
-    Ground(&'a Ground, Sizing),
+    Ground(Box<Ground>, Sizing),
 }
 
 /// What a command tells about itself before anything is read.
 pub(crate) struct Setup<'a> {
     pub(crate) command: &'static str,
     /// The options of all commands that weave.
-    pub(crate) weaving: &'a Weaving,
+    pub(crate) weaving: Cow<'a, Weaving>,
     pub(crate) size: OutputSize<'a>,
     /// Files that it reads besides the exemplars and their masks.
     pub(crate) others: Vec<PathBuf>,
@@ -49,12 +54,16 @@ pub(crate) struct Setup<'a> {
     pub(crate) backdrop: Option<Backdrop<'a>>,
     /// How seams are hidden.
     pub(crate) blending: Blending,
+    /// How they are repaired before.
+    pub(crate) repairing: Repairing,
     /// Whether some samples may be kept from blending.
     pub(crate) keeps: bool,
     /// Pairs of guides that have weights, which come before those of planes that decide with the exemplars.
     pub(crate) guides: usize,
     /// Side of a square that an exemplar has to hold.
     pub(crate) block: Option<u32>,
+    /// Files that the command was given where others are given their exemplars, if it was given more.
+    pub(crate) files: Option<Vec<PathBuf>>,
 }
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
@@ -95,22 +104,38 @@ impl<'a> Setup<'a> {
     pub(crate) fn new(command: &'static str, weaving: &'a Weaving, size: OutputSize<'a>) -> Self {
         Self {
             command,
-            weaving,
+            weaving: Cow::Borrowed(weaving),
             size,
             others: Vec::new(),
             transforms: vec![Transform::IDENTITY],
             backdrop: None,
             blending: Blending::default(),
+            repairing: Repairing::default(),
             keeps: false,
             guides: 0,
             block: None,
+            files: None,
         }
     }
 
+    /// Of a command that may go on from what was there before.
+    pub(crate) fn on(
+        command: &'static str,
+        weaving: &'a Weaving,
+        sizing: Sizing,
+        start: &'a StartArgs,
+        session: &Session<'_>,
+    ) -> Result<Self, Failure> {
+        let size = OutputSize::Ground(start.ground(session)?.into(), sizing);
+        let (others, backdrop) = (start.files(), start.backdrop());
+        Ok(Self { others, backdrop, keeps: true, ..Self::new(command, weaving, size) })
+    }
+
     /// Refuses what cannot be done, in the order in which it is cheap to see, and reads the exemplars.
-    pub(crate) fn begin(&self, session: &'a Session<'a>, estimate: Estimate<'_>) -> Result<Loom<'a>, Failure> {
+    pub(crate) fn begin(self, session: &'a Session<'a>, estimate: Estimate<'_>) -> Result<Loom<'a>, Failure> {
         self.blending.validate()?;
-        let args = self.weaving;
+        self.repairing.validate()?;
+        let args = &self.weaving;
         let mut report = Report::new(self.command);
         let written = args.written();
         let format =
@@ -177,9 +202,14 @@ impl<'a> Setup<'a> {
         let domain = self.closed(session, &loaded, domain)?;
         report.estimate = Some(needed.0);
         report.stage("read");
+        let (ground, picture) = match self.size {
+            OutputSize::Ground(ground, _) => (Some(ground), None),
+            OutputSize::Picture(picture, _) => (None, Some(picture)),
+            OutputSize::Exemplar(_) | OutputSize::Laid(_) => (None, None),
+        };
         Ok(Loom {
             session,
-            args,
+            args: self.weaving,
             written,
             format,
             report,
@@ -187,9 +217,12 @@ impl<'a> Setup<'a> {
             layers,
             domain,
             others: Vec::new(),
+            ground,
+            picture,
             blending: self.blending,
+            repairing: self.repairing,
             made_by: None,
-            files: None,
+            files: self.files,
         })
     }
 
@@ -200,7 +233,7 @@ impl<'a> Setup<'a> {
         let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
         let free = match self.size {
             OutputSize::Exemplar(_) => true,
-            OutputSize::Ground(ground, _) => ground.is_bare(),
+            OutputSize::Ground(ref ground, _) => ground.is_bare(),
             OutputSize::Picture(..) | OutputSize::Laid(_) => false,
         };
         if domain.periodic == [false; 2] || !as_it_is || !free {
@@ -231,7 +264,7 @@ impl<'a> Setup<'a> {
 
     /// How planes of --with are laid.
     fn laying(&self) -> Laying<'_> {
-        let args = self.weaving;
+        let args = &self.weaving;
         Laying {
             roles: &args.with.role,
             depth: args.input.depth.map(Depth::from),
@@ -258,7 +291,7 @@ impl<'a> Setup<'a> {
         let read = memory::reading(headers.infos.iter().chain(&headers.mask_infos).chain(&matched))
             .max(layers.iter().map(Looked::reading_bytes).max().unwrap_or_default());
         let making = memory::making(&sources, features) + matched_held + headers.light_bytes(&sources);
-        let args = self.weaving;
+        let args = &self.weaving;
         let explained = [args.explain.is_some(), args.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
         let shown_twice = if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };

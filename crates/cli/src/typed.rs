@@ -183,7 +183,9 @@ fn usage(error: &clap::Error) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::values::name_of;
     use clap::CommandFactory;
+    use serde_json::json;
 
     fn failure(line: &str) -> String {
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
@@ -196,7 +198,7 @@ mod tests {
 
     #[test]
     fn the_command_line_is_sound() {
-        Cli::command().debug_assert();
+        cli::program().debug_assert();
     }
 
     #[test]
@@ -243,6 +245,38 @@ mod tests {
             _ if default.contains(&std::ffi::OsStr::new("3")) => "4".into(),
             _ => "3".into(),
         }
+    }
+
+    #[test]
+    fn paper_stands_for_what_each_method_calls_the_papers() {
+        let used = |command: &str| {
+            let line = format!("selvedge {command} a -o b --paper");
+            let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+            let Ok(typed) = parse(&words) else { panic!("{line}") };
+            typed.used().json()
+        };
+        let (quilt, of) = (used("quilt"), selvedge_quilting::Options::paper());
+        assert_eq!((&quilt["tolerance"], &quilt["spread"]), (&json!(of.tolerance), &json!(of.spread)));
+        assert_eq!([&quilt["stage"], &quilt["continuation"]], [&name_of(of.stage), &name_of(of.continuation)]);
+        let (transfer, of) = (used("transfer"), selvedge_quilting::TransferOptions::paper());
+        assert_eq!((&transfer["tolerance"], &transfer["spread"]), (&json!(of.tolerance), &json!(of.spread)));
+        let (graphcut, of) = (used("graphcut"), selvedge_graphcut_textures::Options::<2>::paper());
+        assert_eq!((&graphcut["reach"], of.reach), (&json!("all"), Some([u32::MAX; 2])));
+        let all =
+            [&graphcut["variety"], &graphcut["tries"], &graphcut["levels"]].map(|v| v.to_string().replace('"', ""));
+        assert_eq!(all, [of.variety.unwrap().to_string(), of.tries.to_string(), of.levels.unwrap().to_string()]);
+        let (hybrid, of) = (used("hybrid"), selvedge_hybrid::Options::paper());
+        assert_eq!((&hybrid["tolerance"], &hybrid["spread"]), (&json!(of.tolerance), &json!(of.spread)));
+        assert_eq!((&hybrid["circular"], &hybrid["k"]), (&json!(of.circular), &json!(of.k)));
+        assert_eq!((&hybrid["block"], of.block), (&json!("32"), Some([32, 32])));
+        let names = [name_of(of.search), name_of(of.resynthesize), name_of(of.continuation), name_of(of.layout)];
+        assert_eq!(["search", "resynthesize", "continuation", "layout"].map(|name| &hybrid[name]), names.each_ref());
+        let error = |name: &str| selvedge_hybrid::Threshold::Absolute(hybrid[name].as_str().unwrap().parse().unwrap());
+        assert_eq!(["max-error", "pixel-error"].map(error), [of.max_error, of.pixel_error]);
+        let (optimize, of) = (used("optimize"), selvedge_texture_optimization::Options::paper());
+        assert_eq!((&optimize["iterations"], &optimize["robust"]), (&json!(of.iterations), &json!(of.robust)));
+        assert_eq!((&optimize["complete"], of.complete), (&json!("none"), None));
+        assert_eq!((&optimize["finish"], &optimize["init"]), (&json!(name_of(of.finish)), &json!("random")));
     }
 
     #[test]

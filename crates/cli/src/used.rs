@@ -70,6 +70,14 @@ impl Used {
         self
     }
 
+    /// Without an option that has this value, with which it does nothing.
+    #[must_use]
+    pub(crate) fn unless(mut self, name: &str, idle: impl Into<Value>) -> Self {
+        let idle = idle.into();
+        self.0.retain(|(other, value)| other != name || *value != idle);
+        self
+    }
+
     /// Adds an option; one without a value, or a switch that is off, is shown but not typed.
     #[must_use]
     pub(crate) fn with(mut self, name: &str, value: impl Into<Value>) -> Self {

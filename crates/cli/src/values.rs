@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::str::FromStr;
 
-use selvedge_core::{SeamMeasure, Transform};
+use selvedge_core::SeamMeasure;
 use serde_json::Value;
 
 use crate::wrong::Wrong;
@@ -26,6 +26,14 @@ macro_rules! choices {
     };
 }
 pub(crate) use choices;
+
+/// Fields of counts as an object of `--json`.
+macro_rules! counts {
+    ($of:expr, $($field:ident),+ $(,)?) => {
+        serde_json::json!({ $((stringify!($field)): $of.$field),+ })
+    };
+}
+pub(crate) use counts;
 
 choices!(SeamArg for SeamMeasure {
     /// By the difference of the two patches.
@@ -74,12 +82,14 @@ pub(crate) fn sides_typed([down, across]: [u32; 2]) -> Value {
     if down == across { down.into() } else { format!("{across}x{down}").into() }
 }
 
-/// Exact orientations: by quarter turns, mirrored, as they are first.
-pub(crate) fn orientations(turn: bool, mirror: bool) -> Vec<Transform> {
-    let turns = if turn { 0..4 } else { 0..1 };
-    let mirrors = if mirror { &[false, true][..] } else { &[false] };
-    let exact = |quarter_turns| mirrors.iter().map(move |&mirror| Transform::Exact { quarter_turns, mirror });
-    turns.flat_map(exact).collect()
+/// A number, or a choice by the program.
+pub(crate) fn count() -> impl Fn(&str) -> Result<Auto<u32>, Wrong> + Clone {
+    auto("number", "write a number, or auto", parsed)
+}
+
+/// A length in pixels, or a choice by the program.
+pub(crate) fn pixels() -> impl Fn(&str) -> Result<Auto<u32>, Wrong> + Clone {
+    auto("number of pixels", "write a number of pixels, or auto", parsed)
 }
 
 #[cfg(test)]

@@ -142,7 +142,7 @@ impl<const D: usize> Plane<D> {
         // Two boxes of width w have the variance (w^2 - 1) / 6.
         let radius = ((((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as u32).max(1);
         let known = self.validity()?;
-        let (alpha, full) = (self.color_channels(), self.full());
+        let (alpha, full) = (self.color_channels(), self.samples.depth().full());
         let weight = |i: usize| match &known {
             Some(known) if !known.samples()[i] => 0.0,
             Some(_) if self.is_premultiplied() => self.samples.value(alpha, i) / full,
@@ -170,15 +170,6 @@ impl<const D: usize> Plane<D> {
     /// What [`flattened`](Self::flattened) takes at most beside its result, for a plane of so many samples.
     pub fn flattened_bytes(samples: u64) -> Bytes {
         working(samples)
-    }
-
-    /// What full alpha and full light are as numbers.
-    fn full(&self) -> f64 {
-        match self.samples {
-            Samples::U8(_) => 255.0,
-            Samples::U16(_) => 65_535.0,
-            Samples::F16(_) | Samples::F32(_) => 1.0,
-        }
     }
 }
 

@@ -50,6 +50,15 @@ impl Depth {
             Self::F32 => "float",
         }
     }
+
+    /// What full light and full alpha are as numbers: the greatest integer, or 1.
+    pub const fn full(self) -> f64 {
+        match self {
+            Self::U8 => 255.0,
+            Self::U16 => 65_535.0,
+            Self::F16 | Self::F32 => 1.0,
+        }
+    }
 }
 
 /// Samples in one of the four depths.

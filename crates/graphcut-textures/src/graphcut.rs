@@ -17,8 +17,8 @@ use crate::weaver::weave_at;
 ///
 /// # Complexity
 /// For `P` patches over exemplars of `N` samples: time `O(P N log N)` for the searches, and `P` maximum flows over at
-/// most a region with its reach, or `N` nodes, whichever is less; `P` grows with the output's area. Space
-/// `O(output + N)`.
+/// most a region with its reach, or `N` nodes, whichever is less; `P` grows with the output's area. Space `O(output +
+/// N)`.
 ///
 /// # Events
 /// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All

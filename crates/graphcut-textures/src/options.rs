@@ -39,7 +39,8 @@ pub struct Options<const D: usize> {
     /// Axes along which patches may be moved; along the others they lie where they are in their exemplar, all of them
     /// together cover all of the output, and error regions reach over all of it. Default: all. `[true, false, false]`
     /// moves clips in time alone, for what shows the same kind of change at each place, but not the same place
-    /// everywhere. `[Kwatra03 7B]`
+    /// everywhere.
+    /// `[Kwatra03 7B]`
     pub free: [bool; D],
     /// How seams are priced: eq. 1 or eq. 5 of the paper. Default: eq. 5, by gradients.
     pub seam: SeamMeasure,

@@ -94,8 +94,8 @@ pub struct Stats {
 /// `"synthesize"` after each round, with how many drafts and candidates are done.
 ///
 /// # Determinism
-/// The map follows from exemplars, domain, options and seed alone. Draft `i` of `n` candidates has the seed
-/// `seed + i / n`.
+/// The map follows from exemplars, domain, options and seed alone. Draft `i` of `n` candidates has the seed `seed + i /
+/// n`.
 pub fn synthesize(
     exemplars: &Exemplars<2>,
     output: Domain<2>,

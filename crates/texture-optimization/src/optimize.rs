@@ -165,7 +165,8 @@ impl<'e> Plan<'e> {
 
 /// A texture that is optimised as a whole: all overlapping neighborhoods of the output are looked for in the exemplars,
 /// and the output becomes their average, until nothing changes; from coarse to fine, and from large neighborhoods to
-/// small ones. `[Kwatra05 3]`
+/// small ones.
+/// `[Kwatra05 3]`
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`Options::validate`]), exemplars or an output that no neighborhood fits into,

@@ -3,17 +3,18 @@
 use clap::Args;
 use selvedge_core::{Bytes, Domain};
 use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, estimate};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
+use crate::options::Spread;
 use crate::repairing::Repairing;
+use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
-use crate::values::{Auto, auto, choices, name_of, parsed};
+use crate::values::{Auto, choices, counts, pixels};
 use crate::weaving::{Sizing, Weaving};
-use crate::wrong::Wrong;
 
 /// Options of `quilt`.
 #[derive(Args, Debug)]
@@ -37,14 +38,13 @@ pub(crate) struct Quilt {
     /// Whether blocks may continue their neighbours verbatim.
     #[arg(long, value_enum, value_name = "WHETHER", default_value_t = ContinuationArg::Allow)]
     continuation: ContinuationArg,
-    /// How evenly the exemplar is used: 0 takes whatever fits best.
-    #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
-    spread: f64,
+    #[command(flatten)]
+    spread: Spread,
     /// Where blocks are looked for: everywhere, or, in exemplars from 384 px on, at a fraction of the size first.
     #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchArg::Auto)]
     search: SearchArg,
     /// The paper to the letter: --tolerance 0.1 --stage cut --continuation allow --spread 0 --search exact.
-    #[arg(long, conflicts_with_all = ["tolerance", "stage", "continuation", "spread", "search"])]
+    #[arg(long)]
     paper: bool,
     #[command(flatten)]
     repairing: Repairing,
@@ -76,13 +76,14 @@ choices!(SearchArg for SearchBy {
 });
 
 impl Method for Quilt {
-    type Read = ();
-
-    fn setup(&self) -> Result<Setup<'_>, Failure> {
+    fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         self.options().validate()?;
-        self.repairing.validate()?;
-        let size = OutputSize::Exemplar(self.sizing);
-        Ok(Setup { blending: self.blending, block: self.block.0, ..Setup::new("quilt", &self.weaving, size) })
+        Ok(Setup {
+            repairing: self.repairing,
+            blending: self.blending,
+            block: self.block.0,
+            ..Setup::new("quilt", &self.weaving, OutputSize::Exemplar(self.sizing))
+        })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -90,27 +91,14 @@ impl Method for Quilt {
         method + self.repairing.bytes(sources, channels, output)
     }
 
-    fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (): ()) -> Result<Planned<'l>, Failure> {
-        let (exemplars, session) = (&loom.loaded.exemplars, loom.session);
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let (loom, exemplars, session) = (&*loom, &loom.loaded.exemplars, loom.session);
         let options = self.options();
         let plan = Plan::new(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(loom, e))?;
-        // What --paper stands for is told, too.
-        let used = loom
-            .used()
-            .set("block", plan.block())
-            .set("overlap", plan.overlap())
-            .set("tolerance", options.tolerance)
-            .set("stage", name_of(options.stage))
-            .set("continuation", name_of(options.continuation))
-            .set("spread", options.spread);
+        let used = loom.used().set("block", plan.block()).set("overlap", plan.overlap());
         // Small ones are searched alike.
         let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
-        let used = if exact { used.set("search", name_of(options.search)) } else { used.without("search") };
-        let used = self.blending.used_if_any(self.repairing.used_if_any(used));
+        let used = if exact { used } else { used.without("search") };
         Ok(Planned::new(used, format!("from blocks of {} px", plan.block()), move || {
             let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
             let told = told(&woven.stats);
@@ -121,37 +109,25 @@ impl Method for Quilt {
 
 impl Quilt {
     fn options(&self) -> Options {
-        let options = Options { block: self.block.0, overlap: self.overlap.0, ..Options::paper() };
-        if self.paper {
-            return options;
-        }
+        let usual = if self.paper { Options::paper() } else { Options::default() };
         Options {
+            block: self.block.0,
+            overlap: self.overlap.0,
             tolerance: self.tolerance,
             stage: self.stage.into(),
             continuation: self.continuation.into(),
-            spread: self.spread,
+            spread: self.spread.spread,
             search: self.search.into(),
-            overlap_part: Options::default().overlap_part,
-            ..options
+            ..usual
         }
     }
 }
 
 /// What was done, as numbers and for people.
 fn told(stats: &Stats) -> (Value, String) {
-    let counts = json!({
-        "blocks": stats.blocks,
-        "candidates": stats.candidates,
-        "overlap_error": stats.overlap_error,
-        "cut_error": stats.cut_error,
-    });
+    let counts = counts!(stats, blocks, candidates, overlap_error, cut_error);
     let blocks = n("block", stats.blocks as usize);
     (counts, format!("from {blocks} of {} px, overlap {} px", stats.block, stats.overlap))
-}
-
-/// A length in pixels, or a choice by the program.
-pub(super) fn pixels() -> impl Fn(&str) -> Result<Auto<u32>, Wrong> + Clone {
-    auto("number of pixels", "write a number of pixels, or auto", parsed)
 }
 
 /// Errors about exemplars name the file, and options by their flags.

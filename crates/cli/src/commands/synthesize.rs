@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::failure::{Failure, n};
 use crate::loom::{Loom, MadeBy, Outcome};
 use crate::method::{Method, Planned};
+use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::thumbnail::Thumbnail;
 use crate::used::Used;
@@ -28,9 +29,7 @@ pub(crate) struct Synthesize {
 }
 
 impl Method for Synthesize {
-    type Read = ();
-
-    fn setup(&self) -> Result<Setup<'_>, Failure> {
+    fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         Ok(Setup::new("synthesize", &self.weaving, OutputSize::Exemplar(self.sizing)))
     }
 
@@ -39,11 +38,8 @@ impl Method for Synthesize {
         Bytes(estimate(sources, channels, output, &options, rayon::current_num_threads()))
     }
 
-    fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (): ()) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let loom = &*loom;
         let how = format!("as the best of what effort {} tries", self.effort);
         Ok(Planned::new(loom.used(), how, || {
             let options = Options { effort: self.effort };

@@ -1,18 +1,15 @@
 //! `selvedge analogy`: A is to A' as B is to B'. `[CMS V-D]`
 
-use std::path::PathBuf;
-
 use clap::Args;
 use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
 use super::{Job, Knobs, Task};
-use crate::commands::transfer::{Pair, guide_of, pairs};
 use crate::failure::Failure;
-use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::Method as _;
+use crate::pairs::Pair;
 use crate::report::Done;
 use crate::session::Session;
 use crate::weaving::Weaving;
@@ -55,23 +52,18 @@ impl Analogy {
             weaving: &weaving,
             knobs: &self.knobs,
             options,
-            pairs: pairs(&self.knobs.guide, &weaving)?,
-            first: Input::new(session, target)?,
+            first: target,
             ratio: 1,
             channels: 3,
-            others: pair.sources.iter().chain(std::iter::once(target)).cloned().collect(),
-            read: &|_, loom, target| Ok(vec![self.constraint(loom, &pair, target)?]),
+            others: pair.files().cloned().collect(),
+            read: &|_, loom| self.constraint(loom, &pair),
             files: Some(files.clone()),
         }
         .run(session)
     }
 
-    fn constraint(&self, loom: &mut Loom<'_>, pair: &Pair, target: &Input) -> Result<Constraint, Failure> {
-        let session = loom.session;
-        let open = |path: &PathBuf| Input::new(session, path);
-        let sources = pair.sources.iter().map(|p| loom.read(&open(p)?)).collect::<Result<Vec<_>, Failure>>()?;
-        let target = loom.read(target)?;
-        let guide = guide_of(loom, pair, &sources, target)?;
+    fn constraint(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Constraint, Failure> {
+        let guide = pair.read(loom)?;
         Ok(Constraint::new(if self.luminance { matched(&guide)? } else { guide }))
     }
 }

@@ -8,9 +8,7 @@ use selvedge_core::Plane;
 use selvedge_guides::encode_together;
 
 use super::{Job, Knobs, Task};
-use crate::commands::transfer::pairs;
 use crate::failure::Failure;
-use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::Method as _;
 use crate::report::Done;
@@ -44,19 +42,18 @@ impl Detail {
             weaving: &self.weaving,
             knobs: &self.knobs,
             options,
-            pairs: pairs(&self.knobs.guide, &self.weaving)?,
-            first: Input::new(session, &self.low)?,
+            first: &self.low,
             ratio: self.scale,
             channels: 3,
             others: vec![self.low.clone()],
-            read: &|_, loom, low| Ok(vec![self.constraint(loom, low)?]),
+            read: &|_, loom| self.constraint(loom),
             files: None,
         }
         .run(session)
     }
 
-    fn constraint(&self, loom: &mut Loom<'_>, low: &Input) -> Result<Constraint, Failure> {
-        let low = loom.read(low)?;
+    fn constraint(&self, loom: &mut Loom<'_>) -> Result<Constraint, Failure> {
+        let low = loom.open(&self.low)?;
         let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(&low)).collect();
         let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.low))?;
         let low = maps.pop().expect("the picture's").with_periodic(loom.domain.periodic);

@@ -6,27 +6,33 @@ pub(crate) mod numbers;
 mod palette;
 pub(super) mod told;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueHint};
+use clap::Args;
 use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
 use selvedge_core::{Bytes, Domain, Transform};
+use serde_json::Value;
 
 use self::told::{counts, failure};
 use crate::blending::Blending;
-use crate::commands::transfer::{Pair, guide_of, named};
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
 use crate::loom::{Loom, Outcome};
 use crate::memory;
 use crate::method::{Method, Planned};
+use crate::options::option;
+use crate::pairs::{GuideArgs, Pair};
+use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
-use crate::values::{Auto, auto, parsed};
+use crate::values::{Auto, count};
 use crate::weaving::Weaving;
 
 /// Options of all commands of constrained synthesis.
 #[derive(Args, Debug)]
+#[command(mut_args(option("guide", |arg| arg
+    .help("Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With \
+        several exemplars write theirs as one list, separated by commas. May be given several times"))))]
 pub(crate) struct Knobs {
     /// How much the constraints count against seams: large values follow them, small ones keep the texture whole.
     #[arg(short = 'K', long, value_name = "K")]
@@ -35,10 +41,8 @@ pub(crate) struct Knobs {
     /// small ones follow curves.
     #[arg(short = 'N', long, value_name = "N")]
     neighborhood: Option<u32>,
-    /// Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With
-    /// several exemplars write theirs as one list, separated by commas. May be given several times.
-    #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
-    guide: Vec<PathBuf>,
+    #[command(flatten)]
+    guides: GuideArgs,
     /// Use exemplars as they are; by default they are turned by quarter turns as well.
     #[arg(long)]
     no_turn: bool,
@@ -60,8 +64,7 @@ pub(crate) struct Knobs {
     spread: Option<f64>,
     /// At how many sizes the output is solved, each half of the one before, or auto: up to three, as constraints and
     /// exemplars allow. Large structures are placed where they are small.
-    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
-        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     levels: Auto<u32>,
     /// Draw this many labels at random instead of searching for them, to compare with.
     #[arg(long, value_name = "N")]
@@ -94,8 +97,8 @@ impl Knobs {
     }
 }
 
-/// Makes the constraints of a command; the picture has the output's size, or follows from it.
-type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>, &Input) -> Result<Vec<Constraint>, Failure> + 'a;
+/// Makes the constraint of a command.
+type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Constraint, Failure> + 'a;
 
 /// A command of constrained synthesis whose options were understood.
 struct Job<'a> {
@@ -103,10 +106,8 @@ struct Job<'a> {
     weaving: &'a Weaving,
     knobs: &'a Knobs,
     options: Options,
-    /// Of `--guide`.
-    pairs: Vec<Pair>,
-    /// The command's own constraint.
-    first: Input,
+    /// The picture of the command's own constraint: the output has its size, or follows from it.
+    first: &'a Path,
     /// How many times larger the output is than that.
     ratio: u32,
     /// Channels of its own constraint at most.
@@ -119,17 +120,18 @@ struct Job<'a> {
 }
 
 impl Method for Job<'_> {
-    type Read = Vec<Constraint>;
-
-    fn setup(&self) -> Result<Setup<'_>, Failure> {
+    fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        let pairs = self.knobs.guides.pairs(self.weaving)?;
         self.options.validate()?;
+        let first = Input::new(session, self.first)?;
         let turns = if self.knobs.no_turn { 0..1 } else { 0..4 };
         Ok(Setup {
-            others: self.others.iter().chain(self.pairs.iter().flat_map(Pair::files)).cloned().collect(),
+            others: self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect(),
             transforms: turns.map(|turn| Transform::new(90.0 * f64::from(turn), 1.0, false)).collect(),
             blending: self.knobs.blending,
-            guides: self.pairs.len(),
-            ..Setup::new(self.name, self.weaving, OutputSize::Picture(&self.first, self.ratio))
+            guides: pairs.len(),
+            files: self.files.clone(),
+            ..Setup::new(self.name, self.weaving, OutputSize::Picture(first, self.ratio))
         })
     }
 
@@ -137,21 +139,12 @@ impl Method for Job<'_> {
         self.bytes_with(self.channels, sources, channels, output)
     }
 
-    fn read(&self, loom: &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> {
-        loom.files.clone_from(&self.files);
-        let mut constraints = (self.read)(self, loom, &self.first)?;
-        let session = loom.session;
-        for pair in &self.pairs {
-            let open = |path: &PathBuf| Input::new(session, path);
-            let sources = pair.sources.iter().map(|p| loom.read(&open(p)?)).collect::<Result<Vec<_>, Failure>>()?;
-            let target = loom.read(&open(&pair.target)?)?;
-            let guide = guide_of(loom, pair, &sources, target)?;
-            constraints.push(Constraint { guide, ratio: 1, weight: pair.weight });
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let mut constraints = vec![(self.read)(self, loom)?];
+        for pair in self.knobs.guides.pairs(self.weaving)? {
+            constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
         }
-        Ok(constraints)
-    }
-
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, constraints: Vec<Constraint>) -> Result<Planned<'l>, Failure> {
+        let loom = &*loom;
         self.planned(loom, &constraints)?;
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {
@@ -171,7 +164,8 @@ const OF_PICTURE: u64 = 8 + 3 + 1;
 impl Job<'_> {
     /// The method's memory where its own constraint has so many channels.
     fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let constraints: Vec<_> = std::iter::once((own, self.ratio)).chain(self.pairs.iter().map(|_| (3, 1))).collect();
+        let constraints: Vec<_> =
+            std::iter::once((own, self.ratio)).chain((0..self.knobs.guides.len()).map(|_| (3, 1))).collect();
         let sizes = Sizes { sources, channels, constraints: &constraints, output };
         let orientations = if self.knobs.no_turn { 1 } else { 4 };
         // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.
@@ -207,18 +201,16 @@ impl Job<'_> {
     /// The options as used.
     fn used(&self, loom: &Loom<'_>) -> Used {
         let (knobs, options) = (self.knobs, &self.options);
-        // Weights of guides count even where no plane decides with the exemplars.
-        let used = loom.used();
-        let weights = self.weaving.with.weight.clone();
-        let used = if used.has("weight") || weights.is_empty() { used } else { used.with("weight", weights) };
-        let used = used
+        let used = loom
+            .used()
             .set("constraint-weight", options.constraint_weight)
             .set("neighborhood", options.neighborhood)
-            .set("guide", named(&knobs.guide, loom.loaded.paths.len()));
-        let used = if knobs.tolerance.is_some() { used } else { used.without("tolerance") };
-        let used = if options.spread == 0.0 { used.without("spread") } else { used.set("spread", options.spread) };
-        let used = options.levels.map_or(used.clone().without("levels"), |levels| used.set("levels", levels));
-        let used = if knobs.random_labels.is_some() { used } else { used.without("random-labels") };
-        knobs.blending.used_if_any(used)
+            .set("spread", options.spread)
+            .set("levels", options.levels)
+            .unless("tolerance", Value::Null)
+            .unless("spread", 0.0)
+            .unless("levels", Value::Null)
+            .unless("random-labels", Value::Null);
+        knobs.guides.used(loom, used).unless("weight", Vec::<Value>::new())
     }
 }

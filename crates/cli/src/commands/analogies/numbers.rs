@@ -9,11 +9,10 @@ use selvedge_guides::encode_together;
 
 use super::palette::Palette;
 use super::{Job, Knobs, Task};
-use crate::commands::transfer::{check_shape, listed, pairs};
-use crate::failure::{Failure, n, shown};
-use crate::inputs::Input;
+use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method as _;
+use crate::pairs::{check_under, listed};
 use crate::report::Done;
 use crate::session::Session;
 use crate::weaving::Weaving;
@@ -46,49 +45,33 @@ pub(crate) struct Numbers {
 impl Numbers {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let exemplars = self.weaving.input.exemplars.len();
-        let sources = listed(&self.labels, exemplars);
-        if sources.len() != exemplars {
-            let what = format!(
-                "'{}' names {} for {}",
-                shown(&self.labels),
-                n("file", sources.len()),
-                n("exemplar", exemplars)
-            );
-            return Err(Failure::new(2, what).remedy("give --labels one file for each, separated by commas"));
-        }
+        let sources = listed(&self.labels, self.weaving.input.exemplars.len(), "--labels one file")?;
         let options = self.knobs.options(TASK);
         Job {
             name: "numbers",
             weaving: &self.weaving,
             knobs: &self.knobs,
             options,
-            pairs: pairs(&self.knobs.guide, &self.weaving)?,
-            first: Input::new(session, &self.target)?,
+            first: &self.target,
             ratio: 1,
             // How many labels there are is known once they are read; two at least.
             channels: if self.one_hot { 2 } else { 3 },
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
-            read: &|job, loom, target| Ok(vec![self.constraint((job, loom), &sources, target)?]),
+            read: &|job, loom| self.constraint(job, loom, &sources),
             files: None,
         }
         .run(session)
     }
 
-    fn constraint(
-        &self,
-        (job, loom): (&Job<'_>, &mut Loom<'_>),
-        sources: &[PathBuf],
-        target: &Input,
-    ) -> Result<Constraint, Failure> {
+    fn constraint(&self, job: &Job<'_>, loom: &mut Loom<'_>, sources: &[PathBuf]) -> Result<Constraint, Failure> {
         let session = loom.session;
         let mut planes = Vec::new();
         for (number, path) in sources.iter().enumerate() {
-            let plane = loom.read(&Input::new(session, path)?)?;
-            check_shape(path, &plane, loom.loaded.payload[number].domain().shape, &shown(&loom.loaded.paths[number]))?;
+            let plane = loom.open(path)?;
+            check_under(loom, number, path, &plane)?;
             planes.push(plane);
         }
-        planes.push(loom.read(target)?);
+        planes.push(loom.open(&self.target)?);
         let planes: Vec<&Plane<2>> = planes.iter().collect();
         let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.target))?;
         let wanted = maps.pop().expect("the target's");

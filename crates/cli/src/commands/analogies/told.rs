@@ -1,9 +1,10 @@
 //! What runs of constrained synthesis tell: errors with their remedies, and counts.
 
-use selvedge_cms_analogies::Stats;
-use serde_json::json;
+use selvedge_cms_analogies::{Energy, Stats};
+use serde_json::Value;
 
 use crate::failure::Failure;
+use crate::values::counts;
 
 /// Errors with the options that mend them.
 pub(in crate::commands) fn failure(error: selvedge_cms_analogies::Error) -> Failure {
@@ -20,24 +21,15 @@ pub(in crate::commands) fn failure(error: selvedge_cms_analogies::Error) -> Fail
     }
 }
 
-pub(in crate::commands) fn counts(stats: &Stats) -> serde_json::Value {
-    let parts = |e: selvedge_cms_analogies::Energy| {
-        let mut parts = json!({ "agreement": e.agreement, "boundary": e.boundary });
+pub(in crate::commands) fn counts(stats: &Stats) -> Value {
+    let parts = |e: Energy| {
+        let mut parts = counts!(e, agreement, boundary);
         if e.usage != 0 {
             parts["usage"] = e.usage.into();
         }
         parts
     };
-    json!({
-        "searches": stats.searches,
-        "expansions": stats.expansions,
-        "improvements": stats.improvements,
-        "nodes": stats.nodes,
-        "pruned": stats.pruned,
-        "truncated": stats.truncated,
-        "saturated": stats.saturated,
-        "model": parts(stats.model),
-        "truth": parts(stats.truth),
-        "energy": stats.energy,
-    })
+    let mut all = counts!(stats, searches, expansions, improvements, nodes, pruned, truncated, saturated, energy);
+    (all["model"], all["truth"]) = (parts(stats.model), parts(stats.truth));
+    all
 }

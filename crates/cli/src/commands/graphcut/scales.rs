@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use selvedge_core::{Depth, Domain, Grid, Plane};
+use selvedge_core::{Domain, Grid, Plane};
 use selvedge_graphcut_textures::{self as graphcut, WantedScale};
 
 use crate::failure::Failure;
-use crate::used::Used;
 use crate::wrong::Wrong;
 
 /// What textures can be magnified by.
@@ -101,6 +100,14 @@ impl std::fmt::Display for Field {
 }
 
 impl Field {
+    /// The file that is read, if any.
+    pub(super) fn file(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Picture(path) => Some(path),
+            Self::Sides(_) => None,
+        }
+    }
+
     /// Least and greatest scale; `typed` is what black and white of a picture stand for.
     fn range(&self, typed: Option<Range>) -> Option<Range> {
         let Self::Sides([top, bottom, left, right]) = self else { return typed };
@@ -117,7 +124,6 @@ impl Field {
 pub(super) struct Scales {
     field: Field,
     range: Range,
-    typed: Option<Range>,
     series: graphcut::Scales,
 }
 
@@ -135,24 +141,16 @@ impl Scales {
             _ => field.range(typed).expect("pictures come with a range"),
         };
         let series = graphcut::Scales::new([range.low, range.high], step)?;
-        Ok(Self { field, range, typed, series })
-    }
-
-    /// The file that is read, if any.
-    pub(super) fn file(&self) -> Option<&PathBuf> {
-        match &self.field {
-            Field::Picture(path) => Some(path),
-            Field::Sides(_) => None,
-        }
+        Ok(Self { field, range, series })
     }
 
     /// The magnifications of sources: a geometric series through 1, that nearest to 1 first.
-    pub(super) fn levels(&self) -> Vec<f64> {
-        self.series.levels().to_vec()
+    pub(super) fn levels(&self) -> &[f64] {
+        self.series.levels()
     }
 
     /// Refuses a field that jumps where the output tiles.
-    pub(super) fn check(&self, periodic: [bool; 2]) -> Result<(), Failure> {
+    fn check(&self, periodic: [bool; 2]) -> Result<(), Failure> {
         let Field::Sides(sides) = &self.field else { return Ok(()) };
         for (axis, name) in ["y", "x"].into_iter().enumerate() {
             let (low, high) = (sides[2 * axis], sides[2 * axis + 1]);
@@ -165,9 +163,14 @@ impl Scales {
         Ok(())
     }
 
-    /// By position, bit `i` says whether the place may copy from a source of level `i` of [`levels`](Self::levels).
-    pub(super) fn allowed(&self, output: Domain<2>, picture: Option<&Plane<2>>) -> Result<Grid<u64, 2>, Failure> {
-        let bits: Vec<u64> = (0..self.series.levels().len()).map(|level| 1 << level).collect();
+    /// By position, the sources that may be copied from, of those `of` each level of [`levels`](Self::levels).
+    pub(super) fn allowed(
+        &self,
+        output: Domain<2>,
+        picture: Option<&Plane<2>>,
+        of: &[u64],
+    ) -> Result<Grid<u64, 2>, Failure> {
+        self.check(output.periodic)?;
         let wanted = match (&self.field, picture) {
             (Field::Sides(sides), _) => WantedScale::Sides(*sides),
             (Field::Picture(_), Some(plane)) => WantedScale::Picture {
@@ -177,22 +180,13 @@ impl Scales {
             },
             (Field::Picture(path), None) => return Err(Failure::new(3, "was not read").about(path)),
         };
-        Ok(self.series.field(output, |at| wanted.at(output, at), &bits)?)
-    }
-
-    /// The options as used.
-    pub(super) fn used(&self, used: Used) -> Used {
-        used.set("scale-field", self.field.to_string()).set("scale-range", self.typed.map(|range| range.to_string()))
+        Ok(self.series.field(output, |at| wanted.at(output, at), of)?)
     }
 }
 
 /// Lightness as masks have it: 77, 150 and 29 of 256 parts of red, green and blue, as stored.
 fn light(plane: &Plane<2>, i: usize) -> f64 {
-    let white = match plane.samples.depth() {
-        Depth::U8 => 255.0,
-        Depth::U16 => 65_535.0,
-        Depth::F16 | Depth::F32 => 1.0,
-    };
+    let white = plane.samples.depth().full();
     let value = |c: usize| plane.samples.value(c, i) / white;
     let light = if plane.color_channels() < 3 {
         value(0)

@@ -9,18 +9,17 @@ use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Grid, SourceMap, Start};
 use selvedge_graphcut_textures::Error;
 use selvedge_graphcut_textures::labels::{Label, LabelOptions, Prefer, aligned, estimate_labels, expand, preferred};
-use serde_json::json;
 
 use self::strokes::StrokeColor;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::{Loom, Outcome};
 use crate::method::{Method, Planned};
-use crate::report::Done;
+use crate::options::Seams;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
-use crate::values::{SeamArg, choices};
+use crate::values::{choices, counts};
 use crate::weaving::Weaving;
 use crate::wrong::Wrong;
 
@@ -52,9 +51,8 @@ pub(crate) struct Merge {
     /// What is wanted at each place, as far as seams allow it.
     #[arg(long, value_enum, value_name = "WHAT")]
     prefer: Option<PreferArg>,
-    /// How seams are priced: by their difference, or by difference over gradient.
-    #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
-    seam: SeamArg,
+    #[command(flatten)]
+    seams: Seams,
     #[command(flatten)]
     blending: Blending,
 }
@@ -89,68 +87,32 @@ impl FromStr for At {
     }
 }
 
-/// Where all lie, and what may show.
-struct Placed {
-    labels: Vec<Label<2>>,
-    only: Option<Grid<u64, 2>>,
-}
-
-/// A run.
-struct Job<'a> {
-    args: &'a Merge,
-    domain: &'a dyn Fn(&[Domain<2>]) -> Domain<2>,
-}
-
-impl Method for Job<'_> {
-    type Read = Placed;
-
-    fn setup(&self) -> Result<Setup<'_>, Failure> {
-        self.args.validate()?;
-        let kept = self.args.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
+impl Method for Merge {
+    fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        self.validate()?;
+        let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
+        let size = OutputSize::Laid(Box::new(|sources| self.extent(sources)));
         Ok(Setup {
-            others: self.args.strokes.iter().cloned().chain(kept).collect(),
-            blending: self.args.blending,
-            ..Setup::new("merge", &self.args.weaving, OutputSize::Laid(self.domain))
+            others: self.strokes.iter().cloned().chain(kept).collect(),
+            blending: self.blending,
+            ..Setup::new("merge", &self.weaving, size)
         })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let own = if self.args.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
+        let own = if self.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
         Bytes(estimate_labels(sources, channels, output)) + Bytes::of_samples(output, own + 8 + 4)
     }
 
-    fn read(&self, loom: &mut Loom<'_>) -> Result<Placed, Failure> {
-        let labels = self.args.placed(loom)?;
-        let only = self.args.only(loom, labels.len())?;
-        Ok(Placed { labels, only })
-    }
-
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, placed: Placed) -> Result<Planned<'l>, Failure> {
-        let how = format!("from {}", n("picture", placed.labels.len()));
-        Ok(Planned::new(self.args.used(loom, &placed.labels), how, move || self.args.weave(loom, placed)))
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let labels = self.placed(loom)?;
+        let (only, loom) = (self.only(loom, labels.len())?, &*loom);
+        let how = format!("from {}", n("picture", labels.len()));
+        Ok(Planned::new(self.used(loom, &labels), how, move || self.weave(loom, &labels, only)))
     }
 }
 
 impl Merge {
-    /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let domain = |sources: &[Domain<2>]| {
-            // Of a place that is to be found, no more is known than that both pictures lie side by side at most.
-            let end = |axis: usize| {
-                let at = |i: usize| match i.checked_sub(1).and_then(|i| self.at.get(i)) {
-                    Some(At(Some(at))) => at[axis],
-                    Some(At(None)) => sources[0].shape[axis] as i32,
-                    None => 0,
-                };
-                let ends = sources.iter().enumerate().map(|(i, s)| i64::from(at(i)) + i64::from(s.shape[axis]));
-                let starts = (0..sources.len()).map(|i| i64::from(at(i)));
-                (ends.max().unwrap_or(1) - starts.min().unwrap_or(0)).clamp(1, u32::MAX.into()) as u32
-            };
-            self.weaving.tiled([end(0), end(1)])
-        };
-        Job { args: self, domain: &domain }.run(session)
-    }
-
     fn validate(&self) -> Result<(), Failure> {
         let (pictures, places) = (self.weaving.input.exemplars.len(), self.at.len());
         if !(2..=64).contains(&pictures) {
@@ -163,46 +125,48 @@ impl Merge {
         self.check_numbers(pictures)
     }
 
-    fn weave(&self, loom: &Loom<'_>, Placed { labels, only }: Placed) -> Result<Outcome, Failure> {
+    fn weave(&self, loom: &Loom<'_>, labels: &[Label<2>], only: Option<Grid<u64, 2>>) -> Result<Outcome, Failure> {
         let exemplars = &loom.loaded.exemplars;
-        let own = self.prefer.map(|prefer| preferred(exemplars, &labels, loom.domain, prefer.into())).transpose()?;
-        let options = LabelOptions { seam: self.seam.into(), only, own, ..LabelOptions::default() };
+        let own = self.prefer.map(|prefer| preferred(exemplars, labels, loom.domain, prefer.into())).transpose()?;
+        let options = LabelOptions { seam: self.seams.measure(), only, own, ..LabelOptions::default() };
         let start = Start { map: SourceMap::unassigned(exemplars, loom.domain)?, fixed: None, sources: None };
-        let woven = expand(exemplars, start, &labels, &options, &loom.session.run()).map_err(failure)?;
+        let woven = expand(exemplars, start, labels, &options, &loom.session.run()).map_err(failure)?;
         let stats = &woven.stats;
+        let mut counts = counts!(stats, shown, expansions, improvements, sweeps, energy);
+        counts["at"] = labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>().into();
         let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
-        let counts = json!({
-            "at": labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>(),
-            "shown": stats.shown,
-            "expansions": stats.expansions,
-            "improvements": stats.improvements,
-            "sweeps": stats.sweeps,
-            "energy": stats.energy,
-        });
         let how = format!("from {shown} of {}", n("picture", labels.len()));
         Ok(Outcome::new(Box::new(woven.result), woven.complete, counts, how))
+    }
+
+    /// Where a picture is said to lie; the first, and those of which nothing is said, lie at the corner.
+    fn at(&self, picture: usize) -> At {
+        let typed = picture.checked_sub(1).and_then(|further| self.at.get(further).copied());
+        typed.unwrap_or(At(Some([0, 0])))
+    }
+
+    /// How far the pictures reach together, at most.
+    fn extent(&self, sources: &[Domain<2>]) -> Domain<2> {
+        // Of a place that is to be found, no more is known than that both pictures lie side by side at most.
+        let at = |picture: usize| self.at(picture).0.unwrap_or(sources[0].shape.map(|side| side as i32));
+        self.weaving.tiled(extent(sources.iter().enumerate().map(|(i, source)| (at(i), source.shape))).1)
     }
 
     /// Where each picture lies in the output, which reaches as far as they do.
     fn placed(&self, loom: &mut Loom<'_>) -> Result<Vec<Label<2>>, Failure> {
         let (exemplars, simd) = (&loom.loaded.exemplars, loom.session.run::<2>().simd);
-        let mut labels = vec![Label { source: 0, offset: [0, 0] }];
-        for source in 1..exemplars.sources().len() {
-            labels.push(match self.at.get(source - 1).copied().unwrap_or(At(Some([0, 0]))) {
-                At(Some(offset)) => Label { source, offset },
-                At(None) => aligned(exemplars, 0, source, simd)?.ok_or_else(|| {
-                    let what = "it overlaps the first picture nowhere by an eighth of the smaller of both";
-                    Failure::new(3, what).about(&loom.loaded.paths[source]).remedy("say where it lies with --at X,Y")
-                })?,
-            });
-        }
+        let place = |source: usize| match self.at(source) {
+            At(Some(offset)) => Ok(Label { source, offset }),
+            At(None) => aligned(exemplars, 0, source, simd)?.ok_or_else(|| {
+                let what = "it overlaps the first picture nowhere by an eighth of the smaller of both";
+                Failure::new(3, what).about(&loom.loaded.paths[source]).remedy("say where it lies with --at X,Y")
+            }),
+        };
+        let mut labels = (0..exemplars.sources().len()).map(place).collect::<Result<Vec<_>, Failure>>()?;
         let shape = |label: &Label<2>| exemplars.sources()[label.source].domain().shape;
-        for axis in 0..2 {
-            let low = labels.iter().map(|label| label.offset[axis]).min().unwrap_or(0);
-            labels.iter_mut().for_each(|label| label.offset[axis] -= low);
-            let ends = labels.iter().map(|label| label.offset[axis] as u32 + shape(label)[axis]);
-            loom.domain.shape[axis] = ends.max().unwrap_or(1);
-        }
+        let (corner, reach) = extent(labels.iter().map(|label| (label.offset, shape(label))));
+        labels.iter_mut().for_each(|label| label.offset = [0, 1].map(|axis| label.offset[axis] - corner[axis]));
+        loom.domain.shape = reach;
         Ok(labels)
     }
 
@@ -211,12 +175,18 @@ impl Merge {
         let first = labels[0].offset;
         let place = |label: &Label<2>| format!("{},{}", label.offset[1] - first[1], label.offset[0] - first[0]);
         let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
-        let used = loom
-            .used()
+        loom.used()
             .set("at", labels[1..].iter().map(place).collect::<Vec<_>>())
-            .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>());
-        self.blending.used_if_any(used)
+            .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
     }
+}
+
+/// The least corner of boxes, by their corners and shapes, and how far they reach from it.
+fn extent(boxes: impl Iterator<Item = ([i32; 2], [u32; 2])> + Clone) -> ([i32; 2], [u32; 2]) {
+    let corner = [0, 1].map(|axis| boxes.clone().map(|(at, _)| at[axis]).min().unwrap_or(0));
+    let end = |axis: usize| boxes.clone().map(|(at, shape)| i64::from(at[axis]) + i64::from(shape[axis])).max();
+    let reach = |axis: usize| (end(axis).unwrap_or(1) - i64::from(corner[axis])).clamp(1, u32::MAX.into()) as u32;
+    (corner, [reach(0), reach(1)])
 }
 
 /// Errors about places, as people count them.

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use selvedge_core::{Depth, Grid, Plane};
+use selvedge_core::{Grid, Plane};
 use selvedge_io::MaskChannel;
 
 use super::Merge;
@@ -126,11 +126,7 @@ impl Merge {
 
 /// The colour of a sample in 8 bits; none where it is transparent.
 fn color(plane: &Plane<2>, i: usize) -> Option<[u8; 3]> {
-    let white = match plane.samples.depth() {
-        Depth::U8 => 255.0,
-        Depth::U16 => 65_535.0,
-        Depth::F16 | Depth::F32 => 1.0,
-    };
+    let white = plane.samples.depth().full();
     let value = |c: usize| (plane.samples.value(c, i) / white * 255.0 + 0.5).clamp(0.0, 255.0) as u8;
     let colors = plane.color_channels();
     if plane.alpha && value(colors) == 0 {

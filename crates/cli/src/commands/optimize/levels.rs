@@ -1,4 +1,6 @@
-//! Schedules as they are typed: `4:8,2:16,1:32`, a resolution and a size each.
+//! Schedules as they are typed: `4:8,2:16,1:32`, a resolution and a size each; and how complete the output becomes.
+
+use std::fmt;
 
 use selvedge_texture_optimization::Level;
 
@@ -21,6 +23,29 @@ pub(super) fn levels(text: &str) -> Result<Levels, Wrong> {
 /// As they are typed.
 pub(super) fn typed(levels: &[Level]) -> String {
     levels.iter().map(|l| format!("{}:{}", l.scale, l.size)).collect::<Vec<_>>().join(",")
+}
+
+/// How complete the output becomes; `None` for as it comes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Complete(pub(super) Option<f64>);
+
+pub(super) fn complete(text: &str) -> Result<Complete, Wrong> {
+    match text {
+        "none" => Ok(Complete(None)),
+        _ => text
+            .parse()
+            .map(|v| Complete(Some(v)))
+            .map_err(|_| Wrong::new(format!("'{text}' is no completeness"), "write a number from 0 on, or none")),
+    }
+}
+
+impl fmt::Display for Complete {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(alpha) => write!(f, "{alpha}"),
+            None => f.write_str("none"),
+        }
+    }
 }
 
 #[cfg(test)]

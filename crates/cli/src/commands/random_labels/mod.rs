@@ -8,6 +8,7 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::loom::{Loom, Outcome};
 use crate::method::{Method, Planned};
+use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::weaving::{Sizing, Weaving};
 
@@ -24,9 +25,7 @@ pub(crate) struct RandomLabels {
 }
 
 impl Method for RandomLabels {
-    type Read = ();
-
-    fn setup(&self) -> Result<Setup<'_>, Failure> {
+    fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         Ok(Setup::new("random-labels", &self.weaving, OutputSize::Exemplar(self.sizing)))
     }
 
@@ -35,11 +34,8 @@ impl Method for RandomLabels {
         read + Bytes::of_samples(output, 200)
     }
 
-    fn read(&self, _: &mut Loom<'_>) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, (): ()) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let loom = &*loom;
         Ok(Planned::new(loom.used(), format!("from {} random patches", self.steps), || {
             let run = loom.session.run();
             let woven = example::random_labels(&loom.loaded.exemplars, None, loom.domain, self.steps, &run);

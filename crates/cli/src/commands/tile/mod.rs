@@ -1,7 +1,7 @@
 //! `selvedge tile`: a picture that tiles.
 
 use clap::{Args, ValueEnum};
-use selvedge_core::{Bytes, Domain, SeamMeasure};
+use selvedge_core::{Bytes, Domain};
 use selvedge_graphcut_textures::labels::{FillOptions, banded, close, estimate_fill, fill, overlaps};
 use serde_json::json;
 
@@ -9,12 +9,12 @@ use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::{Loom, Outcome};
 use crate::method::{Method, Planned};
-use crate::report::Done;
+use crate::options::Seams;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::size::Tile;
 use crate::used::Used;
-use crate::values::{Auto, SeamArg, auto, parsed};
+use crate::values::{Auto, count};
 use crate::weaving::Weaving;
 
 /// Options of `tile`.
@@ -32,16 +32,13 @@ pub(crate) struct TileCommand {
     method: MethodArg,
     /// How far the picture is laid over itself by --method overlap, in pixels along both axes; auto: by the price of
     /// the seam.
-    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
-        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     overlap: Auto<u32>,
     /// Width of the border that --method band fills anew, in pixels; auto: an eighth of the shorter side.
-    #[arg(long, value_name = "N|auto", default_value = "auto", allow_negative_numbers = true,
-        value_parser = auto("number", "write a number, or auto", parsed::<u32>))]
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     band: Auto<u32>,
-    /// How seams are priced: by their difference, or by difference over gradient.
-    #[arg(long, value_enum, value_name = "HOW", default_value_t = SeamArg::Gradient)]
-    seam: SeamArg,
+    #[command(flatten)]
+    seams: Seams,
     #[command(flatten)]
     blending: Blending,
 }
@@ -57,41 +54,28 @@ enum MethodArg {
 /// How far a picture is laid over itself, or the width of its border, along each axis.
 type Widths = [u32; 2];
 
-/// A run.
-struct Job<'a> {
-    args: &'a TileCommand,
-    domain: &'a dyn Fn(&[Domain<2>]) -> Domain<2>,
-}
-
-impl Method for Job<'_> {
-    type Read = Widths;
-
-    fn setup(&self) -> Result<Setup<'_>, Failure> {
-        self.args.validate()?;
+impl Method for TileCommand {
+    fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        self.validate()?;
         // The picture's own size is the most that it can have; what an overlap takes off is known once it is read.
-        let size = OutputSize::Laid(self.domain);
-        Ok(Setup { blending: self.args.blending, keeps: true, ..Setup::new("tile", &self.args.weaving, size) })
+        let size = OutputSize::Laid(Box::new(|sources| Tile::domain(Some(self.axes()), sources[0].shape)));
+        Ok(Setup { blending: self.blending, keeps: true, ..Setup::new("tile", &self.weaving, size) })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         Bytes(estimate_fill(sources, channels, output, &FillOptions::default()))
     }
 
-    fn read(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
-        self.args.widths(loom)
-    }
-
-    fn plan<'l>(&'l self, loom: &'l Loom<'_>, widths: Widths) -> Result<Planned<'l>, Failure> {
-        let how = self.args.how(widths);
-        Ok(Planned::new(self.args.used(loom, widths), how.clone(), move || self.args.weave(loom, widths, how)))
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let (widths, loom) = (self.widths(loom)?, &*loom);
+        let how = self.how(widths);
+        Ok(Planned::new(self.used(loom, widths), how.clone(), move || self.weave(loom, widths, how)))
     }
 }
 
 impl TileCommand {
-    /// Runs the command.
-    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let axes = self.weaving.tile.unwrap_or(Tile::Xy);
-        Job { args: self, domain: &|sources| Tile::domain(Some(axes), sources[0].shape) }.run(session)
+    fn axes(&self) -> Tile {
+        self.weaving.tile.unwrap_or(Tile::Xy)
     }
 
     fn validate(&self) -> Result<(), Failure> {
@@ -110,13 +94,13 @@ impl TileCommand {
     }
 
     fn widths(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
-        let axes = Tile::domain(Some(self.weaving.tile.unwrap_or(Tile::Xy)), [1, 1]).periodic;
+        let axes = Tile::domain(Some(self.axes()), [1, 1]).periodic;
         let along = |n: u32| std::array::from_fn(|a| if axes[a] { n } else { 0 });
         let (exemplars, shape) = (&loom.loaded.exemplars, loom.domain.shape);
         let widths = match (self.method, self.overlap.0, self.band.0) {
             (MethodArg::Overlap, Some(n), _) | (MethodArg::Band, _, Some(n)) => along(n),
             (MethodArg::Band, ..) => along((shape[0].min(shape[1]) / 8).max(1)),
-            (MethodArg::Overlap, ..) => overlaps(exemplars, axes, self.seam.into(), &loom.session.run())
+            (MethodArg::Overlap, ..) => overlaps(exemplars, axes, self.seams.measure(), &loom.session.run())
                 .map_err(|e| loom.loaded.about(Failure::from(e)))?,
         };
         if self.method == MethodArg::Overlap {
@@ -126,7 +110,7 @@ impl TileCommand {
     }
 
     fn weave(&self, loom: &Loom<'_>, widths: Widths, how: String) -> Result<Outcome, Failure> {
-        let (exemplars, run, seam) = (&loom.loaded.exemplars, loom.session.run(), SeamMeasure::from(self.seam));
+        let (exemplars, run, seam) = (&loom.loaded.exemplars, loom.session.run(), self.seams.measure());
         let about = |e| loom.loaded.about(Failure::from(e));
         if self.method == MethodArg::Overlap {
             let woven = close(exemplars, widths, seam, &run).map_err(about)?;
@@ -143,11 +127,10 @@ impl TileCommand {
     /// The options as used.
     fn used(&self, loom: &Loom<'_>, widths: Widths) -> Used {
         let width = widths.into_iter().max().unwrap_or(0);
-        let used = self.blending.used_if_any(loom.used());
         // Overlaps that were chosen differ along the axes: chosen again, they are the same.
         match self.method {
-            MethodArg::Overlap => used.without("band"),
-            MethodArg::Band => used.without("overlap").set("band", width),
+            MethodArg::Overlap => loom.used().without("band"),
+            MethodArg::Band => loom.used().without("overlap").set("band", width),
         }
     }
 

@@ -1,48 +1,152 @@
-//! What of a target is followed, and how widely its light is spread.
+//! What is followed, and how widely its light is spread.
 
-use std::str::FromStr;
+use std::path::{Path, PathBuf};
 
-use selvedge_core::Grid;
+use clap::{Args, ValueHint};
+use selvedge_core::{Grid, Guide, Plane};
+use selvedge_guides::{blur, encode_together, luminance, match_histogram, orientation};
 
-use crate::wrong::Wrong;
+use super::correspondence::{Correspondence, What};
+use crate::failure::Failure;
+use crate::inputs::Input;
+use crate::loom::Loom;
+use crate::pairs::{GuideArgs, Pair};
+use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
+use crate::used::Used;
+use crate::weaving::Weaving;
 
-/// What of the target is followed, and how much it counts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Correspondence {
-    pub(super) what: What,
-    pub(super) weight: f64,
+/// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
+const LEAST_AVERAGE: f64 = 2.0;
+
+/// Options about what is followed.
+#[derive(Args, Debug)]
+pub(super) struct FollowArgs {
+    /// The picture to draw, of any depth, grey or colour; the output has its size. May be left out if there is a
+    /// --guide.
+    #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
+    target: Option<PathBuf>,
+    /// What of the target to follow, each with its weight: luminance or orientation. Default: luminance.
+    #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',')]
+    correspondence: Vec<Correspondence>,
+    /// Blur what is followed by a Gaussian of this many pixels, in exemplar and target.
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.0)]
+    blur: f64,
+    /// Bring the target's luminance into the exemplar's range.
+    #[arg(long)]
+    match_histogram: bool,
+    #[command(flatten)]
+    guides: GuideArgs,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum What {
-    Luminance,
-    Orientation,
-}
-
-impl FromStr for Correspondence {
-    type Err = Wrong;
-
-    fn from_str(text: &str) -> Result<Self, Wrong> {
-        let remedy = "write luminance, orientation, or either with =WEIGHT";
-        let wrong = || Wrong::new(format!("'{text}' is no correspondence"), remedy);
-        let (what, weight) = text.split_once('=').unwrap_or((text, "1"));
-        let what = match what {
-            "luminance" => What::Luminance,
-            "orientation" => What::Orientation,
-            _ => return Err(wrong()),
-        };
-        Ok(Self { what, weight: weight.parse().map_err(|_| wrong())? })
+impl FollowArgs {
+    /// The files that are followed, of which the first has the output's size. Refuses what is wrong by itself.
+    pub(super) fn setup<'a>(
+        &self,
+        command: &'static str,
+        weaving: &'a Weaving,
+        session: &Session<'_>,
+    ) -> Result<Setup<'a>, Failure> {
+        self.check_followed()?;
+        self.check_weights(weaving)?;
+        let pairs = self.guides.pairs(weaving)?;
+        let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
+        let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
+        let first = Input::new(session, first.ok_or_else(nothing)?)?;
+        let others = self.target.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect();
+        let size = OutputSize::Picture(first, 1);
+        Ok(Setup { others, guides: pairs.len(), ..Setup::new(command, weaving, size) })
     }
-}
 
-impl std::fmt::Display for Correspondence {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}={}", format!("{:?}", self.what).to_lowercase(), self.weight)
+    /// Channels of all that is followed, at most.
+    pub(super) fn channels(&self) -> usize {
+        self.followed().len() * 2 + self.guides.len() * 3
+    }
+
+    /// Everything that is followed, as one guide.
+    pub(super) fn guide(&self, loom: &mut Loom<'_>, weaving: &Weaving) -> Result<Guide<2>, Failure> {
+        let of_target = self.target.as_ref().map(|path| self.of_target(loom, path)).transpose()?;
+        let mut guides = of_target.unwrap_or_default();
+        for pair in self.guides.pairs(weaving)? {
+            guides.push((pair.read(loom)?.derive(|map| blur(map, self.blur))?, pair.weight));
+        }
+        Guide::join(&guides).map_err(|e| Failure::from(e).remedy("change --weight or --correspondence"))
+    }
+
+    /// The options as used.
+    pub(super) fn used(&self, loom: &Loom<'_>) -> Used {
+        let followed: Vec<String> = self.followed().iter().map(ToString::to_string).collect();
+        let followed = self.target.is_some().then(|| followed.join(","));
+        self.guides.used(loom, loom.used().set("correspondence", followed))
+    }
+
+    /// What of the target is followed.
+    fn followed(&self) -> &[Correspondence] {
+        const LUMINANCE: &[Correspondence] = &[Correspondence { what: What::Luminance, weight: 1.0 }];
+        match (&self.target, &self.correspondence[..]) {
+            (None, _) => &[],
+            (Some(_), []) => LUMINANCE,
+            (Some(_), given) => given,
+        }
+    }
+
+    /// Refuses what would change nothing: --correspondence without a target, --match-histogram without its luminance.
+    fn check_followed(&self) -> Result<(), Failure> {
+        if self.target.is_none() && !self.correspondence.is_empty() {
+            let what = "--correspondence says what of the --target is followed, and there is none";
+            return Err(Failure::new(2, what).remedy("leave it out, or give a --target"));
+        }
+        if !self.match_histogram || self.followed().iter().any(|c| c.what == What::Luminance) {
+            return Ok(());
+        }
+        let what = "--match-histogram changes the luminance of the --target, which is not followed";
+        Err(Failure::new(2, what).remedy("leave it out, or give a --target and --correspondence luminance"))
+    }
+
+    /// Refuses weights that are wrong by themselves, before anything is read.
+    fn check_weights(&self, weaving: &Weaving) -> Result<(), Failure> {
+        let wrong = |w: &f64| !w.is_finite() || *w < 0.0;
+        match self.correspondence.iter().map(|c| c.weight).chain(weaving.with.weight.iter().copied()).find(wrong) {
+            Some(weight) => {
+                let error = Failure::from(selvedge_core::Error::GuideWeight { weight });
+                Err(error.remedy("change --weight or --correspondence"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Guides of a target at a path, with their weights.
+    fn of_target(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Vec<(Guide<2>, f64)>, Failure> {
+        let target = loom.open(path)?;
+        let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(&target)).collect();
+        let features = encode_together(&planes).map_err(|e| Failure::from(e).about(path))?;
+        let mut maps = features.iter().map(luminance).collect::<Result<Vec<_>, _>>()?;
+        let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
+        if !self.match_histogram && self.followed().iter().any(|c| c.what == What::Luminance) {
+            let (own, wanted) = (spread(maps.iter()), spread(std::iter::once(&target)));
+            if own < wanted * 2 / 3 {
+                let what =
+                    format!("its light spans {wanted} levels, that of the exemplar {own}: --match-histogram fits them");
+                loom.session.warn(path, &what);
+            }
+        }
+        let light = Guide::new(&loom.loaded.exemplars, &maps, target)?;
+        let of = |c: &Correspondence| -> Result<(Guide<2>, f64), Failure> {
+            let guide = match c.what {
+                What::Luminance => {
+                    let blurred = light.derive(|map| blur(map, self.blur))?;
+                    if self.match_histogram { match_histogram(blurred)? } else { blurred }
+                }
+                What::Orientation => light.derive(|map| orientation(map, self.blur.max(LEAST_AVERAGE)))?,
+            };
+            Ok((guide, c.weight))
+        };
+        self.followed().iter().map(of).collect()
     }
 }
 
 /// Levels between the darkest and the lightest twentieth.
-pub(super) fn spread<'m>(maps: impl Iterator<Item = &'m Grid<u8, 2>>) -> usize {
+fn spread<'m>(maps: impl Iterator<Item = &'m Grid<u8, 2>>) -> usize {
     let mut counts = [0_u64; 256];
     maps.flat_map(|map| map.samples()).for_each(|v| counts[usize::from(*v)] += 1);
     let rest = counts.iter().sum::<u64>() / 20;

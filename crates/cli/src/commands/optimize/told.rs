@@ -1,0 +1,74 @@
+//! What is told of texture optimization: options as used, counts, how it was made, what is wrong.
+
+use selvedge_texture_optimization::{Error, Level, LevelStats, Stats};
+use serde_json::{Value, json};
+
+use super::Optimize;
+use super::init::Init;
+use super::levels::typed;
+use crate::failure::{Failure, n};
+use crate::loom::Loom;
+use crate::used::Used;
+use crate::values::counts;
+
+impl Optimize {
+    /// The options as used: what was left to the program.
+    pub(super) fn used(&self, loom: &Loom<'_>, init: &Init) -> Used {
+        let options = self.options();
+        let used = loom
+            .used()
+            .set("schedule", typed(&options.schedule))
+            .set("complete", options.complete.map_or_else(|| Value::from("none"), Value::from));
+        let used = self.control.used(used);
+        match &self.start {
+            Some(_) => used.without("init"),
+            None => used.set("init", init.typed()),
+        }
+    }
+}
+
+/// What it starts from, for people.
+pub(super) fn start(init: &Init) -> &'static str {
+    match init {
+        Init::Quilt => "a quilt",
+        Init::Graphcut => "a graph cut",
+        Init::Random => "noise",
+        Init::Auto | Init::Map(_) => "a map",
+    }
+}
+
+/// Counts of a run.
+pub(super) fn counts(stats: &Stats) -> Value {
+    let level = |l: &LevelStats| {
+        let mut counts = counts!(l, neighborhoods, energy, searched, rises, settled);
+        (counts["level"], counts["robust_energy"]) = (typed(&[l.level]).into(), json!(l.robust));
+        counts
+    };
+    json!({
+        "levels": stats.levels.iter().map(level).collect::<Vec<_>>(),
+        "left_out": stats.left_out.iter().map(|l: &Level| typed(&[*l])).collect::<Vec<_>>(),
+    })
+}
+
+/// For people.
+pub(super) fn how(init: &Init, stats: &Stats) -> String {
+    let (iterations, levels) = (n("iteration", stats.iterations()), n("level", stats.levels.len()));
+    let energy = stats.energy().map_or(String::new(), |e| format!(", energy {e:.1}"));
+    format!("from {} by {iterations} at {levels}{energy}", start(init))
+}
+
+/// Errors about exemplars name the file, and options by their flags.
+pub(super) fn failure(loom: &Loom<'_>, error: Error) -> Failure {
+    match &error {
+        Error::NothingFits { output: false, .. } => {
+            let remedy = "use a larger exemplar, mask less, or add a smaller size to --schedule, such as 1:4";
+            loom.loaded.about(Failure::from(error).remedy(remedy))
+        }
+        Error::NothingFits { least, .. } => {
+            let remedy = format!("use --size {least} or more, or a smaller size in --schedule, such as 1:4");
+            Failure::from(error).remedy(remedy)
+        }
+        Error::Masked { .. } => loom.loaded.about(Failure::from(error)),
+        _ => Failure::from(error),
+    }
+}

@@ -1,0 +1,108 @@
+//! `--guide`: pictures in pairs, of which one lies under the exemplars and the other under the output.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Guide, Plane};
+use selvedge_guides::encode_together;
+
+use crate::failure::{Failure, n, shown};
+use crate::ground;
+use crate::loom::Loom;
+use crate::used::Used;
+use crate::weaving::Weaving;
+
+/// Options about guides.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct GuideArgs {
+    /// Follow a picture of your own: one that lies under the exemplar, and one that lies under the output. With several
+    /// exemplars write theirs as one list, separated by commas. May be given several times.
+    #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
+    guide: Vec<PathBuf>,
+}
+
+/// Files of one `--guide`.
+pub(crate) struct Pair {
+    /// One an exemplar.
+    pub(crate) sources: Vec<PathBuf>,
+    pub(crate) target: PathBuf,
+    pub(crate) weight: f64,
+}
+
+impl GuideArgs {
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.guide.len() / 2
+    }
+
+    /// The pairs that were typed, each with its weight.
+    pub(crate) fn pairs(&self, weaving: &Weaving) -> Result<Vec<Pair>, Failure> {
+        let exemplars = weaving.input.exemplars.len();
+        weaving.with.validate(exemplars, self.len())?;
+        let pair = |(i, files): (usize, &[PathBuf])| {
+            let sources = listed(&files[0], exemplars, "--guide one SRC")?;
+            Ok(Pair { sources, target: files[1].clone(), weight: weaving.with.weight.get(i).copied().unwrap_or(1.0) })
+        };
+        self.guide.chunks(2).enumerate().map(pair).collect()
+    }
+
+    /// The options as used: files by their names, and weights, which count even where no plane decides with the
+    /// exemplars.
+    pub(crate) fn used(&self, loom: &Loom<'_>, used: Used) -> Used {
+        let name = |path: &PathBuf| selvedge_io::display_name(path);
+        let files = |list: &PathBuf| files_of(list, loom.loaded.paths.len());
+        let names = |list: &PathBuf| files(list).iter().map(name).collect::<Vec<_>>().join(",");
+        let pairs: Vec<_> = self.guide.chunks(2).map(|pair| vec![names(&pair[0]), name(&pair[1])]).collect();
+        let used = used.set("guide", pairs);
+        if used.has("weight") { used } else { used.with("weight", loom.args.with.weight.clone()) }
+    }
+}
+
+impl Pair {
+    /// All files.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.sources.iter().chain(std::iter::once(&self.target))
+    }
+
+    /// The guide that the pictures make.
+    pub(crate) fn read(&self, loom: &mut Loom<'_>) -> Result<Guide<2>, Failure> {
+        let planes = self.files().map(|path| loom.open(path)).collect::<Result<Vec<_>, Failure>>()?;
+        for (i, (path, plane)) in self.sources.iter().zip(&planes).enumerate() {
+            check_under(loom, i, path, plane)?;
+        }
+        check_shape(&self.target, &planes[self.sources.len()], loom.domain.shape, "the output")?;
+        let mut maps =
+            encode_together(&planes.iter().collect::<Vec<_>>()).map_err(|e| Failure::from(e).about(&self.target))?;
+        let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
+        Ok(Guide::new(&loom.loaded.exemplars, &maps, target)?)
+    }
+}
+
+/// The files of a list, one an exemplar; a name in it is that of a file where there is one exemplar. `asked` is what to
+/// give.
+pub(crate) fn listed(list: &Path, exemplars: usize, asked: &str) -> Result<Vec<PathBuf>, Failure> {
+    let files = files_of(list, exemplars);
+    if files.len() == exemplars {
+        return Ok(files);
+    }
+    let what = format!("'{}' names {} for {}", shown(list), n("file", files.len()), n("exemplar", exemplars));
+    Err(Failure::new(2, what).remedy(format!("give {asked} for each, separated by commas")))
+}
+
+fn files_of(list: &Path, exemplars: usize) -> Vec<PathBuf> {
+    match list.to_str() {
+        Some(text) if exemplars != 1 => text.split(',').map(PathBuf::from).collect(),
+        _ => vec![list.to_path_buf()],
+    }
+}
+
+/// Refuses a picture that does not lie under an exemplar.
+pub(crate) fn check_under(loom: &Loom<'_>, exemplar: usize, path: &Path, plane: &Plane<2>) -> Result<(), Failure> {
+    let of = shown(&loom.loaded.paths[exemplar]);
+    check_shape(path, plane, loom.loaded.payload[exemplar].domain().shape, &of)
+}
+
+fn check_shape(path: &Path, plane: &Plane<2>, expected: [u32; 2], of: &str) -> Result<(), Failure> {
+    let of = format!("{of} has");
+    ground::check_size(path, plane.domain().shape, Some(expected), &of, "give a guide of the same size")
+}
