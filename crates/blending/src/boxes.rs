@@ -1,6 +1,6 @@
 //! A map is rendered box by box: only positions that have a seam in reach are computed, all others are copied.
 
-use selvedge_core::{Averaging, Domain, Error, Patch, Payload, Plane, SampleId, Window, par};
+use selvedge_core::{Averaging, Bytes, Domain, Error, Patch, Payload, Plane, SampleId, Window, par};
 
 use crate::laid::Laid;
 use crate::near::near_seams;
@@ -117,19 +117,19 @@ pub(crate) fn render<const D: usize>(
 
 /// An upper bound of what [`render`] takes besides the planes and the output: marks of what is near seams, values of
 /// boxes until they are written, and by thread what shows around a box and `working` bytes a sample of that.
-pub(crate) fn bytes<const D: usize>(output: Domain<D>, channels: usize, reach: u32, working: u64) -> u64 {
+pub(crate) fn bytes<const D: usize>(output: Domain<D>, channels: usize, reach: u32, working: u64) -> Bytes {
     let side = u64::from(side::<D>());
     let len = |sides: [u64; D]| sides.into_iter().fold(1, u64::saturating_mul);
     let all = len(output.shape.map(u64::from));
-    let held = len([side; D]).saturating_mul(TOGETHER as u64).min(all).saturating_mul(8 * channels as u64 + 4);
+    let held = Bytes(len([side; D]).saturating_mul(TOGETHER as u64).min(all)) * (8 * channels as u64 + 4);
     let around = |a: usize| {
         // Around a periodic axis the same positions may come again.
         let around = side.min(output.shape[a].into()) + 2 * u64::from(reach);
         if output.periodic[a] { around } else { around.min(output.shape[a].into()) }
     };
-    let one = len(std::array::from_fn(around)).saturating_mul(working + 8);
+    let one = Bytes::of_box::<D>(std::array::from_fn(around), working + 8);
     let boxes = all.div_ceil(len([side; D])).min(TOGETHER as u64).min(par::threads() as u64);
-    all.saturating_mul(2).saturating_add(held).saturating_add(one.saturating_mul(boxes.max(1)))
+    Bytes(all) * 2 + held + one * boxes.max(1)
 }
 
 /// The side of a box of about [`BOX`] samples.

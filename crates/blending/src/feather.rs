@@ -1,6 +1,6 @@
 //! Feathering: near a seam, a weighted sum of all patches that meet there. `[Kwatra03 5]`
 
-use selvedge_core::{Domain, Error, Grid, Plane, Render, SourceMap, Window};
+use selvedge_core::{Bytes, Domain, Error, Grid, Plane, Render, SourceMap, Window};
 
 use crate::boxes::{Blend, Part, bytes, render};
 use crate::laid::Laid;
@@ -55,9 +55,9 @@ impl<'m, const D: usize> Feathered<'m, D> {
     }
 
     /// An upper bound of what rendering takes besides the planes and the output, for planes of so many channels.
-    pub fn bytes(output: Domain<D>, channels: usize, sigma: f64) -> u64 {
+    pub fn bytes(output: Domain<D>, channels: usize, sigma: f64) -> Bytes {
         // Where nothing is in reach nothing is blended.
-        if sigma == 0.0 { 0 } else { bytes(output, channels, reach(sigma), 32 + 16 * channels as u64) }
+        if sigma == 0.0 { Bytes(0) } else { bytes(output, channels, reach(sigma), 32 + 16 * channels as u64) }
     }
 
     fn blend(&self, part: &Part<'_, D>) -> Blend {

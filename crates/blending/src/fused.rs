@@ -2,7 +2,7 @@
 //! `[Kwatra03 5]` names the choice among ways to hide seams; the least squares are those of Pérez, Gangnet and Blake
 //! (2003).
 
-use selvedge_core::{Averaging, Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap, par, try_vec};
+use selvedge_core::{Averaging, Bytes, Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap, par, try_vec};
 
 use crate::conjugate::Held;
 use crate::laid::Laid;
@@ -68,16 +68,16 @@ impl<'m, const D: usize> Fused<'m, D> {
 
     /// An upper bound of what rendering takes besides the planes and the output, for planes of so many channels; more
     /// if some of the output is to be copied.
-    pub fn bytes(output: Domain<D>, channels: usize, copied: bool) -> u64 {
-        let samples = output.shape.into_iter().fold(1, |n, side| u64::saturating_mul(n, side.into()));
+    pub fn bytes(output: Domain<D>, channels: usize, copied: bool) -> Bytes {
+        let samples = Bytes::of_samples(output, 1);
         let channels = channels as u64;
         let of_each = 8 * channels + 24 + if copied { 48 } else { 0 };
         // Were every sample beside a seam along every axis: two places and a number a channel, and while they are
         // looked up four ids and five numbers.
-        let at_once = |blocks: usize| samples.min((TOGETHER * blocks) as u64) * D as u64;
+        let at_once = |blocks: usize| samples.min(Bytes((TOGETHER * blocks) as u64)) * D as u64;
         let held = at_once(BLOCKS) * (8 + 8 * channels);
         let looked_up = at_once(par::threads().min(BLOCKS)) * (16 + 40 * channels);
-        samples.saturating_mul(of_each).saturating_add(held + looked_up + (1 << 18))
+        samples * of_each + held + looked_up + Bytes(1 << 18)
     }
 
     /// What each channel is raised by, least squares of what seams ask for.

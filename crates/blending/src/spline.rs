@@ -3,7 +3,7 @@
 //! Burt and Adelson's scheme (1983) with their kernel, but without dropping samples between levels: so it works on any
 //! size, wraps where the output does, and needs only the neighborhood of a position.
 
-use selvedge_core::{Domain, Error, Grid, Plane, Render, SourceMap};
+use selvedge_core::{Bytes, Domain, Error, Grid, Plane, Render, SourceMap};
 
 use crate::bands::{Bands, reach};
 use crate::boxes::{Blend, Part, bytes, render};
@@ -72,9 +72,13 @@ impl<'m, const D: usize> Splined<'m, D> {
     }
 
     /// An upper bound of what rendering takes besides the planes and the output, for planes of so many channels.
-    pub fn bytes(output: Domain<D>, channels: usize, levels: u32) -> u64 {
+    pub fn bytes(output: Domain<D>, channels: usize, levels: u32) -> Bytes {
         // Where nothing is in reach nothing is blended.
-        if levels == 0 { 0 } else { bytes(output, channels, reach(levels.min(Self::MOST)), 28 + 24 * channels as u64) }
+        if levels == 0 {
+            Bytes(0)
+        } else {
+            bytes(output, channels, reach(levels.min(Self::MOST)), 28 + 24 * channels as u64)
+        }
     }
 
     fn blend(&self, part: &Part<'_, D>) -> Blend {

@@ -113,9 +113,9 @@ impl Blending {
     /// An upper bound of what blending takes besides the picture, of which some may be kept as it is.
     pub(crate) fn bytes(self, output: Domain<2>, channels: usize, kept: bool) -> Bytes {
         match self {
-            Self { feather: Some(sigma), .. } => Bytes(Feathered::bytes(output, channels, sigma)),
-            Self { spline: Some(bands), .. } => Bytes(Splined::bytes(output, channels, bands.most())),
-            Self { fuse: true, .. } => Bytes(Fused::bytes(output, channels, kept)),
+            Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
+            Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
+            Self { fuse: true, .. } => Fused::bytes(output, channels, kept),
             _ => Bytes(0),
         }
     }

@@ -45,7 +45,7 @@ impl Repairing {
 
     /// Bytes that it takes at most.
     pub(crate) fn bytes(self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        if self.repair { Bytes(estimate_repair(sources, channels, output, self.circular)) } else { Bytes(0) }
+        if self.repair { estimate_repair(sources, channels, output, self.circular) } else { Bytes(0) }
     }
 
     /// What a method wove, told by its counts and how it was made, with its seams repaired but for what is fixed.

@@ -1,6 +1,6 @@
 //! Memory of a run, from sizes alone.
 
-use selvedge_core::Domain;
+use selvedge_core::{Bytes, Domain};
 use selvedge_fft_ssd::{Options as SearchOptions, Placement, Sizes as SearchSizes};
 
 use crate::error::Error;
@@ -29,24 +29,22 @@ pub struct Sizes<'a> {
 }
 
 /// Bytes that a run takes beside exemplars and constraints; the most there are where it cannot be done.
-pub fn estimate(sizes: &Sizes<'_>, options: &Options) -> u64 {
-    bytes(sizes, options).unwrap_or(u64::MAX)
+pub fn estimate(sizes: &Sizes<'_>, options: &Options) -> Bytes {
+    bytes(sizes, options).unwrap_or(Bytes::MOST)
 }
 
-pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<u64, Error> {
-    let area = |shape: [u64; 2]| shape[0].saturating_mul(shape[1]);
+pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<Bytes, Error> {
     let sides = |d: &Domain<2>| d.shape.map(u64::from);
-    let samples = sizes.sources.iter().map(|d| area(sides(d))).sum::<u64>();
-    let output = area(sides(&sizes.output));
+    let samples: Bytes = sizes.sources.iter().map(|d| Bytes::of_samples(*d, 1)).sum();
     // Neighborhoods reach beyond what they are summed for, on both sides.
     let ratio = sizes.constraints.iter().map(|c| c.1).max().unwrap_or(1).max(1);
     let reach = 2 * u64::from(options.neighborhood.max(1).saturating_mul(ratio));
-    let summed = |shape: [u64; 2]| area(shape.map(|n| n + reach)).saturating_mul(OF_SUMS);
+    let summed = |shape: [u64; 2]| Bytes::of_box(shape.map(|n| n + reach), OF_SUMS);
     // A label shows as far as its source and the output reach.
     let windows = || sizes.sources.iter().map(|d| [0, 1].map(|a| sides(d)[a].min(sides(&sizes.output)[a])));
     let own = std::iter::once((sizes.channels, 1));
     let searches = own.chain(sizes.constraints.iter().copied());
-    let mut searching = 0;
+    let mut searching = Bytes(0);
     for (channels, ratio) in searches.filter(|_| options.random_labels.is_none()) {
         let side = options.neighborhood.saturating_mul(2).saturating_mul(ratio).saturating_add(1);
         let weights = vec![1; channels];
@@ -61,16 +59,17 @@ pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<u64, Error> 
         searching += selvedge_fft_ssd::estimate(&sizes, Placement::overlapping(1), &SearchOptions::default())?;
     }
     let constraints = sizes.constraints.len() as u64;
-    let standing = output * (OF_PLACE + 8 * constraints) + summed(sides(&sizes.output));
-    let moving = windows().map(|shape| summed(shape) + area(shape) * OF_WINDOW).max().unwrap_or(0);
+    let standing = Bytes::of_samples(sizes.output, OF_PLACE + 8 * constraints) + summed(sides(&sizes.output));
+    let moving = windows().map(|shape| summed(shape) + Bytes::of_box(shape, OF_WINDOW)).max().unwrap_or_default();
     // Features, masks, and the value of each label.
     let guided: u64 = sizes.constraints.iter().map(|c| c.0 as u64 + 1).sum();
     // Coarser ones of exemplars and constraints, a fourth each time, and the map that is carried up.
     let coarser = if options.levels == Some(1) || options.random_labels.is_some() {
-        0
+        Bytes(0)
     } else {
-        (samples * (sizes.channels as u64 + 1 + guided) + output * (guided + 4)) / 3
+        let all = samples * (sizes.channels as u64 + 1 + guided) + Bytes::of_samples(sizes.output, guided + 4);
+        Bytes(all.0 / 3)
     };
-    let uses = if options.spread == 0.0 { 0 } else { crate::uses::bytes(sizes.sources) };
+    let uses = if options.spread == 0.0 { Bytes(0) } else { crate::uses::bytes(sizes.sources) };
     Ok(searching + standing + moving + uses + coarser + samples * (sizes.channels as u64 + 1 + 8))
 }

@@ -23,8 +23,8 @@ impl<'a> Plan<'a> {
     /// Checks options and constraints, and that the run is within its limits.
     ///
     /// # Errors
-    /// [`Error::Range`], [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and of the core those of
-    /// a guide that does not fit the exemplars and of limits.
+    /// [`Range`](CoreError::Range), [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and of the
+    /// core those of a guide that does not fit the exemplars and of limits.
     pub fn new(
         exemplars: &'a Exemplars<2>,
         constraints: &'a [Constraint],
@@ -42,7 +42,7 @@ impl<'a> Plan<'a> {
             constraints: &constraints.iter().map(|c| (c.guide.weights().len(), c.ratio)).collect::<Vec<_>>(),
             output,
         };
-        let needed = Bytes(bytes(&sizes, options)?);
+        let needed = bytes(&sizes, options)?;
         run.limits.admit(output, needed)?;
         Ok(Self { exemplars, constraints, options, output, needed })
     }

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_core::{Domain, Exemplars, SampleId, reserve, try_vec};
+use selvedge_core::{Bytes, Domain, Exemplars, SampleId, reserve, try_vec};
 use selvedge_expansion::Frame;
 
 use crate::constraint::{LEVEL, MOST_AGREEMENT, unit};
@@ -166,14 +166,14 @@ fn saturated(twice: i128) -> i64 {
     whole.clamp(i64::MIN.into(), i64::MAX.into()) as i64
 }
 
-/// Bytes of the counts for sources of these domains.
-pub(crate) fn bytes(sources: &[Domain<2>]) -> u64 {
-    let samples: u64 = sources.iter().map(|d| d.len() as u64).sum();
-    let parts: u64 =
-        sources.iter().map(|d| u64::from(d.shape[0].div_ceil(SIDE)) * u64::from(d.shape[1].div_ceil(SIDE))).sum();
+/// What the counts take for sources of these domains.
+pub(crate) fn bytes(sources: &[Domain<2>]) -> Bytes {
+    let samples: Bytes = sources.iter().map(|d| Bytes::of_samples(*d, 4)).sum();
     // Its number in the tree with its node, its size and orientations, factor, count, change, and what an offer
     // touches.
-    samples * 4 + parts * (40 + 12 + 8 + 4 + 8 + 8)
+    let each = 40 + 12 + 8 + 4 + 8 + 8;
+    let parts = |d: &Domain<2>| Bytes::of_box(d.shape.map(|side| side.div_ceil(SIDE).into()), each);
+    samples + sources.iter().map(parts).sum()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::iter::Sum;
-use std::ops::{Add, Mul};
+use std::ops::{Add, AddAssign, Mul};
 
 use crate::Domain;
 
@@ -12,9 +12,17 @@ use crate::Domain;
 pub struct Bytes(pub u64);
 
 impl Bytes {
+    /// What nobody has: the estimate of what cannot be done.
+    pub const MOST: Self = Self(u64::MAX);
+
     /// So many bytes for each sample of a domain.
     pub fn of_samples<const D: usize>(domain: Domain<D>, each: u64) -> Self {
-        domain.shape.iter().fold(Self(each), |bytes, &side| bytes * u64::from(side))
+        Self::of_box(domain.shape.map(u64::from), each)
+    }
+
+    /// So many bytes for each sample of a box.
+    pub fn of_box<const D: usize>(shape: [u64; D], each: u64) -> Self {
+        shape.into_iter().fold(Self(each), |bytes, side| bytes * side)
     }
 
     /// Of two stages of which the one ends before the other begins: the greater, and a quarter of the other, since not
@@ -29,6 +37,12 @@ impl Add for Bytes {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self(self.0.saturating_add(other.0))
+    }
+}
+
+impl AddAssign for Bytes {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
     }
 }
 

@@ -66,8 +66,8 @@ impl<const D: usize> Votes<D> {
     }
 
     /// Bytes that so many votes over so many places take.
-    pub fn bytes(places: u64, votes: u64) -> u64 {
-        places.saturating_mul(size_of::<usize>() as u64).saturating_add(votes.saturating_mul(8))
+    pub fn bytes(places: u64, votes: u64) -> crate::Bytes {
+        crate::Bytes(places) * size_of::<usize>() as u64 + crate::Bytes(votes) * 8
     }
 }
 

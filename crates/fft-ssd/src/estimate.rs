@@ -13,7 +13,7 @@ use crate::source::SourceView;
 use crate::sums::Table;
 use crate::template::Checked;
 use crate::{Cover, Error, Options, Placement};
-use selvedge_core::{Domain, par};
+use selvedge_core::{Bytes, Domain, par};
 
 /// The sizes of a search.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +39,7 @@ pub struct Sizes<'a, const D: usize> {
 ///
 /// # Errors
 /// [`Error::TooLarge`] if the positions cannot be addressed.
-pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<u64, Error> {
+pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<Bytes, Error> {
     let template: Shape = lift(sizes.template.map(|n| n as usize), 1);
     let samples = sizes.samples;
     let weight: u64 = sizes.weights.iter().map(|&w| u64::from(w)).sum();
@@ -79,7 +79,7 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
     // What is kept is dropped beyond the budget, but never what the running search needs.
     let all = costs + working + kept;
     // Allocators round up, and small buffers are not listed.
-    Ok(all + all / 16)
+    Ok(Bytes(all) + Bytes(all / 16))
 }
 
 /// Bytes kept for a source, and bytes that a search of it works in.
@@ -118,7 +118,7 @@ mod tests {
                 samples: u64::from(template).pow(2),
                 noisy_masks: false,
             };
-            estimate(&sizes, Placement::INSIDE, &Options::default()).unwrap()
+            estimate(&sizes, Placement::INSIDE, &Options::default()).unwrap().0
         };
         assert_eq!(bytes(10, 11), 0);
         assert!(bytes(64, 8) < bytes(128, 8));

@@ -1,6 +1,6 @@
 //! How much memory a run needs.
 
-use selvedge_core::Domain;
+use selvedge_core::{Bytes, Domain};
 use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes};
 
 use crate::error_cells::CELLS_A_REGION;
@@ -39,14 +39,14 @@ pub fn estimate<const D: usize>(
     channels: usize,
     output: Domain<D>,
     options: &Options<D>,
-) -> u64 {
+) -> Bytes {
     let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
     match options.levels {
         Some(levels) => at_levels(sources, channels, output, options, asked(largest, levels, options)),
         None => {
             let most = levels(largest, u32::MAX, output);
             let of = |levels| at_levels(sources, channels, output, options, levels);
-            if options.free.contains(&false) { of(1) } else { (1..=most).map(of).max().unwrap_or(0) }
+            if options.free.contains(&false) { of(1) } else { (1..=most).map(of).max().unwrap_or_default() }
         }
     }
 }
@@ -58,36 +58,32 @@ pub(crate) fn at_levels<const D: usize>(
     output: Domain<D>,
     options: &Options<D>,
     levels: u32,
-) -> u64 {
+) -> Bytes {
     let (mut small, mut whole) = (sources.to_vec(), output);
-    let mut coarse = 0_u64;
+    let mut coarse = Bytes(0);
     for _ in 1..levels {
         small.iter_mut().for_each(|s| s.shape = s.shape.map(|n| n.div_ceil(2)));
         whole = whole.coarser();
-        coarse =
-            coarse.saturating_add(small.iter().map(|s| len(s.shape)).sum::<u64>().saturating_mul(channels as u64 + 1));
+        coarse += small.iter().map(|s| Bytes::of_samples(*s, channels as u64 + 1)).sum();
     }
     let region = options.region.map(|sides| sides.map(|n| (n >> (levels - 1)).max(1)));
     let reach = options.reach.map(|sides| sides.map(|n| n >> (levels - 1)));
     let run = of_one(&small, channels, whole, &Options { region, reach, ..*options });
-    let carrying = if levels == 1 { 0 } else { carrying(sources, output) };
-    coarse.saturating_add(run.max(carrying))
+    let carrying = if levels == 1 { Bytes(0) } else { carrying(sources, output) };
+    coarse + run.max(carrying)
 }
 
 /// What carrying a map up takes at the last level: both maps, the patch of each sample, what lies beside seams, and the
 /// tiles that are decided together.
-fn carrying<const D: usize>(sources: &[Domain<D>], output: Domain<D>) -> u64 {
-    let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
+fn carrying<const D: usize>(sources: &[Domain<D>], output: Domain<D>) -> Bytes {
+    let looks: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 4 * D as u64 + 2)).sum();
     let tiles = len(output.shape).min(A_TILES_SAMPLES.saturating_mul(1 << D));
-    let maps = len(output.shape).saturating_mul(A_CARRIED);
-    [A_RUN, samples.saturating_mul(4 * D as u64 + 2), maps, tiles.saturating_mul(A_FRAME)]
-        .into_iter()
-        .fold(0, u64::saturating_add)
+    Bytes(A_RUN) + looks + Bytes::of_samples(output, A_CARRIED) + Bytes(tiles) * A_FRAME
 }
 
 /// That of a run at one size.
-fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>, options: &Options<D>) -> u64 {
-    let samples = sources.iter().map(|s| len(s.shape)).fold(0, u64::saturating_add);
+fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>, options: &Options<D>) -> Bytes {
+    let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
     // No less than what the run may choose.
     let sides = options.region.unwrap_or_else(|| largest_sides(sources.iter().map(|s| s.shape)));
     let sides = std::array::from_fn(|a| if options.free[a] { sides[a] } else { output.shape[a] });
@@ -102,30 +98,29 @@ fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain
     });
     // The map, and the costs of its seams by cells.
     let cell = len(sides.map(|n| (n / CELLS_A_REGION).max(1)));
-    let map = len(output.shape).saturating_mul(5).saturating_add(len(output.shape) / cell * 42);
-    let seams = samples.saturating_mul(channels as u64 + 1 + 4 * D as u64 + A_CANDIDATE);
+    let map = Bytes::of_samples(output, 5) + Bytes(len(output.shape) / cell) * 42;
+    let seams = samples * (channels as u64 + 1 + 4 * D as u64 + A_CANDIDATE);
     // Each source once more, to be searched alone.
-    let singles = if 1 < sources.len() { samples.saturating_mul(channels as u64 + 1) } else { 0 };
-    let shown = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a])));
-    let nodes = sources.iter().map(shown).max().unwrap_or(0);
+    let singles = if 1 < sources.len() { samples * (channels as u64 + 1) } else { Bytes(0) };
+    let shown = |s: &Domain<D>| Bytes(len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a]))));
+    let nodes = sources.iter().map(shown).max().unwrap_or_default();
     // What each region of a batch waits to lay, and what it takes on a thread of its own.
     let batch = if options.refine == Some(0) { 1 } else { apart(output, region, window).min(BATCH as u64) };
-    let threads = at_once(samples).min(batch);
-    let cuts = nodes.saturating_mul(A_NODE * threads + A_FRAME * batch);
-    let lists = samples.saturating_mul(A_CANDIDATE).saturating_mul(threads - 1);
+    let threads = at_once(samples.0).min(batch);
+    let cuts = nodes * (A_NODE * threads + A_FRAME * batch);
+    let lists = samples * A_CANDIDATE * (threads - 1);
     let weights = vec![1; channels];
     let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box });
     let entire = || search(sources, &weights, window, Positions::overlapping(1));
     let search = match options.placement {
-        Placement::Random => 0,
+        Placement::Random => Bytes(0),
         // Each place is compared by itself.
-        _ if options.free.contains(&false) => len(window).saturating_mul(channels as u64 + 1),
+        _ if options.free.contains(&false) => Bytes(len(window)) * (channels as u64 + 1),
         Placement::Sub => sub(),
         Placement::Entire => entire(),
         Placement::Auto => sub().max(entire()),
     };
-    let history = history(sources, output, region, options);
-    [A_RUN, map, seams, singles, cuts, lists, search, history].into_iter().fold(0, u64::saturating_add)
+    Bytes(A_RUN) + map + seams + singles + cuts + lists + search + history(sources, output, region, options)
 }
 
 /// Regions whose patches do not meet, at most.
@@ -135,7 +130,7 @@ fn apart<const D: usize>(output: Domain<D>, region: [u32; D], window: [u32; D]) 
 }
 
 /// What is kept of every patch that was laid or tried: offsets used before, vectors to neighbours, prices.
-fn history<const D: usize>(sources: &[Domain<D>], output: Domain<D>, region: [u32; D], options: &Options<D>) -> u64 {
+fn history<const D: usize>(sources: &[Domain<D>], output: Domain<D>, region: [u32; D], options: &Options<D>) -> Bytes {
     // Around the first hole, half of a region along each axis is filled already.
     let filled = region.map(|n| n.div_ceil(2));
     let patches = len(output.shape) / len(filled) + 1;
@@ -145,14 +140,14 @@ fn history<const D: usize>(sources: &[Domain<D>], output: Domain<D>, region: [u3
     let neighbours = steps.saturating_mul(1 << D);
     let vectors = |s: &Domain<D>| len::<D>(std::array::from_fn(|a| (s.shape[a] + region[a]) / 2 + 1)) / 2;
     let vectors = sources.iter().map(vectors).fold(0, u64::saturating_add).min(neighbours);
-    steps.saturating_mul(A_PATCH).saturating_add(vectors.saturating_mul(A_VECTOR))
+    Bytes(steps) * A_PATCH + Bytes(vectors) * A_VECTOR
 }
 
 /// A search for a box in all sources.
-fn search<const D: usize>(sources: &[Domain<D>], weights: &[u8], template: [u32; D], placement: Positions) -> u64 {
+fn search<const D: usize>(sources: &[Domain<D>], weights: &[u8], template: [u32; D], placement: Positions) -> Bytes {
     let samples = len(template);
     let sizes = Sizes { sources, weights, holes: true, template, samples, noisy_masks: true };
-    selvedge_fft_ssd::estimate(&sizes, placement, &selvedge_fft_ssd::Options::default()).unwrap_or(u64::MAX)
+    selvedge_fft_ssd::estimate(&sizes, placement, &selvedge_fft_ssd::Options::default()).unwrap_or(Bytes::MOST)
 }
 
 fn len<const D: usize>(shape: [u32; D]) -> u64 {
@@ -166,7 +161,7 @@ mod tests {
     #[test]
     fn the_least_run_takes_a_mebibyte() {
         let one = Domain::open([1, 1]);
-        let least = estimate(&[one], 1, one, &Options { region: Some([1; 2]), ..Options::default() });
+        let least = estimate(&[one], 1, one, &Options { region: Some([1; 2]), ..Options::default() }).0;
         assert!((1 << 20..3 << 19).contains(&least), "{least}");
     }
 

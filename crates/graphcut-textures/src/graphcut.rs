@@ -1,6 +1,6 @@
 //! The method: lay patches until everything is covered, then lay more over the worst seams. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::estimate::estimate;
@@ -67,7 +67,7 @@ fn check<const D: usize>(
 ) -> Result<(), Error> {
     options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
-    limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
+    limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
     if output.is_empty() { Err(Error::EmptyOutput { shape: output.shape.to_vec() }) } else { Ok(()) }
 }
 

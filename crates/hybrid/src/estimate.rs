@@ -26,7 +26,7 @@ const A_SAMPLE: u64 = 4 + 1 + 32;
 /// An upper bound of the bytes that [`hybrid`](crate::hybrid()) holds beside the exemplars' features, known before
 /// anything is read: shapes of the exemplars, feature channels, the output. It holds for flat exemplars, of which every
 /// place is a candidate; of others less is held.
-pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
+pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
     let samples = exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum::<Bytes>();
     let channels_of = channels as u64;
     let measured = exemplars.iter().map(measured).max().filter(|_| options.block.is_none()).unwrap_or_default();
@@ -42,7 +42,7 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
     let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);
     let woven = search + features + lists + cut + Bytes::of_samples(output, A_SAMPLE);
-    measured.then(woven).0
+    measured.then(woven)
 }
 
 fn measured(exemplar: &Domain<2>) -> Bytes {
@@ -56,11 +56,11 @@ const A_BAD_SAMPLE: u64 = 4 + 3 + 2 * 24 + 4 + (8 + 1 + 16 + 8 + 16);
 
 /// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map;
 /// `circular` as in its options.
-pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, circular: bool) -> u64 {
+pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, circular: bool) -> Bytes {
     let channels = channels as u64;
     let each = 2 * channels + 2 + if circular { channels + 1 } else { 0 };
     let features = exemplars.iter().map(|&e| Bytes::of_samples(e, each)).sum::<Bytes>();
-    (features + Bytes::of_samples(output, A_BAD_SAMPLE)).0
+    features + Bytes::of_samples(output, A_BAD_SAMPLE)
 }
 
 fn search(exemplars: &[Domain<2>], channels: usize, template: [u32; 2], options: &Options) -> Bytes {
@@ -72,7 +72,7 @@ fn search(exemplars: &[Domain<2>], channels: usize, template: [u32; 2], options:
         .collect();
     let sizes = Sizes { sources: &domains, weights: &weights, holes: true, template, samples, noisy_masks: true };
     let bytes = selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &selvedge_fft_ssd::Options::default());
-    Bytes(bytes.unwrap_or(u64::MAX))
+    bytes.unwrap_or(Bytes::MOST)
 }
 
 #[cfg(test)]

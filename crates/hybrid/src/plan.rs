@@ -1,6 +1,6 @@
 //! What a run will do: options checked, and what they leave open chosen.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
 use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
@@ -42,7 +42,7 @@ impl Plan {
         }
         check_fit(exemplars, output, options.block)?;
         let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
-        run.limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
+        run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
         let given = exemplars.clone();
         let exemplars = if options.circular { around(exemplars)? } else { exemplars.clone() };

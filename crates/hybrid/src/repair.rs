@@ -1,7 +1,7 @@
 //! Repair: bad seams of any map, whoever made it, chosen anew sample by sample. (Nealen and Alexa 2004)
 
 use selvedge_core::{
-    Bytes, Domain, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve, try_vec,
+    Domain, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve, try_vec,
 };
 
 use crate::canvas::Canvas;
@@ -100,7 +100,7 @@ pub fn repair(
     options.validate()?;
     let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     let needed = estimate_repair(&domains, exemplars.channels(), start.map.domain(), options.circular);
-    run.limits.admit(start.map.domain(), Bytes(needed))?;
+    run.limits.admit(start.map.domain(), needed)?;
     start.check(exemplars)?;
     let going_on = if options.circular { Some(around(exemplars)?) } else { None };
     let exemplars = going_on.as_ref().unwrap_or(exemplars);

@@ -1,7 +1,7 @@
 //! How much memory a run will need.
 
-use selvedge_core::Domain;
 use selvedge_core::par::at_once;
+use selvedge_core::{Bytes, Domain};
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
 use crate::auto_block::largest_block;
@@ -30,7 +30,7 @@ const A_TAP: u64 = 40;
 /// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before
 /// anything is read: shapes of the exemplars, feature channels, the output. It holds for any number of threads, and for
 /// flat exemplars, of which every place is a candidate; of others less is held, on few threads several times less.
-pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
+pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
     let block = options.block.unwrap_or_else(|| largest(exemplars));
     let overlap = |block: u32| match options.stage {
         Stage::Random => 0,
@@ -43,25 +43,12 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let template = Compared { side: block, samples: compared(&output, block, overlap(block)) };
     let workers = at_once(places(exemplars)).min(blocks.at_once);
     let search = Searches { exemplars, at_once: workers, templates: &[template] };
-    let searched = [
-        A_RUN,
-        search.bytes(channels),
-        search.lists(AN_ERROR),
-        search.blocks(channels),
-        blocks.all.saturating_mul(A_BLOCK),
-        // The map, and where the blocks of a wave show.
-        len(&output).saturating_mul(4 + 1),
-    ]
-    .into_iter()
-    .fold(0, u64::saturating_add);
+    // The map, and where the blocks of a wave show.
+    let woven = Bytes(blocks.all) * A_BLOCK + Bytes::of_samples(output, 4 + 1);
+    let searched = search.bytes(channels) + search.lists(AN_ERROR) + search.blocks(channels);
     // Masks may come to exemplars that have no alpha.
-    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate(*e, channels, true).0).max();
-    stages(measured.filter(|_| options.block.is_none()).unwrap_or(0), searched)
-}
-
-/// Of two stages one after the other: the greater, and some of the other, since not all that is freed is given back.
-fn stages(one: u64, other: u64) -> u64 {
-    one.max(other).saturating_add(one.min(other) / 4)
+    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate(*e, channels, true)).max();
+    measured.filter(|_| options.block.is_none()).unwrap_or_default().then(Bytes(A_RUN) + searched + woven)
 }
 
 /// An upper bound of the bytes that [`transfer`](crate::transfer) holds beside the exemplars' features, known before
@@ -72,7 +59,7 @@ pub fn estimate_transfer(
     guide_channels: usize,
     output: Domain<2>,
     options: &TransferOptions,
-) -> u64 {
+) -> Bytes {
     let first = options.block.unwrap_or_else(|| suggested(exemplars.iter().copied(), output));
     let plan = options.plan(first);
     // The smallest blocks of the last pass are the most.
@@ -82,24 +69,16 @@ pub fn estimate_transfer(
         plan.iter().map(|p| Compared { side: p.block, samples: u64::from(p.block).pow(2) }).collect();
     let workers = at_once(places(exemplars)).min(longest);
     let search = Searches { exemplars, at_once: workers, templates: &templates };
-    let pictures = || exemplars.iter().map(len).chain([len(&output)]);
-    let maps = pictures().max().unwrap_or(0).saturating_mul(A_MAP);
-    let searched = [
-        A_RUN,
-        search.bytes(channels),
-        search.bytes(guide_channels),
-        search.lists(A_SUM),
-        search.blocks(2 * channels + guide_channels),
-        all.saturating_mul(A_BLOCK),
-        // This pass's map and the last one's, and where the blocks of a wave show.
-        len(&output).saturating_mul(2 * 4 + 1),
-    ]
-    .into_iter()
-    .fold(0, u64::saturating_add);
+    let pictures = || exemplars.iter().chain(std::iter::once(&output)).map(|picture| Bytes::of_samples(*picture, 1));
+    let maps = pictures().max().unwrap_or_default() * A_MAP;
+    // This pass's map and the last one's, and where the blocks of a wave show.
+    let woven = Bytes(all) * A_BLOCK + Bytes::of_samples(output, 2 * 4 + 1);
+    let searchers = search.bytes(channels) + search.bytes(guide_channels);
+    let searched = searchers + search.lists(A_SUM) + search.blocks(2 * channels + guide_channels);
     // Colours, luminance, and the guide's own channels before and after they are joined.
-    let features = pictures().fold(0, u64::saturating_add).saturating_mul(4 + 2 * guide_channels as u64);
+    let features = pictures().sum::<Bytes>() * (4 + 2 * guide_channels as u64);
     // Correspondence maps are made before the search.
-    features.saturating_add(stages(maps, searched))
+    features + maps.then(Bytes(A_RUN) + searched + woven)
 }
 
 /// Blocks of an output.
@@ -148,7 +127,7 @@ struct Searches<'a> {
 
 impl Searches<'_> {
     /// What a searcher of so many channels holds, and the scratch of searches but their errors.
-    fn bytes(&self, channels: usize) -> u64 {
+    fn bytes(&self, channels: usize) -> Bytes {
         let options = selvedge_fft_ssd::Options::default();
         let weights = vec![1; channels];
         let by = |engine: Engine, side: u32, samples: u64| {
@@ -156,9 +135,9 @@ impl Searches<'_> {
             let sizes =
                 Sizes { sources: self.exemplars, weights: &weights, holes: false, template, samples, noisy_masks };
             let options = selvedge_fft_ssd::Options { engine, ..options };
-            selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &options).unwrap_or(u64::MAX)
+            selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &options).unwrap_or(Bytes::MOST)
         };
-        let (mut direct, mut fourier) = (0, 0);
+        let (mut direct, mut fourier) = (Bytes(0), Bytes(0));
         for &Compared { side, samples } in self.templates {
             direct = by(Engine::Direct, 1, samples).max(direct);
             // At the output's border blocks are cropped. Those have more places, fewer samples, and an engine of their
@@ -172,23 +151,23 @@ impl Searches<'_> {
             }
         }
         // Spectra for cropped blocks are kept as well, as far as there is room for them.
-        let others = fourier.saturating_mul(3).min(options.cache);
-        direct.saturating_add(fourier.saturating_mul(self.at_once)).saturating_add(others)
+        let others = (fourier * 3).min(Bytes(options.cache));
+        direct + fourier * self.at_once + others
     }
 
     /// Masks, and the errors and candidates of all searches that run at once.
-    fn lists(&self, an_error: u64) -> u64 {
-        let each = self.at_once.saturating_mul(A_CANDIDATE + an_error);
-        places(self.exemplars).saturating_mul(each.saturating_add(A_MASK))
+    fn lists(&self, an_error: u64) -> Bytes {
+        let all = Bytes(places(self.exemplars));
+        all * (A_CANDIDATE + an_error) * self.at_once + all * A_MASK
     }
 
     /// The blocks that are looked for at once.
-    fn blocks(&self, channels: usize) -> u64 {
+    fn blocks(&self, channels: usize) -> Bytes {
         let of = |t: &Compared| {
-            let whole = u64::from(t.side).pow(2).saturating_mul(A_CUT + channels as u64);
-            whole.saturating_add(t.samples.saturating_mul(A_TAP * channels as u64))
+            let whole = Bytes(u64::from(t.side).pow(2)) * (A_CUT + channels as u64);
+            whole + Bytes(t.samples) * (A_TAP * channels as u64)
         };
-        self.templates.iter().map(of).max().unwrap_or(0).saturating_mul(self.at_once)
+        self.templates.iter().map(of).max().unwrap_or_default() * self.at_once
     }
 }
 
@@ -200,9 +179,5 @@ fn largest(exemplars: &[Domain<2>]) -> u32 {
 }
 
 fn places(exemplars: &[Domain<2>]) -> u64 {
-    exemplars.iter().map(len).fold(0, u64::saturating_add)
-}
-
-fn len(domain: &Domain<2>) -> u64 {
-    domain.shape.iter().fold(1, |n, &side| u64::saturating_mul(n, side.into()))
+    exemplars.iter().map(|domain| Bytes::of_samples(*domain, 1)).sum::<Bytes>().0
 }

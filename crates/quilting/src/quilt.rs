@@ -66,7 +66,7 @@ impl<'e> Plan<'e> {
     ) -> Result<Self, Error> {
         options.validate()?;
         check_fit(exemplars, output, options.block)?;
-        run.limits.admit(output, Bytes(needs(exemplars, output, options)))?;
+        run.limits.admit(output, needs(exemplars, output, options))?;
         let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
         check_fit(exemplars, output, Some(block))?;
         let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
@@ -96,7 +96,7 @@ impl<'e> Plan<'e> {
     }
 
     /// Bytes that it will take at most, beside the exemplars; see [`estimate`].
-    pub fn bytes(&self) -> u64 {
+    pub fn bytes(&self) -> Bytes {
         let options = Options { block: Some(self.block), overlap: Some(self.overlap), ..self.options };
         needs(self.exemplars, self.output, &options)
     }
@@ -106,7 +106,7 @@ impl<'e> Plan<'e> {
     /// # Errors
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        run.limits.admit(self.output, Bytes(self.bytes()))?;
+        run.limits.admit(self.output, self.bytes())?;
         if self.options.search == SearchBy::Auto {
             let reduced = Reduced::new(self.exemplars, self.overlap)?;
             if let Some(search) = FromAbove::new(self.exemplars, &reduced, run.simd)? {
@@ -156,7 +156,7 @@ impl<'e> Plan<'e> {
     }
 }
 
-fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> u64 {
+fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Bytes {
     estimate(&domains(exemplars), exemplars.channels(), output, options)
 }
 

@@ -68,7 +68,7 @@ impl<'e> TransferPlan<'e> {
         check_fit(exemplars, output, Some(block))?;
         let options = TransferOptions { block: Some(block), ..*options };
         let plan = Self { exemplars, guide, options, passes: options.plan(block) };
-        run.limits.admit(output, Bytes(plan.bytes()))?;
+        run.limits.admit(output, plan.bytes())?;
         check_places(exemplars, &plan.grid(&plan.passes[0]).block(0))?;
         Ok(plan)
     }
@@ -79,7 +79,7 @@ impl<'e> TransferPlan<'e> {
     }
 
     /// Bytes that it will take at most, beside the exemplars; see [`estimate_transfer`].
-    pub fn bytes(&self) -> u64 {
+    pub fn bytes(&self) -> Bytes {
         let (channels, guide_channels) = (self.exemplars.channels(), self.guide.weights().len());
         estimate_transfer(&domains(self.exemplars), channels, guide_channels, self.output(), &self.options)
     }
@@ -89,7 +89,7 @@ impl<'e> TransferPlan<'e> {
     /// # Errors
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
-        run.limits.admit(self.output(), Bytes(self.bytes()))?;
+        run.limits.admit(self.output(), self.bytes())?;
         self.weave_by(BlockSearch::new(self.exemplars, Some(self.guide), run.simd)?, run)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use selvedge_analysis::Texture;
-use selvedge_core::{Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 use selvedge_graphcut_textures as graphcut;
 use std::fmt::Debug;
 
@@ -18,7 +18,7 @@ pub trait Candidate: Debug + Send + Sync {
     fn draft(&self) -> Option<Box<dyn Candidate>>;
 
     /// Bytes that making it needs beside exemplars and output.
-    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> u64;
+    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes;
 
     /// Makes it.
     ///
@@ -48,7 +48,7 @@ impl Candidate for Graphcut {
         (self.0.refine != Some(0)).then(|| Box::new(Self(draft)) as Box<dyn Candidate>)
     }
 
-    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> u64 {
+    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         graphcut::estimate(exemplars, channels, output, &self.0)
     }
 

@@ -17,7 +17,7 @@ pub use candidate::{Candidate, Graphcut, Used, candidates};
 pub use error::Error;
 
 use selvedge_core::{
-    Domain, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec,
+    Bytes, Domain, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec,
 };
 use selvedge_metrics::{Columns, Judge, preference};
 
@@ -229,21 +229,26 @@ impl Bench<'_> {
 
 /// Bytes that [`synthesize`] needs at most, on `threads` threads: what their candidates and comparisons hold at once,
 /// the best map, and what each candidate shows.
-pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options, threads: usize) -> u64 {
-    let len = |d: &Domain<2>| d.shape.iter().fold(1_u64, |n, &side| n.saturating_mul(u64::from(side)));
+pub fn estimate(
+    exemplars: &[Domain<2>],
+    channels: usize,
+    output: Domain<2>,
+    options: &Options,
+    threads: usize,
+) -> Bytes {
     // Any region and any reach that a candidate may have.
     let entire = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output);
     let side = exemplars.iter().map(|d| d.shape[0].min(d.shape[1])).max().unwrap_or(1) * 3 / 8;
     let (region, reach) = (Some([side.max(1); 2]), Some([side.max(1); 2]));
     let between = selvedge_graphcut_textures::Options { region, reach, ..Default::default() };
     let between = Graphcut(between).memory(exemplars, channels, output);
-    let sources = exemplars.iter().map(len).fold(0, u64::saturating_add);
+    let sources: Bytes = exemplars.iter().map(|&domain| Bytes::of_samples(domain, 40)).sum();
     // Features, half and quarter sizes, words, running answers: what the measures hold.
-    let scoring = len(&output).saturating_mul(12 + 4 * channels as u64) + sources.saturating_mul(40);
-    let each = entire.max(between).saturating_add(scoring).saturating_add(len(&output).saturating_mul(8));
+    let scoring = Bytes::of_samples(output, 12 + 4 * channels as u64) + sources;
+    let each = entire.max(between) + scoring + Bytes::of_samples(output, 8);
     let small = Domain::open(output.shape.map(|side| side.min(SEEN)));
-    let pictures = len(&small) * channels as u64 * options.steps().map_or(0, |[a, b]| (a + b) as u64);
-    each.saturating_mul(threads.max(1) as u64).saturating_add(pictures)
+    let pictures = Bytes::of_samples(small, channels as u64) * options.steps().map_or(0, |[a, b]| (a + b) as u64);
+    each * threads.max(1) as u64 + pictures
 }
 
 /// The features that a map shows.

@@ -19,7 +19,7 @@ const A_NEIGHBORHOOD: u64 = 160;
 
 /// An upper bound of the bytes that [`optimize`](crate::optimize()) holds beside the exemplars' features: from shapes
 /// of the exemplars, feature channels, and the output.
-pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> u64 {
+pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
     let channels = channels as u64;
     let (samples, offered): (Bytes, Bytes) =
         (Bytes::of_samples(output, 1), exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum());
@@ -28,7 +28,7 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let votes = samples * u64::from(CELLS * CELLS) * A_VOTE + samples * 8;
     let x = samples * ((A_VALUE + A_WORD) * channels);
     let all: Bytes = options.schedule.iter().map(|level| windows(output, *level)).max().unwrap_or_default();
-    (sources + votes + x + all * A_NEIGHBORHOOD).0
+    sources + votes + x + all * A_NEIGHBORHOOD
 }
 
 /// Neighborhoods of a level at most.

@@ -1,6 +1,6 @@
 //! Algorithm 1, level by level. `[Kwatra05 3]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
+use selvedge_core::{Domain, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
 
 use crate::control::{Control, Wishes};
 use crate::error::Error;
@@ -40,7 +40,7 @@ impl<'e> Plan<'e> {
             return Err(Error::EmptyOutput { width, height });
         }
         let domains: Vec<_> = exemplars.sources().iter().map(|s| s.domain()).collect();
-        run.limits.admit(output, Bytes(estimate(&domains, exemplars.channels(), output, options)))?;
+        run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
         let schedule = Schedule::new(exemplars, output, &options.schedule)?;
         Ok(Self { exemplars, output, options: options.clone(), schedule })
     }

@@ -48,6 +48,7 @@ fn render<const D: usize>(output: Domain<D>, channels: usize, how: How) -> u64 {
         How::Splined(levels) => Splined::bytes(output, channels, levels),
         How::Fused(reach) => Fused::bytes(output, channels, reach.is_some()),
     }
+    .0
 }
 
 fn case(number: usize) -> Option<u64> {

@@ -142,7 +142,7 @@ impl Apply {
                 let what = format!("{}x{} px, but the map has {ew}x{eh} px", info.width, info.height);
                 return Err(Failure::new(3, what).about(path).remedy("give a mask of that size"));
             }
-            held = held + memory::masks([&info]);
+            held += memory::masks([&info]);
             let picture = input.read(session, &options, report)?;
             fingerprints.push(inputs::fingerprint(path, &picture));
             let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);

@@ -87,7 +87,7 @@ impl Method for Quilt {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let method = Bytes(estimate(sources, channels, output, &self.options()));
+        let method = estimate(sources, channels, output, &self.options());
         method + self.repairing.bytes(sources, channels, output)
     }
 

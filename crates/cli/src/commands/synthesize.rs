@@ -35,7 +35,7 @@ impl Method for Synthesize {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let options = Options { effort: self.effort };
-        Bytes(estimate(sources, channels, output, &options, rayon::current_num_threads()))
+        estimate(sources, channels, output, &options, rayon::current_num_threads())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {

@@ -60,7 +60,7 @@ fn runs_stay_within_their_estimates() {
         let case = &cases[number];
         let constraints: Vec<_> = case.ratios.iter().map(|&ratio| (1, ratio)).collect();
         let sizes = Sizes { sources: &[case.exemplar], channels: 3, constraints: &constraints, output: case.output };
-        let estimate = estimate(&sizes, &case.options);
+        let estimate = estimate(&sizes, &case.options).0;
         println!("case {number}: held {held}, estimated {estimate}");
         assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");
         assert!(estimate <= 3 * held + (16 << 20), "case {number}: held {held} bytes, estimated {estimate}");

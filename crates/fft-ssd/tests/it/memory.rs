@@ -84,7 +84,7 @@ impl Large {
             samples: mask.iter().filter(|&&on| on).count() as u64,
             noisy_masks: self.noisy,
         };
-        let estimate = estimate(&sizes, self.placement, &options).unwrap();
+        let estimate = estimate(&sizes, self.placement, &options).unwrap().0;
         let (Some(before), Some(peak)) = (before, peak) else {
             eprintln!("skipped: this system does not tell how much memory a process had at its peak");
             return;

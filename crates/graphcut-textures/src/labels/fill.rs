@@ -114,7 +114,7 @@ pub fn fill<const D: usize>(
     }
     start.check(exemplars)?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
-    run.limits.admit(output, Bytes(estimate_fill(&domains, exemplars.channels(), output, options)))?;
+    run.limits.admit(output, estimate_fill(&domains, exemplars.channels(), output, options))?;
     let mut stats = FillStats { filled: start.map.holes(), ..FillStats::default() };
     if stats.filled == 0 {
         return Ok(Woven { result: start.map, stats, complete: true });
@@ -143,21 +143,21 @@ pub fn estimate_fill<const D: usize>(
     channels: usize,
     output: Domain<D>,
     options: &FillOptions,
-) -> u64 {
-    let graphcut = Bytes(estimate(sources, channels, output, &options.graphcut()));
+) -> Bytes {
+    let graphcut = estimate(sources, channels, output, &options.graphcut());
     let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
     // A pyramid of all is held throughout; patches are compared at its coarsest level, before patches grow.
     let pyramid = samples * (channels as u64 + 1) + Bytes::of_samples(output, 24);
     let compared = samples * (5 * channels as u64 + 4);
-    let labels = Bytes(estimate_labels(sources, channels, output)) + compared;
-    (graphcut.max(labels) + pyramid).0
+    let labels = estimate_labels(sources, channels, output) + compared;
+    graphcut.max(labels) + pyramid
 }
 
 /// An upper bound of the bytes that [`expand`] holds besides the exemplars themselves.
-pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> u64 {
+pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> Bytes {
     let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
     // Prices of seams; the map, its labels, and an expansion over all of it.
-    (samples * (channels as u64 + 1 + 4 * D as u64) + Bytes::of_samples(output, 150) + Bytes(1 << 20)).0
+    samples * (channels as u64 + 1 + 4 * D as u64) + Bytes::of_samples(output, 150) + Bytes(1 << 20)
 }
 
 /// The pyramid, down to where sides are short or nothing valid is left.

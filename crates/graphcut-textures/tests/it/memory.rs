@@ -70,7 +70,7 @@ fn runs_stay_within_their_estimates() {
     let check = |number: usize, held: u64| {
         let case = &cases[number];
         let domains = vec![Domain::open(case.exemplar); case.sources];
-        let estimate = estimate(&domains, 3, Domain::open(case.output), &case.options);
+        let estimate = estimate(&domains, 3, Domain::open(case.output), &case.options).0;
         assert!(
             held <= estimate && estimate <= 5 * held + (2 << 20),
             "case {number}: held {held} bytes, estimated {estimate}"

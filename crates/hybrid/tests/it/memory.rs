@@ -54,7 +54,7 @@ fn runs_stay_within_their_estimates() {
     let cases = cases();
     let check = |number: usize, held: u64| {
         let case = &cases[number];
-        let estimate = estimate(&[Domain::open(case.exemplar)], 3, case.output, &case.options);
+        let estimate = estimate(&[Domain::open(case.exemplar)], 3, case.output, &case.options).0;
         println!("case {number}: held {held}, estimated {estimate}");
         assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");
         // It counts on flat exemplars, of which every place is a candidate, and on any number of threads.
@@ -78,7 +78,7 @@ fn repairs_stay_within_their_estimate() {
         memory::tell(before);
     };
     let check = |_, held: u64| {
-        let estimate = estimate_repair(&[Domain::open(case.exemplar)], 3, case.output, false);
+        let estimate = estimate_repair(&[Domain::open(case.exemplar)], 3, case.output, false).0;
         println!("held {held}, estimated {estimate}");
         // Pages that were there before.
         assert!(held <= estimate, "held {held} bytes, estimated {estimate}");

@@ -75,7 +75,8 @@ fn runs_stay_within_their_estimates() {
         let estimate = match case.method {
             Method::Quilt(options) => estimate(&domains, 3, case.output, &options),
             Method::Transfer(options) => estimate_transfer(&domains, 3, 1, case.output, &options),
-        };
+        }
+        .0;
         println!("case {number}: held {held}, estimated {estimate}");
         assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");
         // It counts on flat exemplars, of which every place is a candidate, and on any number of threads.

@@ -128,8 +128,8 @@ fn check(flow: &Flow, output: Domain<2>) -> Result<(), Error> {
 }
 
 /// An upper bound of the bytes that an [`Animator`] holds beside the exemplars' features.
-pub fn animation_estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Animation) -> u64 {
+pub fn animation_estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Animation) -> Bytes {
     // Where samples come from, where they stand before and now, colours and weights of wishes, and three maps.
     let each = 24 + 3 * 40 + 8 * (2 * channels as u64 + 1) + 3 * 4 + 16;
-    (Bytes(crate::estimate(exemplars, channels, output, &options.frame)) + Bytes::of_samples(output, each)).0
+    crate::estimate(exemplars, channels, output, &options.frame) + Bytes::of_samples(output, each)
 }

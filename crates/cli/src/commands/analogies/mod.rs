@@ -179,7 +179,7 @@ impl Job<'_> {
             .chain(std::iter::once(&output))
             .map(|domain| of(domain, pictures))
             .sum();
-        Bytes(estimate(&sizes, &self.options)) + held + made
+        estimate(&sizes, &self.options) + held + made
     }
 
     /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.

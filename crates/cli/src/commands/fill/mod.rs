@@ -60,7 +60,7 @@ impl Method for Fill {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        Bytes(estimate_fill(sources, channels, output, &self.options()))
+        estimate_fill(sources, channels, output, &self.options())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {

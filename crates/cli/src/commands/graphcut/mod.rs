@@ -109,7 +109,7 @@ impl Method for Graphcut {
         // A bit for each source at each place.
         let field = if self.sources.have_field() { Bytes::of_samples(output, 8) } else { self.start.bytes(output) };
         let film = if self.is_filmed() { course::memory(sources, channels, output) } else { Bytes(0) };
-        let method = Bytes(estimate(sources, channels, output, &self.options()));
+        let method = estimate(sources, channels, output, &self.options());
         method + field + film + self.repairing.bytes(sources, channels, output)
     }
 

@@ -93,7 +93,7 @@ impl Method for Hybrid {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let method = Bytes(estimate(sources, channels, output, &self.options()));
+        let method = estimate(sources, channels, output, &self.options());
         method.then(self.repairing().bytes(sources, channels, output)) + self.start.bytes(output)
     }
 

@@ -101,7 +101,7 @@ impl Method for Merge {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let own = if self.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
-        Bytes(estimate_labels(sources, channels, output)) + Bytes::of_samples(output, own + 8 + 4)
+        estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4)
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {

@@ -62,8 +62,8 @@ impl Init {
 
     /// Bytes that making it takes at most.
     pub(super) fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let quilt = || Bytes(selvedge_quilting::estimate(sources, channels, output, &Default::default()));
-        let cut = || Bytes(selvedge_graphcut_textures::estimate(sources, channels, output, &Default::default()));
+        let quilt = || selvedge_quilting::estimate(sources, channels, output, &Default::default());
+        let cut = || selvedge_graphcut_textures::estimate(sources, channels, output, &Default::default());
         match self {
             Self::Auto => quilt().max(cut()),
             Self::Quilt => quilt(),

@@ -80,7 +80,7 @@ impl Method for Optimize {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let map = Bytes::of_samples(output, 4);
-        let method = Bytes(estimate(sources, channels, output, &self.options()));
+        let method = estimate(sources, channels, output, &self.options());
         self.init().bytes(sources, channels, output).then(method + map) + self.control.bytes(channels, output)
     }
 

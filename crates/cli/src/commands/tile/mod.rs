@@ -63,7 +63,7 @@ impl Method for TileCommand {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        Bytes(estimate_fill(sources, channels, output, &FillOptions::default()))
+        estimate_fill(sources, channels, output, &FillOptions::default())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {

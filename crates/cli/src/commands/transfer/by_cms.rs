@@ -42,7 +42,7 @@ impl Transfer {
         let sizes = Sizes { sources, channels, constraints: &[(guides, 1)], output };
         let each = 2 * guides as u64 + 12;
         let maps = sources.iter().chain(std::iter::once(&output)).map(|domain| Bytes::of_samples(*domain, each)).sum();
-        Bytes(estimate(&sizes, &self.options_of_labels())) + maps
+        estimate(&sizes, &self.options_of_labels()) + maps
     }
 
     pub(super) fn plan_labels<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {

@@ -85,7 +85,7 @@ impl Method for Transfer {
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let guides = self.followed.channels();
         match self.method {
-            By::Quilt => Bytes(estimate_transfer(sources, channels, guides, output, &self.options())),
+            By::Quilt => estimate_transfer(sources, channels, guides, output, &self.options()),
             By::Cms => self.bytes_of_labels(sources, channels, output),
         }
     }
