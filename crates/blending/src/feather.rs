@@ -39,11 +39,11 @@ impl<'m, const D: usize> Feathered<'m, D> {
     /// Checks a sigma.
     ///
     /// # Errors
-    /// [`crate::Error::Range`] unless it is from 0 to [`MOST`](Self::MOST).
+    /// [`Range`](Error::Range) unless it is from 0 to [`MOST`](Self::MOST).
     pub fn validate(sigma: f64) -> Result<(), crate::Error> {
         let in_range = (0.0..=Self::MOST).contains(&sigma);
-        let wrong = || crate::Error::Range { option: "feather", value: sigma, range: "0 to 16" };
-        if in_range { Ok(()) } else { Err(wrong()) }
+        let wrong = || Error::range("feather", sigma, "0 to 16");
+        if in_range { Ok(()) } else { Err(wrong().into()) }
     }
 
     /// The same, but positions where `kept` is true are copied, whatever is near.

@@ -17,7 +17,7 @@ pub(crate) struct Laid<'m, const D: usize> {
 impl<'m, const D: usize> Laid<'m, D> {
     pub(crate) fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>) -> Result<Self, Error> {
         if map.ids.channels() != 1 {
-            return Err(Error::Channels { found: map.ids.channels() });
+            return Err(selvedge_core::Error::Channels { what: "map", found: map.ids.channels() }.into());
         }
         let samples = map.table.len();
         if let Some(id) = map.ids.plane(0).iter().find(|id| id.is_assigned() && samples <= id.get()) {

@@ -57,10 +57,10 @@ impl<'m, const D: usize> Splined<'m, D> {
     /// Checks a number of bands.
     ///
     /// # Errors
-    /// [`crate::Error::Range`] if there are more than [`MOST`](Self::MOST).
+    /// [`Range`](Error::Range) if there are more than [`MOST`](Self::MOST).
     pub fn validate(levels: u32) -> Result<(), crate::Error> {
-        let wrong = || crate::Error::Range { option: "spline", value: f64::from(levels), range: "0 to 5" };
-        if levels <= Self::MOST { Ok(()) } else { Err(wrong()) }
+        let wrong = || Error::range("spline", f64::from(levels), "0 to 5");
+        if levels <= Self::MOST { Ok(()) } else { Err(wrong().into()) }
     }
 
     /// The same, but positions where `kept` is true are copied, whatever is near.

@@ -1,6 +1,6 @@
 //! What an output has to look like: a guide at a resolution of its own.
 
-use selvedge_core::{Exemplars, Guide};
+use selvedge_core::{Error as CoreError, Exemplars, Guide};
 
 use crate::error::Error;
 use crate::options::{MOST_WEIGHT, Options};
@@ -61,10 +61,10 @@ impl Constraint {
     pub(crate) fn check(&self, exemplars: &Exemplars<2>, first: &Self, options: &Options) -> Result<(), Error> {
         let range = "0 to 10000, times K as well";
         if !(0.0..=MOST_WEIGHT).contains(&self.weight) || MOST_WEIGHT < self.weight * options.constraint_weight {
-            return Err(Error::Range { option: "weight", value: self.weight, range });
+            return Err(CoreError::range("weight", self.weight, range).into());
         }
         if !(1..=256).contains(&self.ratio) {
-            return Err(Error::Range { option: "ratio", value: self.ratio.into(), range: "1 to 256" });
+            return Err(CoreError::range("ratio", self.ratio, "1 to 256").into());
         }
         self.guide.check(exemplars)?;
         let [expected, found] = [first, self].map(|c| c.guide.target().domain());

@@ -6,16 +6,6 @@ use selvedge_core::ErrorKind;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// An option is out of its range.
-    #[error("{option} is {value}, which is out of range")]
-    Range {
-        /// The option's name.
-        option: &'static str,
-        /// What it was set to.
-        value: f64,
-        /// What it may be, in words.
-        range: &'static str,
-    },
     /// Without a constraint there is nothing to follow.
     #[error("there is no constraint to follow")]
     NoConstraint,
@@ -58,7 +48,6 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Range { .. } => ErrorKind::Option,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
             Self::Core(error) => error.kind(),
@@ -69,7 +58,6 @@ impl Error {
     /// What to do about it, in terms of the data.
     pub fn remedy(&self) -> String {
         match self {
-            Self::Range { range, .. } => return format!("use {range}"),
             Self::NoConstraint => "give at least one",
             Self::Target { .. } => "make all of one size",
             Self::Neighborhood { .. } => "use smaller neighborhoods or larger pictures",

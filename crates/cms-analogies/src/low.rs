@@ -1,6 +1,6 @@
 //! Constraints of low resolution: what exemplars look like from as far away. `[CMS V-B]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Guide, Source, reserve};
+use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Guide, Source, reserve};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
@@ -12,7 +12,7 @@ use crate::error::Error;
 /// between the middles of its samples. Around periodic axes of the output both go on.
 ///
 /// # Errors
-/// [`Error::Range`] for a ratio of 0 or over 256, and those of [`Guide::new`].
+/// [`Range`](CoreError::Range) for a ratio of 0 or over 256, and those of [`Guide::new`].
 pub fn low_resolution(
     exemplars: &Exemplars<2>,
     maps: &[Grid<u8, 2>],
@@ -20,7 +20,7 @@ pub fn low_resolution(
     ratio: u32,
 ) -> Result<Constraint, Error> {
     if !(1..=256).contains(&ratio) {
-        return Err(Error::Range { option: "ratio", value: ratio.into(), range: "1 to 256" });
+        return Err(CoreError::range("ratio", ratio, "1 to 256").into());
     }
     let guide = Guide::new(exemplars, maps, enlarged(low, ratio)?)?;
     let guide = guide.over_sources(|source| averaged(source, ratio))?;
@@ -65,9 +65,7 @@ fn averaged(source: &Source<2>, side: u32) -> Result<Grid<u8, 2>, Error> {
 /// Between the middles of samples on a line along each axis; before the first and after the last one as these.
 fn enlarged(low: &Grid<u8, 2>, ratio: u32) -> Result<Grid<u8, 2>, Error> {
     let from = low.domain();
-    let side = |a: usize| {
-        from.shape[a].checked_mul(ratio).ok_or(Error::Range { option: "ratio", value: ratio.into(), range: "less" })
-    };
+    let side = |a: usize| from.shape[a].checked_mul(ratio).ok_or(CoreError::range("ratio", ratio, "less"));
     let domain = Domain { shape: [side(0)?, side(1)?], ..from };
     let mut out = Grid::try_filled(domain, low.channels(), 0)?;
     // In units of half a sample of the output: the sample before, the one after, and how far it is between them.

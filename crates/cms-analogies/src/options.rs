@@ -1,5 +1,7 @@
 //! What a run may choose.
 
+use selvedge_core::Error as CoreError;
+
 use crate::error::Error;
 
 /// Most that a constraint may weigh (`K` times its own weight): five hundred times what the paper used, and far from
@@ -59,30 +61,18 @@ impl Options {
     /// Refuses what is wrong by itself.
     ///
     /// # Errors
-    /// [`Error::Range`].
+    /// [`Range`](CoreError::Range).
     pub fn validate(&self) -> Result<(), Error> {
-        let weight = |option, value: f64, range| {
-            let fits = (0.0..=MOST_WEIGHT).contains(&value);
-            if fits { Ok(()) } else { Err(Error::Range { option, value, range }) }
-        };
-        let whole = |option, value: u32, least: u32, most: u32, range| {
-            let fits = (least..=most).contains(&value);
-            if fits { Ok(()) } else { Err(Error::Range { option, value: value.into(), range }) }
-        };
-        weight("constraint_weight", self.constraint_weight, "0 to 10000")?;
-        weight("spread", self.spread, "0 to 10000")?;
-        whole("neighborhood", self.neighborhood, 0, MOST_NEIGHBORHOOD, "0 to 32")?;
-        whole("candidates", self.candidates, 1, 1000, "1 to 1000")?;
-        whole("apart", self.apart, 0, 65_535, "0 to 65535")?;
-        whole("history", self.history, 1, 1000, "1 to 1000")?;
-        whole("random_labels", self.random_labels.unwrap_or(1), 1, MOST_LABELS, "1 to 1000000")?;
-        whole("levels", self.levels.unwrap_or(1), 1, 8, "1 to 8")?;
-        match self.tolerance {
-            Some(value) if !(0.0..=1e9).contains(&value) => {
-                Err(Error::Range { option: "tolerance", value, range: "0 to 1000000000" })
-            }
-            _ => Ok(()),
-        }
+        CoreError::within("constraint_weight", self.constraint_weight, 0.0..=MOST_WEIGHT, "0 to 10000")?;
+        CoreError::within("spread", self.spread, 0.0..=MOST_WEIGHT, "0 to 10000")?;
+        CoreError::within("neighborhood", self.neighborhood, 0.0..=f64::from(MOST_NEIGHBORHOOD), "0 to 32")?;
+        CoreError::within("candidates", self.candidates, 1.0..=1e3, "1 to 1000")?;
+        CoreError::within("apart", self.apart, 0.0..=65_535.0, "0 to 65535")?;
+        CoreError::within("history", self.history, 1.0..=1e3, "1 to 1000")?;
+        let labels = self.random_labels.unwrap_or(1);
+        CoreError::within("random_labels", labels, 1.0..=f64::from(MOST_LABELS), "1 to 1000000")?;
+        CoreError::within("levels", self.levels.unwrap_or(1), 1.0..=8.0, "1 to 8")?;
+        Ok(CoreError::within("tolerance", self.tolerance.unwrap_or(0.0), 0.0..=1e9, "0 to 1000000000")?)
     }
 
     /// `t` in the units of prices, of which the paper's is one. `[CMS IV-C step 4]`
@@ -106,12 +96,15 @@ mod tests {
     fn what_is_out_of_range_is_refused_with_its_number() {
         for weight in [-1.0, f64::NAN, f64::INFINITY, 1e5] {
             let found = Options { constraint_weight: weight, ..Options::paper() }.validate();
-            assert!(matches!(found, Err(Error::Range { option: "constraint_weight", .. })), "{weight}");
+            assert!(
+                matches!(found, Err(Error::Core(CoreError::Range { option: "constraint_weight", .. }))),
+                "{weight}"
+            );
         }
         let none = Options { candidates: 0, ..Options::paper() };
-        assert_eq!(none.validate(), Err(Error::Range { option: "candidates", value: 0.0, range: "1 to 1000" }));
+        assert_eq!(none.validate(), Err(CoreError::range("candidates", 0.0, "1 to 1000").into()));
         let drawn = Options { random_labels: Some(0), ..Options::paper() };
-        assert_eq!(drawn.validate(), Err(Error::Range { option: "random_labels", value: 0.0, range: "1 to 1000000" }));
+        assert_eq!(drawn.validate(), Err(CoreError::range("random_labels", 0.0, "1 to 1000000").into()));
         assert_eq!(Options::paper().validate(), Ok(()));
         assert_eq!(Options::paper().least_gain(1.0), 15 * 255 * 16);
     }

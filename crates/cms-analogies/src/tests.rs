@@ -1,8 +1,8 @@
 //! Each fast part against its definition, and what holds of every run.
 
 use selvedge_core::{
-    Domain, Exemplars, Grid, Guide, Origin, Patch, Rng, Run, SampleId, Seed, SimdLevel, Source, SourceMap, Start,
-    Transform, Window,
+    Domain, Error as CoreError, Exemplars, Grid, Guide, Origin, Patch, Rng, Run, SampleId, Seed, SimdLevel, Source,
+    SourceMap, Start, Transform, Window,
 };
 
 use crate::agreement::{Term, of_label, of_sample};
@@ -389,10 +389,10 @@ fn what_does_not_fit_is_refused_with_its_numbers() {
     assert!(matches!(refused(&case.constraints, &large), Error::Neighborhood { what: "an output", .. }));
     for weight in [-1.0, f64::NAN, 1e6] {
         let heavy = Constraint { weight, ..case.constraints[0].clone() };
-        assert!(matches!(refused(&[heavy], &case.options), Error::Range { option: "weight", .. }));
+        assert!(matches!(refused(&[heavy], &case.options), Error::Core(CoreError::Range { option: "weight", .. })));
     }
     let none = Constraint { ratio: 0, ..case.constraints[0].clone() };
-    assert!(matches!(refused(&[none], &case.options), Error::Range { option: "ratio", .. }));
+    assert!(matches!(refused(&[none], &case.options), Error::Core(CoreError::Range { option: "ratio", .. })));
     let target = Grid::try_filled(Domain::open([50, 50]), case.constraints[0].guide.weights().len(), 0).unwrap();
     let other = Constraint::new(case.constraints[0].guide.clone().with_target(target).unwrap());
     let found = refused(&[case.constraints[0].clone(), other], &case.options);

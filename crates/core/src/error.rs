@@ -26,6 +26,32 @@ pub enum ErrorKind {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// An option of a method is out of its range.
+    #[error("{option} is {value}, which is out of range")]
+    Range {
+        /// The option's name.
+        option: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What it may be, in words.
+        range: &'static str,
+    },
+    /// An amount that a method was given is out of its range.
+    #[error("{what} of {value} is out of range")]
+    Amount {
+        /// What it is of, with its article.
+        what: &'static str,
+        /// How much it is.
+        value: f64,
+        /// What it may be, in words.
+        range: &'static str,
+    },
+    /// An output has no samples.
+    #[error("an output of {} px holds nothing", across(shape))]
+    EmptyOutput {
+        /// Its shape, slowest axis first.
+        shape: Vec<u32>,
+    },
     /// A buffer's length does not follow from the shape and the number of channels.
     #[error("a grid of {expected} samples was given {found}")]
     Length {
@@ -258,13 +284,41 @@ fn across(shape: &[u32]) -> String {
 }
 
 impl Error {
+    /// [`Error::Range`].
+    pub fn range(option: &'static str, value: impl Into<f64>, range: &'static str) -> Self {
+        Self::Range { option, value: value.into(), range }
+    }
+
+    /// Refuses an option that is not within its range, or no number.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn within(
+        option: &'static str,
+        value: impl Into<f64>,
+        range: std::ops::RangeInclusive<f64>,
+        in_words: &'static str,
+    ) -> Result<(), Self> {
+        let value = value.into();
+        if range.contains(&value) { Ok(()) } else { Err(Self::range(option, value, in_words)) }
+    }
+
+    /// [`Error::Amount`].
+    pub fn amount(what: &'static str, value: impl Into<f64>, range: &'static str) -> Self {
+        Self::Amount { what, value: value.into(), range }
+    }
+
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Allocation { .. } | Self::OverBudget { .. } => ErrorKind::Memory,
-            Self::GuideWeight { .. } | Self::GuideProportion { .. } | Self::Transform { .. } | Self::Weights { .. } => {
-                ErrorKind::Option
-            }
+            Self::Range { .. }
+            | Self::Amount { .. }
+            | Self::EmptyOutput { .. }
+            | Self::GuideWeight { .. }
+            | Self::GuideProportion { .. }
+            | Self::Transform { .. }
+            | Self::Weights { .. } => ErrorKind::Option,
             Self::Length { .. } | Self::Vote { .. } | Self::Pyramid => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }
@@ -273,6 +327,8 @@ impl Error {
     /// What to do about it, in terms of the data.
     pub fn remedy(&self) -> String {
         match self {
+            Self::Range { range, .. } | Self::Amount { range, .. } => return format!("use {range}"),
+            Self::EmptyOutput { shape } => return format!("use at least {}", across(&vec![1; shape.len()])),
             Self::Length { .. } => "give as many as the shape asks for",
             Self::Vote { .. } => "use weights that are finite and not negative",
             Self::Pyramid => "use the exemplars that were made coarser for it",

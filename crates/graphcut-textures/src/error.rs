@@ -6,16 +6,6 @@ use selvedge_core::ErrorKind;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// An option is out of its range.
-    #[error("{option} is {value}, which is out of range")]
-    Range {
-        /// The option's name.
-        option: &'static str,
-        /// What it was set to.
-        value: f64,
-        /// What it may be, in words.
-        range: &'static str,
-    },
     /// The output has no samples.
     #[error("an output of shape {shape:?} holds nothing")]
     EmptyOutput {
@@ -139,11 +129,9 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Range { .. }
-            | Self::EmptyOutput { .. }
-            | Self::NoJumps
-            | Self::Jump { .. }
-            | Self::LevelsOfStart { .. } => ErrorKind::Option,
+            Self::EmptyOutput { .. } | Self::NoJumps | Self::Jump { .. } | Self::LevelsOfStart { .. } => {
+                ErrorKind::Option
+            }
             Self::Cancelled => ErrorKind::Internal,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -155,7 +143,6 @@ impl Error {
     /// What to do about it, in terms of the data.
     pub fn remedy(&self) -> String {
         match self {
-            Self::Range { range, .. } => return format!("use {range}"),
             Self::EmptyOutput { .. } => "give every side at least 1",
             Self::LevelsOfStart { .. } => "use 1 level",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",

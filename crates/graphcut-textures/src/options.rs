@@ -1,6 +1,6 @@
 //! What the caller chooses.
 
-use selvedge_core::SeamMeasure;
+use selvedge_core::{Error as CoreError, SeamMeasure};
 
 use crate::error::Error;
 
@@ -106,31 +106,19 @@ impl<const D: usize> Options<D> {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Range`].
+    /// [`Range`](CoreError::Range).
     pub fn validate(&self) -> Result<(), Error> {
         if !self.free.contains(&true) {
-            return Err(Error::Range { option: "free", value: 0.0, range: "at least one axis" });
+            return Err(CoreError::range("free", 0.0, "at least one axis").into());
         }
         if self.region.is_some_and(|region| region.contains(&0)) {
-            return Err(Error::Range { option: "region", value: 0.0, range: "at least 1" });
+            return Err(CoreError::range("region", 0.0, "at least 1").into());
         }
-        if !(1..=MOST_REFINEMENTS).contains(&self.patience) {
-            return Err(Error::Range { option: "patience", value: self.patience.into(), range: "1 to 1000000" });
-        }
-        if !(1..=MOST_TRIES).contains(&self.tries) {
-            return Err(Error::Range { option: "tries", value: self.tries.into(), range: "1 to 64" });
-        }
-        if let Some(refine) = self.refine.filter(|refine| MOST_REFINEMENTS < *refine) {
-            return Err(Error::Range { option: "refine", value: refine.into(), range: "0 to 1000000" });
-        }
-        if let Some(levels) = self.levels.filter(|n| !(1..=MOST_LEVELS).contains(n)) {
-            return Err(Error::Range { option: "levels", value: levels.into(), range: "1 to 8" });
-        }
-        for (option, value) in [("randomness", self.randomness), ("variety", self.variety.unwrap_or(0.0))] {
-            if !(0.0..=1000.0).contains(&value) {
-                return Err(Error::Range { option, value, range: "0 to 1000" });
-            }
-        }
-        Ok(())
+        CoreError::within("patience", self.patience, 1.0..=f64::from(MOST_REFINEMENTS), "1 to 1000000")?;
+        CoreError::within("tries", self.tries, 1.0..=f64::from(MOST_TRIES), "1 to 64")?;
+        CoreError::within("refine", self.refine.unwrap_or(0), 0.0..=f64::from(MOST_REFINEMENTS), "0 to 1000000")?;
+        CoreError::within("levels", self.levels.unwrap_or(1), 1.0..=f64::from(MOST_LEVELS), "1 to 8")?;
+        CoreError::within("randomness", self.randomness, 0.0..=1000.0, "0 to 1000")?;
+        Ok(CoreError::within("variety", self.variety.unwrap_or(0.0), 0.0..=1000.0, "0 to 1000")?)
     }
 }

@@ -1,6 +1,6 @@
 //! Texture that is larger here than there, from sources at several scales. `[Kwatra03 6A]`
 
-use selvedge_core::{Domain, Grid};
+use selvedge_core::{Domain, Error as CoreError, Grid};
 
 use crate::error::Error;
 
@@ -39,14 +39,14 @@ impl Scales {
     /// The scales from `low` to `high` whose neighbours differ by a factor of `step`.
     ///
     /// # Errors
-    /// [`Error::Range`] unless `1/16 <= low <= high <= 16` and `1.01 <= step <= 4`.
+    /// [`Range`](CoreError::Range) unless `1/16 <= low <= high <= 16` and `1.01 <= step <= 4`.
     pub fn new([low, high]: [f64; 2], step: f64) -> Result<Self, Error> {
         if !(1.01..=4.0).contains(&step) {
-            return Err(Error::Range { option: "scale_step", value: step, range: "1.01 to 4" });
+            return Err(CoreError::range("scale_step", step, "1.01 to 4").into());
         }
         for (value, least) in [(low, LEAST), (high, low.max(LEAST))] {
             if !(least..=MOST).contains(&value) {
-                return Err(Error::Range { option: "scale_range", value, range: "1/16 to 16, the lower first" });
+                return Err(CoreError::range("scale_range", value, "1/16 to 16, the lower first").into());
             }
         }
         let exponent = |scale: f64| (libm::log(scale) / libm::log(step)).round() as i32;
@@ -184,7 +184,7 @@ mod tests {
         for (range, step) in
             [([2.0, 1.0], 1.2), ([0.0, 1.0], 1.2), ([1.0, 17.0], 1.2), ([f64::NAN, 1.0], 1.2), ([1.0, 2.0], 1.0)]
         {
-            assert!(matches!(Scales::new(range, step), Err(Error::Range { .. })), "{range:?} {step}");
+            assert!(matches!(Scales::new(range, step), Err(Error::Core(CoreError::Range { .. }))), "{range:?} {step}");
         }
     }
 }

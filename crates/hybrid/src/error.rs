@@ -14,16 +14,6 @@ pub enum Error {
         /// Its width.
         width: u32,
     },
-    /// An option is out of its range.
-    #[error("{option} is {value}, which is out of range")]
-    Range {
-        /// The option's name.
-        option: &'static str,
-        /// What it was set to.
-        value: f64,
-        /// What it may be, in words.
-        range: &'static str,
-    },
     /// No exemplar holds a start block, with an overlap where the output goes on.
     #[error("{width}x{height} px is smaller than the block of {block_width}x{block_height} px with its overlap")]
     BlockExceedsExemplar {
@@ -37,14 +27,6 @@ pub enum Error {
         width: u32,
         /// The largest power of two that fits.
         limit: u32,
-    },
-    /// The output has no samples.
-    #[error("an output of {width}x{height} px holds nothing")]
-    EmptyOutput {
-        /// Its width.
-        width: u32,
-        /// Its height.
-        height: u32,
     },
     /// A field of sources allows none everywhere that something is missing.
     #[error("no source may be used at all places that are missing")]
@@ -61,7 +43,7 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Block { .. } | Self::Range { .. } | Self::EmptyOutput { .. } => ErrorKind::Option,
+            Self::Block { .. } => ErrorKind::Option,
             Self::BlockExceedsExemplar { .. } | Self::MixedSources => ErrorKind::Input,
             Self::Quilting(error) => error.kind(),
             Self::Core(error) => error.kind(),
@@ -72,9 +54,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::Block { .. } => "use powers of two up to 4096, such as 32 or 64x32".into(),
-            Self::Range { range, .. } => format!("use {range}"),
             Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
-            Self::EmptyOutput { .. } => "use at least 1x1".into(),
             Self::MixedSources => "allow the same ones everywhere".into(),
             Self::Quilting(error) => error.remedy(),
             Self::Core(error) => error.remedy(),

@@ -1,5 +1,6 @@
 //! What the caller chooses.
 
+use selvedge_core::Error as CoreError;
 use selvedge_quilting::Continuation;
 
 use crate::error::Error;
@@ -14,6 +15,19 @@ pub enum Threshold {
     OfRandom(f64),
     /// The paper's: a weighted squared difference of samples in `[0, 1]`. `[Ding eq. 1]`
     Absolute(f64),
+}
+
+impl Threshold {
+    /// Refuses what no error is.
+    pub(crate) fn check(self, option: &'static str) -> Result<(), CoreError> {
+        match self {
+            Self::Auto => Ok(()),
+            Self::Absolute(error) => CoreError::within(option, error, 0.0..=1.0, "0 to 1"),
+            Self::OfRandom(part) => {
+                CoreError::within(option, part, 0.0..=1000.0, "0 to 1000 times the error of random samples")
+            }
+        }
+    }
 }
 
 /// How start blocks lie.
@@ -128,34 +142,18 @@ impl Options {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Block`] and [`Error::Range`].
+    /// [`Error::Block`] and [`Range`](CoreError::Range).
     pub fn validate(&self) -> Result<(), Error> {
         if let Some([height, width]) = self.block
             && [height, width].iter().any(|side| !side.is_power_of_two() || LARGEST < *side)
         {
             return Err(Error::Block { height, width });
         }
-        for (option, threshold) in [("max_error", self.max_error), ("pixel_error", self.pixel_error)] {
-            match threshold {
-                Threshold::Absolute(value) if !(0.0..=1.0).contains(&value) => {
-                    return Err(Error::Range { option, value, range: "0 to 1" });
-                }
-                Threshold::OfRandom(value) if !(0.0..=1000.0).contains(&value) => {
-                    return Err(Error::Range { option, value, range: "0 to 1000 times the error of random samples" });
-                }
-                _ => {}
-            }
-        }
-        for (option, value, most, range) in [
-            ("k", self.k, 1.0, "0 (always re-synthesise) to 1 (never)"),
-            ("tolerance", self.tolerance, 100.0, "0 to 100"),
-            ("spread", self.spread, 10.0, "0 (whatever fits best) to 10"),
-        ] {
-            if !(0.0..=most).contains(&value) {
-                return Err(Error::Range { option, value, range });
-            }
-        }
-        Ok(())
+        self.max_error.check("max_error")?;
+        self.pixel_error.check("pixel_error")?;
+        CoreError::within("k", self.k, 0.0..=1.0, "0 (always re-synthesise) to 1 (never)")?;
+        CoreError::within("tolerance", self.tolerance, 0.0..=100.0, "0 to 100")?;
+        Ok(CoreError::within("spread", self.spread, 0.0..=10.0, "0 (whatever fits best) to 10")?)
     }
 
     /// The tolerance on squared errors, in thousandths, as quilting has it.

@@ -1,6 +1,6 @@
 //! What a run will do: options checked, and what they leave open chosen.
 
-use selvedge_core::{Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
 use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
@@ -38,7 +38,7 @@ impl Plan {
     ) -> Result<Self, Error> {
         options.validate()?;
         if output.is_empty() {
-            return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
+            return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
         }
         check_fit(exemplars, output, options.block)?;
         let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();

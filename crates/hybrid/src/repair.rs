@@ -1,7 +1,8 @@
 //! Repair: bad seams of any map, whoever made it, chosen anew sample by sample. (Nealen and Alexa 2004)
 
 use selvedge_core::{
-    Domain, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve, try_vec,
+    Domain, Error as CoreError, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve,
+    try_vec,
 };
 
 use crate::canvas::Canvas;
@@ -44,22 +45,11 @@ impl RepairOptions {
     /// Checks what can be checked without a map.
     ///
     /// # Errors
-    /// [`Error::Range`].
+    /// [`Range`](CoreError::Range).
     pub fn validate(&self) -> Result<(), Error> {
-        let outside = |option, value: f64, range| Err(Error::Range { option, value, range });
-        match self.pixel_error {
-            Threshold::Absolute(value) if !(0.0..=1.0).contains(&value) => {
-                return outside("pixel_error", value, "0 to 1");
-            }
-            Threshold::OfRandom(value) if !(0.0..=1000.0).contains(&value) => {
-                return outside("pixel_error", value, "0 to 1000 times the error of random samples");
-            }
-            _ => {}
-        }
-        if !(1..=64).contains(&self.radius) {
-            return outside("radius", self.radius.into(), "1 to 64");
-        }
-        if self.passes == 0 { outside("passes", 0.0, "at least 1") } else { Ok(()) }
+        self.pixel_error.check("pixel_error")?;
+        CoreError::within("radius", self.radius, 1.0..=64.0, "1 to 64")?;
+        if self.passes == 0 { Err(CoreError::range("passes", 0.0, "at least 1").into()) } else { Ok(()) }
     }
 }
 

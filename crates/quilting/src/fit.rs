@@ -1,6 +1,6 @@
 //! What is checked before any work: whether there is a block at all.
 
-use selvedge_core::{Domain, Exemplars, Seed};
+use selvedge_core::{Domain, Error as CoreError, Exemplars, Seed};
 
 use crate::block_grid::Block;
 use crate::finding::masked;
@@ -15,7 +15,7 @@ pub(crate) fn domains(exemplars: &Exemplars<2>) -> Vec<Domain<2>> {
 /// There is something to fill, and at least one source holds a block.
 pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<u32>) -> Result<(), Error> {
     if output.is_empty() {
-        return Err(Error::EmptyOutput { width: output.shape[1], height: output.shape[0] });
+        return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
     }
     let shapes = exemplars.sources().iter().map(|s| s.domain().shape);
     let [height, width] = shapes.max_by_key(|s| s[0].min(s[1])).unwrap_or([0, 0]);

@@ -1,6 +1,6 @@
 //! What the caller chooses, and what can be wrong with it.
 
-use selvedge_core::ErrorKind;
+use selvedge_core::{Error as CoreError, ErrorKind};
 
 /// How far the algorithm of figure 2 goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,7 +94,7 @@ impl Options {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Block`], [`Error::Overlap`], [`Error::RandomOverlap`], [`Error::Tolerance`], [`Error::Spread`].
+    /// [`Error::Block`], [`Error::Overlap`], [`Error::RandomOverlap`], and of the core [`Amount`](CoreError::Amount).
     pub fn validate(&self) -> Result<(), Error> {
         if self.block == Some(0) {
             return Err(Error::Block);
@@ -131,12 +131,14 @@ pub(crate) fn per_mille(tolerance: f64) -> u32 {
 
 /// Checks a tolerance.
 pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
-    if (0.0..=100.0).contains(&tolerance) { Ok(()) } else { Err(Error::Tolerance { tolerance }) }
+    let fits = (0.0..=100.0).contains(&tolerance);
+    if fits { Ok(()) } else { Err(CoreError::amount("a tolerance", tolerance, "0 to 100").into()) }
 }
 
 /// Checks a spread.
 pub(crate) fn check_spread(spread: f64) -> Result<(), Error> {
-    if (0.0..=10.0).contains(&spread) { Ok(()) } else { Err(Error::Spread { spread }) }
+    let (fits, range) = ((0.0..=10.0).contains(&spread), "0 (whatever fits best) to 10");
+    if fits { Ok(()) } else { Err(CoreError::amount("a spread", spread, range).into()) }
 }
 
 /// An error of this crate.
@@ -170,18 +172,6 @@ pub enum Error {
         /// The overlap asked for.
         overlap: u32,
     },
-    /// The tolerance is negative, too large, or no number.
-    #[error("a tolerance of {tolerance} is out of range")]
-    Tolerance {
-        /// The tolerance asked for.
-        tolerance: f64,
-    },
-    /// A spread that is negative, too large, or no number.
-    #[error("a spread of {spread} is out of range")]
-    Spread {
-        /// The spread asked for.
-        spread: f64,
-    },
     /// No pass, or too many.
     #[error("{passes} passes are out of range")]
     Passes {
@@ -189,12 +179,6 @@ pub enum Error {
         passes: u32,
         /// The most allowed.
         limit: u32,
-    },
-    /// A share that is no fraction.
-    #[error("an alpha of {alpha} is out of range")]
-    Alpha {
-        /// The alpha asked for.
-        alpha: f64,
     },
     /// No exemplar holds a block.
     #[error("{width}x{height} px is smaller than the {block} px block")]
@@ -216,14 +200,6 @@ pub enum Error {
         /// Width of the block.
         width: u32,
     },
-    /// The output has no samples.
-    #[error("an output of {width}x{height} px holds nothing")]
-    EmptyOutput {
-        /// Its width.
-        width: u32,
-        /// Its height.
-        height: u32,
-    },
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -240,11 +216,7 @@ impl Error {
             | Self::TransferBlock { .. }
             | Self::Overlap { .. }
             | Self::RandomOverlap { .. }
-            | Self::Tolerance { .. }
-            | Self::Spread { .. }
-            | Self::Passes { .. }
-            | Self::Alpha { .. }
-            | Self::EmptyOutput { .. } => ErrorKind::Option,
+            | Self::Passes { .. } => ErrorKind::Option,
             Self::BlockExceedsExemplar { .. } | Self::Masked { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -258,13 +230,9 @@ impl Error {
             Self::TransferBlock { least, .. } => format!("use a block of at least {least}"),
             Self::Overlap { limit, .. } => format!("use at most {limit}"),
             Self::RandomOverlap { .. } => "leave it out or choose another stage".into(),
-            Self::Tolerance { .. } => "use 0 to 100".into(),
-            Self::Spread { .. } => "use 0 (whatever fits best) to 10".into(),
             Self::Passes { limit, .. } => format!("use 1 to {limit}"),
-            Self::Alpha { .. } => "use 0 (only the target counts) to 1 (only the texture)".into(),
             Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
             Self::Masked { .. } => "use a smaller block or mask less".into(),
-            Self::EmptyOutput { .. } => "use at least 1x1".into(),
             Self::Core(error) => error.remedy(),
             Self::Search(error) => error.remedy(),
         }

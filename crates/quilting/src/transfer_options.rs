@@ -1,6 +1,6 @@
 //! What the caller of a transfer chooses, and what follows for each pass.
 
-use selvedge_core::{Domain, Exemplars};
+use selvedge_core::{Domain, Error as CoreError, Exemplars};
 
 use crate::options::{Error, check_spread, check_tolerance};
 
@@ -48,7 +48,7 @@ impl TransferOptions {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::TransferBlock`], [`Error::Passes`], [`Error::Alpha`], [`Error::Tolerance`], [`Error::Spread`].
+    /// [`Error::TransferBlock`], [`Error::Passes`], and of the core [`Amount`](CoreError::Amount).
     pub fn validate(&self) -> Result<(), Error> {
         if let Some(block) = self.block.filter(|&b| b < LEAST_BLOCK) {
             return Err(Error::TransferBlock { block, least: LEAST_BLOCK });
@@ -57,7 +57,8 @@ impl TransferOptions {
             return Err(Error::Passes { passes: self.passes, limit: MOST_PASSES });
         }
         if let Some(alpha) = self.alpha.filter(|a| !(0.0..=1.0).contains(a)) {
-            return Err(Error::Alpha { alpha });
+            let range = "0 (only the target counts) to 1 (only the texture)";
+            return Err(CoreError::amount("an alpha", alpha, range).into());
         }
         check_spread(self.spread)?;
         check_tolerance(self.tolerance)

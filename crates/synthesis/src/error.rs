@@ -6,12 +6,6 @@ use selvedge_core::ErrorKind;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The effort is out of range.
-    #[error("an effort of {effort} is out of range")]
-    Effort {
-        /// The effort.
-        effort: u8,
-    },
     /// What the analysis of the exemplars says.
     #[error(transparent)]
     Analysis(#[from] selvedge_analysis::Error),
@@ -30,7 +24,6 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Effort { .. } => ErrorKind::Option,
             Self::Analysis(e) => e.kind(),
             Self::Graphcut(e) => e.kind(),
             Self::Metrics(e) => e.kind(),
@@ -41,7 +34,6 @@ impl Error {
     /// What to do about it, in terms of the data.
     pub fn remedy(&self) -> String {
         match self {
-            Self::Effort { .. } => "use 1 to 9".to_owned(),
             Self::Analysis(e) => e.remedy(),
             Self::Graphcut(e) => e.remedy(),
             Self::Metrics(e) => e.remedy(),

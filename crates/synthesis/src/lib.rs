@@ -45,7 +45,7 @@ impl Options {
 
     fn steps(self) -> Result<[usize; 2], Error> {
         let steps = usize::from(self.effort).checked_sub(1).and_then(|i| Self::STEPS.get(i));
-        steps.copied().ok_or(Error::Effort { effort: self.effort })
+        steps.copied().ok_or(selvedge_core::Error::amount("an effort", self.effort, "1 to 9").into())
     }
 }
 
@@ -87,8 +87,8 @@ pub struct Stats {
 /// and what was finished is compared there as well: which one is better shows there, for a fraction of the work.
 ///
 /// # Errors
-/// [`Error::Effort`]; the first candidate's if all fail; [`Error::Core`], [`Error::Analysis`] and [`Error::Metrics`] if
-/// memory is short.
+/// Of the core [`Amount`](selvedge_core::Error::Amount); the first candidate's if all fail; [`Error::Core`],
+/// [`Error::Analysis`] and [`Error::Metrics`] if memory is short.
 ///
 /// # Events
 /// `"synthesize"` after each round, with how many drafts and candidates are done.

@@ -22,18 +22,6 @@ pub enum Error {
     /// Levels that do not lead to the full resolution.
     #[error("the schedule does not go from coarse to fine and end at full resolution")]
     Schedule,
-    /// The exponent is out of range.
-    #[error("an exponent of {robust} is out of range")]
-    Robust {
-        /// The exponent asked for.
-        robust: f64,
-    },
-    /// The part of the mean that is added to a score is out of range.
-    #[error("a completeness of {alpha} is out of range")]
-    Complete {
-        /// The part asked for.
-        alpha: f64,
-    },
     /// A wish that weighs less than nothing, or no number.
     #[error("a wish with a lambda of {lambda} is out of range")]
     Lambda {
@@ -73,14 +61,6 @@ pub enum Error {
     Masked {
         /// The level.
         level: Level,
-    },
-    /// The output has no samples.
-    #[error("an output of {width}x{height} px holds nothing")]
-    EmptyOutput {
-        /// Its width.
-        width: u32,
-        /// Its height.
-        height: u32,
     },
     /// The map to start from has other sources than the exemplars.
     #[error("the map to start from was made from other exemplars")]
@@ -130,12 +110,9 @@ impl Error {
             Self::Size { .. }
             | Self::Scale { .. }
             | Self::Schedule
-            | Self::Robust { .. }
-            | Self::Complete { .. }
             | Self::Lambda { .. }
             | Self::NothingFixed
-            | Self::Iterations
-            | Self::EmptyOutput { .. } => ErrorKind::Option,
+            | Self::Iterations => ErrorKind::Option,
             Self::NothingFits { .. }
             | Self::Masked { .. }
             | Self::Control { .. }
@@ -155,8 +132,6 @@ impl Error {
             Self::Size { .. } => "use a multiple of 4 from 4 to 256".into(),
             Self::Scale { .. } => "use 1, 2, 4, 8, 16, 32 or 64".into(),
             Self::Schedule => "let no level be coarser than the one before, and the last have a scale of 1".into(),
-            Self::Robust { .. } => "use more than 0 and at most 2 (all weigh the same)".into(),
-            Self::Complete { .. } => "use 0 (as complete as can be) to 100 (hardly)".into(),
             Self::Lambda { .. } => "use 0 (no wish) or more".into(),
             Self::Control { .. } => "give one of the output's size".into(),
             Self::NothingFixed => "start from a map".into(),
@@ -164,7 +139,6 @@ impl Error {
             Self::NothingFits { output: true, least, .. } => format!("make an output of at least {least}x{least}"),
             Self::NothingFits { .. } => "use a larger exemplar, mask less, or add a smaller size".into(),
             Self::Masked { .. } => "leave the level out or mask less".into(),
-            Self::EmptyOutput { .. } => "use at least 1x1".into(),
             Self::ForeignMap => "give the exemplars that it was made from".into(),
             Self::MapShape { .. } => "give a map of the output's size".into(),
             Self::FlowShape { .. } => "give a flow of the output's size".into(),

@@ -1,6 +1,6 @@
 //! Algorithm 1, level by level. `[Kwatra05 3]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
+use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
 
 use crate::control::{Control, Wishes};
 use crate::error::Error;
@@ -35,9 +35,8 @@ impl<'e> Plan<'e> {
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
         options.validate()?;
-        let [height, width] = output.shape;
         if output.is_empty() {
-            return Err(Error::EmptyOutput { width, height });
+            return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
         }
         let domains: Vec<_> = exemplars.sources().iter().map(|s| s.domain()).collect();
         run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;

@@ -1,5 +1,7 @@
 //! What the caller chooses.
 
+use selvedge_core::Error as CoreError;
+
 use crate::Error;
 use crate::level::Level;
 use crate::schedule::{check, paper_schedule};
@@ -76,8 +78,8 @@ impl Options {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Robust`], [`Error::Complete`],
-    /// [`Error::Iterations`].
+    /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Iterations`], and of the core
+    /// [`Amount`](CoreError::Amount).
     pub fn validate(&self) -> Result<(), Error> {
         self.schedule.iter().try_for_each(|&level| check(level))?;
         let is_finer = |pair: &[Level]| pair[1].scale <= pair[0].scale;
@@ -85,10 +87,12 @@ impl Options {
             return Err(Error::Schedule);
         }
         if !(0.0 < self.robust && self.robust <= 2.0) {
-            return Err(Error::Robust { robust: self.robust });
+            let range = "more than 0 and at most 2 (all weigh the same)";
+            return Err(CoreError::amount("an exponent", self.robust, range).into());
         }
         if let Some(alpha) = self.complete.filter(|alpha| !(0.0..=100.0).contains(alpha)) {
-            return Err(Error::Complete { alpha });
+            let range = "0 (as complete as can be) to 100 (hardly)";
+            return Err(CoreError::amount("a completeness", alpha, range).into());
         }
         if self.iterations == 0 { Err(Error::Iterations) } else { Ok(()) }
     }

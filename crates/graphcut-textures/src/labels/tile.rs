@@ -1,6 +1,8 @@
 //! Pictures that tile: closed over themselves along the least seam, or with a border that is filled anew.
 
-use selvedge_core::{Domain, Exemplars, Grid, Run, SampleId, SeamMeasure, Source, SourceMap, Start, Woven};
+use selvedge_core::{
+    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamMeasure, Source, SourceMap, Start, Woven,
+};
 
 use crate::error::Error;
 use crate::labels::expand::expand;
@@ -19,7 +21,7 @@ const TRIED: usize = 6;
 /// around.
 ///
 /// # Errors
-/// [`Error::Range`] for an overlap of 1, or more than half of a side; those of [`expand`].
+/// [`Range`](CoreError::Range) for an overlap of 1, or more than half of a side; those of [`expand`].
 pub fn close<const D: usize>(
     exemplars: &Exemplars<D>,
     overlap: [u32; D],
@@ -28,8 +30,7 @@ pub fn close<const D: usize>(
 ) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
     let side = exemplars.sources()[0].domain().shape;
     if let Some(axis) = (0..D).find(|&a| overlap[a] != 0 && !(2..=side[a] / 2).contains(&overlap[a])) {
-        let value = overlap[axis].into();
-        return Err(Error::Range { option: "overlap", value, range: "at least 2, and at most half of the side" });
+        return Err(CoreError::range("overlap", overlap[axis], "at least 2, and at most half of the side").into());
     }
     let output = Domain {
         shape: std::array::from_fn(|a| side[a] - overlap[a]),
@@ -59,7 +60,7 @@ pub fn close<const D: usize>(
 /// The overlap of the cheapest seam along each axis asked for.
 ///
 /// # Errors
-/// [`Error::Range`] for sides of less than 4, and those of [`close`].
+/// [`Range`](CoreError::Range) for sides of less than 4, and those of [`close`].
 pub fn overlaps<const D: usize>(
     exemplars: &Exemplars<D>,
     axes: [bool; D],
@@ -70,11 +71,7 @@ pub fn overlaps<const D: usize>(
     let mut best = [0; D];
     for axis in (0..D).filter(|&a| axes[a]) {
         if side[axis] < 4 {
-            return Err(Error::Range {
-                option: "side",
-                value: side[axis].into(),
-                range: "a picture of 4 or more a side",
-            });
+            return Err(CoreError::range("side", side[axis], "a picture of 4 or more a side").into());
         }
         let alone = |n: u32| std::array::from_fn(|a| if a == axis { n } else { 0 });
         let mut least = None;
@@ -126,12 +123,12 @@ fn disagreement<const D: usize>(source: &Source<D>, axis: usize, overlap: u32) -
 /// around those axes. The exemplars are those that the hole may be filled from.
 ///
 /// # Errors
-/// [`Error::Range`] unless something stays, and too little memory.
+/// [`Range`](CoreError::Range) unless something stays, and too little memory.
 pub fn banded<const D: usize>(exemplars: &Exemplars<D>, width: [u32; D]) -> Result<(Exemplars<D>, Start<D>), Error> {
     let first = &exemplars.sources()[0];
     let side = first.domain().shape;
     if let Some(axis) = (0..D).find(|&a| side[a] <= width[a].saturating_mul(2)) {
-        return Err(Error::Range { option: "band", value: width[axis].into(), range: "less than half of the side" });
+        return Err(CoreError::range("band", width[axis], "less than half of the side").into());
     }
     let output = Domain { shape: side, periodic: std::array::from_fn(|a| 0 < width[a]) };
     let stays = |at: [u32; D]| (0..D).all(|a| (width[a]..side[a] - width[a]).contains(&at[a]));
@@ -204,14 +201,17 @@ mod tests {
         let e = repeating([8, 20], 5);
         let run = Run::seeded(0);
         for overlap in [[0, 1], [0, 11], [5, 0]] {
-            assert!(matches!(close(&e, overlap, SeamMeasure::Difference, &run), Err(Error::Range { .. })));
+            assert!(matches!(
+                close(&e, overlap, SeamMeasure::Difference, &run),
+                Err(Error::Core(CoreError::Range { .. }))
+            ));
         }
-        assert!(matches!(banded(&e, [4, 0]), Err(Error::Range { .. })));
+        assert!(matches!(banded(&e, [4, 0]), Err(Error::Core(CoreError::Range { .. }))));
         let (_, start) = banded(&e, [2, 3]).unwrap();
         assert_eq!((start.map.holes(), start.map.domain().periodic), (8 * 20 - 4 * 14, [true, true]));
         assert!(matches!(
             overlaps(&repeating([3, 9], 2), [true, false], SeamMeasure::Difference, &run),
-            Err(Error::Range { .. })
+            Err(Error::Core(CoreError::Range { .. }))
         ));
     }
 }

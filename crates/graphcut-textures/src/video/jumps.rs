@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::ops::RangeInclusive;
 
+use selvedge_core::Error as CoreError;
+
 use super::distances::FrameDistances;
 use crate::error::Error;
 
@@ -60,17 +62,17 @@ impl JumpOptions {
     fn periods(&self, frames: u32) -> Result<RangeInclusive<u32>, Error> {
         for (option, value) in [("count", self.count as u64), ("spread", self.spread.into())] {
             if value == 0 {
-                return Err(Error::Range { option, value: 0.0, range: "at least 1" });
+                return Err(CoreError::range(option, 0.0, "at least 1").into());
             }
         }
         if ![1, 2, 4].contains(&self.taps) {
-            return Err(Error::Range { option: "taps", value: self.taps.into(), range: "1, 2 or 4" });
+            return Err(CoreError::range("taps", self.taps, "1, 2 or 4").into());
         }
         let Some(asked) = &self.period else { return Ok(frames.div_ceil(3).max(2)..=frames) };
         let (least, most) = (*asked.start(), *asked.end());
         if least < 2 || most < least {
             let value = if least < 2 { least } else { most };
-            return Err(Error::Range { option: "period", value: value.into(), range: "at least 2, the least first" });
+            return Err(CoreError::range("period", value, "at least 2, the least first").into());
         }
         if frames < least {
             return Err(Error::Period { period: least, frames });
@@ -89,7 +91,7 @@ impl FrameDistances {
     /// other jump.
     ///
     /// # Errors
-    /// [`Error::Range`]; [`Error::Period`] if the clip is shorter than the least period.
+    /// [`Range`](CoreError::Range); [`Error::Period`] if the clip is shorter than the least period.
     ///
     /// # Complexity
     /// `O(frames^2 log(frames))`.

@@ -2,7 +2,8 @@
 
 use crate::common::{PLACEMENTS, blobs, of, weave};
 use selvedge_core::{
-    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Limits, Observer, Run, SeamCosts, SeamMeasure, SourceMap, Start,
+    Domain, Encoder, Error as CoreError, Event, Exemplar, Exemplars, Grid, Limits, Observer, Run, SeamCosts,
+    SeamMeasure, SourceMap, Start,
 };
 use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from, plan};
 use std::sync::Mutex;
@@ -133,6 +134,9 @@ fn what_stands_is_gone_on_from_at_one_size() {
     assert_eq!(graphcut_from(&e, empty, &options, &Run::seeded(0)).unwrap().stats.levels, 2);
     for levels in [0, 9] {
         let wrong = Options { levels: Some(levels), ..options };
-        assert!(matches!(graphcut(&e, output, &wrong, &Run::seeded(0)), Err(Error::Range { option: "levels", .. })));
+        assert!(matches!(
+            graphcut(&e, output, &wrong, &Run::seeded(0)),
+            Err(Error::Core(CoreError::Range { option: "levels", .. }))
+        ));
     }
 }

@@ -3,8 +3,8 @@
 use std::num::NonZero;
 
 use selvedge_core::{
-    Domain, Exemplars, Grid, Observer, Origin, Plane, Render, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, Source,
-    Transform,
+    Domain, Error as CoreError, Exemplars, Grid, Observer, Origin, Plane, Render, Role, Run, Samples, SeamCosts,
+    SeamMeasure, Seed, Source, Transform,
 };
 use selvedge_graphcut_textures::video::{
     DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, looped, walk,
@@ -308,7 +308,7 @@ fn what_cannot_loop_is_refused() {
         JumpOptions { taps: 3, ..options.clone() },
         JumpOptions { period: Some(1..=4), ..options.clone() },
     ] {
-        assert!(matches!(best(wrong), Error::Range { .. }));
+        assert!(matches!(best(wrong), Error::Core(CoreError::Range { .. })));
     }
     let cut = |jumps: &[Jump]| looped(&two, jumps, &LoopOptions::default(), &run).unwrap_err();
     assert_eq!(cut(&[]), Error::NoJumps);
@@ -339,7 +339,10 @@ fn patches_that_move_in_time_alone_keep_their_place() {
     let error = graphcut(&e, wide, &options, &Run::seeded(1)).unwrap_err();
     assert!(matches!(error, Error::RegionExceedsExemplar { .. }), "{error}");
     let options = Options { free: [false; 3], ..Options::default() };
-    assert!(matches!(graphcut(&e, wide, &options, &Run::seeded(1)).unwrap_err(), Error::Range { option: "free", .. }));
+    assert!(matches!(
+        graphcut(&e, wide, &options, &Run::seeded(1)).unwrap_err(),
+        Error::Core(CoreError::Range { option: "free", .. })
+    ));
 }
 
 #[test]

@@ -210,7 +210,7 @@ fn bad_input_is_named_with_numbers_and_a_remedy() {
         (large.kind(), large.remedy().as_str()),
         (ErrorKind::Input, "use a block of at most 32 or a larger exemplar")
     );
-    assert!(matches!(fails(Domain::open([0, 5]), &blocks(8)), Error::EmptyOutput { .. }));
+    assert!(matches!(fails(Domain::open([0, 5]), &blocks(8)), Error::Core(selvedge_core::Error::EmptyOutput { .. })));
     let small = Run { limits: Limits { memory: 1000, ..run.limits }, ..run };
     let over = Plan::new(&e, output, &blocks(8), &small).unwrap_err();
     assert!(matches!(over, Error::Core(CoreError::OverBudget { budget: Bytes(1000), .. })));

@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use selvedge_core::{Domain, Exemplars, Run};
-use selvedge_synthesis::{Error, Options, Stats, synthesize};
+use selvedge_synthesis::{Options, Stats, synthesize};
 use selvedge_testkit::exemplars;
 
 fn weave() -> Exemplars<2> {
@@ -53,7 +53,7 @@ fn small_exemplars_have_one_candidate_and_a_wrong_effort_is_refused() {
     let woven = synthesize(&small, Domain::open([30, 30]), &Options::default(), &Run::seeded(1)).unwrap();
     assert_eq!((woven.stats.tried.len(), woven.result.holes()), (1, 0));
     let wrong = synthesize(&small, Domain::open([30, 30]), &Options { effort: 10 }, &Run::seeded(1));
-    assert_eq!(wrong.unwrap_err(), Error::Effort { effort: 10 });
+    assert_eq!(wrong.unwrap_err(), selvedge_core::Error::amount("an effort", 10, "1 to 9").into());
 }
 
 #[test]

@@ -11,7 +11,7 @@ pub(in crate::commands) fn failure(error: selvedge_cms_analogies::Error) -> Fail
     use selvedge_cms_analogies::Error;
     let remedy = match &error {
         Error::Neighborhood { .. } => Some("use a smaller -N, or larger pictures"),
-        Error::Range { option: "weight", .. } => Some("change --weight, or -K"),
+        Error::Core(selvedge_core::Error::Range { option: "weight", .. }) => Some("change --weight, or -K"),
         _ => None,
     };
     let failure = Failure::from(error);
