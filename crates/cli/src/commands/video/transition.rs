@@ -1,26 +1,70 @@
 //! Loops of one clip: a jump back, at which each pixel makes the step when it is seen least. `[Kwatra03 7A]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SourceMap};
 use selvedge_graphcut_textures::video::{
     DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface, Trial, looped,
 };
 use selvedge_io::clip::Flipbook;
 use serde_json::{Value, json};
 
+use super::choices::{JumpArg, Period};
 use super::look::Shown;
-use super::{Made, Video, fade};
+use super::written::WriteArgs;
+use super::{Made, fade};
 use crate::args::NonFiniteArg;
 use crate::clips::Clip;
 use crate::failure::Failure;
 use crate::inputs::{self, Input};
+use crate::options::{Seams, option};
 use crate::report::Report;
 use crate::session::Session;
 use crate::steps::{Closure, Usual, over_seams};
 use crate::used::Used;
 
-impl Video {
+/// Where the clip jumps, and how.
+#[derive(Args, Clone, Debug)]
+#[command(mut_args(option("seam", |arg| arg.help("How seams are priced"))))]
+pub(super) struct TransitionArgs {
+    /// Frames of the loop: auto, a number, or a range.
+    #[arg(long, value_name = "PERIOD", default_value = "auto")]
+    period: Period,
+    /// Frames around the jump in which pixels may jump.
+    #[arg(long, value_name = "FRAMES", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=65_534))]
+    pub(super) window: u32,
+    /// Jumps that are cut, of which the one with the cheapest seam is taken.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    jumps: u32,
+    /// Loop over this jump alone: its last and its first frame, counted from 0.
+    #[arg(long, value_name = "LAST,FIRST", conflicts_with = "period")]
+    jump: Option<JumpArg>,
+    #[command(flatten)]
+    seams: Seams,
+    /// Take the seam that another run wrote with --surface; its jump is given by --jump.
+    #[arg(long, value_name = "FILE.png", requires = "jump", value_hint = ValueHint::FilePath)]
+    surface_from: Option<PathBuf>,
+    /// Fade over so many frames instead of a seam, to compare with.
+    #[arg(long, value_name = "FRAMES", conflicts_with_all = ["surface_from", "with", "surface", "preview"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=65_534))]
+    blend: Option<u32>,
+}
+
+impl TransitionArgs {
+    /// A file that is read.
+    pub(super) fn file(&self) -> Option<&PathBuf> {
+        self.surface_from.as_ref()
+    }
+
     /// Finds the jumps, cuts them, and says what came out.
-    pub(super) fn transition(&self, session: &Session<'_>, clip: &Clip, used: Used) -> Result<Made, Failure> {
+    pub(super) fn made(
+        &self,
+        session: &Session<'_>,
+        clip: &Clip,
+        write: &WriteArgs,
+        used: Used,
+    ) -> Result<Made, Failure> {
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| about(e.into()))?;
         let run = session.run();
@@ -29,7 +73,7 @@ impl Video {
             session.check_signal()?;
             Err(about(e.into()))
         })?;
-        let jumps = self.found(&distances).map_err(about)?;
+        let jumps = self.found(&distances, write).map_err(about)?;
         if let Some(frames) = self.blend {
             return self.faded(clip, &exemplars, &jumps[0], frames, used);
         }
@@ -38,7 +82,7 @@ impl Video {
         let map = result.map().map_err(|e| about(e.into()))?;
         let output = features(&exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
-        let preview = if self.preview.is_some() || self.report.is_some() {
+        let preview = if write.preview.is_some() || write.report.is_some() {
             let shown = Shown { output: &output, map: &map, looped: &result, distances: &distances, jumps: &jumps };
             Some(shown.picture()?)
         } else {
@@ -53,7 +97,7 @@ impl Video {
             how: self.told(&result, &stats, closure.as_ref(), closes),
             stats: told(&result, &stats, closure.as_ref(), closes),
             options: used,
-            surface: self.surface.as_ref().map(|_| times(&result.surface)).transpose()?,
+            surface: write.surface.as_ref().map(|_| times(&result.surface)).transpose()?,
             preview,
             map: Some(map),
             mixed: None,
@@ -62,12 +106,12 @@ impl Video {
     }
 
     /// The jumps to cut: the one that was typed, or the best.
-    fn found(&self, distances: &FrameDistances) -> Result<Vec<Jump>, Failure> {
+    fn found(&self, distances: &FrameDistances, write: &WriteArgs) -> Result<Vec<Jump>, Failure> {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
         // A flipbook is filled.
-        let filled = self.flipbook.filter(|_| self.repeat == 1 && !self.closing_frame).map(Flipbook::cells);
+        let filled = write.flipbook.filter(|_| write.repeat == 1 && !write.closing_frame).map(Flipbook::cells);
         let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
         let options = JumpOptions { count: self.jumps as usize, period, ..JumpOptions::default() };
         Ok(distances.best(&options)?)
@@ -88,7 +132,7 @@ impl Video {
             let result = Loop::new(exemplars, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
             return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
         }
-        let options = LoopOptions { window: self.window, seam: SeamMeasure::from(self.seam) };
+        let options = LoopOptions { window: self.window, seam: self.seams.measure() };
         Ok(looped(exemplars, jumps, &options, &session.run())?)
     }
 

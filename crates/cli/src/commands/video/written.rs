@@ -1,0 +1,183 @@
+//! What `video` writes.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use selvedge_core::{Depth, Plane, Render as _};
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
+use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
+
+use super::Made;
+use super::read::ReadArgs;
+use crate::clips::{self, Clip, ClipInput};
+use crate::failure::{Failure, shown};
+use crate::outputs::{self, Outputs};
+use crate::report::Report;
+use crate::session::Session;
+use crate::stdio::STREAM;
+use crate::{made, names, page};
+
+/// How often the loop is written, how, and what beside it.
+#[derive(Args, Clone, Debug)]
+pub(super) struct WriteArgs {
+    /// Write the loop so many times.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(super) repeat: u32,
+    /// Write the first frame once more at the end, for programs that interpolate.
+    #[arg(long)]
+    pub(super) closing_frame: bool,
+    /// Frames a second, such as 25 or 30000/1001. Default: as the clip says.
+    #[arg(long, value_name = "RATE", value_parser = clips::rate)]
+    pub(super) rate: Option<Rate>,
+    /// Write one picture of so many columns and rows of frames, and OUT.json; the loop has as many frames unless
+    /// --period says otherwise.
+    #[arg(help_heading = "Files that are written", long, value_name = "COLSxROWS", value_parser = clips::flipbook)]
+    pub(super) flipbook: Option<Flipbook>,
+    /// Pixels around each frame of --flipbook that repeat its border, against bleeding.
+    #[arg(help_heading = "Files that are written", long, value_name = "PX", requires = "flipbook")]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pub(super) pad: Option<u32>,
+    /// The clip to write: 'name.####.png' and the like, name.gif, name.png (animated), name.y4m, or '-' for y4m.
+    #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub(super) output: PathBuf,
+    /// Write when each pixel jumps: its first frame that is not shown.
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    pub(super) surface: Option<PathBuf>,
+    /// Write a picture of frames, slices through time with the seam, the seam, and the jumps, for eyes.
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    pub(super) preview: Option<PathBuf>,
+    /// Write a page about the run: DIR/index.html.
+    #[arg(help_heading = "Files that are written", long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) report: Option<PathBuf>,
+}
+
+impl WriteArgs {
+    /// The name of a clip's output.
+    fn name(&self, clip: &Path) -> PathBuf {
+        names::of_plane(&self.output, &clips::plane_name(clip))
+    }
+
+    /// Frames that are written for a period.
+    fn written(&self, period: u32) -> u32 {
+        period.saturating_mul(self.repeat).saturating_add(u32::from(self.closing_frame))
+    }
+
+    fn write_options(&self, clip: Option<&Clip>, period: Option<u32>) -> ClipWriteOptions {
+        let rate = self.rate.or(clip.and_then(|clip| clip.info.rate));
+        let flipbook = self.flipbook.map(|book| Flipbook { pad: self.pad.unwrap_or(0), ..book });
+        ClipWriteOptions { frame: WriteOptions::default(), rate, period, flipbook }
+    }
+
+    /// Refuses what could not be written, before any work.
+    pub(super) fn check(
+        &self,
+        session: &Session<'_>,
+        of: &ReadArgs,
+        clips: &[ClipInput],
+        others: &[PathBuf],
+    ) -> Result<(), Failure> {
+        let mut read: Vec<PathBuf> = of.paths().chain(others).cloned().collect();
+        let mut written: Vec<PathBuf> = Vec::new();
+        for (path, clip) in of.paths().zip(clips) {
+            let files = of.files(path)?;
+            let output = self.name(path);
+            let info = clip.info();
+            // No loop is longer than its clip, or than its flipbook.
+            let most = self.flipbook.map_or_else(|| self.written(info.frames), Flipbook::cells);
+            let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
+            let held = writer.check((info.channels, info.alpha), info.depth, [info.height, info.width]);
+            // Clips keep their depth.
+            held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
+            let made = writer.files();
+            if let Some(input) = made.iter().find(|file| files.iter().any(|input| selvedge_io::same_file(file, input)))
+            {
+                let failure = Failure::new(4, format!("is the same file as the input '{}'", shown(input)));
+                return Err(failure.about(input).remedy("choose another name"));
+            }
+            // The ends stand for all frames between.
+            written.extend(made.first().cloned());
+            written.extend((1 < made.len()).then(|| made.last().cloned()).flatten());
+            if let Some(left) = writer.left_over().first() {
+                let count = writer.left_over().len();
+                session.warn(left, &format!("is left over from a longer run, as are {} more", count - 1));
+            }
+            read.extend(files);
+        }
+        written.extend(self.surface.iter().chain(&self.preview).cloned());
+        written.extend(self.report.as_deref().map(page::checked));
+        for path in self.surface.iter().chain(&self.preview) {
+            outputs::format(path, None, Some(Depth::U16).filter(|_| Some(path) == self.surface.as_ref()))?;
+        }
+        outputs::check(session, &written, &read)
+    }
+
+    fn provenance(&self, session: &Session<'_>, clips: &[Clip], made: &Made) -> Provenance {
+        let inputs: Vec<Fingerprint> = clips.iter().map(|clip| clip.fingerprint.clone()).collect();
+        let own = ("video", session.global.seed());
+        made::provenance(own, made.options.clone(), std::slice::from_ref(&clips[0].path), inputs)
+    }
+
+    /// All files of a run.
+    pub(super) fn outputs(
+        &self,
+        report: &mut Report,
+        session: &Session<'_>,
+        clips: &[Clip],
+        made: &Made,
+    ) -> Result<Outputs, Failure> {
+        let provenance = made.complete.then(|| self.provenance(session, clips, made));
+        let mut outputs = Outputs::default();
+        for clip in clips {
+            let name = self.name(&clip.path);
+            let name = if made.complete { name } else { outputs::partial(&name) };
+            let rendered = made.map.as_ref().map(|map| map.render(&[&clip.plane])).transpose()?;
+            let Some(shown) = rendered.as_ref().or(made.mixed.as_ref()) else { continue };
+            let metadata = Metadata { provenance: provenance.clone(), ..clip.info.metadata.clone() };
+            let options = self.write_options(Some(clip), Some(made.period));
+            let mut frame = |t: u32| {
+                session.check_signal()?;
+                Ok(selvedge_io::clip::frame_of(shown, t % made.period)?)
+            };
+            outputs.clip(&name, self.written(made.period), &mut frame, (&metadata, options))?;
+        }
+        report.stage("encode");
+        if !made.complete {
+            return Ok(outputs);
+        }
+        let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
+        for (path, plane) in [(&self.surface, &made.surface), (&self.preview, &made.preview)] {
+            if let (Some(path), Some(plane)) = (path, plane) {
+                outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
+            }
+        }
+        if let (Some(folder), Some(made_by)) = (&self.report, provenance) {
+            let threads = rayon::current_num_threads();
+            let mut run = report.json(&[session.global.seed()], threads, false);
+            run["outputs"] = outputs.noted().into();
+            let what = "Frames; slices through two turns of the loop, the second with its seam; when each pixel jumps; the jumps";
+            let pictures: Vec<(&str, &Plane<2>)> = made.preview.iter().map(|plane| (what, plane)).collect();
+            let page = page::page(&run, &made_by.command, &pictures, "")?;
+            outputs.bytes(&page::file(folder), page.into_bytes());
+        }
+        Ok(outputs)
+    }
+
+    /// Keeps the best so far if that is wanted.
+    pub(super) fn interrupted(
+        &self,
+        session: &Session<'_>,
+        report: &mut Report,
+        clips: &[Clip],
+        made: &Made,
+    ) -> Failure {
+        let signal = session.watch.signal().unwrap_or(2);
+        if !session.global.keep_partial || self.output.as_os_str() == STREAM {
+            return Failure::interrupted(signal);
+        }
+        let partial = outputs::partial(&self.name(&clips[0].path));
+        match self.outputs(report, session, clips, made).and_then(|outputs| outputs.write(session)) {
+            Ok(()) => Failure::kept(signal, &partial),
+            Err(e) => e,
+        }
+    }
+}
