@@ -106,6 +106,26 @@ pub enum WantedScale<L> {
     },
 }
 
+impl<L> WantedScale<L> {
+    /// The least and the greatest scale.
+    pub fn range(&self) -> [f64; 2] {
+        match self {
+            Self::Sides([top, bottom, left, right]) => {
+                let corners = [top * left, top * right, bottom * left, bottom * right];
+                [corners.into_iter().fold(f64::INFINITY, f64::min), corners.into_iter().fold(0.0, f64::max)]
+            }
+            Self::Picture { range, .. } => *range,
+        }
+    }
+
+    /// The axis along which an output cannot be periodic, since the scale jumps where it goes around; its samples' sizes
+    /// would have to be those of both sides at once. A picture is taken to go around as it is.
+    pub fn torn(&self, periodic: [bool; 2]) -> Option<usize> {
+        let Self::Sides(sides) = self else { return None };
+        (0..2).find(|axis| periodic[*axis] && sides[2 * axis] != sides[2 * axis + 1])
+    }
+}
+
 impl<L: Fn([u32; 2]) -> f64> WantedScale<L> {
     /// The scale at a position of the output.
     pub fn at(&self, output: Domain<2>, at: [u32; 2]) -> f64 {
@@ -177,6 +197,10 @@ mod tests {
         assert_eq!([0, 1, 2, 3].map(|x| picture.at(output, [0, x])), [1.0, 1.5, 2.5, 3.0]);
         let sides: WantedScale<fn([u32; 2]) -> f64> = WantedScale::Sides([1.0, 2.0, 0.5, 1.5]);
         assert_eq!(sides.at(Domain::open([2, 2]), [1, 0]), 1.75 * 0.75);
+        assert_eq!((sides.range(), picture.range()), ([0.5, 3.0], range));
+        let torn = [[false, false], [true, false], [false, true], [true, true]].map(|axes| sides.torn(axes));
+        assert_eq!(torn, [None, Some(0), Some(1), Some(0)]);
+        assert_eq!(WantedScale::<fn([u32; 2]) -> f64>::Sides([1.0, 2.0, 3.0, 3.0]).torn([false, true]), None);
     }
 
     #[test]

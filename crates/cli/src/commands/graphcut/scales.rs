@@ -14,6 +14,9 @@ const LIMITS: Range = Range { low: graphcut::Scales::LIMITS[0], high: graphcut::
 /// Sides of an output, in the order of [`Field::Sides`].
 const SIDES: [&str; 4] = ["top", "bottom", "left", "right"];
 
+/// Scales from side to side.
+type Sides = WantedScale<fn([u32; 2]) -> f64>;
+
 /// The scale of the texture at each place of the output.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Field {
@@ -110,12 +113,9 @@ impl Field {
 
     /// Least and greatest scale; `typed` is what black and white of a picture stand for.
     fn range(&self, typed: Option<Range>) -> Option<Range> {
-        let Self::Sides([top, bottom, left, right]) = self else { return typed };
-        let corners = [top * left, top * right, bottom * left, bottom * right];
-        Some(Range {
-            low: corners.into_iter().fold(f64::INFINITY, f64::min),
-            high: corners.into_iter().fold(0.0, f64::max),
-        })
+        let Self::Sides(sides) = self else { return typed };
+        let [low, high] = Sides::Sides(*sides).range();
+        Some(Range { low, high })
     }
 }
 
@@ -152,15 +152,11 @@ impl Scales {
     /// Refuses a field that jumps where the output tiles.
     fn check(&self, periodic: [bool; 2]) -> Result<(), Failure> {
         let Field::Sides(sides) = &self.field else { return Ok(()) };
-        for (axis, name) in ["y", "x"].into_iter().enumerate() {
-            let (low, high) = (sides[2 * axis], sides[2 * axis + 1]);
-            if periodic[axis] && low != high {
-                let (one, other) = (SIDES[2 * axis], SIDES[2 * axis + 1]);
-                let what = format!("a scale of {low} at the {one} and {high} at the {other} cannot tile along {name}");
-                return Err(Failure::new(2, what).remedy("change --tile, or make both sides equal"));
-            }
-        }
-        Ok(())
+        let Some(axis) = Sides::Sides(*sides).torn(periodic) else { return Ok(()) };
+        let ([low, high], [one, other]) = ([0, 1].map(|i| sides[2 * axis + i]), [0, 1].map(|i| SIDES[2 * axis + i]));
+        let along = ["y", "x"][axis];
+        let what = format!("a scale of {low} at the {one} and {high} at the {other} cannot tile along {along}");
+        Err(Failure::new(2, what).remedy("change --tile, or make both sides equal"))
     }
 
     /// By position, the sources that may be copied from, of those `of` each level of [`levels`](Self::levels).
