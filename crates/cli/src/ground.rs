@@ -10,7 +10,7 @@ use crate::backdrop::{Backdrop, eroded};
 use crate::failure::{Failure, shown};
 use crate::inputs::{Input, ReadMap};
 use crate::loaded::Loaded;
-use crate::loom::Loom;
+use crate::loom::{Before, Loom};
 use crate::session::Session;
 use crate::weaving::{Sizing, Weaving};
 
@@ -37,7 +37,6 @@ pub(crate) struct StartArgs {
 }
 
 /// What an output goes on from, its map read.
-#[derive(Default)]
 pub(crate) struct Ground {
     args: StartArgs,
     map: Option<ReadMap>,
@@ -118,9 +117,11 @@ impl Ground {
         }
         Ok(Domain { shape, periodic: self.topology(weaving) })
     }
+}
 
-    /// The map, by the numbers that its samples have in this run.
-    pub(crate) fn map(self, loom: &mut Loom<'_>) -> Result<Option<SourceMap<2>>, Failure> {
+impl Before for Ground {
+    /// By the numbers that its samples have in this run.
+    fn map(self: Box<Self>, loom: &mut Loom<'_>) -> Result<Option<SourceMap<2>>, Failure> {
         let Some((path, read)) = self.file() else { return Ok(None) };
         loom.note(read);
         let mut map = rebased(&read.file, &loom.loaded).map_err(|e| e.about(path))?;
@@ -128,8 +129,8 @@ impl Ground {
         Ok(Some(map))
     }
 
-    /// What stands, and what of it stays. A picture stands where it is, and is copied from nowhere.
-    pub(crate) fn start(self, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
+    /// A picture stands where it is, and is copied from nowhere.
+    fn start(self: Box<Self>, loom: &mut Loom<'_>) -> Result<Start<2>, Failure> {
         let args = self.args.clone();
         let map = self.map(loom)?;
         let exemplars = &loom.loaded.exemplars;

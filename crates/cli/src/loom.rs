@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Role, Samples, SourceMap, Start};
+use selvedge_core::{Bytes, Domain, Plane, Role, Samples, SourceMap, Start};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
 use serde_json::Value;
 
@@ -13,11 +13,11 @@ use crate::course::Course;
 use crate::explain::{LEGEND, explain};
 use crate::eyes;
 use crate::failure::{Failure, shown};
-use crate::ground::Ground;
 use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::Loaded;
 use crate::made;
+use crate::outcome::{MadeBy, Outcome};
 use crate::outputs::{self, Outputs};
 use crate::page;
 use crate::planes::{Ready, roles_typed};
@@ -27,7 +27,6 @@ use crate::session::Session;
 use crate::sheet;
 use crate::size::Tile;
 use crate::stdio::STREAM;
-use crate::thumbnail::Thumbnail;
 use crate::used::Used;
 use crate::weaving::{Weaving, Written};
 use crate::with::without_planes;
@@ -47,7 +46,7 @@ pub(crate) struct Loom<'a> {
     /// What was read besides the exemplars and their masks.
     pub(crate) others: Vec<Fingerprint>,
     /// What the output goes on from, until it is asked for.
-    pub(crate) ground: Option<Box<Ground>>,
+    pub(crate) before: Option<Box<dyn Before>>,
     /// The picture that the output has the size of, until it is read.
     pub(crate) picture: Option<Input>,
     /// How seams are hidden.
@@ -60,36 +59,13 @@ pub(crate) struct Loom<'a> {
     pub(crate) files: Option<Vec<PathBuf>>,
 }
 
-/// What a method made, and how it is laid over the payload.
-pub(crate) struct Outcome {
-    pub(crate) woven: Box<dyn Render<2>>,
-    /// False if it was interrupted.
-    pub(crate) complete: bool,
-    pub(crate) stats: Value,
-    /// How it was made, for people.
-    pub(crate) how: String,
-    /// Positions that no blending changes.
-    pub(crate) kept: Option<Grid<bool, 2>>,
-    /// How its seams became cheaper, for the page of `--report`.
-    pub(crate) course: Option<Course>,
-    /// Another command that makes the same.
-    pub(crate) made_by: Option<MadeBy>,
-    /// What else was made and not kept, for `--explain` and the page.
-    pub(crate) tried: Vec<Thumbnail>,
-}
+/// What an output goes on from, whichever kind of thing it is.
+pub(crate) trait Before {
+    /// What stands, and what of it stays.
+    fn start(self: Box<Self>, loom: &mut Loom<'_>) -> Result<Start<2>, Failure>;
 
-/// A command that makes what another one answered with.
-pub(crate) struct MadeBy {
-    pub(crate) command: &'static str,
-    pub(crate) seed: u64,
-    pub(crate) options: Used,
-}
-
-impl Outcome {
-    /// Of a method that stood at the beginning of nothing, and tells no course.
-    pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
-        Self { woven, complete, stats, how, kept: None, course: None, made_by: None, tried: Vec::new() }
-    }
+    /// The map alone, if there is one.
+    fn map(self: Box<Self>, loom: &mut Loom<'_>) -> Result<Option<SourceMap<2>>, Failure>;
 }
 
 /// The same picture with alpha where the format has it: nothing shows where nothing stands in the map.
@@ -121,12 +97,16 @@ fn averaged() -> Failure {
 impl Loom<'_> {
     /// What the output goes on from, and what of it stays.
     pub(crate) fn start(&mut self) -> Result<Start<2>, Failure> {
-        self.ground.take().unwrap_or_default().start(self)
+        if let Some(before) = self.before.take() {
+            return before.start(self);
+        }
+        let map = SourceMap::unassigned(&self.loaded.exemplars, self.domain)?;
+        Ok(Start { map, fixed: None, sources: None })
     }
 
     /// The map that the output goes on from, if there is one.
     pub(crate) fn start_map(&mut self) -> Result<Option<SourceMap<2>>, Failure> {
-        self.ground.take().unwrap_or_default().map(self)
+        self.before.take().map_or(Ok(None), |before| before.map(self))
     }
 
     /// Reads a file besides the exemplars, which may be the picture that the output has the size of.

@@ -26,6 +26,7 @@ mod memory;
 mod method;
 mod names;
 mod options;
+mod outcome;
 mod outputs;
 mod page;
 mod pairs;

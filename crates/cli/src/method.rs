@@ -4,7 +4,8 @@
 use selvedge_core::{Bytes, Domain};
 
 use crate::failure::Failure;
-use crate::loom::{Loom, Outcome};
+use crate::loom::Loom;
+use crate::outcome::Outcome;
 use crate::report::Done;
 use crate::session::Session;
 use crate::setup::Setup;

@@ -6,7 +6,7 @@ use selvedge_hybrid::{RepairOptions, RepairStats, estimate_repair, repair};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-use crate::loom::Outcome;
+use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::used::Used;
 

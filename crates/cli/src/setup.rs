@@ -16,7 +16,7 @@ use crate::ground::{Ground, StartArgs};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
 use crate::loaded::Loaded;
-use crate::loom::Loom;
+use crate::loom::{Before, Loom};
 use crate::memory::{self, Resized};
 use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
 use crate::repairing::Repairing;
@@ -202,8 +202,8 @@ impl<'a> Setup<'a> {
         let domain = self.closed(session, &loaded, domain)?;
         report.estimate = Some(needed.0);
         report.stage("read");
-        let (ground, picture) = match self.size {
-            OutputSize::Ground(ground, _) => (Some(ground), None),
+        let (before, picture) = match self.size {
+            OutputSize::Ground(ground, _) => (Some(ground as Box<dyn Before>), None),
             OutputSize::Picture(picture, _) => (None, Some(picture)),
             OutputSize::Exemplar(_) | OutputSize::Laid(_) => (None, None),
         };
@@ -217,7 +217,7 @@ impl<'a> Setup<'a> {
             layers,
             domain,
             others: Vec::new(),
-            ground,
+            before,
             picture,
             blending: self.blending,
             repairing: self.repairing,

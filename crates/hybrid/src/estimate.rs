@@ -83,7 +83,7 @@ mod tests {
     fn measuring_large_exemplars_is_counted() {
         let needed = |side: u32| {
             let options = Options { block: None, ..Options::default() };
-            estimate(&[Domain::open([side; 2])], 3, Domain::open([256; 2]), &options) >> 20
+            estimate(&[Domain::open([side; 2])], 3, Domain::open([256; 2]), &options).0 >> 20
         };
         // What processes were seen to hold beside the program and the exemplar, in MiB.
         for (side, seen) in [(360, 77), (512, 159), (720, 550), (1000, 1075)] {

@@ -7,8 +7,9 @@ use selvedge_synthesis::{Options, Stats, Trial, estimate, synthesize};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, MadeBy, Outcome};
+use crate::loom::Loom;
 use crate::method::{Method, Planned};
+use crate::outcome::{MadeBy, Outcome};
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::thumbnail::Thumbnail;

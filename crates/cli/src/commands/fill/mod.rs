@@ -10,9 +10,10 @@ use selvedge_graphcut_textures::labels::{FillOptions, FillStats, estimate_fill, 
 use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, Outcome};
+use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::{Seams, Turning, option};
+use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::values::counts;

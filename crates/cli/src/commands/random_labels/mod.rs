@@ -6,8 +6,9 @@ use selvedge_core::{Bytes, Domain};
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::loom::{Loom, Outcome};
+use crate::loom::Loom;
 use crate::method::{Method, Planned};
+use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::weaving::{Sizing, Weaving};

@@ -7,9 +7,10 @@ use serde_json::json;
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, Outcome};
+use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::Seams;
+use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::size::Tile;

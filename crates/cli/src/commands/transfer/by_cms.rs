@@ -7,8 +7,9 @@ use selvedge_quilting::TransferOptions;
 use super::Transfer;
 use crate::commands::analogies::told::{counts, failure};
 use crate::failure::{Failure, n};
-use crate::loom::{Loom, Outcome};
+use crate::loom::Loom;
 use crate::method::Planned;
+use crate::outcome::Outcome;
 use crate::setup::Setup;
 use crate::used::Used;
 

@@ -15,10 +15,10 @@ use self::transition::TransitionArgs;
 use self::written::WriteArgs;
 use crate::clips::ClipInput;
 use crate::failure::{Failure, shown};
-use crate::memory;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
+use crate::{inputs, memory};
 
 /// Options of `video`.
 #[derive(Args, Clone, Debug)]
@@ -53,13 +53,15 @@ impl Video {
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let (mut report, clip) = (Report::new("video"), &self.read.clip);
         let others: Vec<_> = self.transition.file().into_iter().cloned().collect();
-        let clips = self.read.open(session, &others, &self.write)?;
+        inputs::check_streams(self.read.paths().chain(&others))?;
+        self.write.check_names(self.read.paths().count())?;
+        let clips = self.read.open(session, self.write.rate)?;
         self.write.check(session, &self.read, &clips, &others)?;
         let needed = self.need(&clips);
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
-        let used = session.options.clone().unless("with", Vec::<serde_json::Value>::new());
+        let used = session.options.clone().unless("with", serde_json::Value::Null);
         let name = shown(&self.write.output);
         if session.global.dry_run {
             let [frames, h, w] = clips[0].domain().shape;

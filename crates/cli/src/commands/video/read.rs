@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::Role;
-use selvedge_io::clip::{ClipOptions, Flipbook, Range};
+use selvedge_io::clip::{ClipOptions, Flipbook, Range, Rate};
 
-use super::written::WriteArgs;
 use crate::args::NonFiniteArg;
 use crate::clips::{self, ClipInput};
 use crate::failure::Failure;
+use crate::inputs;
 use crate::session::Session;
-use crate::{inputs, names, page};
 
 /// The clip, its other passes, and how they are read.
 #[derive(Args, Clone, Debug)]
@@ -45,19 +44,11 @@ impl ReadArgs {
     }
 
     /// Looks at them: passes have the clip's frames, of which there are at least two.
-    pub(super) fn open(
-        &self,
-        session: &Session<'_>,
-        others: &[PathBuf],
-        write: &WriteArgs,
-    ) -> Result<Vec<ClipInput>, Failure> {
-        inputs::check_streams(self.paths().chain(others))?;
-        names::check_apart(&write.output, self.paths().count())?;
-        write.report.as_deref().map_or(Ok(()), page::check)?;
+    pub(super) fn open(&self, session: &Session<'_>, rate: Option<Rate>) -> Result<Vec<ClipInput>, Failure> {
         let options = ClipOptions {
             frame: inputs::options(session.limits, Role::Color, self.nonfinite),
             range: self.range,
-            rate: write.rate,
+            rate,
             flipbook: self.from_flipbook.map(|book| Flipbook { pad: self.from_pad.unwrap_or(0), ..book }),
         };
         let open = |path: &PathBuf| ClipInput::open(session, path, &options);

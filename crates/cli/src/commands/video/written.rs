@@ -52,6 +52,12 @@ pub(super) struct WriteArgs {
 }
 
 impl WriteArgs {
+    /// Refuses one name for several outputs, and a folder of a page that is none.
+    pub(super) fn check_names(&self, outputs: usize) -> Result<(), Failure> {
+        names::check_apart(&self.output, outputs)?;
+        self.report.as_deref().map_or(Ok(()), page::check)
+    }
+
     /// The name of a clip's output.
     fn name(&self, clip: &Path) -> PathBuf {
         names::of_plane(&self.output, &clips::plane_name(clip))

@@ -1,0 +1,40 @@
+//! What a method made.
+
+use selvedge_core::{Grid, Render};
+use serde_json::Value;
+
+use crate::course::Course;
+use crate::thumbnail::Thumbnail;
+use crate::used::Used;
+
+/// What a method made, and how it is laid over the payload.
+pub(crate) struct Outcome {
+    pub(crate) woven: Box<dyn Render<2>>,
+    /// False if it was interrupted.
+    pub(crate) complete: bool,
+    pub(crate) stats: Value,
+    /// How it was made, for people.
+    pub(crate) how: String,
+    /// Positions that no blending changes.
+    pub(crate) kept: Option<Grid<bool, 2>>,
+    /// How its seams became cheaper, for the page of `--report`.
+    pub(crate) course: Option<Course>,
+    /// Another command that makes the same.
+    pub(crate) made_by: Option<MadeBy>,
+    /// What else was made and not kept, for `--explain` and the page.
+    pub(crate) tried: Vec<Thumbnail>,
+}
+
+/// A command that makes what another one answered with.
+pub(crate) struct MadeBy {
+    pub(crate) command: &'static str,
+    pub(crate) seed: u64,
+    pub(crate) options: Used,
+}
+
+impl Outcome {
+    /// Of a method that stood at the beginning of nothing, and tells no course.
+    pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
+        Self { woven, complete, stats, how, kept: None, course: None, made_by: None, tried: Vec::new() }
+    }
+}
