@@ -10,8 +10,8 @@ use crate::{Outcome, program, tidy};
 /// what would go over belongs into `soak`, unless it guards a promise.
 const BUDGET: Duration = Duration::from_secs(15 * 60);
 
-/// The one optional feature that no member of the workspace asks for: with it, its tests run beside all others.
-const FEATURES: &str = "--features=selvedge-maxflow/petgraph";
+/// The optional features that no member of the workspace asks for: with them, their tests run beside all others.
+const FEATURES: &str = "--features=selvedge-maxflow/petgraph,selvedge-core/image";
 
 /// A step: its name, and cargo's line; without a line, `tidy`.
 type Step = (&'static str, &'static [&'static str]);

@@ -74,6 +74,12 @@ pub enum Error {
         /// Bytes asked for.
         bytes: u64,
     },
+    /// A plane and a picture of the `image` crate that have no counterpart.
+    #[error("{layout} are no picture that the crate `image` has")]
+    NotAnImage {
+        /// Channels and depth.
+        layout: String,
+    },
     /// A vote that weighs less than nothing, or no number.
     #[error("a vote at place {place} weighs {weight}")]
     Vote {
@@ -357,6 +363,7 @@ impl Error {
             Self::Channels { .. } => "give it one",
             Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
             Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
+            Self::NotAnImage { .. } => "convert to 8- or 16-bit grey or RGB, or to float RGB, with or without alpha",
         }
         .to_owned()
     }

@@ -20,7 +20,8 @@
 //! ```
 //!
 //! # Features
-//! `rayon` (default): work is split over the caller's pool; the result is the same without it.
+//! `rayon` (default): work is split over the caller's pool; the result is the same without it. `image`: planes from
+//! buffers of the `image` crate (`Plane::try_from(&picture)`), and back.
 //!
 //! # Conventions
 //! Axes are listed slowest first: `[height, width]`, `[frames, height, width]`. Grids are planar: channel by channel,
@@ -38,6 +39,8 @@ mod firsts;
 mod flow;
 mod grid;
 mod guide;
+#[cfg(feature = "image")]
+mod image_buffers;
 mod light;
 mod look;
 mod normals;
@@ -72,6 +75,8 @@ pub use exemplars::{Exemplar, Exemplars, Source};
 pub use flow::Flow;
 pub use grid::{Grid, reserve, try_vec};
 pub use guide::Guide;
+#[cfg(feature = "image")]
+pub use image_buffers::ImageSample;
 pub use look::Look;
 pub use normals::NormalCoding;
 pub use patch::Patch;

@@ -153,6 +153,23 @@ impl<const D: usize> Plane<D> {
         Self { role, samples, alpha: true, association: Association::Straight }
     }
 
+    /// A plane of bytes as most buffers hold them: row by row, `channels` of each sample side by side.
+    ///
+    /// ```
+    /// use selvedge_core::{Exemplars, Plane, Role};
+    ///
+    /// let plane = Plane::of_bytes(Role::Color, [1, 2], 3, &[255, 0, 0, 0, 0, 255])?; // red, blue
+    /// let exemplars = Exemplars::of(&[&[plane]])?;
+    /// # Ok::<(), selvedge_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] or [`Error::Allocation`].
+    pub fn of_bytes(role: Role, shape: [u32; D], channels: usize, bytes: &[u8]) -> Result<Self, Error> {
+        let grid = Grid::from_interleaved(Domain::open(shape), channels, bytes)?;
+        Ok(Self::new(role, Samples::U8(grid)))
+    }
+
     /// Shape and topology.
     pub fn domain(&self) -> Domain<D> {
         self.samples.domain()
