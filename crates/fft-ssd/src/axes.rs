@@ -3,9 +3,15 @@
 /// Samples along t, y, x.
 pub(crate) type Shape = [usize; 3];
 
+/// Refuses other numbers of axes than are searched. Where it stands in a function that users call, the compiler names
+/// the line that called it.
+pub(crate) const fn supported(axes: usize) {
+    assert!(1 <= axes && axes <= 3, "searches are written for one to three axes");
+}
+
 /// Puts the axes of a picture or clip last, and `fill` before them.
 pub(crate) fn lift<T: Copy, const D: usize>(axes: [T; D], fill: T) -> [T; 3] {
-    const { assert!(1 <= D && D <= 3, "searches are written for one to three axes") };
+    const { supported(D) };
     let mut lifted = [fill; 3];
     lifted[3 - D..].copy_from_slice(&axes);
     lifted

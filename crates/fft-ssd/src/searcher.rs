@@ -57,11 +57,19 @@ pub struct SsdSearcher<'e, const D: usize> {
 }
 
 impl<'e, const D: usize> SsdSearcher<'e, D> {
-    /// A searcher over the features of exemplars, with their weights.
+    /// A searcher over the features of exemplars, with their weights. One to three axes: the line that asks for a
+    /// fourth does not compile.
+    ///
+    /// ```compile_fail,E0080
+    /// # use selvedge_fft_ssd::{SsdSearcher, core::{Exemplars, Plane, Role}};
+    /// let exemplars = Exemplars::of(&[&[Plane::of_bytes(Role::Scalar, [1, 1, 1, 2], 1, &[3, 4]).unwrap()]]).unwrap();
+    /// let searcher = SsdSearcher::new(&exemplars);
+    /// ```
     ///
     /// # Errors
     /// [`Error::Core`] if memory is short.
     pub fn new(exemplars: &'e Exemplars<D>) -> Result<Self, Error> {
+        const { crate::axes::supported(D) };
         Self::with_options(exemplars, Options::default())
     }
 
@@ -70,6 +78,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     /// # Errors
     /// [`Error::Core`] if memory is short.
     pub fn with_options(exemplars: &'e Exemplars<D>, options: Options) -> Result<Self, Error> {
+        const { crate::axes::supported(D) };
         let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_ref()));
         Self::build(collected(sources)?, exemplars.weights(), options)
     }

@@ -10,6 +10,12 @@ use crate::error::{MaxflowError, Result};
 
 /// Largest number of axes.
 const MAX_AXES: usize = 3;
+/// Refuses other numbers of axes. Where it stands in a function that users call, the compiler names the line that
+/// called it.
+pub(crate) const fn supported(axes: usize) {
+    assert!(1 <= axes && axes <= MAX_AXES, "grids have one to three axes");
+}
+
 /// Number of edge patterns: two bits an axis.
 pub(crate) const EDGE_PATTERNS: usize = 1 << (2 * MAX_AXES);
 /// Slots are numbered by `u32`, and the distance of two of them is an `i32`.

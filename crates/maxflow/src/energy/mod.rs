@@ -72,6 +72,7 @@ impl<const D: usize> BinaryEnergy<D> {
     ///
     /// As [`GridGraph::new`].
     pub fn new(shape: [usize; D], periodic: [bool; D]) -> Result<Self> {
+        const { crate::lattice::supported(D) };
         Ok(GridGraph::new(shape, periodic)?.into())
     }
 

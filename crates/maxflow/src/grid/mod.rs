@@ -82,13 +82,18 @@ impl<const D: usize> GridGraph<D> {
     /// Largest net terminal capacity of a node, `from_source - to_sink`, either way: `2^30 - 1`.
     pub const MAX_TERMINAL: i32 = (1 << 30) - 1;
 
-    /// A grid linked along its axes, without any capacity.
+    /// A grid linked along its axes, without any capacity. One to three axes: the line that asks for a fourth does not
+    /// compile.
+    ///
+    /// ```compile_fail,E0080
+    /// let graph = selvedge_maxflow::GridGraph::new([2, 2, 2, 2], [false; 4]);
+    /// ```
     ///
     /// # Errors
     ///
-    /// [`MaxflowError::Shape`] unless `D` is 1 to 3, no side is 0 and nodes fit 32-bit numbers;
-    /// [`MaxflowError::OutOfMemory`].
+    /// [`MaxflowError::Shape`] unless no side is 0 and nodes fit 32-bit numbers; [`MaxflowError::OutOfMemory`].
     pub fn new(shape: [usize; D], periodic: [bool; D]) -> Result<Self> {
+        const { crate::lattice::supported(D) };
         Self::build(Lattice::new(shape, periodic, false)?)
     }
 
