@@ -118,8 +118,8 @@ impl<L> WantedScale<L> {
         }
     }
 
-    /// The axis along which an output cannot be periodic, since the scale jumps where it goes around. A picture is taken
-    /// to go around as it is.
+    /// The axis along which an output cannot be periodic, since the scale jumps where it goes around. A picture is
+    /// taken to go around as it is.
     pub fn torn(&self, periodic: [bool; 2]) -> Option<usize> {
         let Self::Sides(sides) = self else { return None };
         (0..2).find(|axis| periodic[*axis] && sides[2 * axis] != sides[2 * axis + 1])
