@@ -63,6 +63,9 @@ pub(crate) enum Command {
     /// Texture optimization: a whole texture at once, until each part of it is like a part of the exemplars.
     #[command(after_help = OPTIMIZE)]
     Optimize(commands::optimize::Optimize),
+    /// A texture that flows along a field, frame after frame, and stays a texture.
+    #[command(after_help = ANIMATE)]
+    Animate(commands::animate::Animate),
     /// Video textures: a clip that loops without a visible end, over a seam in space and time.
     #[command(after_help = VIDEO)]
     Video(commands::video::Video),
@@ -116,6 +119,7 @@ impl Command {
             Self::Detail(detail) => detail.run(session),
             Self::Hybrid(hybrid) => hybrid.run(session),
             Self::Optimize(optimize) => optimize.run(session),
+            Self::Animate(animate) => animate.run(session),
             Self::Video(video) => video.run(session),
             Self::Apply(apply) => apply.run(session),
             Self::Again(again) => again.run(session, run),
@@ -142,7 +146,7 @@ pub(crate) fn idle(command: &clap::Command) -> Vec<&'static str> {
         ("config", &["completions", "man"]),
         ("save_config", &["completions", "man"]),
     ];
-    let draws = weaves || command == "video";
+    let draws = weaves || ["animate", "video"].contains(&command);
     let seed = (!draws).then_some("seed");
     let keep_partial = (!draws && command != "again").then_some("keep_partial");
     let named = ALL.iter().filter(|(_, commands)| commands.contains(&command)).map(|(option, _)| *option);
@@ -219,6 +223,11 @@ Examples:
   selvedge optimize gravel.png -o path.png --size 512
   selvedge optimize bricks.png -o wall.png --start wall-map.exr
   selvedge optimize moss.png -o tile.png --tile xy --init random";
+const ANIMATE: &str = "\
+Examples:
+  selvedge animate keys.png --flow vortex -o 'turning.####.png' --size 256
+  selvedge animate water.png --flow 'wind.####.flo' -o water.gif --rate 25
+  selvedge animate fire.png --flow uniform --angle -90 --speed 2 --tile xy -o 'fire.####.png'";
 const VIDEO: &str = "\
 Clips are numbered files ('fire.####.exr', 'fire.%04d.png'), a folder of them, a quoted glob, an animated PNG, GIF or WebP,
 or y4m, also by '-'. Sound is not carried. Other containers go through ffmpeg:

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use selvedge_core::{Bytes, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
+use serde_json::Value;
 
 use crate::args::{DepthArg, NonFiniteArg};
 use crate::backdrop::{Backdrop, spare_holes};
@@ -20,6 +21,7 @@ use crate::planes::check_size;
 use crate::report::Report;
 use crate::roles;
 use crate::session::Session;
+use crate::used::Used;
 
 /// The mask of an exemplar that has none.
 pub(crate) const NO_MASK: &str = "none";
@@ -85,6 +87,13 @@ struct Matched {
 }
 
 impl ExemplarArgs {
+    /// Options as used, without those of these that do nothing in this run.
+    pub(crate) fn used_if_any(&self, used: Used) -> Used {
+        let used = used.unless("exposure", 0.0).unless("ignore-light", Value::Null).unless("flatten", Value::Null);
+        // It acts on odd pictures alone.
+        if self.nonfinite == NonFiniteArg::Error { used.set("nonfinite", Value::Null) } else { used }
+    }
+
     /// All files that are read.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         self.exemplars.iter().chain(self.mask.iter().filter(|mask| mask.as_os_str() != NO_MASK)).cloned().collect()

@@ -7,7 +7,6 @@ use selvedge_core::{Bytes, Domain, Plane, Role, Samples, SourceMap, Start};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
 use serde_json::Value;
 
-use crate::args::NonFiniteArg;
 use crate::blending::Blending;
 use crate::course::Course;
 use crate::explain::{LEGEND, explain};
@@ -133,11 +132,7 @@ impl Loom<'_> {
         let [h, w] = self.domain.shape;
         let used = self.session.options.clone().set("tile", Tile::of(self.domain).map(crate::args::typed_name));
         let used = if used.has("size") { used.set("size", format!("{w}x{h}")) } else { used };
-        let used = used.unless("quality", Value::Null).unless("exposure", 0.0);
-        // It acts on odd pictures alone.
-        let odd = self.args.input.nonfinite != NonFiniteArg::Error;
-        let used = if odd { used } else { used.set("nonfinite", Value::Null) };
-        let used = used.unless("ignore-light", Value::Null).unless("flatten", Value::Null).unless("blend-in", 0);
+        let used = self.args.input.used_if_any(used.unless("quality", Value::Null).unless("blend-in", 0));
         let used = if used.has("repair") { self.repairing.used_if_any(used) } else { used };
         let used = if used.has("fuse") { self.blending.used_if_any(used) } else { used };
         let planes: Vec<PathBuf> = self.layers.iter().flat_map(|ready| ready.layer.planes.clone()).collect();

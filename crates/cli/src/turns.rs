@@ -82,7 +82,7 @@ pub(crate) fn turns(all: &Command, typed: &ArgMatches) -> Result<Turns, Failure>
     let command = config::command(all, name);
     let seeds = matches.get_one::<Seeds>("seed").map_or(vec![0], |seeds| seeds.0.clone());
     if !command.get_arguments().any(|arg| arg.get_id() == "each") {
-        if 1 < seeds.len() && name == "video" {
+        if 1 < seeds.len() && ["animate", "video"].contains(&name) {
             let what = format!("{} for one clip", n("seed", seeds.len()));
             return Err(Failure::new(2, what).remedy("give one --seed"));
         }

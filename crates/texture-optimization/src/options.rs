@@ -11,11 +11,11 @@ use crate::schedule::{check, paper_schedule};
 pub enum Search {
     /// All positions, on samples rounded to 8 bits, each as heavy as the others, and channels by weights in as many
     /// steps as 32 bits hold at a size: exact, and fast.
-    #[default]
     Exact,
     /// That in the first iteration of each level; then each neighborhood keeps what it has or continues one of those
     /// around it, whichever fits best, where anything changed. Four times as fast, and no worse: what continues fits at
     /// its edges as well.
+    #[default]
     Coherent,
     /// The definition: all positions, on unrounded samples, with the fall-off that averages use. Without
     /// [`Options::complete`] the robust energy never rises then. Slow: for tests and small pictures.
@@ -45,7 +45,7 @@ pub struct Options {
     /// Iterations at a level before it ends, if it does not end by itself. At least 1. Default: 5, as the paper
     /// found to be enough.
     pub iterations: u32,
-    /// How neighborhoods are found. Default: [`Search::Exact`].
+    /// How neighborhoods are found. Default: [`Search::Coherent`].
     pub search: Search,
     /// How much parts of the exemplars that the output lacks are preferred: the error of a neighborhood is divided by
     /// how near the output comes to it, plus this part of the mean; the less, the more complete. `None` takes whatever
@@ -61,7 +61,7 @@ impl Default for Options {
             schedule: paper_schedule(),
             robust: 0.8,
             iterations: 5,
-            search: Search::Exact,
+            search: Search::Coherent,
             complete: Some(0.2),
             finish: Finish::Coherent,
         }

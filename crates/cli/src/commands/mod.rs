@@ -2,6 +2,7 @@
 
 pub(crate) mod again;
 pub(crate) mod analogies;
+pub(crate) mod animate;
 pub(crate) mod apply;
 pub(crate) mod compare;
 pub(crate) mod completions;

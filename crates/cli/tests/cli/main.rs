@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod again;
+mod animate;
 mod blending;
 mod config;
 mod course;

@@ -10,7 +10,7 @@ use crate::wrong::Wrong;
 
 /// What the texture is optimised from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Init {
+pub(in crate::commands) enum Init {
     /// Chosen by the program.
     Auto,
     Quilt,
@@ -20,7 +20,7 @@ pub(super) enum Init {
     Map(PathBuf),
 }
 
-pub(super) fn init(text: &str) -> Result<Init, Wrong> {
+pub(in crate::commands) fn init(text: &str) -> Result<Init, Wrong> {
     Ok(match text {
         "auto" => Init::Auto,
         "quilt" => Init::Quilt,
@@ -36,7 +36,7 @@ pub(super) fn init(text: &str) -> Result<Init, Wrong> {
 
 impl Init {
     /// A graph cut where exemplars have a lattice or rows of text, which it keeps; else a quilt, which is made faster.
-    pub(super) fn chosen(&self, exemplars: &Exemplars<2>) -> Result<Self, Failure> {
+    pub(in crate::commands) fn chosen(&self, exemplars: &Exemplars<2>) -> Result<Self, Failure> {
         if *self != Self::Auto {
             return Ok(self.clone());
         }
@@ -45,12 +45,12 @@ impl Init {
     }
 
     /// The map's file.
-    pub(super) fn map(&self) -> Option<&PathBuf> {
+    pub(in crate::commands) fn map(&self) -> Option<&PathBuf> {
         if let Self::Map(path) = self { Some(path) } else { None }
     }
 
     /// As it is typed.
-    pub(super) fn typed(&self) -> String {
+    pub(in crate::commands) fn typed(&self) -> String {
         match self {
             Self::Auto => "auto".into(),
             Self::Quilt => "quilt".into(),
@@ -61,7 +61,7 @@ impl Init {
     }
 
     /// Bytes that making it takes at most.
-    pub(super) fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+    pub(in crate::commands) fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let quilt = || selvedge_quilting::estimate(sources, channels, output, &Default::default());
         let cut = || selvedge_graphcut_textures::estimate(sources, channels, output, &Default::default());
         match self {
@@ -73,7 +73,7 @@ impl Init {
     }
 
     /// Makes it; `None` for what is not made by a method.
-    pub(super) fn made(
+    pub(in crate::commands) fn made(
         &self,
         exemplars: &Exemplars<2>,
         output: Domain<2>,

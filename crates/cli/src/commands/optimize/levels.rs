@@ -8,9 +8,9 @@ use crate::wrong::Wrong;
 
 /// The levels, in their order.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Levels(pub(super) Vec<Level>);
+pub(in crate::commands) struct Levels(pub(in crate::commands) Vec<Level>);
 
-pub(super) fn levels(text: &str) -> Result<Levels, Wrong> {
+pub(in crate::commands) fn levels(text: &str) -> Result<Levels, Wrong> {
     let level = |part: &str| {
         let (scale, size) = part.split_once(':')?;
         Some(Level { scale: scale.trim().parse().ok()?, size: size.trim().parse().ok()? })
@@ -21,7 +21,7 @@ pub(super) fn levels(text: &str) -> Result<Levels, Wrong> {
 }
 
 /// As they are typed.
-pub(super) fn typed(levels: &[Level]) -> String {
+pub(in crate::commands) fn typed(levels: &[Level]) -> String {
     levels.iter().map(|l| format!("{}:{}", l.scale, l.size)).collect::<Vec<_>>().join(",")
 }
 

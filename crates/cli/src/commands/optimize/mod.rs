@@ -9,11 +9,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Render};
-use selvedge_texture_optimization::{Finish, Options, Plan, Stats, estimate};
+use selvedge_texture_optimization::{Finish, Options, Plan, Search, Stats, estimate};
 
 use self::control::ControlArgs;
-use self::init::{Init, init};
-use self::levels::{Complete, Levels, complete, levels, typed};
+pub(super) use self::init::{Init, init};
+use self::levels::{Complete, complete};
+pub(super) use self::levels::{Levels, levels, typed};
+pub(super) use self::told::failure;
 use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
 use crate::loom::Loom;
@@ -45,6 +47,10 @@ pub(crate) struct Optimize {
     /// Iterations at a level, if it does not settle before.
     #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
     iterations: u32,
+    /// How neighborhoods are found: among all places of the exemplars each time, or once a level, after which they
+    /// continue each other.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = SearchArg::Coherent)]
+    search: SearchArg,
     /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly,
     /// none takes whatever is nearest.
     #[arg(long, value_name = "A|none", default_value_t = Complete(Options::default().complete), value_parser = complete)]
@@ -58,7 +64,8 @@ pub(crate) struct Optimize {
     robust: f64,
     #[command(flatten)]
     control: ControlArgs,
-    /// The paper to the letter: --init random --iterations 100 --complete none --finish average --robust 0.8.
+    /// The paper to the letter: --init random --iterations 100 --search exact --complete none --finish average
+    /// --robust 0.8.
     #[arg(long, conflicts_with = "start")]
     paper: bool,
 }
@@ -68,6 +75,13 @@ choices!(FinishArg for Finish {
     Coherent,
     /// Averages, as the paper has it.
     Average,
+});
+
+choices!(SearchArg for Search {
+    /// All places, each time.
+    Exact,
+    /// All places once a level.
+    Coherent,
 });
 
 impl Method for Optimize {
@@ -88,7 +102,7 @@ impl Method for Optimize {
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let (control, read, loom) = (self.control.read(loom)?, loom.start_map()?, &*loom);
         let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
-        let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(loom, e))?;
+        let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
         let init = self.init().chosen(exemplars)?;
         let how = format!("from {} at {}", told::start(&init), n("level", plan.levels().len()));
         Ok(Planned::new(self.used(loom, &init), how, move || {
@@ -100,7 +114,7 @@ impl Method for Optimize {
                 Some(made) => Some(made.result),
                 None => read,
             };
-            let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| told::failure(loom, e))?;
+            let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| told::failure(&loom.loaded, e))?;
             Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
         }))
     }
@@ -122,7 +136,7 @@ impl Optimize {
             complete: self.complete.0,
             finish: self.finish.into(),
             robust: self.robust,
-            ..Options::default()
+            search: self.search.into(),
         }
     }
 }

@@ -7,6 +7,7 @@ use super::Optimize;
 use super::init::Init;
 use super::levels::typed;
 use crate::failure::{Failure, n};
+use crate::loaded::Loaded;
 use crate::loom::Loom;
 use crate::used::Used;
 use crate::values::counts;
@@ -58,17 +59,17 @@ pub(super) fn how(init: &Init, stats: &Stats) -> String {
 }
 
 /// Errors about exemplars name the file, and options by their flags.
-pub(super) fn failure(loom: &Loom<'_>, error: Error) -> Failure {
+pub(in crate::commands) fn failure(loaded: &Loaded, error: Error) -> Failure {
     match &error {
         Error::NothingFits { output: false, .. } => {
             let remedy = "use a larger exemplar, mask less, or add a smaller size to --schedule, such as 1:4";
-            loom.loaded.about(Failure::from(error).remedy(remedy))
+            loaded.about(Failure::from(error).remedy(remedy))
         }
         Error::NothingFits { least, .. } => {
             let remedy = format!("use --size {least} or more, or a smaller size in --schedule, such as 1:4");
             Failure::from(error).remedy(remedy)
         }
-        Error::Masked { .. } => loom.loaded.about(Failure::from(error)),
+        Error::Masked { .. } => loaded.about(Failure::from(error)),
         _ => Failure::from(error),
     }
 }

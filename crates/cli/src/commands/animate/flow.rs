@@ -1,0 +1,218 @@
+//! Flows as they are typed: built in, a file, or one file a frame.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum, ValueHint};
+use selvedge_core::{Domain, Flow, Limits, Seed};
+use selvedge_io::clip::ClipName;
+use selvedge_io::flow::{FlowFile, read_flow};
+use selvedge_io::{Fingerprint, display_name};
+use selvedge_texture_optimization::{Direction, Field, Motion};
+
+use crate::failure::Failure;
+use crate::used::Used;
+use crate::wrong::Wrong;
+
+/// Options about the flow.
+#[derive(Args, Clone, Debug)]
+pub(super) struct FlowArgs {
+    /// What the texture follows: sink, source, vortex, spiral, shear, uniform or curl-noise; a file of vectors (.flo, a
+    /// PNG as KITTI has it, EXR); or one file a frame as 'name.####.flo', a folder or a quoted glob, which begin again
+    /// after the last.
+    #[arg(long, value_name = "FIELD|FILE", value_parser = flow, value_hint = ValueHint::FilePath)]
+    flow: What,
+    /// Pixels a frame where a built-in field is fastest. Default: 1.5.
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    speed: Option<f64>,
+    /// Column and row of the middle of a built-in field. Default: the output's middle.
+    #[arg(long, value_name = "X,Y", value_parser = center, allow_hyphen_values = true)]
+    center: Option<Center>,
+    /// Degrees from the right, clockwise: where uniform goes. Default: 0.
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    angle: Option<f64>,
+    /// What the vectors of files say: where samples go in the next frame, or where they come from.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = DirectionArg::Forward)]
+    flow_direction: DirectionArg,
+    /// Vectors of files are multiplied by this.
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true)]
+    flow_scale: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum What {
+    Field(Field),
+    Files(PathBuf),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Center([f64; 2]);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DirectionArg {
+    /// Forward.
+    Forward,
+    /// Backward.
+    Backward,
+}
+
+/// Fields by the names that they are typed by.
+const FIELDS: [(&str, Field); 7] = [
+    ("sink", Field::Sink),
+    ("source", Field::Source),
+    ("vortex", Field::Vortex),
+    ("spiral", Field::Spiral),
+    ("shear", Field::Shear),
+    ("uniform", Field::Uniform),
+    ("curl-noise", Field::CurlNoise),
+];
+
+fn flow(text: &str) -> Result<What, Wrong> {
+    if let Some((_, field)) = FIELDS.iter().find(|(name, _)| *name == text) {
+        return Ok(What::Field(*field));
+    }
+    let path = Path::new(text);
+    if selvedge_io::flow::is_flow_name(path) || ClipName::parse(path).is_some() {
+        return Ok(What::Files(path.to_path_buf()));
+    }
+    let names: Vec<&str> = FIELDS.iter().map(|(name, _)| *name).collect();
+    Err(Wrong::new(
+        format!("'{text}' is no flow"),
+        format!("write {}, or a file's name (.flo, .png, .exr)", names.join(", ")),
+    ))
+}
+
+fn center(text: &str) -> Result<Center, Wrong> {
+    let wrong = || Wrong::new(format!("'{text}' is no place"), "write a column and a row, such as 128,96");
+    let (x, y) = text.split_once(',').ok_or_else(wrong)?;
+    let number = |s: &str| s.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
+    Ok(Center([number(y)?, number(x)?]))
+}
+
+/// What the frames follow, one after the other.
+pub(super) struct Flows {
+    flows: Vec<Flow>,
+    pub(super) direction: Direction,
+    /// Of the files.
+    pub(super) fingerprint: Option<Fingerprint>,
+    /// Whether it is one that lasts.
+    pub(super) is_steady: bool,
+}
+
+impl Flows {
+    /// The flow after a frame, counted from 0.
+    pub(super) fn after(&self, frame: u32) -> &Flow {
+        &self.flows[frame as usize % self.flows.len()]
+    }
+
+    /// How many there are before they begin again.
+    pub(super) fn len(&self) -> u32 {
+        self.flows.len() as u32
+    }
+}
+
+impl FlowArgs {
+    /// Refuses what is wrong by itself.
+    pub(super) fn validate(&self) -> Result<(), Failure> {
+        let is_field = matches!(self.what(), What::Field(_));
+        let numbers = [("speed", self.speed), ("angle", self.angle), ("flow-scale", Some(self.flow_scale))];
+        if let Some((name, value)) = numbers.iter().find_map(|(n, v)| v.filter(|v| !v.is_finite()).map(|v| (n, v))) {
+            return Err(Failure::new(2, format!("a {name} of {value} is no number")).remedy("use a finite one"));
+        }
+        let of_fields =
+            [("speed", self.speed.is_some()), ("angle", self.angle.is_some()), ("center", self.center.is_some())];
+        let idle = of_fields.iter().find(|(_, typed)| *typed && !is_field);
+        match idle {
+            Some((name, _)) => {
+                let what = format!("--{name} is about fields that are built in, and --flow names a file");
+                Err(Failure::new(2, what).remedy("leave it out, or use --flow-scale"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn what(&self) -> &What {
+        &self.flow
+    }
+
+    /// The files that are read.
+    pub(super) fn files(&self) -> Result<Vec<PathBuf>, Failure> {
+        match self.what() {
+            What::Field(_) => Ok(Vec::new()),
+            What::Files(path) if ClipName::parse(selvedge_io::file_of(path)).is_some() => {
+                let files = selvedge_io::clip::clip_files(path, None)?;
+                let is_flow = |file: &&PathBuf| !selvedge_io::flow::is_flow_name(file);
+                match files.iter().find(is_flow) {
+                    Some(other) => Err(Failure::new(3, "is no file of vectors")
+                        .about(other)
+                        .remedy("name the frames by a pattern, such as 'name.####.flo'")),
+                    None => Ok(files),
+                }
+            }
+            What::Files(path) => Ok(vec![path.clone()]),
+        }
+    }
+
+    /// Reads the files, which must be of one size.
+    pub(super) fn read(&self, limits: &Limits) -> Result<Option<Flows>, Failure> {
+        let files = self.files()?;
+        let What::Files(path) = self.what() else { return Ok(None) };
+        let mut all: Vec<FlowFile> = Vec::new();
+        for file in &files {
+            let mut read = read_flow(file, limits)?;
+            if let Some(first) = all.first() {
+                let ([h, w], [fh, fw]) = (read.flow.domain().shape, first.flow.domain().shape);
+                if [h, w] != [fh, fw] {
+                    let what = format!("{w}x{h} vectors, but the first one has {fw}x{fh}");
+                    return Err(Failure::new(3, what).about(file).remedy("give flows of one size"));
+                }
+            }
+            let scale = self.flow_scale as f32;
+            read.flow.by.samples_mut().iter_mut().for_each(|v| *v *= scale);
+            all.push(read);
+        }
+        let fingerprint = match &all[..] {
+            [only] => only.fingerprint.clone(),
+            all => {
+                let mut hasher = blake3::Hasher::new();
+                for file in all {
+                    hasher.update(file.fingerprint.blake3.as_bytes());
+                }
+                Fingerprint { name: display_name(path), blake3: hasher.finalize().to_hex().to_string() }
+            }
+        };
+        let direction = match self.flow_direction {
+            DirectionArg::Forward => Direction::Forward,
+            DirectionArg::Backward => Direction::Backward,
+        };
+        let is_steady = all.len() == 1;
+        let flows = all.into_iter().map(|file| file.flow).collect();
+        Ok(Some(Flows { flows, direction, fingerprint: Some(fingerprint), is_steady }))
+    }
+
+    /// A field that is built in, over an output.
+    pub(super) fn built_in(&self, output: Domain<2>, seed: Seed) -> Result<Option<Flows>, Failure> {
+        let What::Field(field) = self.what() else { return Ok(None) };
+        let center = self.center.map(|center| center.0);
+        let (speed, angle) = (self.speed.unwrap_or(1.5), self.angle.unwrap_or(0.0));
+        let flow = Motion { field: *field, speed, center, angle }.flow(output, seed)?;
+        Ok(Some(Flows { flows: vec![flow], direction: Direction::Forward, fingerprint: None, is_steady: true }))
+    }
+
+    /// Without what does not act.
+    pub(super) fn used(&self, used: Used) -> Used {
+        match self.what() {
+            What::Field(field) => {
+                let used = used.set("speed", self.speed.unwrap_or(1.5)).without("flow-direction").without("flow-scale");
+                let used = if self.center.is_none() { used.without("center") } else { used };
+                if *field == Field::Uniform {
+                    used.set("angle", self.angle.unwrap_or(0.0))
+                } else {
+                    used.without("angle")
+                }
+            }
+            What::Files(path) => {
+                used.set("flow", display_name(path)).without("speed").without("angle").without("center")
+            }
+        }
+    }
+}

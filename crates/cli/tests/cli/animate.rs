@@ -1,0 +1,71 @@
+//! `selvedge animate` from outside.
+
+use std::fs;
+
+use crate::program::Folder;
+
+fn flo(width: i32, height: i32, vector: [f32; 2]) -> Vec<u8> {
+    let mut bytes = b"PIEH".to_vec();
+    bytes.extend([width, height].iter().flat_map(|n| n.to_le_bytes()));
+    let vectors = (0..width * height).flat_map(|_| vector);
+    bytes.extend(vectors.flat_map(f32::to_le_bytes));
+    bytes
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_what_can() {
+    let folder = Folder::new("animate-refused");
+    fs::write(folder.path("good.flo"), flo(40, 32, [1.0, 0.0])).unwrap();
+    fs::write(folder.path("cut.flo"), &flo(40, 32, [1.0, 0.0])[..99]).unwrap();
+    fs::write(folder.path("nan.flo"), flo(40, 32, [f32::NAN, 0.0])).unwrap();
+    for (name, width) in [("v.1.flo", 40), ("v.2.flo", 41)] {
+        fs::write(folder.path(name), flo(width, 32, [1.0, 0.0])).unwrap();
+    }
+    let refused = [
+        ("--flow whirl", 2, "'whirl' is no flow; write sink"),
+        ("--flow missing.flo", 4, "'missing.flo'"),
+        ("--flow cut.flo", 3, "'cut.flo': damaged flo file (99 of 10252 bytes)"),
+        ("--flow nan.flo", 3, "'nan.flo': 1280 value(s) are not finite"),
+        ("--flow v.#.flo", 3, "'v.2.flo': 41x32 vectors, but the first one has 40x32"),
+        ("--flow w.#.flo", 4, "w.#.flo"),
+        ("--flow @/weave.png", 3, "is no flow; it holds a PNG"),
+        ("--flow good.flo --size 64", 3, "the flow has 40x32 vectors, but --size asks for 64x64 px"),
+        ("--flow good.flo --speed 2", 2, "--speed is about fields"),
+        ("--flow sink --speed nan", 2, "speed of NaN"),
+        ("--flow sink --center 3", 2, "'3' is no place; write a column"),
+        ("--flow sink --lambda -1", 2, "lambda of -1"),
+        ("--flow sink --schedule 1:10", 2, "use a multiple of 4"),
+        ("--flow sink --schedule 1:64 --size 32", 3, "no neighborhood of 64 px"),
+        ("--flow sink --init map.exr", 2, "write auto, quilt"),
+        ("--flow sink --seed 1..3", 2, "3 seeds for one clip"),
+    ];
+    for (options, exit, named) in refused {
+        folder.run(&format!("animate @/scales.png -o a.##.png {options}")).refused(exit, &[named]);
+    }
+    folder.run("animate @/scales.png -o a.webp --flow sink").refused(2, &["webp"]);
+    assert_eq!(folder.names().len(), 5, "{:?}", folder.names());
+}
+
+#[test]
+fn frames_follow_one_file_or_one_each_and_are_made_again() {
+    let folder = Folder::new("animate-files");
+    for name in ["v.1.flo", "v.2.flo"] {
+        fs::write(folder.path(name), flo(40, 32, [1.5, 0.0])).unwrap();
+    }
+    let line = "animate @/scales.png --init quilt --seed 3";
+    let each = folder.run(&format!("{line} --flow v.#.flo -o each.#.png --json")).done().json();
+    assert_eq!((&each["options"]["frames"], &each["options"]["size"]), (&3.into(), &"40x32".into()));
+    assert_eq!(each["stats"]["frames"].as_array().map(Vec::len), Some(2));
+    let one = folder.run(&format!("{line} --flow v.1.flo --frames 3 -o one.#.png")).done();
+    drop(one);
+    let read = |name: &str| selvedge_io::read(folder.path(name), &Default::default()).unwrap().plane;
+    for frame in 1..=3 {
+        assert_eq!(read(&format!("each.{frame}.png")), read(&format!("one.{frame}.png")));
+    }
+    assert_ne!(read("one.1.png"), read("one.3.png"));
+    folder.run("again one.2.png -o again.#.png").done();
+    assert_eq!(fs::read(folder.path("again.2.png")).unwrap(), fs::read(folder.path("one.2.png")).unwrap());
+    let dry = folder.run(&format!("{line} --flow v.#.flo -o dry.#.png --json --dry-run")).done().json();
+    assert_eq!(dry["options"], each["options"]);
+    assert!(!folder.path("dry.1.png").exists());
+}
