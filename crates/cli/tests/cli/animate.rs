@@ -63,7 +63,7 @@ fn frames_follow_one_file_or_one_each_and_are_made_again() {
         assert_eq!(read(&format!("each.{frame}.png")), read(&format!("one.{frame}.png")));
     }
     assert_ne!(read("one.1.png"), read("one.3.png"));
-    folder.run("again one.2.png -o again.#.png").done();
+    folder.run("again one.2.png -o again.#.png --look-in @").done();
     assert_eq!(fs::read(folder.path("again.2.png")).unwrap(), fs::read(folder.path("one.2.png")).unwrap());
     let dry = folder.run(&format!("{line} --flow v.#.flo -o dry.#.png --json --dry-run")).done().json();
     assert_eq!(dry["options"], each["options"]);
