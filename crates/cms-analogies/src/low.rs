@@ -12,7 +12,7 @@ use crate::error::Error;
 /// between the middles of its samples. Around periodic axes of the output both go on.
 ///
 /// # Errors
-/// [`Range`](CoreError::Range) for a ratio of 0 or over 256, and those of [`Guide::new`].
+/// [`Range`](selvedge_core::Error::Range) for a ratio of 0 or over 256, and those of [`Guide::new`].
 pub fn low_resolution(
     exemplars: &Exemplars<2>,
     maps: &[Grid<u8, 2>],

@@ -61,7 +61,7 @@ impl Options {
     /// Refuses what is wrong by itself.
     ///
     /// # Errors
-    /// [`Range`](CoreError::Range).
+    /// [`Range`](selvedge_core::Error::Range).
     pub fn validate(&self) -> Result<(), Error> {
         CoreError::within("constraint_weight", self.constraint_weight, 0.0..=MOST_WEIGHT, "0 to 10000")?;
         CoreError::within("spread", self.spread, 0.0..=MOST_WEIGHT, "0 to 10000")?;

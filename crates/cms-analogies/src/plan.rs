@@ -23,8 +23,8 @@ impl<'a> Plan<'a> {
     /// Checks options and constraints, and that the run is within its limits.
     ///
     /// # Errors
-    /// [`Range`](CoreError::Range), [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and of the
-    /// core those of a guide that does not fit the exemplars and of limits.
+    /// [`Range`](selvedge_core::Error::Range), [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and
+    /// of the core those of a guide that does not fit the exemplars and of limits.
     pub fn new(
         exemplars: &'a Exemplars<2>,
         constraints: &'a [Constraint],

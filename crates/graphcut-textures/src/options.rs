@@ -106,7 +106,7 @@ impl<const D: usize> Options<D> {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Range`](CoreError::Range).
+    /// [`Range`](selvedge_core::Error::Range).
     pub fn validate(&self) -> Result<(), Error> {
         if !self.free.contains(&true) {
             return Err(CoreError::range("free", 0.0, "at least one axis").into());

@@ -39,7 +39,7 @@ impl Scales {
     /// The scales from `low` to `high` whose neighbours differ by a factor of `step`.
     ///
     /// # Errors
-    /// [`Range`](CoreError::Range) unless `1/16 <= low <= high <= 16` and `1.01 <= step <= 4`.
+    /// [`Range`](selvedge_core::Error::Range) unless `1/16 <= low <= high <= 16` and `1.01 <= step <= 4`.
     pub fn new([low, high]: [f64; 2], step: f64) -> Result<Self, Error> {
         if !(1.01..=4.0).contains(&step) {
             return Err(CoreError::range("scale_step", step, "1.01 to 4").into());

@@ -142,7 +142,7 @@ impl Options {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Block`] and [`Range`](CoreError::Range).
+    /// [`Error::Block`] and [`Range`](selvedge_core::Error::Range).
     pub fn validate(&self) -> Result<(), Error> {
         if let Some([height, width]) = self.block
             && [height, width].iter().any(|side| !side.is_power_of_two() || LARGEST < *side)

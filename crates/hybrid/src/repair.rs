@@ -45,7 +45,7 @@ impl RepairOptions {
     /// Checks what can be checked without a map.
     ///
     /// # Errors
-    /// [`Range`](CoreError::Range).
+    /// [`Range`](selvedge_core::Error::Range).
     pub fn validate(&self) -> Result<(), Error> {
         self.pixel_error.check("pixel_error")?;
         CoreError::within("radius", self.radius, 1.0..=64.0, "1 to 64")?;

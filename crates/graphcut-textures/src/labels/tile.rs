@@ -21,7 +21,7 @@ const TRIED: usize = 6;
 /// around.
 ///
 /// # Errors
-/// [`Range`](CoreError::Range) for an overlap of 1, or more than half of a side; those of [`expand`].
+/// [`Range`](selvedge_core::Error::Range) for an overlap of 1, or more than half of a side; those of [`expand`].
 pub fn close<const D: usize>(
     exemplars: &Exemplars<D>,
     overlap: [u32; D],
@@ -60,7 +60,7 @@ pub fn close<const D: usize>(
 /// The overlap of the cheapest seam along each axis asked for.
 ///
 /// # Errors
-/// [`Range`](CoreError::Range) for sides of less than 4, and those of [`close`].
+/// [`Range`](selvedge_core::Error::Range) for sides of less than 4, and those of [`close`].
 pub fn overlaps<const D: usize>(
     exemplars: &Exemplars<D>,
     axes: [bool; D],
@@ -123,7 +123,7 @@ fn disagreement<const D: usize>(source: &Source<D>, axis: usize, overlap: u32) -
 /// around those axes. The exemplars are those that the hole may be filled from.
 ///
 /// # Errors
-/// [`Range`](CoreError::Range) unless something stays, and too little memory.
+/// [`Range`](selvedge_core::Error::Range) unless something stays, and too little memory.
 pub fn banded<const D: usize>(exemplars: &Exemplars<D>, width: [u32; D]) -> Result<(Exemplars<D>, Start<D>), Error> {
     let first = &exemplars.sources()[0];
     let side = first.domain().shape;

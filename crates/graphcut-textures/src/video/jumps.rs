@@ -91,7 +91,7 @@ impl FrameDistances {
     /// other jump.
     ///
     /// # Errors
-    /// [`Range`](CoreError::Range); [`Error::Period`] if the clip is shorter than the least period.
+    /// [`Range`](selvedge_core::Error::Range); [`Error::Period`] if the clip is shorter than the least period.
     ///
     /// # Complexity
     /// `O(frames^2 log(frames))`.
