@@ -215,10 +215,8 @@ impl Loom<'_> {
         if let (Some(path), Some((_, explained))) = (&self.written.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
             let format = outputs::format(path, None, None)?;
-            match sheet::below(explained, &tried)? {
-                Some(both) => outputs.picture(path, format, &both, &metadata)?,
-                None => outputs.picture(path, format, explained, &metadata)?,
-            }
+            let with_tried = if tried.is_empty() { None } else { Some(sheet::below(explained, &tried)?) };
+            outputs.picture(path, format, with_tried.as_ref().unwrap_or(explained), &metadata)?;
         }
         if let (Some(path), true) = (&self.written.preview, complete) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };

@@ -50,6 +50,10 @@ pub(crate) fn held(cells: &[Cell]) -> u64 {
 /// # Errors
 /// No memory for it.
 pub(crate) fn sheet(cells: &[Cell]) -> Result<Plane<2>, Failure> {
+    Ok(Plane::new(Role::Color, Samples::U8(paper(cells)?)))
+}
+
+fn paper(cells: &[Cell]) -> Result<Grid<u8, 2>, Failure> {
     let columns = (1..).find(|c| cells.len() <= c * c).unwrap_or(1) as u32;
     let side = |axis: usize| cells.iter().map(|(grid, _)| grid.domain().shape[axis]).max().unwrap_or(1);
     let widest = cells.iter().map(|(_, label)| width(*label)).max().unwrap_or(1);
@@ -60,34 +64,31 @@ pub(crate) fn sheet(cells: &[Cell]) -> Result<Plane<2>, Failure> {
     for (i, (picture, label)) in cells.iter().enumerate() {
         let at = [i as u32 / columns, i as u32 % columns];
         let corner = [0, 1].map(|axis| MARGIN + at[axis] * (cell[axis] + MARGIN));
-        for [y, x] in picture.domain().positions() {
-            (0..3).for_each(|c| paper.set(c, [corner[0] + y, corner[1] + x], picture.get(c, [y, x])));
-        }
+        paste(&mut paper, corner, picture);
         write(&mut paper, [corner[0] + side(0) + MARGIN / 2, corner[1]], &label.to_string());
     }
-    Ok(Plane::new(Role::Color, Samples::U8(paper)))
+    Ok(paper)
 }
 
-/// A picture with a sheet of what else was made below it, numbered from 1; nothing if nothing else was made.
+/// Lays a picture so that it begins at a corner.
+fn paste(paper: &mut Grid<u8, 2>, corner: [u32; 2], picture: &Grid<u8, 2>) {
+    for [y, x] in picture.domain().positions() {
+        (0..3).for_each(|c| paper.set(c, [corner[0] + y, corner[1] + x], picture.get(c, [y, x])));
+    }
+}
+
+/// A picture with a sheet of what else was made below it, numbered from 1.
 ///
 /// # Errors
 /// No memory for it.
-pub(crate) fn below(picture: &Plane<2>, tried: &[Thumbnail]) -> Result<Option<Plane<2>>, Failure> {
-    if tried.is_empty() {
-        return Ok(None);
-    }
+pub(crate) fn below(picture: &Plane<2>, tried: &[Thumbnail]) -> Result<Plane<2>, Failure> {
     let cells = (1..).zip(tried).map(|(n, t)| Ok((cell(&t.picture)?, n)));
-    let below = sheet(&cells.collect::<Result<Vec<Cell>, Failure>>()?)?;
-    let [above, below] = [picture, &below].map(|plane| eyes::on_white(plane, u32::MAX));
-    let [above, below] = [above?, below?];
-    let [a, b] = [above.domain().shape, below.domain().shape];
+    let (above, below) = (eyes::on_white(picture, u32::MAX)?, paper(&cells.collect::<Result<Vec<Cell>, Failure>>()?)?);
+    let [a, b] = [&above, &below].map(|grid| grid.domain().shape);
     let mut both = Grid::try_filled(Domain::open([a[0] + b[0], a[1].max(b[1])]), 3, 255_u8)?;
-    for (grid, top) in [(&above, 0), (&below, a[0])] {
-        for [y, x] in grid.domain().positions() {
-            (0..3).for_each(|c| both.set(c, [top + y, x], grid.get(c, [y, x])));
-        }
-    }
-    Ok(Some(Plane::new(Role::Color, Samples::U8(both))))
+    paste(&mut both, [0, 0], &above);
+    paste(&mut both, [a[0], 0], &below);
+    Ok(Plane::new(Role::Color, Samples::U8(both)))
 }
 
 /// From one digit to the next.

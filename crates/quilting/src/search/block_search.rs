@@ -80,21 +80,32 @@ impl Search for BlockSearch<'_> {
     ) -> Result<&'s [Candidate], Error> {
         self.sum(terms, scratch)?;
         let BlockScratch { costs, found, .. } = scratch;
-        let allowed = |source: usize, at: [i32; 2]| !avoid(source, at.map(|p| p as u32));
-        let of = |c: selvedge_fft_ssd::Candidate<2>| Candidate {
-            error: c.error,
-            source: c.source,
-            at: c.position.map(|p| p as u32),
-        };
-        let tolerance = |best: &selvedge_fft_ssd::Candidate<2>| Tolerance::from(within(&of(*best)));
-        let mut near = costs.within_of_best(tolerance, allowed)?;
-        if near.is_empty() {
-            near = costs.within_of_best(tolerance, |_, _| true)?;
-        }
-        found.clear();
-        reserve(found, near.len() as usize)?;
-        found.extend(near.iter().map(of));
+        near(costs, within, avoid, found)?;
         Ok(found)
+    }
+}
+
+/// What [`Search::near`] finds, of errors that were worked out.
+pub(super) fn near(
+    costs: &mut Costs<2>,
+    within: Within<'_>,
+    avoid: Avoid<'_>,
+    found: &mut Vec<Candidate>,
+) -> Result<(), Error> {
+    let tolerance = |best: &selvedge_fft_ssd::Candidate<2>| Tolerance::from(within(&(*best).into()));
+    let mut near = costs.within_of_best(tolerance, |source, at| !avoid(source, at.map(|p| p as u32)))?;
+    if near.is_empty() {
+        near = costs.within_of_best(tolerance, |_, _| true)?;
+    }
+    found.clear();
+    reserve(found, near.len() as usize)?;
+    found.extend(near.iter().map(Candidate::from));
+    Ok(())
+}
+
+impl From<selvedge_fft_ssd::Candidate<2>> for Candidate {
+    fn from(c: selvedge_fft_ssd::Candidate<2>) -> Self {
+        Self { error: c.error, source: c.source, at: c.position.map(|p| p as u32) }
     }
 }
 

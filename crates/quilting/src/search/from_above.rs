@@ -4,8 +4,9 @@
 use std::ops::Range;
 
 use selvedge_core::{Exemplars, SimdLevel, reserve, try_vec};
-use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Template, Tolerance};
+use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Template};
 
+use super::block_search::near;
 use super::{Avoid, BlockScratch, BlockSearch, Candidate, Search, Term, Within};
 use crate::options::Error;
 
@@ -107,25 +108,16 @@ impl<'e> FromAbove<'e> {
         avoid: Avoid<'_>,
         to: &mut AboveScratch,
     ) -> Result<Vec<Candidate>, Error> {
-        let (costs, level) = (&mut to.costs, self.halves.len());
+        let AboveScratch { search, costs, found: all, .. } = to;
+        let level = self.halves.len();
         let of = Template::new(template.shape, &template.features).masked(&template.mask);
-        self.smallest.search(&of, Placement::INSIDE, &mut to.search, costs)?;
-        let up = |at: [i32; 2]| at.map(|p| (p as u32) << level);
-        let whole =
-            |c: &selvedge_fft_ssd::Candidate<2>| Candidate { error: c.error, source: c.source, at: up(c.position) };
-        let own = |c: &selvedge_fft_ssd::Candidate<2>| Candidate { at: c.position.map(|p| p as u32), ..whole(c) };
-        let tolerance =
-            |best: &selvedge_fft_ssd::Candidate<2>| Tolerance::from(within(&whole(best)).saturating_add(MARGIN));
-        let mut near = costs.within_of_best(tolerance, |source, at| !avoid(source, up(at)))?;
-        if near.is_empty() {
-            near = costs.within_of_best(tolerance, |_, _| true)?;
-        }
-        let mut all: Vec<Candidate> = Vec::new();
-        reserve(&mut all, near.len() as usize)?;
-        all.extend(near.iter().map(|c| own(&c)));
+        self.smallest.search(&of, Placement::INSIDE, search, costs)?;
+        let up = |at: [u32; 2]| at.map(|p| p << level);
+        let wider = |best: &Candidate| within(&Candidate { at: up(best.at), ..*best }).saturating_add(MARGIN);
+        near(costs, &wider, &|source, at| avoid(source, up(at)), all)?;
         let is_few = all.len() <= FOLLOWED;
         let best = costs.best_k(if is_few { FOLLOWED } else { BEST }, APART)?;
-        let mut chosen: Vec<Candidate> = best.iter().map(own).collect();
+        let mut chosen: Vec<Candidate> = best.iter().map(|&c| c.into()).collect();
         if !is_few {
             // Spread evenly in the order of places.
             chosen.extend((BEST..FOLLOWED).map(|i| all[(i - BEST) * all.len() / (FOLLOWED - BEST)]));
@@ -170,13 +162,16 @@ impl Search for FromAbove<'_> {
         avoid: Avoid<'_>,
         scratch: &'s mut AboveScratch,
     ) -> Result<&'s [Candidate], Error> {
+        if 1 < terms.len() {
+            return self.exact.near(terms, within, avoid, &mut scratch.exact);
+        }
         let mut pieces = vec![Piece::of(&terms[0], self.exemplars.channels())?];
         for _ in 0..self.halves.len() {
             let half = pieces[pieces.len() - 1].halved()?;
             pieces.push(half);
         }
         let smallest = &pieces[pieces.len() - 1];
-        if 1 < terms.len() || smallest.rows.is_empty() {
+        if smallest.rows.is_empty() {
             return self.exact.near(terms, within, avoid, &mut scratch.exact);
         }
         let mut coarse = self.first(smallest, within, avoid, scratch)?;
