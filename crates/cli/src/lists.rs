@@ -51,12 +51,14 @@ pub(crate) fn spread(all: &Command, words: &[OsString]) -> Vec<OsString> {
     out
 }
 
-/// The option of this name, if it is a list of files.
+/// The option of this name, if it is a list of files. One of so many values each time, such as a pair, is none: it
+/// means something by their places, and reads lists among them itself.
 fn list<'c>(command: &'c Command, flag: &OsStr) -> Option<&'c Arg> {
     let long = flag.to_str()?.strip_prefix("--")?;
     let arg = command.get_arguments().find(|arg| arg.get_long() == Some(long))?;
     let files = matches!(arg.get_value_hint(), ValueHint::FilePath | ValueHint::DirPath);
-    (files && matches!(arg.get_action(), ArgAction::Append)).then_some(arg)
+    let is_group = arg.get_num_args().is_some_and(|n| 1 < n.max_values() && n.min_values() == n.max_values());
+    (files && !is_group && matches!(arg.get_action(), ArgAction::Append)).then_some(arg)
 }
 
 fn joined(flag: &str, value: &OsStr) -> OsString {
@@ -103,7 +105,7 @@ mod tests {
             ("quilt --mask m,n a,b", "quilt --mask m --mask n a,b"),
             ("quilt a --with n,h r -o o", "quilt a --with n h r -o o"),
             ("quilt a --match x.exr[R,G],y --seed 1,2", "quilt a --match x.exr[R,G] y --seed 1,2"),
-            ("transfer a --guide s,t --target x,y", "transfer a --guide s t --target x,y"),
+            ("transfer a b --guide s,u t --target x,y", "transfer a b --guide s,u t --target x,y"),
             ("again p --look-in a,b c", "again p --look-in a b c"),
             ("fill p --from a,b --source-mask none,m", "fill p --from a --from b --source-mask none --source-mask m"),
             ("quilt a --mask m -- --mask a,b", "quilt a --mask m -- --mask a,b"),

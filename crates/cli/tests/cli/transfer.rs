@@ -29,3 +29,11 @@ fn an_exemplar_of_a_narrow_range_is_told_how_to_follow_a_wide_one() {
     let said = folder.run("transfer wide.png --target narrow.png -o out.png --passes 1 --block 12").done();
     assert!(!said.stderr.contains("its light spans"), "{said:?}");
 }
+
+#[test]
+fn a_guide_of_several_exemplars_is_a_list_and_a_target() {
+    let folder = Folder::new("transfer-guides");
+    let line = "transfer @/cobbles.png @/weave.png --guide @/cobbles.png,@/weave.png @/weave.png -o a.png --dry-run";
+    let said = folder.run(line).done();
+    assert!(said.stderr.contains("192x192 px from blocks"), "{}", said.stderr);
+}
