@@ -8,7 +8,7 @@ use crate::options::{MOST_WEIGHT, Options};
 /// The price of one grey level, that of [`SeamCosts`](selvedge_core::SeamCosts).
 pub(crate) const LEVEL: f64 = 16.0;
 /// Fractional bits of a factor: those of `K = 0.01` keep three digits.
-const FRACTION: u32 = 20;
+pub(crate) const FRACTION: u32 = 20;
 /// Channels of weight 1 whose sum is what `K` was made for: the paper's red, green and blue.
 const CHANNELS: f64 = 3.0;
 /// Below this bit of a packed sum stands the squared error, from it on the number of samples. The largest

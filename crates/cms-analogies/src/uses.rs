@@ -11,14 +11,12 @@ use std::collections::BTreeMap;
 use selvedge_core::{Bytes, Domain, Exemplars, SampleId, reserve, try_vec};
 use selvedge_expansion::Frame;
 
-use crate::constraint::{LEVEL, MOST_AGREEMENT, unit};
+use crate::constraint::{self, FRACTION, LEVEL, unit};
 use crate::error::Error;
 
 /// Side of a part in samples of its exemplar. Smaller ones let a patch beside one that is used often count as rare;
 /// larger ones do not tell a joint from the brick beside it.
 const SIDE: u32 = 8;
-/// Fractional bits of a factor.
-const FRACTION: u32 = 20;
 /// What no valid sample has.
 const NONE: u32 = u32::MAX;
 
@@ -102,8 +100,7 @@ impl Uses {
     /// What a sample costs as often as its part shows; 0 for none.
     #[inline]
     pub(crate) fn price(&self, id: SampleId) -> i32 {
-        let Some(part) = self.part(id) else { return 0 };
-        (self.scaled(part) >> FRACTION).min(MOST_AGREEMENT as u64) as i32
+        constraint::price(self.scaled_of(id.get() as usize))
     }
 
     /// The same of the sample of a number, in units of `2^-20`.

@@ -80,7 +80,10 @@ impl Worst {
 
     /// The same with something added to the error of every place, which nobody has noted: all of them are looked at.
     pub(crate) fn places_with(&self, count: usize, apart: u32, added: impl Fn(usize) -> i64) -> Vec<usize> {
-        self.found(count, |found| self.next(found, apart, |_| i64::MAX, &added))
+        let wide = self.domain.shape[1] as usize;
+        let most = |y: usize| (y * wide..(y + 1) * wide).map(|place| self.errors[place].saturating_add(added(place)));
+        let rows: Vec<i64> = (0..self.rows.len()).map(|y| most(y).max().unwrap_or(0)).collect();
+        self.found(count, |found| self.next(found, apart, |y| rows[y], &added))
     }
 
     fn found(&self, count: usize, next: impl Fn(&[[u32; 2]]) -> Option<usize>) -> Vec<usize> {

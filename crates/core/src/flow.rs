@@ -21,4 +21,10 @@ impl Flow {
     pub fn is_known(&self, at: [u32; 2]) -> bool {
         self.known.as_ref().is_none_or(|known| known.get(0, at))
     }
+
+    /// Where the motion is said to be known and is no number.
+    pub fn odd(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let is_odd = |at: &[u32; 2]| self.is_known(*at) && (0..2).any(|c| !self.by.get(c, *at).is_finite());
+        self.domain().positions().filter(is_odd)
+    }
 }

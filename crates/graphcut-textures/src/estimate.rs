@@ -40,14 +40,14 @@ pub fn estimate<const D: usize>(
     output: Domain<D>,
     options: &Options<D>,
 ) -> Bytes {
+    let of = |levels| at_levels(sources, channels, output, options, levels);
+    if options.free.contains(&false) {
+        return of(1);
+    }
     let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
     match options.levels {
-        Some(levels) => at_levels(sources, channels, output, options, asked(largest, levels, options)),
-        None => {
-            let most = levels(largest, u32::MAX, output);
-            let of = |levels| at_levels(sources, channels, output, options, levels);
-            if options.free.contains(&false) { of(1) } else { (1..=most).map(of).max().unwrap_or_default() }
-        }
+        Some(levels) => of(asked(largest, levels)),
+        None => (1..=levels(largest, u32::MAX, output)).map(of).max().unwrap_or_default(),
     }
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn at_levels<const D: usize>(
     let (mut small, mut whole) = (sources.to_vec(), output);
     let mut coarse = Bytes(0);
     for _ in 1..levels {
-        small.iter_mut().for_each(|s| s.shape = s.shape.map(|n| n.div_ceil(2)));
+        small.iter_mut().for_each(|s| *s = s.coarser());
         whole = whole.coarser();
         coarse += small.iter().map(|s| Bytes::of_samples(*s, channels as u64 + 1)).sum();
     }

@@ -27,10 +27,7 @@ pub(crate) fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D
 }
 
 /// How many of the levels that were asked for leave something of exemplars whose shortest side is `largest` at most.
-pub(crate) fn asked<const D: usize>(largest: u32, levels: u32, options: &Options<D>) -> u32 {
-    if options.free.contains(&false) {
-        return 1;
-    }
+pub(crate) fn asked(largest: u32, levels: u32) -> u32 {
     1 + (1..levels.min(MOST_LEVELS)).take_while(|level| 2 * LEAST <= largest >> level).last().unwrap_or(0)
 }
 
@@ -49,7 +46,7 @@ pub(crate) fn sizes<const D: usize>(
     let sides = exemplars.sources().iter().map(|s| shortest(s.domain().shape));
     let largest = sides.max().unwrap_or(0);
     if let Some(levels) = options.levels {
-        return whole(exemplars, asked(largest, levels, options));
+        return whole(exemplars, asked(largest, levels));
     }
     // What is too small has one level whatever it shows.
     if levels(largest, u32::MAX, output) == 1 {

@@ -124,7 +124,7 @@ fn found(
         let placed = move |(i, near): (usize, Option<Neighbor>)| {
             near.map(|near| ([0, 1].map(|axis| from[axis] + at(i)[axis]), near))
         };
-        near.samples().to_vec().into_iter().enumerate().filter_map(placed).collect::<Vec<Found>>()
+        near.samples().iter().copied().enumerate().filter_map(placed).collect::<Vec<Found>>()
     };
     if domain.len() as u64 <= pairs / samples {
         return Ok((whole(nearest(picture, sources, weights, windows, simd)?, [0; 2]), over.len()));

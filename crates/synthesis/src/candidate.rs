@@ -1,6 +1,7 @@
 //! What may be made of exemplars: a method with its options.
 
 use crate::error::Error;
+use crate::sizes::shortest;
 use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 use selvedge_graphcut_textures as graphcut;
@@ -78,37 +79,24 @@ impl Candidate for Graphcut {
     }
 }
 
+/// True if some exemplar is better laid by how whole patches agree.
+pub(crate) fn is_orderly(exemplars: &Exemplars<2>) -> Result<bool, Error> {
+    Ok(Texture::of_each(exemplars).map_err(Error::Analysis)?.iter().any(Texture::is_orderly))
+}
+
 /// What is tried of exemplars, the likeliest first: graph cuts by default, which know the kind of the texture and how
 /// much larger the output is, and regions between theirs and the whole exemplar, with as much reach.
 ///
 /// Two readers ranked such candidates of 24 textures at twice the sides and of ten at four times, blind. Quilts, with
 /// blocks of three eighths and a half, were last but one of six: preference takes them too often, so they are not among
 /// these. Whole patches are not where many copies would show, however much preference likes them there.
-///
-/// # Errors
-/// [`Error::Analysis`] if memory is short.
-pub fn candidates(exemplars: &Exemplars<2>) -> Result<Vec<Box<dyn Candidate>>, Error> {
-    Ok(of_kind(exemplars, is_orderly(exemplars)?))
-}
-
-/// True if some exemplar is better laid by how whole patches agree.
-pub(crate) fn is_orderly(exemplars: &Exemplars<2>) -> Result<bool, Error> {
-    Ok(Texture::of_each(exemplars).map_err(Error::Analysis)?.iter().any(Texture::is_orderly))
-}
-
-/// [`candidates`] of exemplars whose kind is known.
 pub(crate) fn of_kind(exemplars: &Exemplars<2>, orderly: bool) -> Vec<Box<dyn Candidate>> {
-    let between = Some([(shortest(exemplars) * 3 / 8).max(1); 2]);
+    // The exemplar that is longest on its lesser side holds a region of that side.
+    let between = Some([(shortest(exemplars).max().unwrap_or(1) * 3 / 8).max(1); 2]);
     let second = if orderly {
         graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..Default::default() }
     } else {
         graphcut::Options { placement: graphcut::Placement::Sub, region: between, reach: between, ..Default::default() }
     };
     [graphcut::Options::default(), second].map(|options| Box::new(Graphcut(options)) as Box<dyn Candidate>).into()
-}
-
-/// The lesser side of the exemplar where that is longest: it holds a region of that side.
-fn shortest(exemplars: &Exemplars<2>) -> u32 {
-    let sides = exemplars.sources().iter().map(|s| s.domain().shape.into_iter().min().unwrap_or(1));
-    sides.max().unwrap_or(1)
 }

@@ -13,7 +13,7 @@ mod candidate;
 mod error;
 mod sizes;
 
-pub use candidate::{Candidate, Graphcut, Used, candidates};
+pub use candidate::{Candidate, Graphcut, Used};
 pub use error::Error;
 
 use selvedge_core::{
@@ -103,23 +103,24 @@ pub fn synthesize(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let [drafts, finished] = options.steps()?;
-    let sizes = Sizes::new(exemplars, output)?;
-    let judge = match Judge::new(sizes.small(exemplars), run.simd) {
-        Ok(judge) if 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n) => Some(judge),
-        Err(e) if !matches!(e, selvedge_metrics::Error::TooSmall { .. }) => return Err(e.into()),
-        _ => None,
+    let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
+    let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
+    let judge = match is_compared.then(|| Judge::new(sizes.small(exemplars), run.simd)).transpose() {
+        Err(selvedge_metrics::Error::TooSmall { .. }) => None,
+        judge => judge?,
     };
-    let orderly = is_orderly(exemplars)?;
-    let all = of_kind(exemplars, orderly);
     let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 };
-    let turns: Vec<Turn> = (0..drafts.max(1)).map(|i| Turn::new(i, all.len(), run.seed)).collect();
     let mut best = Best::default();
     if bench.judge.is_none() {
-        // Nothing to choose by: the likeliest.
+        // Nothing to choose by: the likeliest, which is first of any kind.
         bench.of = 1;
-        bench.finish(&all, &turns[..1], &mut best)?;
+        let all = of_kind(exemplars, false);
+        bench.finish(&all, &[Turn::new(0, all.len(), run.seed)], &mut best)?;
         return best.answer();
     }
+    let orderly = is_orderly(exemplars)?;
+    let all = of_kind(exemplars, orderly);
+    let turns: Vec<Turn> = (0..drafts).map(|i| Turn::new(i, all.len(), run.seed)).collect();
     let small = of_kind(bench.sizes.small(exemplars), orderly);
     let mut drafted = bench.draft(&small, &turns, &mut best)?;
     drafted.sort_by(|(_, a), (_, b)| b.total_cmp(a));

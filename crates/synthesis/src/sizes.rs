@@ -11,11 +11,12 @@ const LEAST_SIDE: u32 = 192;
 const COMPARED: u32 = 2 * selvedge_metrics::LEAST;
 
 /// The shorter side of each source.
-fn shortest(exemplars: &Exemplars<2>) -> impl Iterator<Item = u32> {
+pub(crate) fn shortest(exemplars: &Exemplars<2>) -> impl Iterator<Item = u32> {
     exemplars.sources().iter().map(|s| s.domain().shape.into_iter().min().unwrap_or(0))
 }
 
 /// Exemplars at halves of their size, from one half on; none if they are small.
+#[derive(Default)]
 pub(crate) struct Sizes {
     halves: Vec<Exemplars<2>>,
 }

@@ -5,6 +5,7 @@ use selvedge_core::{Coherence, Domain, Exemplars, Grid, SampleId, Source, Source
 
 use crate::error::Error;
 use crate::optimized::{Held, Pulls};
+use crate::picture;
 
 /// Samples around one that are compared: windows of five by five hold a detail and its surroundings; larger ones blur
 /// joins of detail no less, and take longer.
@@ -37,22 +38,23 @@ pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>, held: Option<Held<'_>>)
     held.iter().for_each(|held| held.lay(&mut map));
     // When each sample changed last, in phases.
     let mut stamps: Grid<u8, 2> = Grid::try_filled(domain, 1, 0)?;
+    let mut shown = picture::shown(exemplars, &map)?;
     for number in 0..PASSES {
-        if !pass(exemplars, &mut map, (&mut stamps, number), held)? {
+        if !pass(exemplars, (&mut map, &mut shown), (&mut stamps, number), held) {
             break;
         }
     }
     Ok(map)
 }
 
-/// Whether any sample changed. A sample is asked once more where something within its surroundings changed since it was
-/// asked.
+/// Whether any sample of a map, and of what it shows, changed. A sample is asked once more where something within its
+/// surroundings changed since it was asked.
 fn pass(
     exemplars: &Exemplars<2>,
-    map: &mut SourceMap<2>,
+    (map, shown): (&mut SourceMap<2>, &mut Grid<f64, 2>),
     (stamps, number): (&mut Grid<u8, 2>, u8),
     held: Option<Held<'_>>,
-) -> Result<bool, Error> {
+) -> bool {
     let domain = map.domain();
     let coherence = Coherence::new(exemplars);
     let mut changed = false;
@@ -63,8 +65,7 @@ fn pass(
             let mut around = Domain::open([2 * RADIUS + 1; 2]).positions().map(|by| by.map(|b| b as i32 - r));
             before != 0 && around.all(|by| domain.step(at, by).is_none_or(|p| stamps.get(0, p) < before))
         };
-        let shown = crate::picture::shown(exemplars, map)?;
-        let around = Around { exemplars, shown: &shown };
+        let around = Around { exemplars, shown };
         let [rows, columns] = [0, 1].map(|a| (domain.shape[a].saturating_sub(phase[a])).div_ceil(2));
         let ids = par::map_indexed(rows as usize, |row| {
             let mut offered = Vec::new();
@@ -91,11 +92,12 @@ fn pass(
                     changed = true;
                     stamps.set(0, at, now);
                     map.ids.set(0, at, id);
+                    picture::show(shown, exemplars, at, id);
                 }
             }
         }
     }
-    Ok(changed)
+    changed
 }
 
 /// A picture, whose surroundings of a position are compared with those of samples.

@@ -62,11 +62,11 @@ impl Neighborhoods {
     }
 
     /// Samples from the first one of a neighborhood to that of another, around a periodic axis the shorter way.
-    pub(crate) fn way(&self, from: usize, to: usize) -> [i64; 2] {
+    pub(crate) fn way(&self, from: usize, to: usize) -> [i32; 2] {
         let (from, to) = (self.first(from), self.first(to));
         [0, 1].map(|axis| {
             let (by, n) = (i64::from(to[axis]) - i64::from(from[axis]), i64::from(self.domain.shape[axis]));
-            if self.domain.periodic[axis] && n < 2 * by.abs() { by - n * by.signum() } else { by }
+            (if self.domain.periodic[axis] && n < 2 * by.abs() { by - n * by.signum() } else { by }) as i32
         })
     }
 

@@ -91,8 +91,7 @@ impl<'e> Plan<'e> {
             let level_of = (level, number, self.schedule.steps(number, self.options.iterations));
             let weaver = Weaver::new(&self.options, here, level_of, wishes.get(halvings), run);
             let begun = x.map(|x| self.to_level(x, level)).transpose()?;
-            let came = came.filter(|_| halvings == 0).map(|came| Came { number, ..came });
-            let ended = weaver.run(begun, came, &mut stats)?;
+            let ended = weaver.run(begun, came.filter(|_| halvings == 0), &mut stats)?;
             if number + 1 == self.schedule.levels.len() || !ended.complete {
                 return self.answer(&weaver, &ended, held, stats);
             }

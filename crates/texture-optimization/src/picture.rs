@@ -1,20 +1,23 @@
 //! The texture between levels: by a map, coarser, finer.
 
-use selvedge_core::{Domain, Exemplars, Grid, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, SampleId, SourceMap};
 
 use crate::Error;
 
 /// What a map shows of the features.
 pub(crate) fn shown(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Grid<f64, 2>, Error> {
     let mut x = Grid::try_filled(map.domain(), exemplars.channels(), 0.0)?;
-    for (i, &id) in map.ids.plane(0).iter().enumerate() {
-        let Some((source, at)) = exemplars.locate(id) else { continue };
-        let features = &exemplars.sources()[source].features;
-        for c in 0..exemplars.channels() {
-            x.plane_mut(c)[i] = f64::from(features.get(c, at));
-        }
+    for (at, &id) in map.domain().positions().zip(map.ids.plane(0)) {
+        show(&mut x, exemplars, at, id);
     }
     Ok(x)
+}
+
+/// Shows a sample at a position; nothing changes where it is none.
+pub(crate) fn show(x: &mut Grid<f64, 2>, exemplars: &Exemplars<2>, at: [u32; 2], id: SampleId) {
+    let Some((source, from)) = exemplars.locate(id) else { return };
+    let features = &exemplars.sources()[source].features;
+    (0..exemplars.channels()).for_each(|c| x.set(c, at, f64::from(features.get(c, from))));
 }
 
 /// At half the size: means of what each coarse sample stands for.

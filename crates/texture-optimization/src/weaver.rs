@@ -32,7 +32,6 @@ pub(crate) struct Came<'a> {
     pub(crate) carried: &'a Carried,
     /// How far they were, when a frame was searched first before; by the level's number.
     pub(crate) before: &'a [Vec<f64>],
-    pub(crate) number: usize,
 }
 
 /// Times by which a neighborhood that moved may fit worse than those before did, and still be taken without a search of
@@ -40,17 +39,12 @@ pub(crate) struct Came<'a> {
 const WORSE: f64 = 1.25;
 
 impl Came<'_> {
-    fn search(
-        &self,
-        exemplars: &Exemplars<2>,
-        all: &Neighborhoods,
-        exact: &mut Exact<'_>,
-        x: &Grid<f64, 2>,
-    ) -> Result<Option<Found>, Error> {
+    fn search(&self, weaver: &Weaver<'_>, exact: &mut Exact<'_>, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
+        let (all, level) = (&weaver.all, weaver.number);
         // The largest are looked for everywhere: what is complete, and large, is decided there.
-        let Some(before) = self.before.get(self.number).filter(|_| 0 < self.number) else { return exact.search(x) };
+        let Some(before) = self.before.get(level).filter(|_| 0 < level) else { return exact.search(x) };
         let mean = robust::mean(before);
-        let offered = |number: usize| self.carried.offered(exemplars, all.first(number), all.size);
+        let offered = |number: usize| self.carried.offered(weaver.exemplars, all.first(number), all.size);
         // A level more is no worse: nothing would ever be good enough beside perfect copies.
         exact.search_carried(x, &offered, &|number| before[number].max(mean) * WORSE + 1.0)
     }
@@ -155,7 +149,7 @@ impl<'a> Weaver<'a> {
             None => texture,
         };
         let found = match (self.options.search, came) {
-            (Search::Coherent, Some(came)) => came.search(self.exemplars, &self.all, exact, x)?,
+            (Search::Coherent, Some(came)) => came.search(self, exact, x)?,
             (Search::Exact | Search::Coherent, _) => exact.search(x)?,
             (Search::Reference, _) => {
                 reference::search(self.exemplars, &self.all, &self.falloff, x, self.options.complete)

@@ -61,11 +61,10 @@ fn decode(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Flow, Prob
         Some(Format::Exr) => vectors::decode(bytes, name, options)?,
         _ => return Err(Problem::NotFlow { found: "something else".into() }),
     };
-    let is_odd = |at: &[u32; 2]| flow.is_known(*at) && (0..2).any(|c| !flow.by.get(c, *at).is_finite());
-    let mut odd = flow.domain().positions().filter(is_odd);
-    match odd.next() {
+    let first = flow.odd().next();
+    match first {
         Some(at) => Err(Problem::NotFinite {
-            count: 1 + odd.count() as u64,
+            count: flow.odd().count() as u64,
             channel: usize::from(flow.by.get(1, at).is_finite()),
             x: at[1],
             y: at[0],

@@ -3,14 +3,11 @@
 
 use selvedge_core::{Association, Samples};
 
-use super::directory::Directory;
+use super::directory::{Directory, EXTRA_SAMPLES, PHOTOMETRIC, SAMPLES};
 use crate::Format;
 use crate::codec::Decoded;
 use crate::error::Problem;
 
-const PHOTOMETRIC: u16 = 262;
-const SAMPLES: u16 = 277;
-const EXTRA_SAMPLES: u16 = 338;
 /// What it is for RGB, and for white and black that is no colour.
 const RGB: u64 = 2;
 const GREY: u16 = 1;
@@ -25,9 +22,9 @@ pub(super) struct Chosen {
 
 impl Chosen {
     /// Channels by numbers from 1, as `1,2,3`, and the file with all of them.
-    pub(super) fn of(file: &[u8], wanted: &str) -> Result<(Self, Vec<u8>), Problem> {
-        let directory = Directory::of(file)?;
-        let number = |tag| directory.numbers(file, tag).and_then(|v| v.first().copied());
+    pub(super) fn of(mut file: Vec<u8>, wanted: &str) -> Result<(Self, Vec<u8>), Problem> {
+        let directory = Directory::of(&file)?;
+        let number = |tag| directory.first(&file, tag);
         let (all, photometric) = (number(SAMPLES).unwrap_or(1), number(PHOTOMETRIC).unwrap_or(1));
         let colors = match photometric {
             0 | 1 => 1,
@@ -41,21 +38,17 @@ impl Chosen {
         let one = |text: &str| text.trim().parse().ok().filter(|c| (1..=all).contains(c)).map(|c| c as usize - 1);
         let channels: Option<Vec<usize>> = wanted.split(',').map(one).collect();
         let channels = channels.ok_or_else(missing)?;
-        let kinds = directory.numbers(file, EXTRA_SAMPLES).unwrap_or_default();
+        let kinds = directory.numbers(&file, EXTRA_SAMPLES).unwrap_or_default();
         let last = channels.last().and_then(|last| kinds.get(last.checked_sub(colors)?));
         let alpha = match last.filter(|_| 1 < channels.len()) {
             Some(1) => Some(Association::Premultiplied),
             Some(2) => Some(Association::Straight),
             _ => None,
         };
-        let mut shown = Vec::new();
-        let refused = |_| selvedge_core::Error::Allocation { bytes: file.len() as u64 };
-        shown.try_reserve_exact(file.len()).map_err(refused)?;
-        shown.extend_from_slice(file);
         if photometric == RGB {
-            directory.set(&mut shown, PHOTOMETRIC, GREY);
+            directory.set(&mut file, PHOTOMETRIC, GREY);
         }
-        Ok((Self { channels, alpha }, shown))
+        Ok((Self { channels, alpha }, file))
     }
 
     /// The header of these channels alone.

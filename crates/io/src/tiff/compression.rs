@@ -3,7 +3,7 @@
 
 use std::io::Read;
 
-use super::directory::Directory;
+use super::directory::{Directory, TILES};
 use crate::Format;
 use crate::codec::Context;
 use crate::error::Problem;
@@ -16,9 +16,8 @@ const ZSTD: u64 = 50_000;
 
 const ROWS_PER_STRIP: u16 = 278;
 const TILE_SIZE: [u16; 2] = [323, 322];
-/// Where the pieces are and how long, of strips and of tiles.
+/// Where the pieces are and how long, of strips; of tiles see [`TILES`].
 const STRIPS: [u16; 2] = [273, 279];
-const TILES: [u16; 2] = [324, 325];
 
 /// Appends at most so many bytes of what is packed.
 type Unpack = fn(&[u8], u64, &mut Vec<u8>, &Context<'_>) -> Result<(), Problem>;
@@ -34,7 +33,7 @@ pub(super) fn unpacked(
     context: &Context<'_>,
 ) -> Result<Option<Vec<u8>>, Problem> {
     let directory = Directory::of(file)?;
-    let method = directory.numbers(file, COMPRESSION).and_then(|v| v.first().copied()).unwrap_or(1);
+    let method = directory.first(file, COMPRESSION).unwrap_or(1);
     let named = match method {
         ZSTD => return unpack(file, directory, stored, samples * bits, (of_zstd, context)).map(Some),
         LZW => return unpack(file, directory, stored, samples * bits, (of_lzw, context)).map(Some),
@@ -59,7 +58,7 @@ fn unpack(
     (unpack, context): (Unpack, &Context<'_>),
 ) -> Result<Vec<u8>, Problem> {
     let damaged = |cause: &str| Problem::damaged(Format::Tiff, cause);
-    let number = |tag| directory.numbers(file, tag).and_then(|v| v.first().copied());
+    let number = |tag| directory.first(file, tag);
     let tiled = number(TILES[0]).is_some();
     let tags = if tiled { TILES } else { STRIPS };
     let [at, len] = tags.map(|tag| directory.numbers(file, tag));

@@ -13,6 +13,12 @@ pub(super) struct Directory {
     entries: usize,
 }
 
+/// Tags that several have to do with.
+pub(super) const PHOTOMETRIC: u16 = 262;
+pub(super) const SAMPLES: u16 = 277;
+pub(super) const EXTRA_SAMPLES: u16 = 338;
+/// Offsets and byte counts of tiles.
+pub(super) const TILES: [u16; 2] = [324, 325];
 /// Types of values.
 const BYTE: u64 = 1;
 const SHORT: u64 = 3;
@@ -57,6 +63,11 @@ impl Directory {
         let size = if self.big { 20 } else { 12 };
         let all = (0..self.entries).map_while(|i| self.first.checked_add(i.checked_mul(size)?));
         all.take_while(|at| *at < file.len()).find(|at| self.number(file, *at, 2) == Some(tag.into()))
+    }
+
+    /// The first number of a tag.
+    pub(super) fn first(self, file: &[u8], tag: u16) -> Option<u64> {
+        self.numbers(file, tag)?.first().copied()
     }
 
     /// The numbers of a tag.

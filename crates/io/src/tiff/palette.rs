@@ -2,14 +2,13 @@
 
 use selvedge_core::Grid;
 
-use super::directory::Directory;
+use super::directory::{Directory, PHOTOMETRIC};
 use crate::Format;
 use crate::error::Problem;
 
 /// Photometric interpretation of a palette, and of grey with black at 0.
 pub(super) const PALETTE: u16 = 3;
 const GREY: u16 = 1;
-const PHOTOMETRIC: u16 = 262;
 
 /// Makes the first directory say grey instead of palette.
 pub(super) fn show_as_grey(file: &mut [u8]) -> Result<(), Problem> {

@@ -1,24 +1,19 @@
 //! Tiles of separate planes. The decoder takes the last row of tiles of every plane but the first for whole ones, so it
 //! is shown one plane after the other, as a grey picture of its own.
 
-use super::directory::Directory;
+use super::directory::{Directory, EXTRA_SAMPLES, PHOTOMETRIC, SAMPLES, TILES};
 use crate::Format;
 use crate::error::Problem;
 
 const BITS: u16 = 258;
-const PHOTOMETRIC: u16 = 262;
-const SAMPLES: u16 = 277;
 const PLANAR: u16 = 284;
-const EXTRA_SAMPLES: u16 = 338;
 const SAMPLE_FORMAT: u16 = 339;
-/// Offsets and byte counts of tiles.
-const TILES: [u16; 2] = [324, 325];
 /// A tag that nobody reads.
 const NOTHING: u16 = 65_000;
 
 /// Whether a file has tiles of separate planes.
 pub(super) fn are_tiled(file: &[u8]) -> bool {
-    let number = |tag| Directory::of(file).ok().and_then(|d| d.numbers(file, tag)).and_then(|v| v.first().copied());
+    let number = |tag| Directory::of(file).ok()?.first(file, tag);
     number(PLANAR) == Some(2) && number(TILES[0]).is_some()
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
     if let Some(wanted) = &context.options.channels {
         let mut file = Vec::new();
         input.read_to_end(&mut file).map_err(|e| Problem::file_system(e, 0))?;
-        let (chosen, file) = Chosen::of(&file, wanted)?;
+        let (chosen, file) = Chosen::of(file, wanted)?;
         let all = with_decoder(&mut Cursor::new(file), context, |page| Ok(page.description()))?;
         return Ok(chosen.described(all));
     }
@@ -33,10 +33,10 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
 /// The first page.
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
     let mut file = Vec::new();
-    input.read_to_end(&mut file).and_then(|_| input.rewind()).map_err(|e| Problem::file_system(e, 0))?;
+    input.read_to_end(&mut file).map_err(|e| Problem::file_system(e, 0))?;
     match &context.options.channels {
         Some(wanted) => {
-            let (chosen, file) = Chosen::of(&file, wanted)?;
+            let (chosen, file) = Chosen::of(file, wanted)?;
             chosen.of_all(decode_whole(file, context)?)
         }
         None => decode_whole(file, context),

@@ -141,13 +141,13 @@ fn run<N: Network>(
                 return outcome;
             }
         },
-        Engine::Pseudoflow => run_pseudoflow(net, relevant, scratch, cancelled),
+        Engine::Pseudoflow => run_pseudoflow(net, relevant, Supply::of(net, relevant), scratch, cancelled),
         Engine::Auto | Engine::ShortestPath => {
             let supply = Supply::of(net, relevant);
             if 2 * (supply.givers + supply.takers) > nodes {
                 run_nearby_first(net, relevant, supply, scratch, cancelled)
             } else {
-                run_pseudoflow(net, relevant, scratch, cancelled)
+                run_pseudoflow(net, relevant, supply, scratch, cancelled)
             }
         }
     }
@@ -161,14 +161,12 @@ fn run_nearby_first<N: Network>(
     scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut nearby = std::mem::take(&mut scratch.nearby);
-    let outcome = if supply.givers < supply.takers {
-        run_nearby(net, relevant, &mut nearby, &mut scratch.pseudo, cancelled)
+    let (nearby, pseudo) = (&mut scratch.nearby, &mut scratch.pseudo);
+    if supply.givers < supply.takers {
+        run_nearby(net, relevant, nearby, pseudo, cancelled)
     } else {
-        run_nearby(&mut Reversed(net), relevant, &mut nearby, &mut scratch.pseudo, cancelled)
-    };
-    scratch.nearby = nearby;
-    outcome
+        run_nearby(&mut Reversed(net), relevant, nearby, pseudo, cancelled)
+    }
 }
 
 /// Nodes that have excess among this many are solved before the next: their notes stay in cache (D 512: 12.3 for 16.4
@@ -193,12 +191,13 @@ fn run_nearby<N: Network>(
 fn run_pseudoflow<N: Network>(
     net: &mut N,
     relevant: impl Fn(usize) -> bool + Copy,
+    supply: Supply,
     scratch: &mut Scratch<N::Arc, N::Notes>,
     cancelled: &dyn Fn() -> bool,
 ) -> Outcome {
     // One engine's memory at a time.
     scratch.tree = TreeScratch::default();
-    if Supply::of(net, relevant).sink_starts() {
+    if supply.sink_starts() {
         pseudoflow::solve(&mut Reversed(net), &mut scratch.pseudo, relevant, usize::MAX, cancelled)
     } else {
         pseudoflow::solve(net, &mut scratch.pseudo, relevant, usize::MAX, cancelled)
@@ -301,7 +300,8 @@ mod tests {
                         done += 1;
                     }
                 }
-                assert_eq!(run_pseudoflow(&mut net, |_| true, &mut scratch, &|| false), Outcome::Done);
+                let supply = Supply::of(&net, |_| true);
+                assert_eq!(run_pseudoflow(&mut net, |_| true, supply, &mut scratch, &|| false), Outcome::Done);
                 let mut cut = MinCut::default();
                 closure::read_off(&net, total, &mut cut, &mut Vec::new()).unwrap();
                 assert_eq!(cut, expected, "seed {seed}, budget {budget}");

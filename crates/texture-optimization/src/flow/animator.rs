@@ -99,9 +99,9 @@ impl<'e> Animator<'e> {
         let before = picture::shown(self.exemplars, &self.map)?;
         let wishes = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
         let sure = wishes.weights.samples().iter().filter(|weight| 0.0 < **weight).count();
-        let carried = if self.options.lambda == 0.0 { 0.0 } else { sure as f64 / origins.len().max(1) as f64 };
+        let carried = sure as f64 / origins.len().max(1) as f64;
         let begun = wishes.colors.clone();
-        let came = Came { carried: &moved, before: &self.first, number: 0 };
+        let came = Came { carried: &moved, before: &self.first };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;
         if let Optimized::Map(map) = woven.result {
             self.carried = moved.settled(self.exemplars, &map);
@@ -120,8 +120,8 @@ fn check(flow: &Flow, output: Domain<2>) -> Result<(), Error> {
     if found != expected || mask != expected || flow.by.channels() != 2 {
         return Err(Error::FlowShape { expected, found });
     }
-    let is_odd = |at: &[u32; 2]| flow.is_known(*at) && (0..2).any(|c| !flow.by.get(c, *at).is_finite());
-    match flow.domain().positions().find(is_odd) {
+    let odd = flow.odd().next();
+    match odd {
         Some([y, x]) => Err(Error::FlowValue { x, y }),
         None => Ok(()),
     }

@@ -74,13 +74,10 @@ impl Carried {
             let at = self.domain.index([0, 1].map(|axis| (first[axis] + by[axis]) % n[axis]));
             let Some(Spot { source, at }) = self.places[at] else { continue };
             let domain = exemplars.sources()[source].domain();
-            let along = |axis: usize| {
-                let (p, n) = ((at[axis] + 0.5).floor() as i64 - i64::from(by[axis]), i64::from(domain.shape[axis]));
-                let p = if domain.periodic[axis] { p.rem_euclid(n) } else { p };
-                u32::try_from(p).ok().filter(|p| i64::from(*p) < n)
-            };
-            let Some((y, x)) = along(0).zip(along(1)) else { continue };
-            let place = Place { source: source as u32, at: [y, x] };
+            // Where motion is not known it may have gone far beyond any picture.
+            let back = [0, 1].map(|axis| ((at[axis] + 0.5).floor() as i32).saturating_sub_unsigned(by[axis]));
+            let Some(at) = domain.step([0; 2], back) else { continue };
+            let place = Place { source: source as u32, at };
             if !places.contains(&place) {
                 places.push(place);
             }

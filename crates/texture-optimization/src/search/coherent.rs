@@ -32,15 +32,9 @@ impl<'a> Listed<'a> {
     }
 
     /// What stands at a distance from a place, around periodic axes, if a neighborhood can.
-    fn moved(&self, place: Place, by: [i64; 2]) -> Option<Place> {
+    fn moved(&self, place: Place, by: [i32; 2]) -> Option<Place> {
         let domain = self.exemplars.sources()[place.source as usize].domain();
-        let mut at = place.at;
-        for axis in 0..2 {
-            let (p, n) = (i64::from(at[axis]) + by[axis], i64::from(domain.shape[axis]));
-            let p = if domain.periodic[axis] { p.rem_euclid(n) } else { p };
-            at[axis] = u32::try_from(p).ok().filter(|p| i64::from(*p) < n)?;
-        }
-        Some(Place { at, ..place }).filter(|place| self.holds(*place))
+        domain.step(place.at, by).map(|at| Place { at, ..place }).filter(|place| self.holds(*place))
     }
 
     /// The own place of a neighborhood, and those at which the eight around it would be continued.

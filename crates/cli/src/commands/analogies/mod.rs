@@ -10,18 +10,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
-use selvedge_core::{Bytes, Domain, Transform};
+use selvedge_core::{Bytes, Domain};
 use serde_json::Value;
 
-use self::told::{counts, failure};
+use self::told::{failure, outcome};
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::memory;
 use crate::method::{Method, Planned};
+use crate::options::Turning;
 use crate::options::option;
-use crate::outcome::Outcome;
 use crate::pairs::{GuideArgs, Pair};
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
@@ -125,10 +125,9 @@ impl Method for Job<'_> {
         let pairs = self.knobs.guides.pairs(self.weaving)?;
         self.options.validate()?;
         let first = Input::new(session, self.first)?;
-        let turns = if self.knobs.no_turn { 0..1 } else { 0..4 };
         Ok(Setup {
             others: self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect(),
-            transforms: turns.map(|turn| Transform::new(90.0 * f64::from(turn), 1.0, false)).collect(),
+            transforms: Turning { turn: !self.knobs.no_turn, mirror: false }.transforms(),
             blending: self.knobs.blending,
             guides: pairs.len(),
             files: self.files.clone(),
@@ -149,11 +148,7 @@ impl Method for Job<'_> {
         self.planned(loom, &constraints)?;
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {
-            let woven = self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?;
-            let stats = &woven.stats;
-            let places = n("place", stats.searches as usize);
-            let how = format!("from {} of {} labels for {places}", stats.improvements, stats.expansions);
-            Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(stats), how))
+            Ok(outcome(self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?))
         }))
     }
 }

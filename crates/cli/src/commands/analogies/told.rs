@@ -1,9 +1,11 @@
 //! What runs of constrained synthesis tell: errors with their remedies, and counts.
 
 use selvedge_cms_analogies::{Energy, Stats};
+use selvedge_core::{SourceMap, Woven};
 use serde_json::Value;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
+use crate::outcome::Outcome;
 use crate::values::counts;
 
 /// Errors with the options that mend them.
@@ -21,7 +23,15 @@ pub(in crate::commands) fn failure(error: selvedge_cms_analogies::Error) -> Fail
     }
 }
 
-pub(in crate::commands) fn counts(stats: &Stats) -> Value {
+/// What was made, with its counts.
+pub(in crate::commands) fn outcome(woven: Woven<SourceMap<2>, Stats>) -> Outcome {
+    let stats = &woven.stats;
+    let places = n("place", stats.searches as usize);
+    let how = format!("from {} of {} labels for {places}", stats.improvements, stats.expansions);
+    Outcome::new(Box::new(woven.result), woven.complete, counts(stats), how)
+}
+
+fn counts(stats: &Stats) -> Value {
     let parts = |e: Energy| {
         let mut parts = counts!(e, agreement, boundary);
         if e.usage != 0 {

@@ -9,6 +9,7 @@ use selvedge_io::flow::{FlowFile, read_flow};
 use selvedge_io::{Fingerprint, display_name};
 use selvedge_texture_optimization::{Direction, Field, Motion};
 
+use crate::clips;
 use crate::failure::Failure;
 use crate::used::Used;
 use crate::wrong::Wrong;
@@ -94,8 +95,6 @@ pub(super) struct Flows {
     pub(super) direction: Direction,
     /// Of the files.
     pub(super) fingerprint: Option<Fingerprint>,
-    /// Whether it is one that lasts.
-    pub(super) is_steady: bool,
 }
 
 impl Flows {
@@ -113,7 +112,7 @@ impl Flows {
 impl FlowArgs {
     /// Refuses what is wrong by itself.
     pub(super) fn validate(&self) -> Result<(), Failure> {
-        let is_field = matches!(self.what(), What::Field(_));
+        let is_field = matches!(self.flow, What::Field(_));
         let numbers = [("speed", self.speed), ("angle", self.angle), ("flow-scale", Some(self.flow_scale))];
         if let Some((name, value)) = numbers.iter().find_map(|(n, v)| v.filter(|v| !v.is_finite()).map(|v| (n, v))) {
             return Err(Failure::new(2, format!("a {name} of {value} is no number")).remedy("use a finite one"));
@@ -130,34 +129,27 @@ impl FlowArgs {
         }
     }
 
-    fn what(&self) -> &What {
-        &self.flow
-    }
-
     /// The files that are read.
     pub(super) fn files(&self) -> Result<Vec<PathBuf>, Failure> {
-        match self.what() {
+        match &self.flow {
             What::Field(_) => Ok(Vec::new()),
-            What::Files(path) if ClipName::parse(selvedge_io::file_of(path)).is_some() => {
-                let files = selvedge_io::clip::clip_files(path, None)?;
-                let is_flow = |file: &&PathBuf| !selvedge_io::flow::is_flow_name(file);
-                match files.iter().find(is_flow) {
+            What::Files(path) => {
+                let files = clips::files(path, None)?;
+                match files.iter().find(|file| !selvedge_io::flow::is_flow_name(file)) {
                     Some(other) => Err(Failure::new(3, "is no file of vectors")
                         .about(other)
                         .remedy("name the frames by a pattern, such as 'name.####.flo'")),
                     None => Ok(files),
                 }
             }
-            What::Files(path) => Ok(vec![path.clone()]),
         }
     }
 
-    /// Reads the files, which must be of one size.
-    pub(super) fn read(&self, limits: &Limits) -> Result<Option<Flows>, Failure> {
-        let files = self.files()?;
-        let What::Files(path) = self.what() else { return Ok(None) };
+    /// Reads the [`files`](Self::files), which must be of one size.
+    pub(super) fn read(&self, files: &[PathBuf], limits: &Limits) -> Result<Option<Flows>, Failure> {
+        let What::Files(path) = &self.flow else { return Ok(None) };
         let mut all: Vec<FlowFile> = Vec::new();
-        for file in &files {
+        for file in files {
             let mut read = read_flow(file, limits)?;
             if let Some(first) = all.first() {
                 let ([h, w], [fh, fw]) = (read.flow.domain().shape, first.flow.domain().shape);
@@ -184,23 +176,22 @@ impl FlowArgs {
             DirectionArg::Forward => Direction::Forward,
             DirectionArg::Backward => Direction::Backward,
         };
-        let is_steady = all.len() == 1;
         let flows = all.into_iter().map(|file| file.flow).collect();
-        Ok(Some(Flows { flows, direction, fingerprint: Some(fingerprint), is_steady }))
+        Ok(Some(Flows { flows, direction, fingerprint: Some(fingerprint) }))
     }
 
     /// A field that is built in, over an output.
     pub(super) fn built_in(&self, output: Domain<2>, seed: Seed) -> Result<Option<Flows>, Failure> {
-        let What::Field(field) = self.what() else { return Ok(None) };
+        let What::Field(field) = &self.flow else { return Ok(None) };
         let center = self.center.map(|center| center.0);
         let (speed, angle) = (self.speed.unwrap_or(1.5), self.angle.unwrap_or(0.0));
         let flow = Motion { field: *field, speed, center, angle }.flow(output, seed)?;
-        Ok(Some(Flows { flows: vec![flow], direction: Direction::Forward, fingerprint: None, is_steady: true }))
+        Ok(Some(Flows { flows: vec![flow], direction: Direction::Forward, fingerprint: None }))
     }
 
     /// Without what does not act.
     pub(super) fn used(&self, used: Used) -> Used {
-        match self.what() {
+        match &self.flow {
             What::Field(field) => {
                 let used = used.set("speed", self.speed.unwrap_or(1.5)).without("flow-direction").without("flow-scale");
                 let used = if self.center.is_none() { used.without("center") } else { used };

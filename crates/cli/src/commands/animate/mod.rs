@@ -99,16 +99,19 @@ impl Animate {
         let mut report = Report::new("animate");
         self.flow.validate()?;
         let (first, options) = (Options::default(), self.options()?);
-        let read: Vec<PathBuf> = self.input.files().into_iter().chain(self.flow.files()?).collect();
+        let files = self.flow.files()?;
+        let read: Vec<PathBuf> = self.input.files().into_iter().chain(files.iter().cloned()).collect();
         inputs::check_streams(&read)?;
         let headers = self.input.look(session, None)?;
-        let flows = self.flow.read(&session.limits)?;
+        let flows = self.flow.read(&files, &session.limits)?;
         let output = self.domain(&headers, flows.as_ref())?;
         let frames =
-            self.frames.unwrap_or_else(|| flows.as_ref().filter(|f| !f.is_steady).map_or(FRAMES, |f| f.len() + 1));
+            self.frames.unwrap_or_else(|| flows.as_ref().filter(|f| 1 < f.len()).map_or(FRAMES, |f| f.len() + 1));
         memory::check_caps(&session.limits, output, Resized::Size)?;
         self.check_outputs(session, &headers, (output, frames), &read)?;
-        let need = |output| self.need(&headers, (&first, &options), (output, frames));
+        // A field that is built in is one.
+        let known = frames.min(flows.as_ref().map_or(1, Flows::len));
+        let need = |output| self.need(&headers, (&first, &options), (output, frames), known);
         let only = (self.input.exemplars.len() == 1).then(|| self.input.exemplars[0].as_path());
         let needed = memory::check(&session.limits, only, output, Resized::Size, &need)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
@@ -188,12 +191,13 @@ impl Animate {
         outputs::check(session, &writer.files(), read)
     }
 
-    /// An upper bound of the memory of a run.
+    /// An upper bound of the memory of a run with so many fields.
     fn need(
         &self,
         headers: &Headers,
         (first, options): (&Options, &Animation),
         (output, frames): (Domain<2>, u32),
+        known: u32,
     ) -> Bytes {
         let sources = headers.sources(&[Transform::IDENTITY]);
         let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
@@ -201,8 +205,7 @@ impl Animate {
         let reading = memory::reading(headers.infos.iter().chain(&headers.mask_infos));
         let making = memory::making(&sources, features) + headers.light_bytes(&sources);
         let begun = self.init.bytes(&sources, features, output).then(estimate(&sources, features, output, first));
-        let flows = Bytes::of_samples(output, 9)
-            * u64::from(frames.min(self.flow.files().map_or(1, |f| f.len().max(1) as u32)));
+        let flows = Bytes::of_samples(output, 9) * u64::from(known);
         let one = memory::outputs(output, channels, depth, false);
         // A container is held until its last frame.
         let all = memory::picture(output, channels, depth) * u64::from(frames);

@@ -1,15 +1,15 @@
 //! `selvedge transfer --method cms`: the same guides, followed by labels. `[CMS V-E]`
 
 use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
-use selvedge_core::{Bytes, Domain, Guide, Transform};
+use selvedge_core::{Bytes, Domain, Guide};
 use selvedge_quilting::TransferOptions;
 
 use super::Transfer;
-use crate::commands::analogies::told::{counts, failure};
-use crate::failure::{Failure, n};
+use crate::commands::analogies::told::{failure, outcome};
+use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Planned;
-use crate::outcome::Outcome;
+use crate::options::Turning;
 use crate::setup::Setup;
 use crate::used::Used;
 
@@ -34,8 +34,7 @@ impl Transfer {
             return Err(Failure::new(2, what).remedy("leave it out, or use --method quilt"));
         }
         self.options_of_labels().validate()?;
-        let turns = (0..4).map(|turn| Transform::new(90.0 * f64::from(turn), 1.0, false));
-        Ok(Setup { transforms: turns.collect(), ..setup })
+        Ok(Setup { transforms: Turning { turn: true, mirror: false }.transforms(), ..setup })
     }
 
     pub(super) fn bytes_of_labels(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -58,11 +57,7 @@ impl Transfer {
         let used = ["block", "passes", "alpha", "tolerance", "spread"].into_iter().fold(used, Used::without);
         Ok(Planned::new(used, "by labels", move || {
             let plan = Plan::new(exemplars, &constraints, &options, &run);
-            let woven = plan.and_then(|plan| plan.weave(&run)).map_err(failure)?;
-            let stats = &woven.stats;
-            let places = n("place", stats.searches as usize);
-            let how = format!("from {} of {} labels for {places}", stats.improvements, stats.expansions);
-            Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(stats), how))
+            Ok(outcome(plan.and_then(|plan| plan.weave(&run)).map_err(failure)?))
         }))
     }
 
