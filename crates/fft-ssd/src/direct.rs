@@ -62,13 +62,14 @@ pub(crate) fn search_sum(terms: &[Weighted<'_>], scratch: &mut [DirectScratch], 
     let Some((first, _)) = sums.first() else { return Ok(()) };
     let nanoseconds = terms.iter().map(|term| cost(&term.job)).sum();
     first.job.each_part(map, ROWS, nanoseconds, |t, y, part| {
-        let (mut buffers, mut errors) = (Buffers::default(), [0; CHUNK]);
+        let mut buffers = Buffers::default();
         first.chunks([t, y], part, |from, rows| {
             for (i, (direct, weight)) in sums.iter().enumerate() {
                 direct.products(&from, &mut buffers);
+                let Buffers { products, errors, .. } = &mut buffers;
+                let errors = &mut errors[..from.n];
                 rows.each(|r, row| {
-                    let errors = &mut errors[..from.n];
-                    direct.finish(&from, r, &buffers.products, errors);
+                    direct.finish(&from, r, products, errors);
                     if i == 0 {
                         direct.job.kernel.weigh(row, errors, *weight);
                     } else {
@@ -109,15 +110,18 @@ struct Chunk {
     n: usize,
 }
 
-/// What is computed of a chunk; kept from one to the next, for clearing it would take a while.
+/// What is computed of a chunk; kept from one to the next, for clearing it would take a while. It begins at a cache line
+/// (and so does each row), or where it lay on the stack would decide whether every vector crosses two.
+#[repr(align(64))]
 struct Buffers<W> {
     products: [[W; CHUNK]; ROWS],
     sums: Block,
+    errors: [W; CHUNK],
 }
 
 impl<W: Word> Default for Buffers<W> {
     fn default() -> Self {
-        Self { products: [[W::ZERO; CHUNK]; ROWS], sums: [[0; CHUNK]; ROWS] }
+        Self { products: [[W::ZERO; CHUNK]; ROWS], sums: [[0; CHUNK]; ROWS], errors: [W::ZERO; CHUNK] }
     }
 }
 

@@ -30,7 +30,9 @@ pub(crate) fn reserve<T>(buffer: &mut Vec<T>, more: usize) -> Result<(), Error> 
 
 /// Appends a value.
 pub(crate) fn push<T>(buffer: &mut Vec<T>, value: T) -> Result<(), Error> {
-    reserve(buffer, 1)?;
+    if buffer.len() == buffer.capacity() {
+        reserve(buffer, 1)?;
+    }
     buffer.push(value);
     Ok(())
 }
