@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
-use selvedge_io::{Format, MapFile, Metadata, Problem, ReadOptions, Staged, Warning, WriteOptions, path_text};
+use selvedge_io::{Format, MapFile, Metadata, Problem, ReadOptions, StagedFile, Warning, WriteOptions, path_text};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n, shown};
@@ -217,17 +217,17 @@ impl Outputs {
 
     /// Does all of it that may fail: then what goes to streams and devices is gone, and files lack nothing but their
     /// names.
-    pub(crate) fn stage(&self, session: &Session<'_>) -> Result<Vec<Staged<'_>>, Failure> {
+    pub(crate) fn stage(&self, session: &Session<'_>) -> Result<Vec<StagedFile<'_>>, Failure> {
         for (made, warning) in self.made.iter().flat_map(|made| made.told.iter().map(move |w| (made, w))) {
             session.warn(&made.path, warning);
         }
         let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
         let (no_clobber, inputs) = (session.global.no_clobber, session.inputs());
-        let staged = files.iter().map(|made| Staged::beside(&made.path, &made.bytes, no_clobber, &inputs));
+        let staged = files.iter().map(|made| StagedFile::beside(&made.path, &made.bytes, no_clobber, &inputs));
         let mut staged = staged.collect::<Result<Vec<_>, _>>()?;
         let streamed = streams.iter().try_for_each(|made| stdio::picture(&made.bytes));
         streamed.map_err(|e| Failure::of_stream(&e))?;
-        staged.iter_mut().try_for_each(Staged::send)?;
+        staged.iter_mut().try_for_each(StagedFile::send)?;
         Ok(staged)
     }
 }

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use selvedge_core::Depth;
-use selvedge_io::{Metadata, Staged};
+use selvedge_io::{Metadata, StagedFile};
 
 use crate::args::Global;
 use crate::failure::{Failure, n};
@@ -131,7 +131,7 @@ fn within(session: &Session<'_>, global: &Global, words: &[OsString], held: u64)
 }
 
 /// Says what a command has to say, and gives its files their names once standard output has taken its part.
-fn finish(session: &Session<'_>, done: &Done, staged: Vec<Staged<'_>>) -> Result<u8, Failure> {
+fn finish(session: &Session<'_>, done: &Done, staged: Vec<StagedFile<'_>>) -> Result<u8, Failure> {
     if session.global.json {
         let object = done.report.json(&session.global.seed.0, rayon::current_num_threads(), session.global.dry_run);
         stdio::answer(format!("{object}\n").as_bytes())

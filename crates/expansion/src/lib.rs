@@ -113,5 +113,5 @@ pub use error::Error;
 pub use expand::{Proposal, Scratch, expand};
 pub use frame::Frame;
 pub use prices::{Prices, Quad};
-pub use settle::{Kept, settle};
+pub use settle::{Pins, settle};
 pub use shift::shift;

@@ -16,7 +16,7 @@ const TOGETHER: usize = 512;
 
 /// What must not change.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Kept<'a, const D: usize> {
+pub struct Pins<'a, const D: usize> {
     /// Positions whose sample stays.
     pub fixed: Option<&'a Grid<bool, D>>,
     /// By position, bit `s` says whether source `s` may show.
@@ -42,7 +42,7 @@ pub fn settle<const D: usize>(
     exemplars: &Exemplars<D>,
     map: &mut SourceMap<D>,
     costs: &SeamCosts<D>,
-    kept: Kept<'_, D>,
+    kept: Pins<'_, D>,
     width: u32,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<i64, Error> {
@@ -70,7 +70,7 @@ struct Sweep<'a, const D: usize> {
     exemplars: &'a Exemplars<D>,
     map: &'a SourceMap<D>,
     costs: &'a SeamCosts<D>,
-    kept: Kept<'a, D>,
+    kept: Pins<'a, D>,
     width: u32,
     cancelled: &'a (dyn Fn() -> bool + Sync),
 }

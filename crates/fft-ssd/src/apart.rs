@@ -3,7 +3,7 @@
 use crate::candidates::candidate;
 use crate::memory::push;
 use crate::pick::Pick;
-use crate::{Candidate, Costs, Error, Positioned};
+use crate::{Candidate, Costs, Error, PositionGrid};
 use selvedge_core::try_vec;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -78,7 +78,7 @@ impl PartialEq for Entry {
 impl Eq for Entry {}
 
 /// Marks the positions of a source that are less than `distance` away from one of them, and that one.
-fn take<const D: usize>(source: &Positioned<D>, center: usize, distance: u32, taken: &mut [bool]) {
+fn take<const D: usize>(source: &PositionGrid<D>, center: usize, distance: u32, taken: &mut [bool]) {
     taken[center] = true;
     let left = u64::from(distance).pow(2);
     let place: [i32; D] = std::array::from_fn(|a| source.position(center)[a] - source.first[a]);
@@ -87,7 +87,7 @@ fn take<const D: usize>(source: &Positioned<D>, center: usize, distance: u32, ta
 
 /// Marks what is nearer than the root of `left` on the axes from `axis` on; `index` tells the place on those before.
 fn take_from<const D: usize>(
-    source: &Positioned<D>,
+    source: &PositionGrid<D>,
     place: &[i32; D],
     axis: usize,
     index: usize,

@@ -2,7 +2,7 @@
 
 use crate::memory::{refill, reserve};
 use crate::pick::{Pick, Run};
-use crate::{Candidate, Costs, Error, Positioned};
+use crate::{Candidate, Costs, Error, PositionGrid};
 
 /// How much worse than the best a candidate may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,7 +24,7 @@ impl From<u32> for Tolerance {
 /// All candidates within a tolerance of the best.
 #[derive(Debug)]
 pub struct Candidates<'c, const D: usize> {
-    sources: &'c [Positioned<D>],
+    sources: &'c [PositionGrid<D>],
     picks: &'c mut [Pick],
 }
 
@@ -54,7 +54,7 @@ impl<const D: usize> Candidates<'_, D> {
     }
 }
 
-pub(crate) fn candidate<const D: usize>(sources: &[Positioned<D>], pick: Pick) -> Candidate<D> {
+pub(crate) fn candidate<const D: usize>(sources: &[PositionGrid<D>], pick: Pick) -> Candidate<D> {
     let flat = pick.flat as usize;
     let source = sources.partition_point(|s| s.start + s.len() <= flat);
     let position = sources[source].position(flat - sources[source].start);

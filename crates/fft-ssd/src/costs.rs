@@ -12,7 +12,7 @@ const TOGETHER: usize = 1 << 12;
 
 /// The positions of one source in a [`Costs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Positioned<const D: usize> {
+pub struct PositionGrid<const D: usize> {
     /// The first position, slowest axis first; negative where the template may stick out.
     pub first: [i32; D],
     /// Positions along each axis; 0 where the template does not fit.
@@ -23,7 +23,7 @@ pub struct Positioned<const D: usize> {
     pub(crate) wraps: [bool; D],
 }
 
-impl<const D: usize> Positioned<D> {
+impl<const D: usize> PositionGrid<D> {
     fn new(range: &Range, start: usize) -> Self {
         let (first, shape) = (range.first.map(|p| p as i32), range.count.map(|n| n as u32));
         Self { first: lower(first), shape: lower(shape), start, wraps: lower(range.wraps) }
@@ -76,7 +76,7 @@ pub enum Errors<'c> {
 /// does the number of compared samples differ between positions; candidates are then ordered by their mean.
 #[derive(Clone, Debug, Default)]
 pub struct Costs<const D: usize> {
-    pub(crate) sources: Vec<Positioned<D>>,
+    pub(crate) sources: Vec<PositionGrid<D>>,
     pub(crate) narrow: Vec<u32>,
     pub(crate) wide: Vec<u64>,
     pub(crate) is_wide: bool,
@@ -105,7 +105,7 @@ impl<const D: usize> Costs<D> {
         let mut start = 0_usize;
         self.sources.clear();
         for range in ranges {
-            push(&mut self.sources, Positioned::new(range, start))?;
+            push(&mut self.sources, PositionGrid::new(range, start))?;
             let total = range.checked_len().and_then(|n| n.checked_add(start));
             start = total.filter(|&n| n < u32::MAX as usize).ok_or(Error::TooLarge { positions: positions(ranges) })?;
         }
@@ -137,7 +137,7 @@ impl<const D: usize> Costs<D> {
     }
 
     /// The positions of each source, in the order of the searcher's.
-    pub fn sources(&self) -> &[Positioned<D>] {
+    pub fn sources(&self) -> &[PositionGrid<D>] {
         &self.sources
     }
 

@@ -127,7 +127,7 @@ mod word;
 pub use selvedge_core as core;
 
 pub use candidates::{Candidates, Tolerance};
-pub use costs::{Costs, Errors, Positioned};
+pub use costs::{Costs, Errors, PositionGrid};
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
 pub use nearest::{Coverage, Field, Neighbor, Windows, alike, nearest};

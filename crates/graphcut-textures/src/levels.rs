@@ -6,7 +6,7 @@
 //! offset ([`shift`]) and the course of the seams, in a band ([`settle`]).
 
 use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, SourceMap, Start, Within, Woven};
-use selvedge_expansion::{Kept, settle, shift};
+use selvedge_expansion::{Pins, settle, shift};
 
 use crate::error::Error;
 use crate::options::Options;
@@ -69,7 +69,7 @@ fn near_seams<const D: usize>(
     let map = &mut woven.result;
     let cancelled = || run.observer.cancelled();
     let decided = shift(exemplars, map, &costs, None, &cancelled)
-        .and_then(|_| settle(exemplars, map, &costs, Kept::default(), WIDTH, &cancelled));
+        .and_then(|_| settle(exemplars, map, &costs, Pins::default(), WIDTH, &cancelled));
     match decided {
         Err(error) if error.is_cancelled() => woven.complete = false,
         other => {

@@ -3,7 +3,7 @@
 use selvedge_core::{Association, Depth, Plane, Samples};
 
 use crate::Format;
-use crate::converted::{Converted, each, to_float, to_half};
+use crate::conversion::{Conversion, each, to_float, to_half};
 use crate::error::Problem;
 
 impl Format {
@@ -22,11 +22,11 @@ impl Format {
 ///
 /// # Errors
 /// [`Problem::LightWithoutAlpha`] where nothing can be divided, [`Problem::Core`] if the system has no memory for it.
-pub fn associate(plane: &Plane<2>, to: Association) -> Result<Converted, Problem> {
+pub fn associate(plane: &Plane<2>, to: Association) -> Result<Conversion, Problem> {
     let mut clipped = 0;
     if !plane.alpha || plane.association == to {
         let plane = Plane { association: to, ..plane.clone() };
-        return Ok(Converted { plane, clipped, warnings: Vec::new() });
+        return Ok(Conversion { plane, clipped, warnings: Vec::new() });
     }
     let straight = straight(plane)?;
     let colors = plane.color_channels();
@@ -44,7 +44,7 @@ pub fn associate(plane: &Plane<2>, to: Association) -> Result<Converted, Problem
         Depth::F32 => Samples::F32(each(plane, |c, i| to_float(value(c, i), &mut clipped))?),
     };
     let plane = Plane { role: plane.role, samples, alpha: true, association: to };
-    Ok(Converted { plane, clipped, warnings: Vec::new() })
+    Ok(Conversion { plane, clipped, warnings: Vec::new() })
 }
 
 /// Values as stored, but colours before they were multiplied.

@@ -26,7 +26,7 @@ use crate::identity::{Identity, identity, input_at};
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`; [`Problem::Exists`] if `no_clobber` and there is such a file.
 pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
-    Staged::new(path, bytes, no_clobber)?.finish()
+    StagedFile::new(path, bytes, no_clobber)?.finish()
 }
 
 /// Gives several files their names at once: a second run of the same names takes them before or after all of these, and
@@ -35,12 +35,12 @@ pub fn write_bytes(path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Er
 ///
 /// # Errors
 /// Those of [`write_bytes`]. A name that is taken or a folder is found before any file has its name.
-pub fn finish_all(staged: Vec<Staged<'_>>) -> Result<(), Error> {
+pub fn finish_all(staged: Vec<StagedFile<'_>>) -> Result<(), Error> {
     finish_with(&Disk, staged)
 }
 
-fn finish_with(steps: &impl Steps, mut staged: Vec<Staged<'_>>) -> Result<(), Error> {
-    staged.iter_mut().try_for_each(Staged::send)?;
+fn finish_with(steps: &impl Steps, mut staged: Vec<StagedFile<'_>>) -> Result<(), Error> {
+    staged.iter_mut().try_for_each(StagedFile::send)?;
     let folders = locked_folders(staged.iter().filter_map(|one| Some(folder(&one.part.as_ref()?.part))));
     {
         // While this is held, nobody removes the parts.
@@ -65,7 +65,7 @@ fn finish_with(steps: &impl Steps, mut staged: Vec<Staged<'_>>) -> Result<(), Er
 }
 
 /// Makes the folders that are missing and notes them, then gives all files their names.
-fn take_names(steps: &impl Steps, staged: &[Staged<'_>], made: &mut Vec<PathBuf>) -> Result<(), Error> {
+fn take_names(steps: &impl Steps, staged: &[StagedFile<'_>], made: &mut Vec<PathBuf>) -> Result<(), Error> {
     for one in staged {
         one.make_folders(made).map_err(|e| one.problem(e))?;
     }
@@ -94,7 +94,7 @@ fn locked_folders<'p>(folders: impl Iterator<Item = &'p Path>) -> Vec<File> {
 /// A file whose bytes are safely on the disk, but which has not its name yet. Several files that belong together are
 /// staged first and finished then, so that a full disk leaves none of them. Dropped, it leaves nothing.
 #[derive(Debug)]
-pub struct Staged<'a> {
+pub struct StagedFile<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     no_clobber: bool,
@@ -103,7 +103,7 @@ pub struct Staged<'a> {
     sent: bool,
 }
 
-impl<'a> Staged<'a> {
+impl<'a> StagedFile<'a> {
     /// Writes the bytes beside the final name; those of devices and pipes are kept for [`finish`](Self::finish).
     ///
     /// # Errors

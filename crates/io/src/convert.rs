@@ -5,7 +5,7 @@ use selvedge_core::{Association, Depth, Grid, Plane, Role, Samples, srgb_encode}
 
 use crate::Warning;
 use crate::alpha::straight;
-use crate::converted::{Converted, each, to_half};
+use crate::conversion::{Conversion, each, to_half};
 use crate::error::Problem;
 use crate::linear::Linear;
 use crate::metadata::Metadata;
@@ -24,7 +24,7 @@ use crate::metadata::Metadata;
 ///
 /// # Errors
 /// [`Problem::LightWithoutAlpha`], and [`Problem::Core`] if the system has no memory for it.
-pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Converted, Problem> {
+pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conversion, Problem> {
     let mut clipped = 0;
     let same = |samples| Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association };
     let kept = match (&plane.samples, to) {
@@ -41,7 +41,7 @@ pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conve
         _ => None,
     };
     if let Some(samples) = kept {
-        return Ok(Converted { plane: same(samples), clipped, warnings: Vec::new() });
+        return Ok(Conversion { plane: same(samples), clipped, warnings: Vec::new() });
     }
     let straight = straight(plane)?;
     let (curves, warnings) = Curves::new(plane, metadata);
@@ -55,7 +55,7 @@ pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conve
         Depth::F16 => Samples::F16(each(plane, |c, i| to_half(curves.decode(c, |c| straight(c, i)), &mut clipped))?),
         Depth::F32 => Samples::F32(each(plane, |c, i| curves.decode(c, |c| straight(c, i)) as f32)?),
     };
-    Ok(Converted { plane: Plane { association: Association::Straight, ..same(samples) }, clipped, warnings })
+    Ok(Conversion { plane: Plane { association: Association::Straight, ..same(samples) }, clipped, warnings })
 }
 
 /// How a plane's stored values and its values between 0 and 1 go together.
@@ -136,7 +136,7 @@ mod tests {
                 let back = convert(&there.plane, Depth::U8, &Metadata::default()).unwrap();
                 assert_eq!(
                     back,
-                    Converted { plane: start.clone(), clipped: 0, warnings: Vec::new() },
+                    Conversion { plane: start.clone(), clipped: 0, warnings: Vec::new() },
                     "{role:?} {depth:?}"
                 );
             }

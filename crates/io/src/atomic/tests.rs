@@ -69,7 +69,7 @@ impl Drop for Folder {
 
 fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
     let part = stage(steps, path, bytes, no_clobber).map_err(|e| Error::new(path, Problem::file_system(e, 0)))?;
-    finish_with(steps, vec![Staged { path, bytes, no_clobber, part, sent: false }])
+    finish_with(steps, vec![StagedFile { path, bytes, no_clobber, part, sent: false }])
 }
 
 /// A file system without hard links.
@@ -87,7 +87,7 @@ fn names_are_kept_without_hard_links_too() {
     replace(&Unlinked, &path, b"old", true).unwrap();
     let part = stage(&Unlinked, &folder.path("b.png"), b"new", true).unwrap();
     fs::write(folder.path("b.png"), b"meanwhile").unwrap();
-    let staged = Staged { path: &folder.path("b.png"), bytes: b"new", no_clobber: true, part, sent: false };
+    let staged = StagedFile { path: &folder.path("b.png"), bytes: b"new", no_clobber: true, part, sent: false };
     assert!(matches!(finish_with(&Unlinked, vec![staged]), Err(Error { problem: Problem::Exists, .. })));
     assert!(link_then_remove(&Unlinked, &path, &folder.path("b.png")).is_err(), "taken in the last moment");
     assert!(matches!(replace(&Unlinked, &path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
@@ -99,11 +99,11 @@ fn names_are_kept_without_hard_links_too() {
 fn of_a_set_all_names_are_taken_or_none() {
     let folder = Folder::new("set");
     let (a, b) = (folder.path("a.png"), folder.path("b.png"));
-    let staged = [&a, &b].map(|path| Staged::new(path, b"new", true).unwrap());
+    let staged = [&a, &b].map(|path| StagedFile::new(path, b"new", true).unwrap());
     fs::write(&b, b"meanwhile").unwrap();
     assert!(matches!(finish_all(staged.into()), Err(Error { problem: Problem::Exists, .. })));
     assert_eq!(folder.files(), [("b.png".to_owned(), b"meanwhile".to_vec())]);
-    let staged = [&a, &b].map(|path| Staged::new(path, b"new", false).unwrap());
+    let staged = [&a, &b].map(|path| StagedFile::new(path, b"new", false).unwrap());
     fs::remove_file(&b).unwrap();
     fs::create_dir(&b).unwrap();
     assert!(matches!(finish_all(staged.into()), Err(Error { problem: Problem::Folder, .. })));
@@ -160,7 +160,7 @@ fn writer_of_a_set() {
     let mut set = String::new();
     io::stdin().read_line(&mut set).unwrap();
     let paths = SET.map(|name| folder.join(name));
-    let staged = paths.iter().map(|path| Staged::new(path, set.as_bytes(), false));
+    let staged = paths.iter().map(|path| StagedFile::new(path, set.as_bytes(), false));
     finish_all(staged.collect::<Result<_, _>>().unwrap()).unwrap();
 }
 
@@ -220,8 +220,8 @@ fn what_is_staged_is_not_there_yet_and_goes_with_its_owner() {
     let folder = Folder::new("staged");
     let (a, b) = (folder.path("a.png"), folder.path("b.png"));
     write_bytes(&a, b"old", false).unwrap();
-    let first = Staged::new(&a, b"new", false).unwrap();
-    let second = Staged::new(&b, b"new", false).unwrap();
+    let first = StagedFile::new(&a, b"new", false).unwrap();
+    let second = StagedFile::new(&b, b"new", false).unwrap();
     assert_eq!(folder.files().len(), 3, "the old file and two parts");
     drop(second);
     assert_eq!(fs::read(&a).unwrap(), b"old");
@@ -328,7 +328,7 @@ fn a_folder_of_several_spellings_is_locked_once() {
     let other = folder.path("..").join(folder.0.file_name().unwrap());
     assert_eq!(locked_folders([folder.0.as_path(), &other, &folder.path(".")].into_iter()).len(), 1);
     let names = [folder.path("a"), other.join("b")];
-    let staged = names.iter().map(|path| Staged {
+    let staged = names.iter().map(|path| StagedFile {
         path,
         bytes: b"x",
         no_clobber: false,
@@ -343,7 +343,7 @@ fn a_folder_of_several_spellings_is_locked_once() {
 fn missing_folders_are_made_with_the_names_and_not_before() {
     let folder = Folder::new("made");
     let (a, b) = (folder.path("x/y/a.png"), folder.path("x/b.png"));
-    let stage = || [&a, &b].map(|path| Staged::new(path, b"new", false).unwrap());
+    let stage = || [&a, &b].map(|path| StagedFile::new(path, b"new", false).unwrap());
     drop(stage());
     assert_eq!(folder.files(), []);
     // A part that a killed run left is found where it lies.
@@ -368,10 +368,10 @@ fn an_output_that_became_a_link_to_an_input_is_refused() {
     let inputs = [input.clone()];
     crate::check_output(&output, &inputs, false).unwrap();
     std::os::unix::fs::symlink(&input, &output).unwrap();
-    let refused = Staged::beside(&output, b"new", false, &inputs);
+    let refused = StagedFile::beside(&output, b"new", false, &inputs);
     assert!(matches!(refused, Err(Error { problem: Problem::IsInput { .. }, .. })), "{refused:?}");
     fs::remove_file(&output).unwrap();
-    Staged::beside(&output, b"new", false, &inputs).unwrap().finish().unwrap();
+    StagedFile::beside(&output, b"new", false, &inputs).unwrap().finish().unwrap();
     let written = [("in.png".to_owned(), b"old".to_vec()), ("out.png".to_owned(), b"new".to_vec())];
     assert_eq!(folder.files(), written);
 }
@@ -384,7 +384,7 @@ fn devices_are_written_before_names_are_taken() {
         return;
     }
     let path = folder.path("a.png");
-    let staged = [path.as_path(), full].map(|path| Staged::new(path, b"new", false).unwrap());
+    let staged = [path.as_path(), full].map(|path| StagedFile::new(path, b"new", false).unwrap());
     assert!(matches!(finish_all(staged.into()), Err(Error { problem: Problem::NoSpace { bytes: 3 }, .. })));
     assert_eq!(folder.files(), []);
 }

@@ -8,7 +8,7 @@ use crate::error::Problem;
 
 /// A plane in another depth.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Converted {
+pub struct Conversion {
     /// The plane.
     pub plane: Plane<2>,
     /// Samples whose value the new depth cannot hold, so that they became its greatest or least.
