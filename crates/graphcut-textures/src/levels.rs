@@ -48,7 +48,8 @@ pub(crate) fn weave<const D: usize>(
     for (done, (finer, output)) in coarser.into_iter().rev().enumerate() {
         woven.result = woven.result.finer(&finer, output)?;
         if woven.complete {
-            let energy = near_seams(&finer, &mut woven, options, run)?;
+            let energy;
+            (energy, woven.complete) = near_seams(&finer, &mut woven.result, options, run)?;
             woven.stats.settled.push(energy);
             let so_far = (finer.table() == exemplars.table()).then_some(&woven.result as _);
             run.observer.event(&Event { stage: "settle", done: done as u64 + 1, of, energy: Some(energy), so_far });
@@ -58,27 +59,43 @@ pub(crate) fn weave<const D: usize>(
     Ok(woven)
 }
 
-/// Decides a map again near its seams; answers with their price.
+/// Decides a map again near its seams; answers with their price, and whether it came to an end.
 fn near_seams<const D: usize>(
     exemplars: &Exemplars<D>,
-    woven: &mut Woven<SourceMap<D>, Stats<D>>,
+    map: &mut SourceMap<D>,
     options: &Options<D>,
     run: &Run<'_, D>,
-) -> Result<i64, Error> {
+) -> Result<(i64, bool), Error> {
     let costs = SeamCosts::new(exemplars, options.seam)?;
-    let map = &mut woven.result;
     let cancelled = || run.observer.cancelled();
     let decided = shift(exemplars, map, &costs, None, &cancelled)
         .and_then(|_| settle(exemplars, map, &costs, Pins::default(), WIDTH, &cancelled));
-    match decided {
-        Err(error) if error.is_cancelled() => woven.complete = false,
-        other => {
-            other?;
-        }
-    }
-    Ok(costs.total(map))
+    let complete = match decided {
+        Err(error) if error.is_cancelled() => false,
+        other => other.map(|_| true)?,
+    };
+    Ok((costs.total(map), complete))
 }
 
 fn empty<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Start<D>, Error> {
     Ok(Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_testkit::simple::noise;
+
+    #[test]
+    fn patches_are_moved_as_well_as_their_seams() {
+        let plane = noise(96, 64, 3);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        // The right half lies a sample beside of where it would go on: no seam can mend what an offset does.
+        let mut map = SourceMap::unassigned(&exemplars, Domain::open([40, 80])).unwrap();
+        for at @ [y, x] in map.domain().positions().collect::<Vec<_>>() {
+            map.ids.set(0, at, exemplars.table().id(0, [y + 4, x + 4 + u32::from(40 <= x)]));
+        }
+        let (run, options) = (Run::seeded(1), Options::default());
+        assert_eq!(near_seams(&exemplars, &mut map, &options, &run).unwrap(), (0, true));
+    }
 }
