@@ -110,8 +110,8 @@ struct Chunk {
     n: usize,
 }
 
-/// What is computed of a chunk; kept from one to the next, for clearing it would take a while. It begins at a cache line
-/// (and so does each row), or where it lay on the stack would decide whether every vector crosses two.
+/// What is computed of a chunk; kept from one to the next, for clearing it would take a while. It begins at a cache
+/// line (and so does each row), or where it lay on the stack would decide whether every vector crosses two.
 #[repr(align(64))]
 struct Buffers<W> {
     products: [[W; CHUNK]; ROWS],
