@@ -73,6 +73,11 @@ impl Sizing {
         self.typed(exemplar).unwrap_or_else(|| Size::Factor(2.0).shape(exemplar))
     }
 
+    /// True if none was asked for.
+    pub(crate) fn is_open(self) -> bool {
+        self.size.is_none()
+    }
+
     /// True if the first exemplar decides.
     pub(crate) fn is_multiple(self) -> bool {
         !matches!(self.size, Some(Size::Pixels(..)))

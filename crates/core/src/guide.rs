@@ -161,6 +161,21 @@ impl<const D: usize> Guide<D> {
         Ok(Self { exemplars: self.exemplars.coarser()?, target: pyramid::mean(&self.target, domain)?, asked })
     }
 
+    /// Exemplars and the maps under them as one, the guide's channels last: where all of the exemplars' channels count
+    /// 1 together, all of the guide's count `weight`, in whole numbers as those of [`join`](Self::join).
+    ///
+    /// # Errors
+    /// Those of [`check`](Self::check), [`Error::GuideWeight`], [`Error::GuideProportion`], [`Error::Allocation`].
+    pub fn beside(&self, exemplars: &Exemplars<D>, weight: f64) -> Result<Exemplars<D>, Error> {
+        self.check(exemplars)?;
+        let weights = weights::of_parts(&[(1.0, exemplars.weights()), (weight, self.weights())])?;
+        let both = |(source, map): (&Arc<Source<D>>, &Arc<Source<D>>)| {
+            stack(source.domain(), [&source.features, &map.features].into_iter())
+        };
+        let maps = exemplars.sources().iter().zip(self.exemplars.sources()).map(both).collect::<Result<_, _>>()?;
+        exemplars.with_features(maps, weights)
+    }
+
     /// The maps under the sources, in the guide's own features and weights: a sample has the number that it has in the
     /// exemplars that the guide was made for.
     pub fn exemplars(&self) -> &Exemplars<D> {
@@ -275,6 +290,17 @@ mod tests {
         assert_eq!(joined.target().samples(), [0, 1, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3]);
         assert_eq!(Guide::join(&[(guide(1), 1.0), (guide(1), 1e-9)]).unwrap().weights(), [255, 1]);
         assert_eq!(Guide::join(&[(guide(2), 7.5)]).unwrap().weights(), [1, 1]);
+    }
+
+    #[test]
+    fn a_guide_beside_its_exemplars_counts_by_its_weight() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let guide = Guide::new(&e, &[grid([2, 3], 2)], grid([1, 2], 2)).unwrap();
+        let both = guide.beside(&e, 0.5).unwrap();
+        assert_eq!((both.weights(), both.table()), (&[4, 1, 1][..], e.table()));
+        let all = [e.sources()[0].features.samples(), guide.exemplars().sources()[0].features.samples()].concat();
+        assert_eq!(both.sources()[0].features.samples(), all);
+        assert_eq!(guide.beside(&e, -1.0), Err(Error::GuideWeight { weight: -1.0 }));
     }
 
     #[test]

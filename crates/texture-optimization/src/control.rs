@@ -1,6 +1,6 @@
 //! What an output has to follow besides looking like the exemplars. `[Kwatra05 4]`
 
-use selvedge_core::{Domain, Exemplars, Grid, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, Guide, SourceMap};
 
 use crate::error::Error;
 use crate::picture;
@@ -16,6 +16,8 @@ pub struct Control {
     pub wanted: Option<Wanted>,
     /// Where this is true, what a run starts from stays to the sample; it has to start from a map.
     pub fixed: Option<Grid<bool, 2>>,
+    /// What the output follows besides: channels that are searched, but not shown.
+    pub guidance: Option<Guidance>,
 }
 
 /// A soft constraint. `[Kwatra05 eq. 2]`
@@ -28,43 +30,63 @@ pub struct Wanted {
     pub weight: Grid<f32, 2>,
 }
 
-/// Wishes at one resolution: `x_c`, and `lambda`, which is infinite where a sample is fixed.
+/// A guide that is followed: further channels of the exemplars, which in the output are known. `[Kwatra05 6]`
+///
+/// Where the guide is not [asked](Guide::asked) for they are not known, and found together with the texture: there the
+/// guide costs nothing by itself, but what is found has to go on from what is asked for beside it.
+#[derive(Clone, Debug)]
+pub struct Guidance {
+    /// Maps under the exemplars and under the output.
+    pub guide: Guide<2>,
+    /// How much all of its channels count where all of the exemplars' count 1; 0 for nothing. Searches have it in whole
+    /// numbers: less than a 255th of the exemplars' heaviest channel cannot be said, and less than a 60th not with
+    /// neighborhoods of 32 samples.
+    pub weight: f64,
+}
+
+/// Wishes at one resolution: `x_c`, and `lambda`, which is infinite where a sample is fixed, or a guide known.
 #[derive(Clone, Debug)]
 pub(crate) struct Wishes {
     pub(crate) colors: Grid<f64, 2>,
+    /// Of as many channels.
     pub(crate) weights: Grid<f64, 2>,
+    /// Channels of the texture; those after them are a guide's.
+    pub(crate) texture: usize,
 }
 
 impl Control {
-    /// As wishes at full resolution, with the map that fixed samples are taken from; `None` without any.
+    /// A guide that counts anything.
+    pub(crate) fn followed(&self) -> Option<&Guidance> {
+        self.guidance.as_ref().filter(|guidance| guidance.weight != 0.0)
+    }
+
+    /// As wishes at full resolution, with the map that fixed samples are taken from; `None` without any. The exemplars'
+    /// last channels are the guide's.
     pub(crate) fn wishes(
         &self,
         exemplars: &Exemplars<2>,
         output: Domain<2>,
         start: Option<&SourceMap<2>>,
     ) -> Result<Option<Wishes>, Error> {
-        if self.wanted.is_none() && self.fixed.is_none() {
+        let guide = self.followed().map(|guidance| &guidance.guide);
+        if self.wanted.is_none() && self.fixed.is_none() && guide.is_none() {
             return Ok(None);
         }
-        let mut all = Wishes {
-            colors: Grid::try_filled(output, exemplars.channels(), 0.0)?,
-            weights: Grid::try_filled(output, 1, 0.0)?,
-        };
-        if let Some(Wanted { features, weight }) = &self.wanted {
-            check("picture that is wanted", features, output, exemplars.channels())?;
-            check("weights of what is wanted", weight, output, 1)?;
-            if let Some(&lambda) = weight.samples().iter().find(|v| !(v.is_finite() && 0.0 <= **v)) {
-                return Err(Error::Lambda { lambda });
-            }
-            all.colors = features.map(f64::from)?.with_periodic(output.periodic);
-            all.weights = weight.map(f64::from)?.with_periodic(output.periodic);
+        let channels = exemplars.channels();
+        let texture = channels - guide.map_or(0, |guide| guide.weights().len());
+        let none = || Grid::try_filled(output, channels, 0.0);
+        let mut all = Wishes { colors: none()?, weights: none()?, texture };
+        if let Some(wanted) = &self.wanted {
+            all.want(wanted)?;
+        }
+        if let Some(guide) = guide {
+            all.follow(guide)?;
         }
         if let Some(fixed) = &self.fixed {
             check("mask of fixed samples", fixed, output, 1)?;
             let shown = picture::shown(exemplars, start.ok_or(Error::NothingFixed)?)?;
-            for i in (0..output.len()).filter(|&i| fixed.samples()[i]) {
-                all.weights.plane_mut(0)[i] = f64::INFINITY;
-                (0..exemplars.channels()).for_each(|c| all.colors.plane_mut(c)[i] = shown.plane(c)[i]);
+            for c in 0..channels {
+                all.fix(c, shown.plane(c), |i| fixed.samples()[i]);
             }
         }
         Ok(Some(all))
@@ -82,25 +104,59 @@ fn check<T>(what: &'static str, grid: &Grid<T, 2>, output: Domain<2>, channels: 
 }
 
 impl Wishes {
+    /// Wishes for the texture's channels.
+    fn want(&mut self, Wanted { features, weight }: &Wanted) -> Result<(), Error> {
+        let (output, channels) = (self.colors.domain(), self.texture);
+        check("picture that is wanted", features, output, channels)?;
+        check("weights of what is wanted", weight, output, 1)?;
+        if let Some(&lambda) = weight.samples().iter().find(|v| !(v.is_finite() && 0.0 <= **v)) {
+            return Err(Error::Lambda { lambda });
+        }
+        for c in 0..channels {
+            self.colors.plane_mut(c).iter_mut().zip(features.plane(c)).for_each(|(v, &color)| *v = color.into());
+            self.weights.plane_mut(c).iter_mut().zip(weight.samples()).for_each(|(v, &lambda)| *v = lambda.into());
+        }
+        Ok(())
+    }
+
+    /// What is known of the guide's channels.
+    fn follow(&mut self, guide: &Guide<2>) -> Result<(), Error> {
+        let first = self.texture;
+        check("picture that is followed", guide.target(), self.colors.domain(), self.colors.channels() - first)?;
+        for c in 0..guide.weights().len() {
+            let target: Vec<f64> = guide.target().plane(c).iter().map(|&v| f64::from(v)).collect();
+            self.fix(first + c, &target, |i| guide.asked().is_none_or(|asked| asked.samples()[i]));
+        }
+        Ok(())
+    }
+
+    fn fix(&mut self, c: usize, colors: &[f64], is_fixed: impl Fn(usize) -> bool) {
+        let own = self.colors.plane_mut(c).iter_mut().zip(self.weights.plane_mut(c)).zip(colors).enumerate();
+        for (_, ((v, weight), color)) in own.filter(|(i, _)| is_fixed(*i)) {
+            (*v, *weight) = (*color, f64::INFINITY);
+        }
+    }
+
     /// At half the size: colours by their weights, weights as means.
     pub(crate) fn coarser(&self) -> Result<Self, Error> {
         let (fine, coarse) = (self.weights.domain(), self.weights.domain().coarser());
-        let mut out = Self {
-            colors: Grid::try_filled(coarse, self.colors.channels(), 0.0)?,
-            weights: Grid::try_filled(coarse, 1, 0.0)?,
-        };
+        let channels = self.colors.channels();
+        let none = || Grid::try_filled(coarse, channels, 0.0);
+        let mut out = Self { colors: none()?, weights: none()?, texture: self.texture };
         for (i, at) in coarse.positions().enumerate() {
             let corners = [[0, 0], [0, 1], [1, 0], [1, 1]];
             let block: Vec<usize> =
                 corners.into_iter().filter_map(|by| fine.step(at.map(|p| 2 * p), by).map(|p| fine.index(p))).collect();
-            let finite = |weight: f64| if weight == f64::INFINITY { MOST } else { weight };
-            let of = |j: usize| finite(self.weights.plane(0)[j]);
-            let sum: f64 = block.iter().map(|&j| of(j)).sum();
-            let is_fixed = block.iter().all(|&j| self.weights.plane(0)[j] == f64::INFINITY);
-            out.weights.plane_mut(0)[i] = if is_fixed { f64::INFINITY } else { sum / block.len() as f64 };
-            for c in (0..self.colors.channels()).filter(|_| 0.0 < sum) {
-                let color: f64 = block.iter().map(|&j| of(j) * self.colors.plane(c)[j]).sum();
-                out.colors.plane_mut(c)[i] = color / sum;
+            for c in 0..channels {
+                let (colors, weights) = (self.colors.plane(c), self.weights.plane(c));
+                let of = |j: usize| if weights[j] == f64::INFINITY { MOST } else { weights[j] };
+                let sum: f64 = block.iter().map(|&j| of(j)).sum();
+                let is_fixed = block.iter().all(|&j| weights[j] == f64::INFINITY);
+                out.weights.plane_mut(c)[i] = if is_fixed { f64::INFINITY } else { sum / block.len() as f64 };
+                if 0.0 < sum {
+                    let color: f64 = block.iter().map(|&j| of(j) * colors[j]).sum();
+                    out.colors.plane_mut(c)[i] = color / sum;
+                }
             }
         }
         Ok(out)
@@ -110,11 +166,19 @@ impl Wishes {
     /// `[Kwatra05 4]`
     pub(crate) fn weigh(&self, x: &mut Grid<f64, 2>, votes: Option<&Grid<f64, 2>>) {
         for c in 0..x.channels() {
-            let wishes = self.colors.plane(c).iter().zip(self.weights.plane(0));
+            let wishes = self.colors.plane(c).iter().zip(self.weights.plane(c));
             for (i, (v, (&color, &weight))) in x.plane_mut(c).iter_mut().zip(wishes).enumerate() {
                 let votes = votes.map_or(1.0, |votes| votes.plane(0)[i]);
                 *v = if weight == f64::INFINITY { color } else { (votes * *v + weight * color) / (votes + weight) };
             }
+        }
+    }
+
+    /// Shows what is known at a position.
+    pub(crate) fn show(&self, x: &mut Grid<f64, 2>, at: [u32; 2]) {
+        let i = self.colors.domain().index(at);
+        for c in (0..x.channels()).filter(|&c| self.weights.plane(c)[i] == f64::INFINITY) {
+            x.plane_mut(c)[i] = self.colors.plane(c)[i];
         }
     }
 }
@@ -129,7 +193,8 @@ mod tests {
 
     #[test]
     fn wishes_are_least_squares_and_fixed_samples_are_exact() {
-        let wishes = Wishes { colors: line(&[100.0, 50.0, 7.0]), weights: line(&[3.0, 0.0, f64::INFINITY]) };
+        let wishes =
+            Wishes { colors: line(&[100.0, 50.0, 7.0]), weights: line(&[3.0, 0.0, f64::INFINITY]), texture: 1 };
         let mut x = line(&[20.0, 30.0, 40.0]);
         wishes.weigh(&mut x, Some(&line(&[2.0, 1.0, 1.0])));
         // 2 (x - 20)^2 + 3 (x - 100)^2 is least at 68.
@@ -139,8 +204,8 @@ mod tests {
     #[test]
     fn a_wish_means_the_same_at_every_resolution() {
         let inf = f64::INFINITY;
-        let wishes =
-            Wishes { colors: line(&[10.0, 30.0, 5.0, 99.0, 8.0, 4.0]), weights: line(&[1.0, 3.0, 2.0, 0.0, inf, inf]) };
+        let (colors, weights) = (line(&[10.0, 30.0, 5.0, 99.0, 8.0, 4.0]), line(&[1.0, 3.0, 2.0, 0.0, inf, inf]));
+        let wishes = Wishes { colors, weights, texture: 1 };
         let coarse = wishes.coarser().unwrap();
         assert_eq!(coarse.colors.samples(), [25.0, 5.0, 6.0]);
         assert_eq!(coarse.weights.samples(), [2.0, 1.0, inf]);

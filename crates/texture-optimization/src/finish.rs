@@ -3,6 +3,7 @@
 
 use selvedge_core::{Coherence, Domain, Exemplars, Grid, SampleId, Source, SourceMap, par};
 
+use crate::control::Wishes;
 use crate::error::Error;
 use crate::optimized::{Held, Pulls};
 use crate::picture;
@@ -19,7 +20,14 @@ const PASSES: u8 = 3;
 ///
 /// Time `O(samples * candidates * channels)`. Samples of a pass that do not meet are chosen at once, from what stands
 /// before.
-pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>, held: Option<Held<'_>>) -> Result<SourceMap<2>, Error> {
+///
+/// What `wishes` know for sure is compared as it is known, whatever the samples have: so a guide is followed.
+pub(crate) fn sharp(
+    pulls: &Pulls<'_>,
+    x: &Grid<f64, 2>,
+    held: Option<Held<'_>>,
+    wishes: Option<&Wishes>,
+) -> Result<SourceMap<2>, Error> {
     let exemplars = pulls.exemplars;
     let domain = pulls.all.domain;
     let mut map = SourceMap::unassigned(exemplars, domain)?;
@@ -39,8 +47,11 @@ pub(crate) fn sharp(pulls: &Pulls<'_>, x: &Grid<f64, 2>, held: Option<Held<'_>>)
     // When each sample changed last, in phases.
     let mut stamps: Grid<u8, 2> = Grid::try_filled(domain, 1, 0)?;
     let mut shown = picture::shown(exemplars, &map)?;
+    for (wishes, at) in wishes.iter().flat_map(|wishes| domain.positions().map(move |at| (wishes, at))) {
+        wishes.show(&mut shown, at);
+    }
     for number in 0..PASSES {
-        if !pass(exemplars, (&mut map, &mut shown), (&mut stamps, number), held) {
+        if !pass(exemplars, (&mut map, &mut shown), (&mut stamps, number), (held, wishes)) {
             break;
         }
     }
@@ -53,7 +64,7 @@ fn pass(
     exemplars: &Exemplars<2>,
     (map, shown): (&mut SourceMap<2>, &mut Grid<f64, 2>),
     (stamps, number): (&mut Grid<u8, 2>, u8),
-    held: Option<Held<'_>>,
+    (held, wishes): (Option<Held<'_>>, Option<&Wishes>),
 ) -> bool {
     let domain = map.domain();
     let coherence = Coherence::new(exemplars);
@@ -93,6 +104,7 @@ fn pass(
                     stamps.set(0, at, now);
                     map.ids.set(0, at, id);
                     picture::show(shown, exemplars, at, id);
+                    wishes.iter().for_each(|wishes| wishes.show(shown, at));
                 }
             }
         }

@@ -23,14 +23,13 @@
 //! ```
 //!
 //! [`optimize_from`] goes on from a map of any method, which is what the defaults are for: a quilt mended by
-//! neighborhoods is better than one made of noise. [`Control`] asks for colours and keeps samples. [`Animator`] makes a
-//! texture flow, frame after frame.
+//! neighborhoods is better than one made of noise. [`Control`] asks for colours, follows guides and keeps samples.
+//! [`Animator`] makes a texture flow, frame after frame.
 //!
 //! `DESIGN.md` tells why the crate is made as it is, and what each default is worth.
 //!
 //! # Current state
-//! Sections 3 and 4 of the paper but for gradients and the tree, which the exact search replaces. Guides are not
-//! searched yet.
+//! Sections 3 and 4 of the paper but for gradients and the tree, which the exact search replaces.
 //!
 //! # Features
 //! `rayon` (default): averages and searches run on the caller's pool; the output is the same either way.
@@ -65,7 +64,7 @@ mod weaver;
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;
 
-pub use control::{Control, Wanted};
+pub use control::{Control, Guidance, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
 pub use flow::{Animation, Animator, Direction, Field, FrameStats, Motion, animation_estimate};

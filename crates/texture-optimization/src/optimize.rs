@@ -2,7 +2,7 @@
 
 use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
 
-use crate::control::{Control, Wishes};
+use crate::control::{Control, Guidance, Wishes};
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::finish;
@@ -58,17 +58,28 @@ impl<'e> Plan<'e> {
     ///
     /// # Errors
     /// [`Error::ForeignMap`], [`Error::MapShape`], [`Error::Holes`], [`Error::Masked`], constraints of another shape
-    /// than the output ([`Error::Control`]) or out of range ([`Error::Lambda`], [`Error::NothingFixed`]), or no memory.
+    /// than the output ([`Error::Control`]) or out of range ([`Error::Lambda`], [`Error::NothingFixed`]), a guide of
+    /// other exemplars or with a weight that is no number from 0 on (the core's), or no memory.
     pub fn weave(
         &self,
         start: Option<&SourceMap<2>>,
         control: &Control,
         run: &Run<'_, 2>,
     ) -> Result<Woven<Optimized, Stats>, Error> {
-        let begun = start.map(|map| self.shown(map)).transpose()?;
-        let wishes = control.wishes(self.exemplars, self.output, start)?;
+        // What is followed is channels of the exemplars as well.
+        let (both, followed);
+        let plan = match control.followed() {
+            Some(Guidance { guide, weight }) => {
+                both = guide.beside(self.exemplars, *weight)?;
+                followed = Plan::new(&both, self.output, &self.options, run)?;
+                &followed
+            }
+            None => self,
+        };
+        let begun = start.map(|map| plan.shown(map)).transpose()?;
+        let wishes = control.wishes(plan.exemplars, self.output, start)?;
         let held = start.zip(control.fixed.as_ref()).map(|(map, fixed)| Held { map, fixed });
-        self.weave_on(begun, (wishes, None), held, run)
+        plan.weave_on(begun, (wishes, None), held, run)
     }
 
     /// The same from features, or noise.
@@ -93,7 +104,7 @@ impl<'e> Plan<'e> {
             let begun = x.map(|x| self.to_level(x, level)).transpose()?;
             let ended = weaver.run(begun, came.filter(|_| halvings == 0), &mut stats)?;
             if number + 1 == self.schedule.levels.len() || !ended.complete {
-                return self.answer(&weaver, &ended, held, stats);
+                return self.answer(&weaver, &ended, (held, wishes.first()), stats);
             }
             x = Some(ended.x);
         }
@@ -137,13 +148,13 @@ impl<'e> Plan<'e> {
         &self,
         weaver: &Weaver<'_>,
         ended: &Ended,
-        held: Option<Held<'_>>,
+        (held, wishes): (Option<Held<'_>>, Option<&Wishes>),
         stats: Stats,
     ) -> Result<Woven<Optimized, Stats>, Error> {
         let pulls = weaver.pulls(&ended.places, &ended.weights);
         let mut halvings = weaver.level.halvings();
         if halvings == 0 && ended.complete && self.options.finish == Finish::Coherent {
-            let map = finish::sharp(&pulls, &ended.x, held)?;
+            let map = finish::sharp(&pulls, &ended.x, held, wishes)?;
             return Ok(Woven { result: Optimized::Map(map), stats, complete: true });
         }
         // What would have become a map is one: its samples were wanted whole.

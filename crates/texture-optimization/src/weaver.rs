@@ -156,19 +156,22 @@ impl<'a> Weaver<'a> {
             }
         };
         let mut found = found.ok_or_else(|| self.masked())?;
-        if self.wishes.is_some() {
-            found.distances = self.distances(texture, &found.places);
+        if let Some(wishes) = self.wishes {
+            found.distances = self.distances(texture, &found.places, wishes.texture)?;
         }
         Ok(found)
     }
 
-    /// How far the texture itself is from what was found: what is wished for is no part of how well a neighborhood
-    /// fits. `[Kwatra05 3.1]`
-    fn distances(&self, x: &Grid<f64, 2>, found: &[Place]) -> Vec<f64> {
+    /// How far the texture itself, its first channels, is from what was found: what is wished for, or followed, is no
+    /// part of how well a neighborhood fits. `[Kwatra05 3.1]`
+    fn distances(&self, x: &Grid<f64, 2>, found: &[Place], channels: usize) -> Result<Vec<f64>, Error> {
+        let weights = self.exemplars.weights().iter().enumerate();
+        let weights = weights.map(|(c, &weight)| if c < channels { weight } else { 0 }).collect();
+        let texture = self.exemplars.clone().weighing(weights)?;
         let flat = Falloff::flat(self.level.size);
         let falloff = if self.options.search == Search::Reference { &self.falloff } else { &flat };
-        let of = |i: usize| reference::distance(self.exemplars, &self.all, falloff, x, (i, found[i]), f64::INFINITY);
-        par::map_indexed(found.len(), of)
+        let of = |i: usize| reference::distance(&texture, &self.all, falloff, x, (i, found[i]), f64::INFINITY);
+        Ok(par::map_indexed(found.len(), of))
     }
 
     fn masked(&self) -> Error {
@@ -205,15 +208,15 @@ impl<'a> Weaver<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::{Control, Wanted};
+    use crate::control::{Control, Guidance, Wanted};
     use crate::testing::{exemplars, output};
-    use selvedge_core::Seed;
+    use selvedge_core::{Guide, Seed};
 
     /// A wish for one colour everywhere.
     fn wish(exemplars: &Exemplars<2>, output: Domain<2>, lambda: f32) -> Wishes {
         let features = Grid::try_filled(output, exemplars.channels(), 200).unwrap();
         let weight = Grid::try_filled(output, 1, lambda).unwrap();
-        let control = Control { wanted: Some(Wanted { features, weight }), fixed: None };
+        let control = Control { wanted: Some(Wanted { features, weight }), ..Control::default() };
         control.wishes(exemplars, output, None).unwrap().unwrap()
     }
 
@@ -259,6 +262,74 @@ mod tests {
                     assert!((own - distance).abs() < 1e-9, "{case} {i}: {distance}, and {own} by definition");
                 }
             });
+        }
+    }
+
+    /// A guide of noise, followed in a part of the output.
+    fn guidance(rng: &mut selvedge_core::Rng, exemplars: &Exemplars<2>, output: Domain<2>, weight: f64) -> Guidance {
+        let mut noise = |domain: Domain<2>| {
+            let samples = (0..domain.len()).map(|_| rng.below(256) as u8).collect();
+            Grid::from_vec(domain, 1, samples).unwrap()
+        };
+        let maps: Vec<_> =
+            exemplars.sources().iter().map(|source| noise(Domain::open(source.domain().shape))).collect();
+        let guide = Guide::new(exemplars, &maps, noise(output)).unwrap();
+        let asked = output.positions().map(|[y, x]| x < output.shape[1] / 2 || y < 3).collect();
+        Guidance { guide: guide.asking(Grid::from_vec(output, 1, asked).unwrap()).unwrap(), weight }
+    }
+
+    #[test]
+    fn a_guide_is_followed_where_it_is_asked_for_and_found_elsewhere() {
+        for case in 0..12 {
+            let mut rng = Seed(case).derive("guide", 0).rng();
+            let (exemplars, output) = (exemplars(&mut rng, [14, 17], true), output(&mut rng, 8));
+            let weight = [0.5, 1.0, 2.0][case as usize % 3];
+            let guidance = guidance(&mut rng, &exemplars, output, weight);
+            let both = guidance.guide.beside(&exemplars, weight).unwrap();
+            let control = Control { guidance: Some(guidance.clone()), ..Control::default() };
+            let wishes = control.wishes(&both, output, None).unwrap();
+            let search = [Search::Exact, Search::Coherent][case as usize % 2];
+            let (options, run) = (Options { complete: None, search, ..Options::default() }, Run::seeded(case));
+            let level = (Level { scale: 1, size: 8 }, 0, Steps { before: 0, each: 1, of: 1 });
+            let weaver = Weaver::new(&options, (&both, output), level, wishes.as_ref(), &run);
+            let places = assignment::random(&both, &weaver.all, Seed(case)).unwrap();
+            let x = weaver.average(&places, &vec![1.0; weaver.all.len()]).unwrap();
+            let mut exact = Exact::new(&both, &weaver.all, (None, false), run.simd);
+            let found = weaver.search(&mut exact, &x, None).unwrap();
+            // By the definition: the mean over the texture, and `weight` of that over the guide.
+            let guide = &guidance.guide;
+            let asked = guide.asked().unwrap();
+            let known =
+                |at: [u32; 2]| if asked.get(0, at) { f64::from(guide.target().get(0, at)) } else { x.get(2, at) };
+            let square = |x: f64, there: u8| {
+                let by = (x + 0.5).floor() - f64::from(there);
+                by * by
+            };
+            let score = |number: usize, place: Place| {
+                let (mut of_texture, mut of_guide) = (0.0, 0.0);
+                for by in Domain::open([8, 8]).positions() {
+                    let at = [0, 1].map(|a| (weaver.all.first(number)[a] + by[a]) % output.shape[a]);
+                    let from = place.sample(&exemplars, by);
+                    for (c, &w) in exemplars.weights().iter().enumerate() {
+                        let there = exemplars.sources()[place.source as usize].features.get(c, from);
+                        of_texture += f64::from(w) * square(x.get(c, at), there);
+                    }
+                    let there = guide.exemplars().sources()[place.source as usize].features.get(0, from);
+                    of_guide += square(known(at), there);
+                }
+                of_texture / exemplars.weights().iter().map(|&w| f64::from(w)).sum::<f64>() + weight * of_guide
+            };
+            for number in 0..weaver.all.len() {
+                let offered = exemplars.sources().iter().enumerate().flat_map(|(source, s)| {
+                    crate::neighborhoods::places(s, 8).map(move |at| Place { source: source as u32, at })
+                });
+                let least = offered.map(|place| score(number, place)).fold(f64::INFINITY, f64::min);
+                assert!((score(number, found.places[number]) - least).abs() < 1e-6, "{case} {number}");
+            }
+            // What is asked for is known, whatever was voted for.
+            for at in output.positions() {
+                assert!(!asked.get(0, at) || x.get(2, at) == known(at), "{case} {at:?}");
+            }
         }
     }
 }

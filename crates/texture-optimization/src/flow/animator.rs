@@ -98,7 +98,7 @@ impl<'e> Animator<'e> {
         let moved = self.carried.moved(&origins);
         let before = picture::shown(self.exemplars, &self.map)?;
         let wishes = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
-        let sure = wishes.weights.samples().iter().filter(|weight| 0.0 < **weight).count();
+        let sure = wishes.weights.plane(0).iter().filter(|weight| 0.0 < **weight).count();
         let carried = sure as f64 / origins.len().max(1) as f64;
         let begun = wishes.colors.clone();
         let came = Came { carried: &moved, before: &self.first };
@@ -130,6 +130,6 @@ fn check(flow: &Flow, output: Domain<2>) -> Result<(), Error> {
 /// An upper bound of the bytes that an [`Animator`] holds beside the exemplars' features.
 pub fn animation_estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Animation) -> Bytes {
     // Where samples come from, where they stand before and now, colours and weights of wishes, and three maps.
-    let each = 24 + 3 * 40 + 8 * (2 * channels as u64 + 1) + 3 * 4 + 16;
+    let each = 24 + 3 * 40 + 8 * 2 * channels as u64 + 3 * 4 + 16;
     crate::estimate(exemplars, channels, output, &options.frame) + Bytes::of_samples(output, each)
 }

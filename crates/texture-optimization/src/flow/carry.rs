@@ -92,8 +92,8 @@ impl Carried {
         (origins, lambda): (&[Origin], f64),
         before: &Grid<f64, 2>,
     ) -> Result<Wishes, Error> {
-        let mut colors = Grid::try_filled(self.domain, exemplars.channels(), 0.0)?;
-        let mut weights = Grid::try_filled(self.domain, 1, 0.0)?;
+        let none = || Grid::try_filled(self.domain, exemplars.channels(), 0.0);
+        let (mut colors, mut weights) = (none()?, none()?);
         let mut color = vec![0.0; exemplars.channels()];
         for (i, (spot, origin)) in self.places.iter().zip(origins).enumerate() {
             let shows = spot.is_some_and(|spot| shown(exemplars, spot, &mut color));
@@ -102,10 +102,12 @@ impl Carried {
                 let (near, _) = origin.nearest(self.domain);
                 color.iter_mut().enumerate().for_each(|(c, v)| *v = before.get(c, near));
             }
-            weights.plane_mut(0)[i] = if shows && origin.is_sure { lambda } else { 0.0 };
-            (0..color.len()).for_each(|c| colors.plane_mut(c)[i] = color[c]);
+            let weight = if shows && origin.is_sure { lambda } else { 0.0 };
+            for (c, &color) in color.iter().enumerate() {
+                (colors.plane_mut(c)[i], weights.plane_mut(c)[i]) = (color, weight);
+            }
         }
-        Ok(Wishes { colors, weights })
+        Ok(Wishes { colors, weights, texture: exemplars.channels() })
     }
 }
 

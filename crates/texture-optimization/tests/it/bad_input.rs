@@ -1,7 +1,7 @@
 //! What is refused, and in which words.
 
-use selvedge_core::{Domain, ErrorKind, Exemplars, Grid, Limits, Plane, Role, Run, Samples, SourceMap};
-use selvedge_texture_optimization::{Control, Error, Level, Options, Plan, Wanted, optimize, optimize_from};
+use selvedge_core::{Domain, ErrorKind, Exemplars, Grid, Guide, Limits, Plane, Role, Run, Samples, SourceMap};
+use selvedge_texture_optimization::{Control, Error, Guidance, Level, Options, Plan, Wanted, optimize, optimize_from};
 
 fn exemplars(shape: [u32; 2]) -> Exemplars<2> {
     let domain = Domain::open(shape);
@@ -71,13 +71,24 @@ fn constraints_that_do_not_fit_are_refused() {
     let wanted = |shape: Domain<2>, channels, lambda: f32| {
         let features = Grid::try_filled(shape, channels, 0).unwrap();
         let weight = Grid::try_filled(output, 1, lambda).unwrap();
-        Control { wanted: Some(Wanted { features, weight }), fixed: None }
+        Control { wanted: Some(Wanted { features, weight }), ..Control::default() }
     };
     let small = of(wanted(Domain::open([9, 12]), 1, 1.0));
     assert_eq!(small.to_string(), "the picture that is wanted is [9, 12, 1], and [12, 12, 1] is needed");
     assert!(matches!(of(wanted(output, 2, 1.0)), Error::Control { .. }));
     assert_eq!(of(wanted(output, 1, -1.0)), Error::Lambda { lambda: -1.0 });
     assert!(matches!(of(wanted(output, 1, f32::NAN)), Error::Lambda { .. }));
+    let guidance = |target, weight| {
+        let map = Grid::try_filled(Domain::open([20, 20]), 1, 0).unwrap();
+        let guide = Guide::new(&own, &[map], Grid::try_filled(Domain::open(target), 1, 0).unwrap()).unwrap();
+        Control { guidance: Some(Guidance { guide, weight }), ..Control::default() }
+    };
+    let small = of(guidance([12, 13], 1.0));
+    assert_eq!(small.to_string(), "the picture that is followed is [12, 13, 1], and [12, 12, 1] is needed");
+    for weight in [-1.0, f64::NAN] {
+        let error = of(guidance([12, 12], weight));
+        assert!(matches!(error, Error::Core(selvedge_core::Error::GuideWeight { .. })), "{error}");
+    }
     let fixed = Some(Grid::try_filled(output, 1, true).unwrap());
-    assert_eq!(of(Control { fixed, wanted: None }), Error::NothingFixed);
+    assert_eq!(of(Control { fixed, ..Control::default() }), Error::NothingFixed);
 }

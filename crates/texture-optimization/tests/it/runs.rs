@@ -1,12 +1,13 @@
 //! Whole runs.
 
 use selvedge_core::{
-    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Observer, Plane, Render, Role, Run, SampleId, Samples, SourceMap,
+    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Guide, Observer, Plane, Render, Role, Run, SampleId, Samples,
+    SourceMap,
 };
 use selvedge_fft_ssd::{Field, Windows, nearest};
 use selvedge_testkit::from_png;
 use selvedge_texture_optimization::{
-    Control, Finish, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
+    Control, Finish, Guidance, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
 };
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -228,7 +229,7 @@ fn wished_colours_come_where_they_are_wanted_and_fixed_samples_stay() {
     let fixed = Grid::from_vec(output, 1, output.positions().map(|at| at[0] < 9).collect()).unwrap();
     let light = |lambda: f32, finish| {
         let wanted = Some(Wanted { features: features.clone(), weight: weight(lambda) });
-        let control = Control { wanted, fixed: Some(fixed.clone()) };
+        let control = Control { wanted, fixed: Some(fixed.clone()), ..Control::default() };
         let options = Options { finish, iterations: 4, ..Options::default() };
         let woven = optimize_from(&exemplars, &map, &control, &options, &run).unwrap();
         let (shown, before) = (bytes(&woven.result, &plane), bytes(&Optimized::Map(map.clone()), &plane));
@@ -246,6 +247,38 @@ fn wished_colours_come_where_they_are_wanted_and_fixed_samples_stay() {
         // The lightest of these scales is not far from what a little brings.
         assert!(without + 20.0 < little && without + 20.0 < much, "{without} {little} {much}");
     }
+}
+
+#[test]
+fn a_guide_says_from_where_and_one_of_no_weight_says_nothing() {
+    let plane = scales(48);
+    let exemplars = exemplars(&plane);
+    let output = Domain { shape: [60, 64], periodic: [true, false] };
+    // The exemplar's left and right, asked for above and below.
+    let map = Domain::open([48, 48]).positions().map(|at| if at[1] < 24 { 40 } else { 200 }).collect();
+    let map = Grid::from_vec(Domain::open([48, 48]), 1, map).unwrap();
+    let target = output.positions().map(|at| if at[0] < 30 { 40 } else { 200 }).collect();
+    let guide = Guide::new(&exemplars, &[map], Grid::from_vec(output, 1, target).unwrap()).unwrap();
+    let of = |guidance, finish| {
+        let options = Options { finish, iterations: 3, ..Options::default() };
+        let plan = Plan::new(&exemplars, output, &options, &Run::seeded(3)).unwrap();
+        plan.weave(None, &Control { guidance, ..Control::default() }, &Run::seeded(3)).unwrap()
+    };
+    let weighing = |weight| Some(Guidance { guide: guide.clone(), weight });
+    let plain = of(None, Finish::Coherent);
+    assert!(of(weighing(0.0), Finish::Coherent).result == plain.result);
+    let follows = |result: &Optimized| {
+        let map = result.as_map().unwrap();
+        let of = |at: &[u32; 2]| {
+            let (_, from) = exemplars.locate(map.ids.get(0, *at)).unwrap();
+            (from[1] < 24) == (at[0] < 30)
+        };
+        output.positions().filter(of).count() as f64 / output.len() as f64
+    };
+    let (without, with) = (follows(&plain.result), follows(&of(weighing(1.0), Finish::Coherent).result));
+    assert!(without < 0.7 && 0.9 < with, "{without} {with}");
+    let averaged = of(weighing(1.0), Finish::Average);
+    assert_ne!(bytes(&averaged.result, &plane), bytes(&of(None, Finish::Average).result, &plane));
 }
 
 #[test]

@@ -3,17 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Grid, Plane};
+use selvedge_core::{Bytes, Domain, Grid, Guide, Plane};
 use selvedge_guides::{encode_together, luminance};
 use selvedge_io::MaskChannel;
-use selvedge_texture_optimization::{Control, Wanted};
+use selvedge_texture_optimization::{Control, Guidance, Wanted};
 
 use crate::failure::Failure;
 use crate::ground::check_size;
 use crate::harmonise::{Layout, widened};
 use crate::inputs::Input;
 use crate::loom::Loom;
+use crate::pairs::{GuideArgs, Pair};
 use crate::used::Used;
+use crate::weaving::Weaving;
+
+/// What a wish counts: olives of a wished colour are drawn with; below .01 hardly, from .2 on by the colour alone.
+const LAMBDA: f64 = 0.03;
 
 /// Options about constraints.
 #[derive(Args, Clone, Debug)]
@@ -26,30 +31,60 @@ pub(super) struct ControlArgs {
     want_where: Option<PathBuf>,
     /// How much what is wanted counts, where the texture counts 1: 0.03 draws with things of that colour, 1 the colours
     /// alone.
-    #[arg(long, value_name = "L", default_value_t = 0.03, requires = "want", allow_negative_numbers = true)]
+    #[arg(long, value_name = "L", default_value_t = LAMBDA, allow_negative_numbers = true)]
     lambda: f64,
     /// Where this picture is white, what the texture starts from stays to the bit. Needs --start, or --init with a map.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
+    #[command(flatten)]
+    guides: GuideArgs,
+    /// Follow what each --guide asks for only where this picture is white; elsewhere the texture goes on as it likes.
+    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath, requires = "guide")]
+    guide_where: Option<PathBuf>,
 }
 
 impl ControlArgs {
-    /// Files that are read.
+    /// Files that are read, but guides.
     pub(super) fn files(&self) -> Vec<PathBuf> {
-        [&self.want, &self.want_where, &self.fixed].into_iter().flatten().cloned().collect()
+        [&self.want, &self.want_where, &self.fixed, &self.guide_where].into_iter().flatten().cloned().collect()
     }
 
-    /// Bytes that pictures and wishes take at all resolutions.
-    pub(super) fn bytes(&self, channels: usize, output: Domain<2>) -> Bytes {
+    /// What is followed.
+    pub(super) fn pairs(&self, weaving: &Weaving) -> Result<Vec<Pair>, Failure> {
+        self.guides.pairs(weaving)
+    }
+
+    /// Channels of all that is followed, at most.
+    pub(super) fn channels(&self) -> usize {
+        self.guides.len() * 3
+    }
+
+    /// Bytes that pictures, wishes and maps take at all resolutions.
+    pub(super) fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        if self.guides.len() != 0 {
+            // Maps as they are read, encoded, turned, joined, and beside the features.
+            let each = 8 * (channels + self.channels()) as u64;
+            let maps: Bytes = sources.iter().map(|&source| Bytes::of_samples(source, each)).sum();
+            return maps + self.wishes(channels + self.channels(), output);
+        }
+        if self.files().is_empty() { Bytes(0) } else { self.wishes(channels, output) }
+    }
+
+    fn wishes(&self, channels: usize, output: Domain<2>) -> Bytes {
         // A picture in any depth with its features, and numbers of 8 bytes, a third of them more when they are halved.
-        let each = (channels as u64 + 1) * (16 + 1 + 11) + 8;
-        if self.files().is_empty() { Bytes(0) } else { Bytes::of_samples(output, each) }
+        let each = (channels as u64 + 1) * (16 + 1 + 22) + 8;
+        Bytes::of_samples(output, each)
     }
 
     /// Refuses what is wrong by itself.
     pub(super) fn validate(&self, starts_from_map: bool) -> Result<(), Failure> {
         if self.fixed.is_some() && !starts_from_map {
             return Err(Failure::new(2, "--fixed has nothing to fix").remedy("give --start or --init a source map"));
+        }
+        // Not by clap: options as they are saved say it always.
+        if self.want.is_none() && self.lambda != LAMBDA {
+            let failure = Failure::new(2, "--lambda says how much what is wanted counts, and nothing is");
+            return Err(failure.remedy("leave it out, or give --want PICTURE"));
         }
         if !(self.lambda.is_finite() && 0.0 <= self.lambda) {
             let what = format!("a lambda of {} is out of range", self.lambda);
@@ -59,12 +94,27 @@ impl ControlArgs {
     }
 
     /// Reads them.
-    pub(super) fn read(&self, loom: &mut Loom<'_>) -> Result<Control, Failure> {
+    pub(super) fn read(&self, loom: &mut Loom<'_>, weaving: &Weaving) -> Result<Control, Failure> {
         let wanted = self.want.as_deref().map(|path| self.wanted(loom, path)).transpose()?;
-        let Some(path) = &self.fixed else { return Ok(Control { wanted, fixed: None }) };
-        let mask = plane(loom, path)?;
-        let fixed = selvedge_io::mask(&mask, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))?;
-        Ok(Control { wanted, fixed: Some(fixed) })
+        let fixed = self.fixed.as_deref().map(|path| white(loom, path)).transpose()?;
+        Ok(Control { wanted, fixed, guidance: self.guidance(loom, weaving)? })
+    }
+
+    /// All that is followed as one guide; pictures of no weight are not read.
+    fn guidance(&self, loom: &mut Loom<'_>, weaving: &Weaving) -> Result<Option<Guidance>, Failure> {
+        let pairs: Vec<Pair> = self.pairs(weaving)?.into_iter().filter(|pair| pair.weight != 0.0).collect();
+        if pairs.is_empty() {
+            return Ok(None);
+        }
+        let guides = pairs.iter().map(|pair| Ok((pair.read(loom)?, pair.weight)));
+        let guides = guides.collect::<Result<Vec<(Guide<2>, f64)>, Failure>>()?;
+        let guide = Guide::join(&guides).map_err(|e| Failure::from(e).remedy("change --weight"))?;
+        let asked = self.guide_where.as_deref().map(|path| white(loom, path)).transpose()?;
+        let guide = match asked {
+            Some(asked) => guide.asking(asked)?,
+            None => guide,
+        };
+        Ok(Some(Guidance { guide, weight: pairs.iter().map(|pair| pair.weight).sum() }))
     }
 
     fn wanted(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Wanted, Failure> {
@@ -95,9 +145,16 @@ impl ControlArgs {
     }
 
     /// Without what does not act.
-    pub(super) fn used(&self, used: Used) -> Used {
-        if self.want.is_some() { used } else { used.without("lambda") }
+    pub(super) fn used(&self, loom: &Loom<'_>, used: Used) -> Used {
+        let used = if self.want.is_some() { used } else { used.without("lambda") };
+        if self.guides.len() == 0 { used } else { self.guides.used(loom, used) }
     }
+}
+
+/// Where a picture of the output's size is white.
+fn white(loom: &mut Loom<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
+    let mask = plane(loom, path)?;
+    selvedge_io::mask(&mask, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))
 }
 
 /// A picture of the output's size.

@@ -18,9 +18,11 @@ pub(super) use self::levels::{Levels, levels, typed};
 pub(super) use self::told::failure;
 use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
+use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::outcome::Outcome;
+use crate::pairs::Pair;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::values::choices;
@@ -89,18 +91,27 @@ impl Method for Optimize {
         self.options().validate()?;
         self.control.validate(self.init().map().is_some())?;
         let ground = StartArgs::of_map(self.init().map().cloned()).ground(session)?.into();
-        let others = self.init().map().into_iter().cloned().chain(self.control.files()).collect();
-        Ok(Setup { others, ..Setup::new("optimize", &self.weaving, OutputSize::Ground(ground, self.sizing)) })
+        let pairs = self.control.pairs(&self.weaving)?;
+        let followed = pairs.iter().flat_map(Pair::files).cloned();
+        let others = self.init().map().into_iter().cloned().chain(self.control.files()).chain(followed).collect();
+        let size = match pairs.first() {
+            // What is followed has the output's size, where nothing else decides it.
+            Some(pair) if self.init().map().is_none() && self.sizing.is_open() => {
+                OutputSize::Picture(Input::new(session, &pair.target)?, 1)
+            }
+            _ => OutputSize::Ground(ground, self.sizing),
+        };
+        Ok(Setup { others, guides: pairs.len(), ..Setup::new("optimize", &self.weaving, size) })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let map = Bytes::of_samples(output, 4);
-        let method = estimate(sources, channels, output, &self.options());
-        self.init().bytes(sources, channels, output).then(method + map) + self.control.bytes(channels, output)
+        let method = estimate(sources, channels + self.control.channels(), output, &self.options());
+        self.init().bytes(sources, channels, output).then(method + map) + self.control.bytes(sources, channels, output)
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
-        let (control, read, loom) = (self.control.read(loom)?, loom.start_map()?, &*loom);
+        let (control, read, loom) = (self.control.read(loom, &self.weaving)?, loom.start_map()?, &*loom);
         let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
         let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
         let init = self.init().chosen(exemplars)?;

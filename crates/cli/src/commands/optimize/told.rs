@@ -20,7 +20,7 @@ impl Optimize {
             .used()
             .set("schedule", typed(&options.schedule))
             .set("complete", options.complete.map_or_else(|| Value::from("none"), Value::from));
-        let used = self.control.used(used);
+        let used = self.control.used(loom, used);
         match &self.start {
             Some(_) => used.without("init"),
             None => used.set("init", init.typed()),
