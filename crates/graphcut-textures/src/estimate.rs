@@ -6,7 +6,7 @@ use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes}
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
 use crate::plan::{longest, reach};
-use crate::regions::{largest_sides, shortest};
+use crate::regions::{CLIP, largest_sides, shortest};
 use crate::sizes::{asked, levels};
 use crate::weaver::{BATCH, at_once};
 
@@ -118,6 +118,8 @@ fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain
         _ if options.free.contains(&false) => Bytes(len(window)) * (channels as u64 + 1),
         Placement::Sub => sub(),
         Placement::Entire => entire(),
+        // As for the run.
+        Placement::Auto if D == CLIP => sub(),
         Placement::Auto => sub().max(entire()),
     };
     Bytes(A_RUN) + map + seams + singles + cuts + lists + search + history(sources, output, region, options)

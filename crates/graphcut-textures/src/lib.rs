@@ -71,6 +71,7 @@ mod sizes;
 mod sliding;
 mod squares;
 mod stats;
+mod stills;
 mod usable;
 pub mod video;
 mod weaver;

@@ -19,7 +19,7 @@ pub(crate) const MOST_LEVELS: u32 = 8;
 pub enum Placement {
     /// [`Entire`](Self::Entire) where the exemplar has a lattice, even a weak one, or lines of text
     /// ([`is_orderly`](selvedge_analysis::Texture::is_orderly)), and for pictures of at most six times the exemplar's
-    /// samples, which show few copies, unless a region or a reach is given; else [`Sub`](Self::Sub).
+    /// samples, which show few copies, unless a region or a reach is given; else, and of clips, [`Sub`](Self::Sub).
     #[default]
     Auto,
     /// Anywhere over the error region: fast, for random textures.

@@ -7,7 +7,7 @@ use selvedge_core::{Domain, Exemplars, Grid};
 use crate::candidates::variance;
 use crate::error::Error;
 use crate::options::{Options, Placement};
-use crate::regions::{held, region_sides};
+use crate::regions::{CLIP, held, region_sides};
 use crate::sizes::sizes;
 
 /// Varieties that are chosen: copies in rows are avoided at four times the exemplar's size, yet pieces stay whole. With
@@ -48,9 +48,11 @@ pub(crate) fn measured<const D: usize>(
     field: Option<&Grid<u64, D>>,
     options: &Options<D>,
 ) -> Result<Plan<D>, Error> {
-    let mut plan = unbound(exemplars, output, field, options)?;
+    let whole = |sides: [u32; D]| std::array::from_fn(|a| if options.free[a] { sides[a] } else { output.shape[a] });
+    let bound = Options { region: options.region.map(whole), ..*options };
+    let mut plan = unbound(exemplars, output, field, &bound)?;
     if options.free.contains(&false) {
-        plan.region = std::array::from_fn(|a| if options.free[a] { plan.region[a] } else { output.shape[a] });
+        plan.region = whole(plan.region);
         held(exemplars, plan.region)?;
     }
     Ok(plan)
@@ -99,7 +101,7 @@ impl<const D: usize> Plan<D> {
         few_copies: bool,
     ) -> Result<Self, Error> {
         let measured = match options.placement {
-            Placement::Auto => Texture::of_each(exemplars)?,
+            Placement::Auto if D != CLIP => Texture::of_each(exemplars)?,
             _ => Vec::new(),
         };
         let placement = match options.placement {

@@ -6,6 +6,7 @@ use selvedge_core::{Exemplars, Source};
 use crate::error::Error;
 use crate::options::Options;
 use crate::squares::squares;
+use crate::stills::stills;
 
 /// A region holds no more than so many times the largest structures: of fine textures larger patches are no better, and
 /// cost more.
@@ -28,7 +29,11 @@ pub(crate) fn region_sides<const D: usize>(
     let largest = shortest.iter().copied().max().unwrap_or(0);
     let most = shortest.into_iter().filter(|side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
     let known = measured.iter().map(|t| t.feature_size).max();
-    let structure = known.map_or_else(|| feature_size(exemplars), Ok)?;
+    let structure = match known {
+        Some(known) => known,
+        None if D == CLIP => feature_size(&stills(exemplars)?)?,
+        None => feature_size(exemplars)?,
+    };
     // What is flat has no structures, and measures 1: every region shows all of it, and the largest ones are the
     // fewest.
     let structure = if structure <= 1 { most } else { structure };
@@ -41,7 +46,7 @@ pub(crate) fn region_sides<const D: usize>(
 }
 
 /// Axes of a clip, time first.
-const CLIP: usize = 3;
+pub(crate) const CLIP: usize = 3;
 
 /// The shortest side of an exemplar, or of a clip's frames.
 pub(crate) fn shortest<const D: usize>(shape: [u32; D]) -> u32 {

@@ -9,6 +9,11 @@
 //!    pass.
 //! 3. [`walk`] plays several loops by turns, drawn by the seed: no period is seen.
 //!
+//! Where no jump will do, or another length or size is wanted, clips are woven as pictures are, by
+//! [`graphcut_from`](crate::graphcut_from): of patches that are moved [in time alone](crate::Options::free), or along
+//! all axes. They loop on a time axis without end, or between [`Ends`] that are the same. `[Kwatra03 7B]` `[Kwatra03
+//! 7C]` `[Kwatra03 7D]` `[Kwatra03 7E]`
+//!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
 //! use selvedge_graphcut_textures::video::{DistanceOptions, FrameDistances, JumpOptions, LoopOptions, looped};
@@ -32,6 +37,7 @@
 //! ```
 
 mod distances;
+mod ends;
 mod jumps;
 mod looping;
 mod play;
@@ -39,6 +45,7 @@ mod surface;
 mod transition;
 
 pub use distances::{DistanceOptions, FrameDistances};
+pub use ends::Ends;
 pub use jumps::{Jump, JumpOptions};
 pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;

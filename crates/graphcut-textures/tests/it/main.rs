@@ -1,6 +1,7 @@
 //! Graphcut textures from outside: what a run promises, and what it holds. One binary: each is a link.
 #![forbid(unsafe_code)]
 
+mod clips;
 mod common;
 mod constraints;
 mod levels;

@@ -3,7 +3,7 @@
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
 use selvedge_graphcut_textures::video::{self, Jump, LoopOptions, looped};
-use selvedge_graphcut_textures::{Options, Placement, Start, estimate, graphcut_from};
+use selvedge_graphcut_textures::{Options, Placement, Start, estimate, graphcut, graphcut_from};
 use selvedge_testkit::memory;
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
@@ -104,4 +104,44 @@ fn loops_stay_within_their_estimate() {
         assert!(held <= estimate && estimate <= 3 * held + (2 << 20), "{shape:?}: held {held}, estimated {estimate}");
     };
     memory::of_each(LOOPS, cases.len(), |number| run(cases[number]), check);
+}
+
+const CLIPS: &str = "memory::clips_stay_within_their_estimate";
+
+#[test]
+fn clips_stay_within_their_estimate() {
+    let default = Options::<3> { refine: Some(6), ..Options::default() };
+    let in_time = Options { free: [true, false, false], ..default };
+    let sub = Options { placement: Placement::Sub, ..default };
+    // Clip, output, and whether it loops.
+    let cases = [
+        ([40, 40, 50], [90, 40, 50], in_time),
+        ([30, 64, 64], [61, 64, 64], Options { placement: Placement::Entire, ..in_time }),
+        ([12, 30, 20], [40, 30, 20], Options { region: Some([4, 9, 9]), ..in_time }),
+        ([24, 48, 40], [20, 60, 66], sub),
+        ([24, 48, 40], [40, 48, 40], default),
+        ([20, 40, 40], [30, 60, 50], Options { region: Some([8; 3]), reach: Some([4; 3]), ..sub }),
+    ];
+    let run = |(shape, output, options): ([u32; 3], [u32; 3], Options<3>)| {
+        let mut rng = Seed(1).rng();
+        let domain = Domain::open(shape);
+        let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: None, origin };
+        let exemplars = Exemplars::from_sources(vec![source], vec![1; 3]).unwrap();
+        let before = memory::held();
+        let output = Domain { shape: output, periodic: [true, false, false] };
+        graphcut(&exemplars, output, &options, &Run::seeded(0)).unwrap();
+        memory::tell(before);
+    };
+    let check = |number: usize, held: u64| {
+        let (shape, output, options) = cases[number];
+        let output = Domain { shape: output, periodic: [true, false, false] };
+        let estimate = estimate(&[Domain::open(shape)], 3, output, &options).0;
+        assert!(
+            held <= estimate && estimate <= 5 * held + (2 << 20),
+            "{shape:?} to {output:?}: held {held}, estimated {estimate}"
+        );
+    };
+    memory::of_each(CLIPS, cases.len(), |number| run(cases[number]), check);
 }

@@ -6,10 +6,10 @@ use selvedge_core::{
     Domain, Error as CoreError, Exemplars, Grid, Observer, Origin, Plane, Render, Role, Run, Samples, SeamCosts,
     SeamMeasure, Seed, Source, Transform,
 };
+use selvedge_graphcut_textures::Error;
 use selvedge_graphcut_textures::video::{
     DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, looped, walk,
 };
-use selvedge_graphcut_textures::{Error, Options, Placement, graphcut};
 
 /// Noise that changes slowly.
 fn noise(shape: [u32; 3], seed: u64) -> Plane<3> {
@@ -17,7 +17,7 @@ fn noise(shape: [u32; 3], seed: u64) -> Plane<3> {
 }
 
 /// Noise that changes at one pixel in so many.
-fn changing(shape: [u32; 3], seed: u64, rarely: u32) -> Plane<3> {
+pub(crate) fn changing(shape: [u32; 3], seed: u64, rarely: u32) -> Plane<3> {
     let domain = Domain::open(shape);
     let (mut rng, frame) = (Seed(seed).rng(), shape[1] as usize * shape[2] as usize);
     let mut samples: Vec<u8> = Vec::new();
@@ -33,7 +33,7 @@ fn changing(shape: [u32; 3], seed: u64, rarely: u32) -> Plane<3> {
     Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 2, samples).unwrap()))
 }
 
-fn of(plane: &Plane<3>) -> Exemplars<3> {
+pub(crate) fn of(plane: &Plane<3>) -> Exemplars<3> {
     Exemplars::of(&[std::slice::from_ref(plane)]).unwrap()
 }
 
@@ -318,31 +318,6 @@ fn what_cannot_loop_is_refused() {
     let error = Loop::new(&two, jump(1, 0), flat(3)).unwrap_err();
     assert_eq!(error, Error::Surface { found: [4, 4], expected: [4, 4], at: Some([0, 0]), frames: 2 });
     assert!(NonZero::new(error.remedy().len()).is_some() && !error.to_string().is_empty());
-}
-
-#[test]
-fn patches_that_move_in_time_alone_keep_their_place() {
-    let e = of(&changing([20, 9, 11], 5, 2));
-    for (output, placement) in
-        [([33, 9, 11], Placement::Auto), ([31, 8, 10], Placement::Entire), ([8, 9, 11], Placement::Random)]
-    {
-        let output = Domain { shape: output, periodic: [true, false, output[2] == 11] };
-        let options = Options { placement, free: [true, false, false], ..Options::default() };
-        let woven = graphcut(&e, output, &options, &Run::seeded(1)).unwrap();
-        assert_eq!((woven.result.holes(), woven.stats.region[1..].to_vec()), (0, output.shape[1..].to_vec()));
-        let stays = |at: [u32; 3]| woven.result.locate(at).is_some_and(|(_, from)| from[1..] == at[1..]);
-        assert!(output.positions().all(stays), "{placement:?}");
-        assert!(woven.stats.energy.is_sorted_by(|a, b| b <= a));
-    }
-    let wide = Domain::open([20, 9, 12]);
-    let options = Options { free: [true, false, false], ..Options::default() };
-    let error = graphcut(&e, wide, &options, &Run::seeded(1)).unwrap_err();
-    assert!(matches!(error, Error::RegionExceedsExemplar { .. }), "{error}");
-    let options = Options { free: [false; 3], ..Options::default() };
-    assert!(matches!(
-        graphcut(&e, wide, &options, &Run::seeded(1)).unwrap_err(),
-        Error::Core(CoreError::Range { option: "free", .. })
-    ));
 }
 
 #[test]
