@@ -236,6 +236,7 @@ or y4m, also by '-'. Sound is not carried. Other containers go through ffmpeg:
 Examples:
   selvedge video river.####.png -o loop.####.png
   selvedge video candle.gif -o loop.gif --period 48..96
+  selvedge video river.####.png -o wide.####.png --size 320x160x100
   selvedge video fire.####.exr --with velocity.####.exr -o '{stem}-loop.####.exr' --preview fire.png";
 const APPLY: &str = "\
 Examples:

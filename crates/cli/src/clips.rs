@@ -25,6 +25,8 @@ pub(crate) struct Clip {
     pub(crate) info: ClipInfo,
     pub(crate) plane: Plane<3>,
     pub(crate) fingerprint: Fingerprint,
+    /// By frame, the file that it comes from.
+    pub(crate) frames: Vec<Fingerprint>,
 }
 
 impl ClipInput {
@@ -73,6 +75,7 @@ impl ClipInput {
             session.warn(&path, warning);
         }
         let (info, fingerprint) = (self.reader.info().clone(), self.reader.fingerprint());
+        let frames = self.reader.frame_fingerprints();
         report.inputs.push(json!({
             "path": selvedge_io::path_text(&path),
             "frames": info.frames,
@@ -84,7 +87,7 @@ impl ClipInput {
             "container": info.container,
             "blake3": fingerprint.blake3,
         }));
-        Ok(Clip { path, info, plane, fingerprint })
+        Ok(Clip { path, info, plane, fingerprint, frames })
     }
 }
 

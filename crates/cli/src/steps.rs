@@ -12,6 +12,20 @@ pub(crate) struct Step {
     blocks: Vec<u64>,
 }
 
+impl Step {
+    /// That of the whole frame.
+    pub(crate) fn whole(&self) -> u64 {
+        self.whole
+    }
+}
+
+/// The median step of a clip's frames, of which there are at least two.
+pub(crate) fn median(features: &Grid<u8, 3>) -> u64 {
+    let mut steps: Vec<u64> = (1..features.domain().shape[0]).map(|t| step(features, t - 1, t).whole).collect();
+    steps.sort_unstable();
+    steps.get(steps.len() / 2).copied().unwrap_or(0)
+}
+
 /// What is usual in a clip: 99 of 100 steps are no larger.
 pub(crate) struct Usual(Step);
 
@@ -51,6 +65,11 @@ pub(crate) fn step(features: &Grid<u8, 3>, a: u32, b: u32) -> Step {
 }
 
 impl Usual {
+    /// The largest step of a whole frame that is usual.
+    pub(crate) fn whole(&self) -> u64 {
+        self.0.whole
+    }
+
     /// Of all steps of a clip but the one from its end to its begin; `None` for fewer than two frames.
     pub(crate) fn of(features: &Grid<u8, 3>) -> Option<Self> {
         let frames = features.domain().shape[0];

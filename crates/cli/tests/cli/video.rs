@@ -77,6 +77,96 @@ fn loops_repeat_close_and_go_to_every_container() {
     assert_eq!(piped.stdout, fs::read(folder.path("c.y4m")).unwrap());
 }
 
+/// Which frame, row and column of the clip stands at a sample of a frame's map.
+fn located(folder: &Folder, name: &str, at: [u32; 2]) -> (usize, [u32; 2]) {
+    let file = selvedge_io::read_map(folder.path(name), &ReadOptions::default().limits).unwrap();
+    assert_eq!(file.exemplars.len(), 20, "a source for each frame");
+    file.map.locate(at).unwrap()
+}
+
+#[test]
+fn clips_are_woven_longer_and_larger_and_their_maps_say_of_what() {
+    let folder = Folder::new("video-woven");
+    folder.run(&format!("video {FIRE} -o in.##.png --loop no --frames 20 --mode temporal --refine 0 --quiet")).done();
+    let input = clip(&folder, "in.##.png");
+    assert_eq!(input.domain().shape, [20, 60, 48]);
+    let value = |plane: &Plane<3>, [t, y, x]: [u32; 3], c: u32| {
+        let [frames, h, w] = plane.domain().shape;
+        bytes(plane)[(((c * frames + t) * h + y) * w + x) as usize]
+    };
+    for (mode, line, shape) in [
+        ("temporal", "--frames 26", [26, 60, 48]),
+        ("temporal", "--loop fixed --keep 3 --frames 25", [25, 60, 48]),
+        ("spacetime", "--size 56x64x14 --tile x --region 20x20x8", [14, 64, 56]),
+    ] {
+        let line = format!("video in.##.png {line} --refine 2 --json");
+        let said = folder.run(&format!("{line} -o out.##.png --map map.##.exr -j 1")).done();
+        let json = said.json();
+        assert_eq!((&json["stats"]["mode"], &json["stats"]["refinements"]), (&mode.into(), &2.into()));
+        assert!(said.stderr.contains(&format!("({mode}, since ")), "{}", said.stderr);
+        let output = clip(&folder, "out.##.png");
+        assert_eq!(output.domain().shape, shape);
+        for t in [0, 5, shape[0] - 1] {
+            for at in [[0, 0], [30, 20], [59, 47]] {
+                let (frame, [y, x]) = located(&folder, &format!("map.{:02}.exr", t + 1), at);
+                assert!(mode != "temporal" || [y, x] == at);
+                for c in 0..3 {
+                    let from = value(&input, [frame as u32, y, x], c);
+                    assert_eq!(value(&output, [t, at[0], at[1]], c), from, "{line}: frame {t}, {at:?}");
+                }
+            }
+        }
+        if line.contains("fixed") {
+            // The last three are the middle ones of 20.
+            for k in 0..3 {
+                assert_eq!(frame_of(&output, 22 + k).unwrap(), frame_of(&input, 8 + k).unwrap());
+            }
+        }
+        let one = folder.files();
+        for threads in [2, 3] {
+            folder.run(&format!("{line} -o out.##.png --map map.##.exr -j {threads}")).done();
+            assert!(folder.files() == one, "{line}: on {threads} threads");
+        }
+        for number in 1..=shape[0] {
+            fs::remove_file(folder.path(format!("map.{number:02}.exr"))).unwrap();
+            fs::remove_file(folder.path(format!("out.{number:02}.png"))).unwrap();
+        }
+    }
+}
+
+#[test]
+fn options_that_a_mode_does_not_know_are_told() {
+    let folder = Folder::new("video-modes");
+    for (line, said) in [
+        ("--mode temporal --period 20", "--period does nothing in --mode temporal"),
+        ("--mode spacetime --surface s.png", "--surface does nothing in --mode spacetime"),
+        ("--mode transition --region 9", "--region does nothing in --mode transition"),
+        ("--mode transition --loop no", "--loop does nothing in --mode transition"),
+        ("--jump 30,3 --refine 4", "--refine does nothing in --mode transition"),
+        ("--mode temporal --size 50x50", "--mode temporal has frames of the clip's 48x60 px"),
+        ("--mode temporal --tile x", "which do not tile"),
+        ("--frames 50 --size 48x60x50", "both say how many frames"),
+        ("--loop fixed --keep 40", "leaves nothing between"),
+        ("--map map.exr", "is no name of EXR files, one a frame"),
+        ("--size 48x60x1x1", "is no size of a clip"),
+    ] {
+        folder.run(&format!("video {FIRE} -o out.##.png {line}")).refused(2, &[said]);
+    }
+    let line = format!("video {FIRE} -o out.##.png --mode temporal --region 41");
+    folder.run(&line).refused(3, &["no exemplar holds a region", "use a smaller --region"]);
+    assert!(folder.names().is_empty());
+    for (line, said) in [
+        ("", "would be a loop of at most 40 frames of 48x60 px by a jump"),
+        ("--frames 20", "by a jump"),
+        ("--frames 50", "would be a loop of 50 frames of 48x60 px, temporal"),
+        ("--loop no", "would be a clip of 80 frames of 48x60 px, temporal"),
+        ("--size 60x60", "would be a loop of 80 frames of 60x60 px, spacetime"),
+    ] {
+        let dry = folder.run(&format!("video {FIRE} -o out.##.png --dry-run {line}")).done();
+        assert!(dry.stderr.contains(said), "{line}: {}", dry.stderr);
+    }
+}
+
 #[test]
 fn passes_have_the_same_seam_and_a_saved_surface_gives_it_again() {
     let folder = Folder::new("video-passes");

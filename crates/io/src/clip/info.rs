@@ -8,7 +8,7 @@ use selvedge_core::{Association, Depth, Plane};
 use super::problem::ClipProblem;
 use super::rate::Rate;
 use crate::error::{Error, Problem};
-use crate::{Metadata, Warning};
+use crate::{Fingerprint, Metadata, Warning};
 
 /// What a clip is, known before its frames are read.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +88,10 @@ pub(super) trait Frames {
     /// BLAKE3 of what was read, in hexadecimal: of the file, or of the hashes of the frames' files in order. Known
     /// once all frames were read.
     fn blake3(&self) -> String;
+    /// By name and content, the file of each frame that was read, where each has its own.
+    fn files(&self) -> Vec<Fingerprint> {
+        Vec::new()
+    }
     /// What was odd.
     fn warnings(&self) -> &[Warning];
 }

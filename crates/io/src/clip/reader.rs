@@ -180,6 +180,12 @@ impl ClipReader {
         Fingerprint { name: display_name(file_of(&self.path)), blake3: self.frames.blake3() }
     }
 
+    /// The file of each frame by name and content, once all were read: of a container the same for all.
+    pub fn frame_fingerprints(&self) -> Vec<Fingerprint> {
+        let files = self.frames.files();
+        if files.is_empty() { vec![self.fingerprint(); self.info.frames as usize] } else { files }
+    }
+
     /// What was odd in the frames read so far.
     pub fn warnings(&self) -> &[Warning] {
         self.frames.warnings()

@@ -8,7 +8,7 @@ use super::info::{ClipInfo, Frames, Layout};
 use super::problem::ClipProblem;
 use crate::error::Error;
 use crate::read::read;
-use crate::{ReadOptions, Warning, probe};
+use crate::{Fingerprint, ReadOptions, Warning, display_name, probe};
 
 /// Files, read one after the other.
 pub(super) struct Sequence {
@@ -86,6 +86,11 @@ impl Frames for Sequence {
             hasher.update(hash.as_bytes());
         }
         hasher.finalize().to_hex().to_string()
+    }
+
+    fn files(&self) -> Vec<Fingerprint> {
+        let named = |(file, hash): (&PathBuf, &String)| Fingerprint { name: display_name(file), blake3: hash.clone() };
+        self.files.iter().zip(&self.hashes).map(named).collect()
     }
 
     fn warnings(&self) -> &[Warning] {

@@ -32,6 +32,12 @@ pub(super) struct Shown<'a> {
     /// Features of the output.
     pub(super) output: &'a Grid<u8, 3>,
     pub(super) map: &'a SourceMap<3>,
+    /// Of what was cut at a jump.
+    pub(super) jumps: Option<Cut<'a>>,
+}
+
+/// A loop of one jump.
+pub(super) struct Cut<'a> {
     pub(super) looped: &'a Loop,
     pub(super) distances: &'a FrameDistances,
     pub(super) jumps: &'a [Jump],
@@ -46,7 +52,9 @@ impl Shown<'_> {
         let (rows, columns) = (height as usize / 2, width as usize / 2);
         sheet.row(vec![self.slice_x(rows as u32, false), self.slice_x(rows as u32, true)]);
         sheet.row(vec![self.slice_y(columns as u32, false), self.slice_y(columns as u32, true)]);
-        sheet.row(vec![self.times(), self.matrix()]);
+        if let Some(cut) = &self.jumps {
+            sheet.row(vec![cut.times(), cut.matrix()]);
+        }
         sheet.plane()
     }
 
@@ -73,7 +81,9 @@ impl Shown<'_> {
         let drawn = |t: u32, y: u32| seam && self.map.is_seam([t, y, x], 0);
         Panel::of([2 * frames, height], |t, y| if drawn(t % frames, y) { RED } else { self.pixel([t % frames, y, x]) })
     }
+}
 
+impl Cut<'_> {
     /// When each pixel jumps: the earlier the darker.
     fn times(&self) -> Panel {
         let time = &self.looped.surface.time;

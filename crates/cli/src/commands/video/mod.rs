@@ -3,21 +3,28 @@
 mod choices;
 mod fade;
 mod look;
+mod maps;
+mod modes;
 mod read;
 mod transition;
+mod woven;
 mod written;
 
 use clap::Args;
 use selvedge_core::{Bytes, Plane, SourceMap};
+use serde_json::Value;
 
+use self::modes::{ModeArgs, Way};
 use self::read::ReadArgs;
 use self::transition::TransitionArgs;
+use self::woven::WovenArgs;
 use self::written::WriteArgs;
-use crate::clips::ClipInput;
+use crate::clips::{Clip, ClipInput};
 use crate::failure::{Failure, shown};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
+use crate::values::name_of;
 use crate::{inputs, memory};
 
 /// Options of `video`.
@@ -26,7 +33,11 @@ pub(crate) struct Video {
     #[command(flatten)]
     read: ReadArgs,
     #[command(flatten)]
+    mode: ModeArgs,
+    #[command(flatten)]
     transition: TransitionArgs,
+    #[command(flatten)]
+    woven: WovenArgs,
     #[command(flatten)]
     write: WriteArgs,
 }
@@ -40,8 +51,10 @@ struct Made {
     /// Frames after which it begins again.
     period: u32,
     options: Used,
-    stats: serde_json::Value,
+    stats: Value,
     how: String,
+    /// The largest step of a whole frame over the seam of a jump, beside what is usual in the clip.
+    step: Option<f64>,
     /// Pictures beside it.
     surface: Option<Plane<2>>,
     preview: Option<Plane<2>>,
@@ -56,23 +69,22 @@ impl Video {
         inputs::check_streams(self.read.paths().chain(&others))?;
         self.write.check_names(self.read.paths().count())?;
         let clips = self.read.open(session, self.write.rate)?;
-        self.write.check(session, &self.read, &clips, &others)?;
-        let needed = self.need(&clips);
+        let way = self.way(&clips[0])?;
+        self.write.check(session, &self.read, (&clips, &way), &others)?;
+        let needed = self.need(&clips, &way)?;
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
-        let used = session.options.clone().unless("with", serde_json::Value::Null);
+        let used = session.options.clone().unless("with", Value::Null);
         let name = shown(&self.write.output);
         if session.global.dry_run {
-            let [frames, h, w] = clips[0].domain().shape;
             report.options = used;
-            let line =
-                format!("{name}: would be a loop of {frames} frames of {w}x{h} px, with about {needed} of memory");
+            let line = format!("{name}: would be {}, with about {needed} of memory", self.would(&clips[0], &way));
             return Ok(Done::would(report, line));
         }
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
-        let made = self.transition.made(session, &clips[0], &self.write, used)?;
+        let made = self.made(session, &clips[0], way, used)?;
         session.watch.finish();
         report.stage("synthesis");
         (report.options, report.stats) = (made.options.clone(), made.stats.clone());
@@ -85,8 +97,41 @@ impl Video {
         Ok(Done::made(report, line, outputs))
     }
 
+    /// Which way the clip goes on.
+    fn way(&self, clip: &ClipInput) -> Result<Way, Failure> {
+        let of_jumps = self.transition.typed().or(self.write.surface.is_some().then_some("--surface"));
+        self.mode.way(clip, self.write.filled(), (of_jumps, self.woven.typed()))
+    }
+
+    /// Goes that way; weaves where no jump closes, if it may.
+    fn made(&self, session: &Session<'_>, clip: &Clip, mut way: Way, used: Used) -> Result<Made, Failure> {
+        let seam = self.transition.measure();
+        if way.jumps() {
+            let frames = self.mode.frames().or(self.write.filled());
+            let used = of_mode(used.clone(), true).without("mode");
+            let made = self.transition.made(session, clip, (&self.write, frames), used)?;
+            let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
+            let Some(step) = step else { return Ok(made) };
+            way.fall_back(format!("the best jump makes steps {step:.2} times the largest that is usual"));
+        }
+        let [frames, height, width] = way.output.shape;
+        let used = of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
+        let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
+        self.woven.made(session, clip, (&way, seam), &self.write, used)
+    }
+
+    /// What a run would make, in words.
+    fn would(&self, clip: &ClipInput, way: &Way) -> String {
+        let [frames, h, w] = if way.jumps() { clip.domain().shape } else { way.output.shape };
+        match (way.jumps(), way.output.periodic[0] || 0 < way.keep) {
+            (true, _) => format!("a loop of at most {frames} frames of {w}x{h} px by a jump"),
+            (false, true) => format!("a loop of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
+            (false, false) => format!("a clip of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
+        }
+    }
+
     /// An upper bound of the memory of a run.
-    fn need(&self, clips: &[ClipInput]) -> Bytes {
+    fn need(&self, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
         // For each voxel of the window: the graph, the prices of both sides of the seam, and features.
         const WINDOW: u64 = 110;
         let (domain, info) = (clips[0].domain(), clips[0].info());
@@ -94,12 +139,51 @@ impl Video {
         let kept: Bytes = clips.iter().map(ClipInput::bytes).sum();
         let colors = info.channels - usize::from(info.alpha);
         let features = memory::sources(&[domain], colors);
-        let window =
-            Bytes(WINDOW) * frames.min(self.transition.window.into()).saturating_mul(height).saturating_mul(width);
-        let distances = Bytes(8) * frames.saturating_mul(frames);
+        let mut work = Bytes(0);
+        if way.jumps() {
+            let window = frames.min(self.transition.window.into()).saturating_mul(height).saturating_mul(width);
+            work = Bytes(WINDOW) * window + Bytes(8) * frames.saturating_mul(frames);
+        }
+        if way.weaves() {
+            let options = self.woven.options(way, self.transition.measure())?;
+            work = work.max(self.woven.bytes(domain, colors, way, &options));
+        }
         // The map, one rendered clip, and all of them as files that were not compressed.
+        let longest = if way.weaves() {
+            Bytes::of_samples(way.output, 1).max(Bytes::of_samples(domain, 1))
+        } else {
+            Bytes::of_samples(domain, 1)
+        };
+        let times = |bytes: Bytes| Bytes(bytes.0.saturating_mul(longest.0) / Bytes::of_samples(domain, 1).0.max(1));
         let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
-        let output = memory::places(domain) + most + kept * u64::from(self.write.repeat) + Bytes(64 << 20);
-        memory::PROGRAM + kept + features * 2 + distances + window.max(output)
+        let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
+        let output = longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
+        Ok(memory::PROGRAM + kept + features * 2 + work.max(output))
     }
+}
+
+/// A jump closes if no step of a whole frame over its seam is larger than what is usual by more than this: less is not
+/// told from chance with a hundredth of some dozens of steps.
+const CLOSES: f64 = 1.05;
+
+/// Without the options that do nothing for what is cut at a jump, or for what is woven.
+fn of_mode(used: Used, jumps: bool) -> Used {
+    const OF_JUMPS: [&str; 6] = ["period", "window", "jumps", "jump", "surface-from", "blend"];
+    const OF_WOVEN: [&str; 13] = [
+        "frames",
+        "size",
+        "tile",
+        "loop",
+        "keep",
+        "placement",
+        "region",
+        "reach",
+        "randomness",
+        "variety",
+        "refine",
+        "patience",
+        "tries",
+    ];
+    let idle: &[&str] = if jumps { &OF_WOVEN } else { &OF_JUMPS };
+    idle.iter().fold(used, |used, option| used.without(option))
 }

@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
 use selvedge_graphcut_textures::video::{
     DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface, Trial, looped,
 };
-use selvedge_io::clip::Flipbook;
 use serde_json::{Value, json};
 
 use super::choices::{JumpArg, Period};
-use super::look::Shown;
+use super::look::{Cut, Shown};
 use super::written::WriteArgs;
 use super::{Made, fade};
 use crate::args::NonFiniteArg;
@@ -24,6 +23,11 @@ use crate::session::Session;
 use crate::steps::{Closure, Usual, over_seams};
 use crate::used::Used;
 
+/// Frames around a jump, as in the paper.
+const WINDOW: u32 = 60;
+/// Jumps that are cut.
+const JUMPS: u32 = 8;
+
 /// Where the clip jumps, and how.
 #[derive(Args, Clone, Debug)]
 #[command(mut_args(option("seam", |arg| arg.help("How seams are priced"))))]
@@ -32,10 +36,10 @@ pub(super) struct TransitionArgs {
     #[arg(long, value_name = "PERIOD", default_value = "auto")]
     period: Period,
     /// Frames around the jump in which pixels may jump.
-    #[arg(long, value_name = "FRAMES", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=65_534))]
+    #[arg(long, value_name = "FRAMES", default_value_t = WINDOW, value_parser = clap::value_parser!(u32).range(1..=65_534))]
     pub(super) window: u32,
     /// Jumps that are cut, of which the one with the cheapest seam is taken.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = JUMPS, value_parser = clap::value_parser!(u32).range(1..=1000))]
     jumps: u32,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
     #[arg(long, value_name = "LAST,FIRST", conflicts_with = "period")]
@@ -52,6 +56,24 @@ pub(super) struct TransitionArgs {
 }
 
 impl TransitionArgs {
+    /// The first option that was typed and does nothing without a jump.
+    pub(super) fn typed(&self) -> Option<&'static str> {
+        let all = [
+            (self.period.0.is_some(), "--period"),
+            (self.window != WINDOW, "--window"),
+            (self.jumps != JUMPS, "--jumps"),
+            (self.jump.is_some(), "--jump"),
+            (self.surface_from.is_some(), "--surface-from"),
+            (self.blend.is_some(), "--blend"),
+        ];
+        all.into_iter().find(|(typed, _)| *typed).map(|(_, option)| option)
+    }
+
+    /// How seams are priced.
+    pub(super) fn measure(&self) -> SeamMeasure {
+        self.seams.measure()
+    }
+
     /// A file that is read.
     pub(super) fn file(&self) -> Option<&PathBuf> {
         self.surface_from.as_ref()
@@ -62,7 +84,7 @@ impl TransitionArgs {
         &self,
         session: &Session<'_>,
         clip: &Clip,
-        write: &WriteArgs,
+        (write, filled): (&WriteArgs, Option<u32>),
         used: Used,
     ) -> Result<Made, Failure> {
         let about = |failure: Failure| failure.about(&clip.path);
@@ -73,7 +95,7 @@ impl TransitionArgs {
             session.check_signal()?;
             Err(about(e.into()))
         })?;
-        let jumps = self.found(&distances, write).map_err(about)?;
+        let jumps = self.found(&distances, filled).map_err(about)?;
         if let Some(frames) = self.blend {
             return self.faded(clip, &exemplars, &jumps[0], frames, used);
         }
@@ -83,7 +105,8 @@ impl TransitionArgs {
         let output = features(&exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
         let preview = if write.preview.is_some() || write.report.is_some() {
-            let shown = Shown { output: &output, map: &map, looped: &result, distances: &distances, jumps: &jumps };
+            let cut = Cut { looped: &result, distances: &distances, jumps: &jumps };
+            let shown = Shown { output: &output, map: &map, jumps: Some(cut) };
             Some(shown.picture()?)
         } else {
             None
@@ -101,17 +124,16 @@ impl TransitionArgs {
             preview,
             map: Some(map),
             mixed: None,
+            step: closure.filter(|_| !closes).map(|closure| closure.whole),
             complete: woven.complete,
         })
     }
 
     /// The jumps to cut: the one that was typed, or the best.
-    fn found(&self, distances: &FrameDistances, write: &WriteArgs) -> Result<Vec<Jump>, Failure> {
+    fn found(&self, distances: &FrameDistances, filled: Option<u32>) -> Result<Vec<Jump>, Failure> {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
-        // A flipbook is filled.
-        let filled = write.flipbook.filter(|_| write.repeat == 1 && !write.closing_frame).map(Flipbook::cells);
         let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
         let options = JumpOptions { count: self.jumps as usize, period, ..JumpOptions::default() };
         Ok(distances.best(&options)?)
@@ -152,8 +174,8 @@ impl TransitionArgs {
         let how = format!("a loop of {period} frames, {} to {}, faded over {frames}", jump.to, jump.from);
         let stats = json!({"mode": "blend", "period": period, "jump": jump_json(jump)});
         let options = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
-        let (surface, preview) = (None, None);
-        Ok(Made { map: None, mixed: Some(mixed), period, options, stats, how, surface, preview, complete: true })
+        let (surface, preview, step) = (None, None, None);
+        Ok(Made { map: None, mixed: Some(mixed), period, options, stats, how, surface, preview, step, complete: true })
     }
 
     /// For people.
@@ -212,7 +234,7 @@ fn jump_json(jump: &Jump) -> Value {
 }
 
 /// The features that an output of one clip has.
-fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<Grid<u8, 3>, Failure> {
+pub(super) fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<Grid<u8, 3>, Failure> {
     let source = &exemplars.sources()[0].features;
     let plane = Plane::new(Role::Scalar, Samples::U8(source.map(|v| v)?));
     let Samples::U8(output) = map.render(&[&plane])?.samples else {

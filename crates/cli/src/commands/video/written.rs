@@ -7,8 +7,9 @@ use selvedge_core::{Depth, Plane, Render as _};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
 use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
 
-use super::Made;
+use super::modes::Way;
 use super::read::ReadArgs;
+use super::{Made, maps};
 use crate::clips::{self, Clip, ClipInput};
 use crate::failure::{Failure, shown};
 use crate::outputs::{self, Outputs};
@@ -43,6 +44,10 @@ pub(super) struct WriteArgs {
     /// Write when each pixel jumps: its first frame that is not shown.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(super) surface: Option<PathBuf>,
+    /// Write source maps, one a frame: 'maps.####.exr'. Their sources are the clip's frames.
+    #[arg(help_heading = "Files that are written", long, value_name = "MAPS.####.exr", value_hint = ValueHint::FilePath)]
+    #[arg(conflicts_with = "blend")]
+    pub(super) map: Option<PathBuf>,
     /// Write a picture of frames, slices through time with the seam, the seam, and the jumps, for eyes.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(super) preview: Option<PathBuf>,
@@ -68,6 +73,11 @@ impl WriteArgs {
         period.saturating_mul(self.repeat).saturating_add(u32::from(self.closing_frame))
     }
 
+    /// Frames of a loop that fills a flipbook.
+    pub(super) fn filled(&self) -> Option<u32> {
+        self.flipbook.filter(|_| self.repeat == 1 && !self.closing_frame).map(Flipbook::cells)
+    }
+
     fn write_options(&self, clip: Option<&Clip>, period: Option<u32>) -> ClipWriteOptions {
         let rate = self.rate.or(clip.and_then(|clip| clip.info.rate));
         let flipbook = self.flipbook.map(|book| Flipbook { pad: self.pad.unwrap_or(0), ..book });
@@ -79,7 +89,7 @@ impl WriteArgs {
         &self,
         session: &Session<'_>,
         of: &ReadArgs,
-        clips: &[ClipInput],
+        (clips, way): (&[ClipInput], &Way),
         others: &[PathBuf],
     ) -> Result<(), Failure> {
         let mut read: Vec<PathBuf> = of.paths().chain(others).cloned().collect();
@@ -88,10 +98,12 @@ impl WriteArgs {
             let files = of.files(path)?;
             let output = self.name(path);
             let info = clip.info();
-            // No loop is longer than its clip, or than its flipbook.
-            let most = self.flipbook.map_or_else(|| self.written(info.frames), Flipbook::cells);
+            let [frames, height, width] = way.most(clip.domain());
+            // No loop is longer than its flipbook; what is woven has as many frames as are asked for.
+            let book = self.flipbook.filter(|_| way.jumps()).map(Flipbook::cells);
+            let most = book.unwrap_or_else(|| self.written(frames));
             let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
-            let held = writer.check((info.channels, info.alpha), info.depth, [info.height, info.width]);
+            let held = writer.check((info.channels, info.alpha), info.depth, [height, width]);
             // Clips keep their depth.
             held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
             let made = writer.files();
@@ -108,6 +120,10 @@ impl WriteArgs {
                 session.warn(left, &format!("is left over from a longer run, as are {} more", count - 1));
             }
             read.extend(files);
+        }
+        if let Some(name) = &self.map {
+            let all = maps::files(name, way.most(clips[0].domain())[0])?;
+            written.extend([all.first(), all.last()].into_iter().flatten().cloned());
         }
         written.extend(self.surface.iter().chain(&self.preview).cloned());
         written.extend(self.report.as_deref().map(page::checked));
@@ -151,6 +167,9 @@ impl WriteArgs {
             return Ok(outputs);
         }
         let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
+        if let (Some(name), Some(map)) = (&self.map, &made.map) {
+            maps::add(&mut outputs, name, map, (&clips[0].frames, &metadata))?;
+        }
         for (path, plane) in [(&self.surface, &made.surface), (&self.preview, &made.preview)] {
             if let (Some(path), Some(plane)) = (path, plane) {
                 outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;

@@ -1,0 +1,175 @@
+//! Which way a clip goes on, and in what size.
+
+use clap::Args;
+use selvedge_core::Domain;
+
+use super::choices::ClipSize;
+use crate::clips::ClipInput;
+use crate::failure::{Failure, n};
+use crate::size::Tile;
+
+/// What the output is to be.
+#[derive(Args, Clone, Debug)]
+pub(super) struct ModeArgs {
+    /// How the clip goes on.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = ModeArg::Auto)]
+    mode: ModeArg,
+    /// Frames to make. Default: what a jump gives, or twice as many as the clip has.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub(super) frames: Option<u32>,
+    /// Width, height and frames to make: 210x160x100, or 210x160. Default: frames of the clip's size.
+    #[arg(long, value_name = "WxHxN")]
+    pub(super) size: Option<ClipSize>,
+    /// Make frames that tile along x, y or both.
+    #[arg(long, value_enum, value_name = "AXES")]
+    tile: Option<Tile>,
+    /// Whether what is woven loops, and how.
+    #[arg(long = "loop", value_enum, value_name = "HOW", default_value_t = LoopArg::Periodic)]
+    pub(super) looping: LoopArg,
+    /// Frames that --loop fixed begins and ends with. Default: 10, or a third of the clip or of the output where that
+    /// is less.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=65_534))]
+    pub(super) keep: Option<u32>,
+}
+
+/// How a clip goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum ModeArg {
+    /// Transition where frames keep their size and a jump closes, else temporal; spacetime for another size.
+    Auto,
+    /// By a jump back, made at each pixel when it is seen least.
+    Transition,
+    /// By the clip laid over itself again and again, moved in time.
+    Temporal,
+    /// By pieces of it, moved in space and time.
+    Spacetime,
+}
+
+/// How what is woven loops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum LoopArg {
+    /// Time has no end.
+    Periodic,
+    /// It begins and ends with the same frames of the clip.
+    Fixed,
+    /// It has a begin and an end.
+    No,
+}
+
+/// How many frames `--loop fixed` keeps. `[Kwatra03 7D]`
+const KEEP: u32 = 10;
+
+/// The way that was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Way {
+    /// Never auto.
+    pub(super) mode: ModeArg,
+    /// Weave in time alone if no jump closes.
+    pub(super) or_woven: bool,
+    /// What is woven.
+    pub(super) output: Domain<3>,
+    /// Frames at both ends of it, for `--loop fixed`.
+    pub(super) keep: u32,
+    /// Why, where the program chose.
+    pub(super) why: Option<String>,
+}
+
+impl ModeArgs {
+    /// Chooses by what was typed: a first option that only jumps have, and one that only what is woven has.
+    pub(super) fn way(
+        &self,
+        clip: &ClipInput,
+        filled: Option<u32>,
+        (of_jumps, of_woven): (Option<&str>, Option<&str>),
+    ) -> Result<Way, Failure> {
+        let (keep, output) = self.output(clip, filled)?;
+        let has = clip.domain().shape;
+        let resized = output.shape[1..] != has[1..] || self.tile.is_some();
+        let of_woven = of_woven.or((self.looping != LoopArg::Periodic).then_some("--loop"));
+        let (mode, why) = match self.mode {
+            ModeArg::Auto if resized => (ModeArg::Spacetime, Some("frames of another size".to_owned())),
+            ModeArg::Auto => match (of_jumps, of_woven) {
+                (Some(_), _) => (ModeArg::Transition, None),
+                (None, Some(option)) => (ModeArg::Temporal, Some(format!("{option} is none of a jump's"))),
+                (None, None) if has[0] < self.frames().unwrap_or(0) => {
+                    (ModeArg::Temporal, Some(format!("the clip has {}", n("frame", has[0] as usize))))
+                }
+                (None, None) => (ModeArg::Transition, None),
+            },
+            typed => (typed, None),
+        };
+        let or_woven = self.mode == ModeArg::Auto && mode == ModeArg::Transition && of_jumps.is_none();
+        let way = Way { mode, or_woven, output, keep, why };
+        way.check(has, of_jumps, of_woven).map(|()| way)
+    }
+
+    /// Frames that were asked for.
+    pub(super) fn frames(&self) -> Option<u32> {
+        self.frames.or(self.size.and_then(|size| size.frames))
+    }
+
+    /// What is woven, and the frames at both ends.
+    fn output(&self, clip: &ClipInput, filled: Option<u32>) -> Result<(u32, Domain<3>), Failure> {
+        if self.frames.is_some() && self.size.is_some_and(|size| size.frames.is_some()) {
+            return Err(Failure::new(2, "--frames and --size both say how many frames").remedy("leave one of them out"));
+        }
+        let [has, height, width] = clip.domain().shape;
+        let frames = self.frames().or(filled).unwrap_or(has.saturating_mul(2));
+        let keep = self.keep.unwrap_or_else(|| KEEP.min(has / 3).min(frames / 3).max(1));
+        let keep = if self.looping == LoopArg::Fixed { keep } else { 0 };
+        if 0 < keep && has.min(frames) <= keep {
+            let what = format!("--keep {keep} leaves nothing between, of {has} frames or of {frames}");
+            return Err(Failure::new(2, what).remedy(format!("use --keep {} or less", has.min(frames) - 1)));
+        }
+        let [height, width] = self.size.map_or([height, width], |size| size.frame);
+        let tiled = Tile::domain(self.tile, [height, width]);
+        let periodic = [self.looping == LoopArg::Periodic, tiled.periodic[0], tiled.periodic[1]];
+        Ok((keep, Domain { shape: [frames, height, width], periodic }))
+    }
+}
+
+impl Way {
+    /// True for what is cut at jumps.
+    pub(super) fn jumps(&self) -> bool {
+        self.mode == ModeArg::Transition
+    }
+
+    /// True if patches are woven, or may be.
+    pub(super) fn weaves(&self) -> bool {
+        !self.jumps() || self.or_woven
+    }
+
+    /// Weaves in time alone instead.
+    pub(super) fn fall_back(&mut self, why: String) {
+        (self.mode, self.why) = (ModeArg::Temporal, Some(why));
+    }
+
+    /// Frames, height and width of the output, or more.
+    pub(super) fn most(&self, clip: Domain<3>) -> [u32; 3] {
+        let [frames, height, width] = self.output.shape;
+        match (self.jumps(), self.weaves()) {
+            (false, _) => [frames, height, width],
+            (true, woven) => [clip.shape[0].max(if woven { frames } else { 0 }), height, width],
+        }
+    }
+
+    /// Refuses options that do nothing.
+    fn check(&self, has: [u32; 3], of_jumps: Option<&str>, of_woven: Option<&str>) -> Result<(), Failure> {
+        let mode = crate::values::name_of(self.mode);
+        let resized = self.output.shape[1..] != has[1..] || self.output.periodic[1..] != [false; 2];
+        let [_, height, width] = has;
+        let (idle, remedy) = match self.mode {
+            ModeArg::Spacetime => (of_jumps, "use --mode transition"),
+            _ if resized => {
+                let what = format!("--mode {mode} has frames of the clip's {width}x{height} px, which do not tile");
+                return Err(Failure::new(2, what).remedy("use --mode spacetime"));
+            }
+            ModeArg::Temporal => (of_jumps, "use --mode transition"),
+            _ => (of_woven, "use --mode temporal or spacetime"),
+        };
+        match idle {
+            Some(option) => Err(Failure::new(2, format!("{option} does nothing in --mode {mode}")).remedy(remedy)),
+            None => Ok(()),
+        }
+    }
+}

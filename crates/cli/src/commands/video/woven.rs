@@ -1,0 +1,218 @@
+//! Clips woven of patches that are moved in time, or in space and time. `[Kwatra03 7B]` `[Kwatra03 7C]` `[Kwatra03 7D]`
+//! `[Kwatra03 7E]`
+
+use clap::Args;
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamMeasure, SourceMap, Start, Woven};
+use selvedge_graphcut_textures::video::Ends;
+use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, graphcut_from};
+use serde_json::{Value, json};
+
+use super::choices::{reach, typed, volume};
+use super::look::Shown;
+use super::modes::{ModeArg, Way};
+use super::written::WriteArgs;
+use super::{Made, transition};
+use crate::clips::Clip;
+use crate::commands::graphcut::PlacementArg;
+use crate::failure::{Failure, n};
+use crate::session::Session;
+use crate::steps::{Usual, median, step};
+use crate::used::Used;
+use crate::values::{Auto, auto, count, counts, name_of, parsed};
+
+/// How patches are found and laid.
+#[derive(Args, Clone, Debug)]
+pub(super) struct WovenArgs {
+    /// How the next patch is found. Default: auto.
+    #[arg(long, value_enum, value_name = "HOW")]
+    placement: Option<PlacementArg>,
+    /// Size of the regions that patches are found for: 40x40x20 (width by height by frames), 20 for all, or auto.
+    /// Patches that move in time alone take whole frames.
+    #[arg(long, value_name = "WxHxN|auto",
+        value_parser = auto("size of regions", "write 40x40x20 (width by height by frames), 20, or auto", volume))]
+    region: Option<Auto<[u32; 3]>>,
+    /// How far patches may reach beyond their region: 20x20x20, 20 for all, auto, or all: as far as the clip does.
+    #[arg(long, value_name = "WxHxN|auto|all",
+        value_parser = auto("reach", "write 20x20x20 (across by down by frames), 20, auto or all", reach))]
+    reach: Option<Auto<[u32; 3]>>,
+    /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1. Default: 0.01.
+    #[arg(long, value_name = "K")]
+    randomness: Option<f64>,
+    /// How much patches avoid to stand to each other as others do already: a number from 0 on, or auto.
+    #[arg(long, value_name = "V|auto",
+        value_parser = auto("variety", "write a number from 0 on, or auto", parsed::<f64>))]
+    variety: Option<Auto<f64>>,
+    /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
+    #[arg(long, value_name = "N|auto", value_parser = count())]
+    refine: Option<Auto<u32>>,
+    /// Refinements in a row that bring nothing before the seams count as settled. Default: 8.
+    #[arg(long, value_name = "N")]
+    patience: Option<u32>,
+    /// Patches that are tried at each step, of which the best is taken. Default: 2.
+    #[arg(long, value_name = "N")]
+    tries: Option<u32>,
+}
+
+impl WovenArgs {
+    /// The first option that was typed.
+    pub(super) fn typed(&self) -> Option<&'static str> {
+        let all = [
+            (self.placement.is_some(), "--placement"),
+            (self.region.is_some(), "--region"),
+            (self.reach.is_some(), "--reach"),
+            (self.randomness.is_some(), "--randomness"),
+            (self.variety.is_some(), "--variety"),
+            (self.refine.is_some(), "--refine"),
+            (self.patience.is_some(), "--patience"),
+            (self.tries.is_some(), "--tries"),
+        ];
+        all.into_iter().find(|(typed, _)| *typed).map(|(_, option)| option)
+    }
+
+    /// As the library takes them.
+    pub(super) fn options(&self, way: &Way, seam: SeamMeasure) -> Result<Options<3>, Failure> {
+        let default = Options::<3>::default();
+        let options = Options {
+            placement: self.placement.map_or(default.placement, Into::into),
+            free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
+            seam,
+            region: self.region.and_then(|region| region.0),
+            reach: self.reach.and_then(|reach| reach.0),
+            randomness: self.randomness.unwrap_or(default.randomness),
+            variety: self.variety.and_then(|variety| variety.0),
+            refine: self.refine.and_then(|refine| refine.0),
+            patience: self.patience.unwrap_or(default.patience),
+            tries: self.tries.unwrap_or(default.tries),
+            levels: Some(1),
+        };
+        options.validate()?;
+        Ok(options)
+    }
+
+    /// Weaves, and says what came out.
+    pub(super) fn made(
+        &self,
+        session: &Session<'_>,
+        clip: &Clip,
+        (way, seam): (&Way, SeamMeasure),
+        write: &WriteArgs,
+        used: Used,
+    ) -> Result<Made, Failure> {
+        let about = |failure: Failure| failure.about(&clip.path);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| about(e.into()))?;
+        let options = self.options(way, seam)?;
+        let Woven { result: map, stats, complete } =
+            weave(session, &exemplars, way, &options).map_err(|e| match e {
+                Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
+                Error::Core(selvedge_core::Error::NoSource { .. }) => {
+                    about(Failure::from(e)).remedy("mask less of the clip")
+                }
+                e => about(e.into()),
+            })?;
+        let output = transition::features(&exemplars, &map)?;
+        let motion = Motion::of(&exemplars.sources()[0].features, &output);
+        let shown = Shown { output: &output, map: &map, jumps: None };
+        let preview = (write.preview.is_some() || write.report.is_some()).then(|| shown.picture()).transpose()?;
+        let [frames, height, width] = map.domain().shape;
+        let patches = stats.patches;
+        let how = match way.mode {
+            ModeArg::Temporal => "moved in time",
+            _ => "moved in space and time",
+        };
+        let loops = map.domain().periodic[0];
+        let why = way.why.as_ref().map_or(String::new(), |why| format!(" ({}, since {why})", name_of(way.mode)));
+        let how = format!(
+            "{} {frames} frames of {width}x{height} px from {patches} patches {how} and {}{why}, moving {:.2} times as much as the \
+             clip{}",
+            if loops { "a loop of" } else { "a clip of" },
+            n("refinement", stats.improvements as usize),
+            motion.usual,
+            if loops { format!(", {:.2} of what is usual over its end", motion.over_end) } else { String::new() },
+        );
+        let used = used
+            .set("placement", name_of(stats.placement))
+            .set("region", typed(stats.region))
+            .set("reach", typed(stats.reach))
+            .set("variety", stats.variety);
+        Ok(Made {
+            period: frames,
+            how,
+            stats: told(way, &stats, &motion),
+            options: used,
+            surface: None,
+            preview,
+            map: Some(map),
+            mixed: None,
+            step: None,
+            complete,
+        })
+    }
+
+    /// An upper bound of the bytes that a run takes beside the clip's features.
+    pub(super) fn bytes(&self, clip: Domain<3>, channels: usize, way: &Way, options: &Options<3>) -> Bytes {
+        let [frames, height, width] = way.output.shape;
+        let output = Domain { shape: [frames.saturating_add(way.keep), height, width], ..way.output };
+        estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6)
+    }
+}
+
+fn weave(
+    session: &Session<'_>,
+    exemplars: &Exemplars<3>,
+    way: &Way,
+    options: &Options<3>,
+) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
+    let run = session.run();
+    if way.keep == 0 {
+        return graphcut(exemplars, way.output, options, &run);
+    }
+    let Domain { shape: [frames, height, width], periodic } = way.output;
+    let of_clip = exemplars.sources()[0].domain().shape[1..] == [height, width] && periodic == [false; 3];
+    let ends = if of_clip {
+        Ends::of_clip(exemplars, way.keep)?
+    } else {
+        let woven = graphcut(exemplars, Domain { shape: [way.keep, height, width], periodic }, options, &run)?;
+        if !woven.complete {
+            return Ok(woven);
+        }
+        Ends::woven(woven.result)
+    };
+    let start: Start<3> = ends.start(frames)?;
+    let woven = graphcut_from(exemplars, start, options, &run)?;
+    Ok(Woven { result: ends.closed(&woven.result)?, stats: woven.stats, complete: woven.complete })
+}
+
+/// How much an output moves beside its clip.
+struct Motion {
+    /// The median step beside the clip's, as root mean squares.
+    usual: f64,
+    /// The largest step beside the largest that is usual in the clip.
+    largest: f64,
+    /// The step over the end beside the largest that is usual.
+    over_end: f64,
+}
+
+impl Motion {
+    fn of(clip: &Grid<u8, 3>, output: &Grid<u8, 3>) -> Self {
+        // Pixels of frames differ in number where the size does.
+        let pixels = |grid: &Grid<u8, 3>| grid.domain().strides()[0] as f64;
+        let root = |of: u64, pixels: f64| (of as f64 / pixels).sqrt();
+        let [had, has] = [clip, output].map(|grid| root(median(grid), pixels(grid)));
+        let usual = Usual::of(clip).map_or(0.0, |usual| root(usual.whole(), pixels(clip)));
+        let frames = output.domain().shape[0];
+        let of = |a: u32, b: u32| root(step(output, a, b).whole(), pixels(output));
+        let largest = (1..frames).map(|t| of(t - 1, t)).fold(0.0, f64::max);
+        let beside = |is: f64, of: f64| if of == 0.0 { f64::from(u8::from(0.0 < is)) } else { is / of };
+        let usual_of = if had == 0.0 { 1.0 } else { has / had };
+        Self { usual: usual_of, largest: beside(largest, usual), over_end: beside(of(frames - 1, 0), usual) }
+    }
+}
+
+/// Counts of a run.
+fn told(way: &Way, stats: &Stats<3>, motion: &Motion) -> Value {
+    let mut all = counts!(stats, regularity, patches, refinements, improvements, cuts, cut_nodes, energy);
+    all["mode"] = name_of(way.mode).into();
+    all["why"] = json!(way.why);
+    all["motion"] = json!({"usual": motion.usual, "largest": motion.largest, "over_end": motion.over_end});
+    all
+}
