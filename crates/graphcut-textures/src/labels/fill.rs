@@ -12,6 +12,7 @@ use crate::labels::expand::expand;
 use crate::labels::label::{Label, MOST_LABELS};
 use crate::labels::offsets::{OffsetOptions, continuing, dominant_offsets};
 use crate::labels::options::LabelOptions;
+use crate::labels::patches::boxes;
 use crate::options::Options;
 
 /// Offsets are found, and labels decided first, where the longest side is at most so long: there structures are seen
@@ -84,14 +85,17 @@ struct Level<const D: usize> {
     exemplars: Exemplars<D>,
     /// What stands; holes are unassigned.
     standing: SourceMap<D>,
+    /// Which sources may be used where.
+    sources: Option<Grid<u64, D>>,
 }
 
 /// Fills the holes of a start from exemplars, among them the picture itself: which of its dominant offsets shows where
 /// is decided by [`expand`] at a coarse level and carried up, what none reaches is grown by patches, and the worst
-/// seams are refined. What stands stays.
+/// seams are refined. What stands stays, and holes show [sources](Start::sources) that may be used there alone.
 ///
 /// # Errors
-/// Those of [`Start::check`] and [`graphcut_from`], and too little memory.
+/// Those of [`Start::check`] and [`graphcut_from`], [`Range`](CoreError::Range) for patches without samples, and too
+/// little memory.
 ///
 /// # Complexity
 /// That of [`dominant_offsets`] at a level of at most 400 a side, of a cut for each label over the boxes of holes there
@@ -113,13 +117,14 @@ pub fn fill<const D: usize>(
         return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
     }
     start.check(exemplars)?;
+    options.offsets.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
     run.limits.admit(output, estimate_fill(&domains, exemplars.channels(), output, options))?;
     let mut stats = FillStats { filled: start.map.holes(), ..FillStats::default() };
     if stats.filled == 0 {
         return Ok(Woven { result: start.map, stats, complete: true });
     }
-    let levels = levels(exemplars, start.map)?;
+    let levels = levels(exemplars, start.map, start.sources, options)?;
     stats.levels = levels.len() as u32;
     let labelled = labelled(&levels, options, run, &mut stats)?;
     let (map, standing) = (labelled.result, &levels[0].standing);
@@ -130,7 +135,7 @@ pub fn fill<const D: usize>(
     }
     let mut fixed = Grid::try_filled(output, 1, false)?;
     fixed.samples_mut().iter_mut().zip(standing.ids.plane(0)).for_each(|(fixed, id)| *fixed = id.is_assigned());
-    let start = Start { map, fixed: Some(fixed), sources: start.sources };
+    let start = Start { map, fixed: Some(fixed), sources: levels[0].sources.clone() };
     let woven = graphcut_from(exemplars, start, &options.graphcut(), run)?;
     stats.refined = woven.stats.improvements;
     stats.energy.extend(woven.stats.energy.iter().copied());
@@ -160,10 +165,16 @@ pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, o
     samples * (channels as u64 + 1 + 4 * D as u64) + Bytes::of_samples(output, 150) + Bytes(1 << 20)
 }
 
-/// The pyramid, down to where sides are short or nothing valid is left.
-fn levels<const D: usize>(exemplars: &Exemplars<D>, standing: SourceMap<D>) -> Result<Vec<Level<D>>, Error> {
+/// The pyramid, down to where sides are short, or no patch is left that could look for its like: of many small holes
+/// each takes a block of a coarse level.
+fn levels<const D: usize>(
+    exemplars: &Exemplars<D>,
+    standing: SourceMap<D>,
+    sources: Option<Grid<u64, D>>,
+    options: &FillOptions,
+) -> Result<Vec<Level<D>>, Error> {
     let all = 0..exemplars.sources().len();
-    let mut levels = vec![Level { exemplars: exemplars.only(all)?, standing }];
+    let mut levels = vec![Level { exemplars: exemplars.only(all)?, standing, sources }];
     while let Some(finest) = levels.last().filter(|l| l.standing.domain().shape.iter().any(|&n| COARSE < n)) {
         let coarse = match finest.exemplars.coarser() {
             Err(CoreError::NothingValid) => break,
@@ -171,15 +182,35 @@ fn levels<const D: usize>(exemplars: &Exemplars<D>, standing: SourceMap<D>) -> R
         };
         let mut standing = finest.standing.coarser(&coarse)?;
         let (fine, domain) = (&finest.standing, standing.domain());
+        let block = |at: [u32; D]| domain.index(at.map(|p| p / 2));
         // A block of which anything is missing is a hole.
         for (at, id) in fine.domain().positions().zip(fine.ids.plane(0)) {
             if !id.is_assigned() {
-                standing.ids.plane_mut(0)[domain.index(at.map(|p| p / 2))] = SampleId::UNASSIGNED;
+                standing.ids.plane_mut(0)[block(at)] = SampleId::UNASSIGNED;
             }
         }
-        levels.push(Level { exemplars: coarse, standing });
+        if !has_patches(&standing, options.offsets.side)? {
+            break;
+        }
+        // What shows in a block has to be allowed in all of it.
+        let common = |fine_sources: &Grid<u64, D>| -> Result<Grid<u64, D>, Error> {
+            let mut sources = Grid::try_filled(domain, 1, u64::MAX)?;
+            for (at, bits) in fine.domain().positions().zip(fine_sources.plane(0)) {
+                sources.plane_mut(0)[block(at)] &= bits;
+            }
+            Ok(sources)
+        };
+        let sources = finest.sources.as_ref().map(common).transpose()?;
+        levels.push(Level { exemplars: coarse, standing, sources });
     }
     Ok(levels)
+}
+
+/// True if a patch stands whole.
+fn has_patches<const D: usize>(standing: &SourceMap<D>, side: u32) -> Result<bool, Error> {
+    let known = stays(standing)?;
+    let shape = known.domain().shape.map(|n| n.min(side));
+    Ok(boxes(known.domain(), known.samples(), shape)?.contains(&true))
 }
 
 /// Labels at the coarsest level, carried up to the finest.
@@ -242,7 +273,7 @@ fn decided<const D: usize>(
     for _ in 0..rounds {
         let mut improved = false;
         for labels in labels.chunks(MOST_LABELS) {
-            let start = Start { map, fixed: Some(fixed.clone()), sources: None };
+            let start = Start { map, fixed: Some(fixed.clone()), sources: level.sources.clone() };
             let woven = expand(&level.exemplars, start, labels, &own, run)?;
             stats.expansions += woven.stats.expansions;
             improved |= 0 < woven.stats.improvements;
@@ -310,3 +341,6 @@ fn shown<const D: usize>(map: &SourceMap<D>, standing: &SourceMap<D>) -> Result<
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     Ok(counts)
 }
+
+#[cfg(test)]
+mod tests;

@@ -25,4 +25,4 @@ pub use label::{Label, MOST_LABELS};
 pub use offsets::{OffsetOptions, dominant_offsets};
 pub use options::{LabelOptions, LabelStats};
 pub use place::{Prefer, aligned, preferred};
-pub use tile::{banded, close, overlaps};
+pub use tile::{banded, check_overlap, close, overlaps};

@@ -2,7 +2,7 @@
 //!
 //! `[He12]`: K. He, J. Sun, *Statistics of Patch Offsets for Image Completion*, ECCV 2012.
 
-use selvedge_core::{Domain, Exemplars, Grid, SourceMap, par, try_vec};
+use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, SourceMap, par, try_vec};
 
 use crate::error::Error;
 use crate::labels::label::Label;
@@ -30,6 +30,16 @@ impl Default for OffsetOptions {
     }
 }
 
+impl OffsetOptions {
+    /// Refuses patches without samples.
+    ///
+    /// # Errors
+    /// [`Range`](CoreError::Range).
+    pub(super) fn validate(&self) -> Result<(), CoreError> {
+        CoreError::within("side", self.side, 1.0..=f64::from(u32::MAX), "at least 1")
+    }
+}
+
 /// Patches near holes start this many samples apart: votes of neighbours are alike.
 const STEP: u32 = 2;
 
@@ -43,12 +53,13 @@ const STEP: u32 = 2;
 /// alone.
 ///
 /// # Errors
-/// [`Error::Core`] if memory is short.
+/// [`Error::Core`] for patches without samples, and if memory is short.
 pub fn dominant_offsets<const D: usize>(
     exemplars: &Exemplars<D>,
     standing: &SourceMap<D>,
     options: &OffsetOptions,
 ) -> Result<Vec<Label<D>>, Error> {
+    options.validate()?;
     let output = standing.domain();
     let shape = output.shape.map(|n| n.min(options.side));
     let longest = output.shape.into_iter().max().unwrap_or(0);

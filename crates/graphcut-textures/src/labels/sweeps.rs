@@ -120,7 +120,10 @@ impl<'a, const D: usize> Sweeps<'a, D> {
             return Ok(false);
         }
         proposal.lay(&frame, &mut self.map);
-        let taken = frame.places.iter().zip(&proposal.taken).filter(|(_, taken)| **taken);
+        // Where the offer is what shows, the cut knew the price of the label that has it, and that label stays.
+        let other = frame.old.iter().zip(&frame.new).map(|(old, new)| old != new);
+        let taken = frame.places.iter().zip(proposal.taken.iter().zip(other));
+        let taken = taken.filter(|(_, (taken, other))| **taken && *other);
         taken.for_each(|(&place, _)| self.standing[place as usize] = label as u8);
         self.energy -= proposal.gain();
         self.stats.improvements += 1;

@@ -18,7 +18,7 @@ const TRIED: usize = 6;
 
 /// A picture closed over itself: it is laid beside itself so that `overlap` samples lie over each other along each axis
 /// (0: it stays open), and cut along the least seam. Nothing is made up; the output is smaller by the overlap, and goes
-/// around.
+/// around. What the picture does not show stays a hole.
 ///
 /// # Errors
 /// [`Range`](selvedge_core::Error::Range) for an overlap of 1, or more than half of a side; those of [`expand`].
@@ -29,9 +29,7 @@ pub fn close<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
     let side = exemplars.sources()[0].domain().shape;
-    if let Some(axis) = (0..D).find(|&a| overlap[a] != 0 && !(2..=side[a] / 2).contains(&overlap[a])) {
-        return Err(CoreError::range("overlap", overlap[axis], "at least 2, and at most half of the side").into());
-    }
+    check_overlap(side, overlap)?;
     let output = Domain {
         shape: std::array::from_fn(|a| side[a] - overlap[a]),
         periodic: std::array::from_fn(|a| overlap[a] != 0),
@@ -54,7 +52,19 @@ pub fn close<const D: usize>(
         *bits = numbers.iter().enumerate().filter(shows).fold(0, |bits, (i, _)| bits | 1 << i);
     }
     let start = Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None };
-    expand(exemplars, start, &labels, &LabelOptions { seam, only: Some(only), ..LabelOptions::default() }, run)
+    let options = LabelOptions { seam, only: Some(only), leave_holes: true, ..LabelOptions::default() };
+    expand(exemplars, start, &labels, &options, run)
+}
+
+/// Refuses overlaps over which a picture of a shape cannot be [closed](close).
+///
+/// # Errors
+/// [`Range`](selvedge_core::Error::Range) for an overlap of 1, or more than half of a side.
+pub fn check_overlap<const D: usize>(side: [u32; D], overlap: [u32; D]) -> Result<(), Error> {
+    match (0..D).find(|&a| overlap[a] != 0 && !(2..=side[a] / 2).contains(&overlap[a])) {
+        Some(axis) => Err(CoreError::range("overlap", overlap[axis], "at least 2, and at most half of the side").into()),
+        None => Ok(()),
+    }
 }
 
 /// The overlap of the cheapest seam along each axis asked for.
@@ -194,6 +204,18 @@ mod tests {
                 assert!(costs.total(&woven.result) <= costs.total(&straight), "column {at}");
             }
         }
+    }
+
+    #[test]
+    fn what_a_picture_does_not_show_stays_a_hole() {
+        let whole = repeating([24, 40], 10);
+        let mut source = (*whole.sources()[0]).clone();
+        let valid = source.domain().positions().map(|[y, x]| 2 < y || 3 < x).collect();
+        source.valid = Some(Grid::from_vec(source.domain(), 1, valid).unwrap());
+        let e = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let woven = close(&e, [6, 10], SeamMeasure::Difference, &Run::seeded(0)).unwrap();
+        let holes = woven.result.holes();
+        assert!(woven.complete && holes == woven.stats.holes && holes <= 12, "{holes}");
     }
 
     #[test]

@@ -98,6 +98,22 @@ fn two_labels_are_the_best_of_all_labellings() {
     assert!(200 < seams, "only {seams} cases had anything to decide");
 }
 
+/// A label that is given twice, at other prices: what a cut does not tell apart, it must not change.
+#[test]
+fn labels_of_one_sample_have_each_its_own_price() {
+    for case in 0..150 {
+        let mut rng = Seed(70 + case).rng();
+        let (e, output) = (exemplars([12, 12], case), Domain::open([3, 3]));
+        let mut labels = covering(&mut rng, 2);
+        labels.insert(case as usize % 3, labels[case as usize % 2]);
+        let own = Some(prices(&mut rng, output, 3));
+        let options = LabelOptions { own, ..LabelOptions::default() };
+        let woven = expand(&e, empty(&e, output), &labels, &options, &Run::seeded(0)).unwrap();
+        let told = *woven.stats.energy.last().unwrap();
+        assert!(least(&e, output, &labels, &options) <= told, "case {case}: less than the least of all is told");
+    }
+}
+
 /// The share of 3x3 grids on which three labels end at the least price of all, and the worst ratio to it.
 #[test]
 fn three_labels_are_mostly_the_best_and_never_far() {
