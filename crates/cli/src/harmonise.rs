@@ -62,6 +62,9 @@ pub(crate) fn common_layout<'a>(layouts: impl IntoIterator<Item = (&'a Path, Lay
     Ok(common)
 }
 
+/// Full alpha in each depth. In binary16 it is exponent 15, as it is biased.
+pub(crate) const OPAQUE: (u8, u16, u16, f32) = (255, 65_535, 15 << 10, 1.0);
+
 /// The plane with the channels of a layout that holds it.
 pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> {
     if (Layout { colors: plane.color_channels(), alpha: plane.alpha }) == to {
@@ -69,11 +72,10 @@ pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> 
     }
     let (colors, alpha) = (plane.color_channels(), plane.alpha);
     let samples = match &plane.samples {
-        Samples::U8(g) => Samples::U8(channels(g, colors, alpha, to, 255)?),
-        Samples::U16(g) => Samples::U16(channels(g, colors, alpha, to, 65_535)?),
-        // 1 in binary16: exponent 15, as it is biased.
-        Samples::F16(g) => Samples::F16(channels(g, colors, alpha, to, 15 << 10)?),
-        Samples::F32(g) => Samples::F32(channels(g, colors, alpha, to, 1.0)?),
+        Samples::U8(g) => Samples::U8(channels(g, colors, alpha, to, OPAQUE.0)?),
+        Samples::U16(g) => Samples::U16(channels(g, colors, alpha, to, OPAQUE.1)?),
+        Samples::F16(g) => Samples::F16(channels(g, colors, alpha, to, OPAQUE.2)?),
+        Samples::F32(g) => Samples::F32(channels(g, colors, alpha, to, OPAQUE.3)?),
     };
     Ok(Plane { samples, alpha: to.alpha, ..plane })
 }

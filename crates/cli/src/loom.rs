@@ -12,10 +12,11 @@ use crate::course::Course;
 use crate::explain::{LEGEND, explain};
 use crate::eyes;
 use crate::failure::{Failure, shown};
-use crate::harmonise::{Layout, widened};
+use crate::harmonise::{Layout, OPAQUE, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::Loaded;
 use crate::made;
+use crate::memory;
 use crate::outcome::{MadeBy, Outcome};
 use crate::outputs::{self, Outputs};
 use crate::page;
@@ -74,17 +75,29 @@ fn transparent_holes(plane: Plane<2>, map: &SourceMap<2>, format: Format) -> Res
         return Ok(plane);
     }
     let mut plane = widened(plane, Layout { colors, alpha: true })?;
-    let holes = map.ids.plane(0).iter().map(|id| !id.is_assigned());
+    let holes = |i: usize| !map.ids.plane(0)[i].is_assigned();
     match &mut plane.samples {
-        Samples::U8(grid) => clear(grid.plane_mut(colors), holes),
-        Samples::U16(grid) | Samples::F16(grid) => clear(grid.plane_mut(colors), holes),
-        Samples::F32(grid) => clear(grid.plane_mut(colors), holes),
+        Samples::U8(grid) => fill(grid.plane_mut(colors), holes, 0),
+        Samples::U16(grid) | Samples::F16(grid) => fill(grid.plane_mut(colors), holes, 0),
+        Samples::F32(grid) => fill(grid.plane_mut(colors), holes, 0.0),
     }
     Ok(plane)
 }
 
-fn clear<T: Default>(alpha: &mut [T], holes: impl Iterator<Item = bool>) {
-    alpha.iter_mut().zip(holes).filter(|(_, hole)| *hole).for_each(|(alpha, _)| *alpha = T::default());
+/// The same picture, opaque wherever something stands in the map.
+fn opaque(mut plane: Plane<2>, map: &SourceMap<2>) -> Plane<2> {
+    let (alpha, stands) = (plane.color_channels(), |i: usize| map.ids.plane(0)[i].is_assigned());
+    match &mut plane.samples {
+        Samples::U8(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.0),
+        Samples::U16(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.1),
+        Samples::F16(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.2),
+        Samples::F32(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.3),
+    }
+    plane
+}
+
+fn fill<T: Copy>(alpha: &mut [T], wanted: impl Fn(usize) -> bool, value: T) {
+    alpha.iter_mut().enumerate().filter(|(i, _)| wanted(*i)).for_each(|(_, alpha)| *alpha = value);
 }
 
 /// Some methods answer with averages, which no map describes.
@@ -119,6 +132,25 @@ impl Loom<'_> {
         let picture = input.read(self.session, &self.args.read_options(self.session), &mut self.report)?;
         self.others.push(inputs::fingerprint(&input.path, &picture));
         Ok(picture.plane)
+    }
+
+    /// The output has another shape than was known before the exemplars were read. It is admitted again, with the
+    /// method's `bytes` for it.
+    pub(crate) fn lay(&mut self, shape: [u32; 2], bytes: impl Fn(Domain<2>) -> Bytes) -> Result<(), Failure> {
+        let (domain, plane) = (Domain { shape, ..self.domain }, &self.loaded.payload[0]);
+        let depth = plane.samples.depth();
+        let layout = Layout { colors: plane.color_channels(), alpha: plane.alpha };
+        outputs::check_held((&self.written.output, self.format), shape, (layout, depth), None)?;
+        let needed = |domain: Domain<2>| {
+            let made = memory::outputs(domain, layout.channels(), depth, self.written.map.is_some());
+            bytes(domain) + made + self.blending.bytes(domain, layout.channels(), false)
+        };
+        let more = needed(domain).0.saturating_sub(needed(self.domain).0);
+        let all = Bytes(self.report.estimate.unwrap_or_default().saturating_add(more));
+        self.session.limits.admit(domain, all)?;
+        self.report.estimate = Some(all.0);
+        self.domain = domain;
+        Ok(())
     }
 
     /// Notes a source map that was read.
@@ -177,17 +209,25 @@ impl Loom<'_> {
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, kept, complete, course, how, tried, .. } = outcome;
+        let Outcome { woven, kept, holes, complete, course, how, tried, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
         let provenance = complete.then(|| self.provenance());
         let mut plane = match woven.as_map() {
+            // Were holes black for the blend, they would darken what is around them.
+            Some(map) if holes && !blending.is_none() && !payload[0].alpha => {
+                let layout = Layout { colors: payload[0].color_channels(), alpha: true };
+                let widened: Vec<Plane<2>> =
+                    payload.iter().map(|plane| widened((*plane).clone(), layout)).collect::<Result<_, _>>()?;
+                let payload: Vec<&Plane<2>> = widened.iter().collect();
+                opaque(blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?, map)
+            }
             Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
             None => woven.render(&payload)?,
         };
-        // Beside the partial result black would be as good as any colour of it.
-        if let (false, Some(map)) = (complete, woven.as_map()) {
+        // Black would be as good as any colour of the picture.
+        if let (true, Some(map)) = (holes || !complete, woven.as_map()) {
             plane = transparent_holes(plane, map, self.format)?;
         }
         self.report.stage("render");

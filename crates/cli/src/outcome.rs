@@ -17,6 +17,8 @@ pub(crate) struct Outcome {
     pub(crate) how: String,
     /// Positions that no blending changes.
     pub(crate) kept: Option<Grid<bool, 2>>,
+    /// Whether holes are meant, and transparent.
+    pub(crate) holes: bool,
     /// How its seams became cheaper, for the page of `--report`.
     pub(crate) course: Option<Course>,
     /// Another command that makes the same.
@@ -35,6 +37,6 @@ pub(crate) struct MadeBy {
 impl Outcome {
     /// Of a method that stood at the beginning of nothing, and tells no course.
     pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
-        Self { woven, complete, stats, how, kept: None, course: None, made_by: None, tried: Vec::new() }
+        Self { woven, complete, stats, how, kept: None, holes: false, course: None, made_by: None, tried: Vec::new() }
     }
 }

@@ -104,7 +104,18 @@ fn tiles_close_and_keep_their_middle() {
     }
     folder.run("tile photo.png -o no.png --overlap 0").refused(2, &["0 px", "leave it out"]);
     folder.run("tile photo.png -o no.png --method band --band 0").refused(2, &["0 px", "leave it out"]);
-    folder.run("tile photo.png -o no.png --overlap 60").refused(2, &["overlap", "60", "half"]);
-    folder.run("tile photo.png -o no.png --method band --band 50").refused(2, &["band", "50", "half"]);
+    for dry in ["", " --dry-run"] {
+        folder.run(&format!("tile photo.png -o no.png --overlap 60{dry}")).refused(2, &["overlap", "60", "half"]);
+        let line = format!("tile photo.png -o no.png --method band --band 50{dry}");
+        folder.run(&line).refused(2, &["band", "50", "half"]);
+        for method in ["overlap", "band"] {
+            let line = format!("tile @/bad/ok-1x1.png -o no.png --method {method}{dry}");
+            folder.run(&line).refused(3, &["ok-1x1.png'", "1 pixel", "border"]);
+        }
+    }
+    // What is transparent stays so.
+    folder.run("tile @/cobbles-hole.png -o hole.png").done();
+    let hole = samples(&folder, "hole.png");
+    assert!((0..hole.domain().len()).any(|i| hole.value(3, i) == 0.0));
     folder.run("tile photo.png -o no.png --band 9").refused(2, &["--band", "--method band"]);
 }

@@ -15,9 +15,32 @@ fn parts(folder: &Folder) {
 fn pictures_that_agree_are_found_and_joined_without_a_seam() {
     let folder = Folder::new("merge-at");
     parts(&folder);
-    write(&folder, "corner.png", [55, 96], 1, |_, [y, x]| if y < 50 && x < 60 || y >= 5 && x >= 36 { 255 } else { 0 });
-    let said = folder.run("merge a.png b.png --at auto -o no.png");
-    said.refused(3, &["no picture may show at 60,0", "--at"]);
+    // The corners of their box are nobody's.
+    let said = folder.run("merge a.png b.png --at auto -o corners.png").done();
+    assert!(said.stderr.contains("360 pixels in none of them and transparent"), "{said:?}");
+    let (out, a, b) = (samples(&folder, "corners.png"), samples(&folder, "a.png"), samples(&folder, "b.png"));
+    for (y, x) in (0..55_usize).flat_map(|y| (0..96_usize).map(move |x| (y, x))) {
+        let of_a = (y < 50 && x < 60).then(|| (&a, y * 60 + x));
+        let of_b = || (y >= 5 && x >= 36).then(|| (&b, (y - 5) * 60 + x - 36));
+        let (alpha, i) = (out.value(3, y * 96 + x), y * 96 + x);
+        match of_a.or_else(of_b) {
+            Some((from, j)) => {
+                assert!(alpha == 255.0 && (0..3).all(|c| out.value(c, i) == from.value(c, j)), "{x},{y}")
+            }
+            None => assert_eq!(alpha, 0.0, "{x},{y}"),
+        }
+    }
+    // Bands of a spline reach far; means of black would be tens of levels off.
+    for (blend, most) in [("--fuse", 0.0), ("--feather 3", 0.0), ("--spline auto", 2.0)] {
+        folder.run(&format!("merge a.png b.png --at auto {blend} -o blended.png")).done();
+        let blended = samples(&folder, "blended.png");
+        let shown: Vec<usize> = (0..55 * 96).filter(|&i| out.value(3, i) == 255.0).collect();
+        assert!((0..55 * 96).all(|i| blended.value(3, i) == out.value(3, i)), "{blend}");
+        let off = |i: &usize| (0..3).map(|c| (blended.value(c, *i) - out.value(c, *i)).abs()).sum::<f64>() / 3.0;
+        let mean = shown.iter().map(off).sum::<f64>() / shown.len() as f64;
+        assert!(mean <= most, "{blend}: {mean}: holes darken nothing that agrees");
+    }
+    folder.run("merge a.png b.png --at auto -o no.jpg").refused(3, &["no.jpg'", "360 pixels", "transparency", "PNG"]);
     // A third picture covers the corners.
     let line = "merge a.png b.png @/cobbles.png --at auto --at -20,-10 -o out.png --map m.exr --json";
     let said = folder.run(line).done();
@@ -40,7 +63,9 @@ fn strokes_and_masks_say_what_shows() {
         _ => 0,
     };
     write(&folder, "paint.png", [40, 50], 3, paint);
-    write(&folder, "mask.png", [40, 50], 1, |_, [y, x]| if y < 5 && (20..30).contains(&x) { 255 } else { 0 });
+    let white = |_: usize, [y, x]: [u32; 2]| if y < 5 && (20..30).contains(&x) { 255 } else { 0 };
+    write(&folder, "mask.png", [40, 50], 1, white);
+    write(&folder, "mask-30.png", [70, 50], 1, white);
     let line = "merge a.png b.png c.png --strokes paint.png --color #ffff00=2 --color #0000ff=1";
     folder.run(&format!("{line} --keep 3 mask.png -o out.png --map m.exr")).done();
     let made = map(&folder, "m.exr").map;
@@ -72,7 +97,9 @@ fn strokes_and_masks_say_what_shows() {
     );
     refused("merge a.png b.png --strokes paint.png --color #000000=1", 2, &["black"]);
     refused("merge a.png b.png --keep 0 mask.png", 2, &["--keep 0", "1 to 2"]);
-    refused("merge a.png b.png --at 100,0", 3, &["no picture may show at 50,0"]);
+    refused("merge a.png b.png --at 100,0", 3, &["b.png'", "lies apart", "--at"]);
+    refused("merge a.png b.png c.png --at 40,0 --at 91,0", 3, &["c.png'", "lies apart"]);
+    refused("merge a.png b.png --at 0,30 --keep 2 mask-30.png", 3, &["mask-30.png'", "picture 2", "20,0", "--at"]);
     refused("merge a.png b.png --at 1,0 --at 2,0", 2, &["2 places", "1 further picture"]);
     refused("merge a.png", 2, &["1 picture to merge"]);
     refused("merge a.png b.png --strokes @/stars.png --color #ffff00=1", 3, &["stars.png'", "128x128 px", "50x40 px"]);

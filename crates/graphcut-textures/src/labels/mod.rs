@@ -24,5 +24,5 @@ pub use fill::{FillOptions, FillStats, estimate_fill, estimate_labels, fill};
 pub use label::{Label, MOST_LABELS};
 pub use offsets::{OffsetOptions, dominant_offsets};
 pub use options::{LabelOptions, LabelStats};
-pub use place::{Prefer, aligned, preferred};
-pub use tile::{banded, check_overlap, close, overlaps};
+pub use place::{Prefer, aligned, estimate_aligned, preferred};
+pub use tile::{banded, check_band, check_overlap, close, overlaps};

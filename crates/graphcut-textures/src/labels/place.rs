@@ -1,7 +1,7 @@
 //! Where pictures lie over each other, and which of them is preferred.
 
-use selvedge_core::{Domain, Exemplars, Grid, SeamCosts, SimdLevel};
-use selvedge_fft_ssd::{Costs, Options, Scratch, SsdSearcher, Template};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamCosts, SimdLevel};
+use selvedge_fft_ssd::{Costs, Options, Placement, Scratch, Sizes, SsdSearcher, Template};
 
 use crate::error::Error;
 use crate::labels::label::Label;
@@ -35,6 +35,21 @@ pub fn aligned<const D: usize>(
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     searcher.search_box(&template, first, count, least, &mut scratch, &mut costs)?;
     Ok(costs.best().map(|best| Label { source: over, offset: best.position }))
+}
+
+/// An upper bound of the bytes that [`aligned`] holds besides the exemplars themselves.
+pub fn estimate_aligned<const D: usize>(under: Domain<D>, over: Domain<D>, channels: usize) -> Bytes {
+    let (template, weights) = (over.shape, vec![u8::MAX; channels]);
+    let sizes = Sizes {
+        sources: &[under],
+        weights: &weights,
+        holes: true,
+        template,
+        samples: over.len() as u64,
+        noisy_masks: true,
+    };
+    let overlapping = Placement::overlapping((under.len().min(over.len()) as u64).div_ceil(ONE_IN));
+    selvedge_fft_ssd::estimate(&sizes, overlapping, &Options::default()).unwrap_or(Bytes::MOST)
 }
 
 /// What of several labels is wanted at a place.

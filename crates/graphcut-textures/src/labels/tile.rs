@@ -62,7 +62,9 @@ pub fn close<const D: usize>(
 /// [`Range`](selvedge_core::Error::Range) for an overlap of 1, or more than half of a side.
 pub fn check_overlap<const D: usize>(side: [u32; D], overlap: [u32; D]) -> Result<(), Error> {
     match (0..D).find(|&a| overlap[a] != 0 && !(2..=side[a] / 2).contains(&overlap[a])) {
-        Some(axis) => Err(CoreError::range("overlap", overlap[axis], "at least 2, and at most half of the side").into()),
+        Some(axis) => {
+            Err(CoreError::range("overlap", overlap[axis], "at least 2, and at most half of the side").into())
+        }
         None => Ok(()),
     }
 }
@@ -129,6 +131,17 @@ fn disagreement<const D: usize>(source: &Source<D>, axis: usize, overlap: u32) -
     sum as f64 / count.max(1) as f64
 }
 
+/// Refuses borders that leave nothing of a picture of a shape.
+///
+/// # Errors
+/// [`Range`](selvedge_core::Error::Range).
+pub fn check_band<const D: usize>(side: [u32; D], width: [u32; D]) -> Result<(), Error> {
+    match (0..D).find(|&a| side[a] <= width[a].saturating_mul(2)) {
+        Some(axis) => Err(CoreError::range("band", width[axis], "less than half of the side").into()),
+        None => Ok(()),
+    }
+}
+
 /// A picture whose border is a hole: all but `width` samples on both sides of each axis stays, and what is there goes
 /// around those axes. The exemplars are those that the hole may be filled from.
 ///
@@ -137,9 +150,7 @@ fn disagreement<const D: usize>(source: &Source<D>, axis: usize, overlap: u32) -
 pub fn banded<const D: usize>(exemplars: &Exemplars<D>, width: [u32; D]) -> Result<(Exemplars<D>, Start<D>), Error> {
     let first = &exemplars.sources()[0];
     let side = first.domain().shape;
-    if let Some(axis) = (0..D).find(|&a| side[a] <= width[a].saturating_mul(2)) {
-        return Err(CoreError::range("band", width[axis], "less than half of the side").into());
-    }
+    check_band(side, width)?;
     let output = Domain { shape: side, periodic: std::array::from_fn(|a| 0 < width[a]) };
     let stays = |at: [u32; D]| (0..D).all(|a| (width[a]..side[a] - width[a]).contains(&at[a]));
     let fixed: Vec<bool> = output.positions().map(stays).collect();

@@ -7,10 +7,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Grid, SourceMap, Start};
-use selvedge_graphcut_textures::Error;
-use selvedge_graphcut_textures::labels::{Label, LabelOptions, Prefer, estimate_labels, expand, preferred};
+use selvedge_graphcut_textures::labels::{
+    Label, LabelOptions, Prefer, estimate_aligned, estimate_labels, expand, preferred,
+};
 
-use self::placed::At;
+use self::placed::{At, bare};
 use self::strokes::StrokeColor;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
@@ -83,13 +84,15 @@ impl Method for Merge {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let own = if self.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
-        estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4)
+        // What lies where it agrees is looked for before labels are decided.
+        let found = self.found().map(|i| estimate_aligned(sources[0], sources[i], channels)).max().unwrap_or_default();
+        found.max(estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4))
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let labels = self.placed(loom)?;
-        let (only, loom) = (self.only(loom, labels.len())?, &*loom);
-        let how = format!("from {}", n("picture", labels.len()));
+        let (only, loom) = (self.only(loom, &labels)?, &*loom);
+        let how = format!("from {}{}", n("picture", labels.len()), transparent(bare(loom, &labels)?));
         Ok(Planned::new(self.used(loom, &labels), how, move || self.weave(loom, &labels, only)))
     }
 }
@@ -110,15 +113,18 @@ impl Merge {
     fn weave(&self, loom: &Loom<'_>, labels: &[Label<2>], only: Option<Grid<u64, 2>>) -> Result<Outcome, Failure> {
         let exemplars = &loom.loaded.exemplars;
         let own = self.prefer.map(|prefer| preferred(exemplars, labels, loom.domain, prefer.into())).transpose()?;
-        let options = LabelOptions { seam: self.seams.measure(), only, own, ..LabelOptions::default() };
+        // What must show was seen to be there: holes are where no picture is.
+        let options =
+            LabelOptions { seam: self.seams.measure(), only, own, leave_holes: true, ..LabelOptions::default() };
         let start = Start { map: SourceMap::unassigned(exemplars, loom.domain)?, fixed: None, sources: None };
-        let woven = expand(exemplars, start, labels, &options, &loom.session.run()).map_err(failure)?;
+        let woven = expand(exemplars, start, labels, &options, &loom.session.run())?;
         let stats = &woven.stats;
-        let mut counts = counts!(stats, shown, expansions, improvements, sweeps, energy);
+        let mut counts = counts!(stats, shown, expansions, improvements, sweeps, holes, energy);
         counts["at"] = labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>().into();
         let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
-        let how = format!("from {shown} of {}", n("picture", labels.len()));
-        Ok(Outcome::new(Box::new(woven.result), woven.complete, counts, how))
+        let (how, holes) = (format!("from {shown} of {}", n("picture", labels.len())), stats.holes);
+        let how = how + &transparent(holes);
+        Ok(Outcome { holes: 0 < holes, ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
     }
 
     /// The options as used.
@@ -132,14 +138,7 @@ impl Merge {
     }
 }
 
-/// Errors about places, as people count them.
-fn failure(error: Error) -> Failure {
-    match &error {
-        Error::NoLabel { at, places } => {
-            let more = if *places == 1 { String::new() } else { format!(" and at {} other places", places - 1) };
-            let what = format!("no picture may show at {},{}{more}", at[1], at[0]);
-            Failure::new(3, what).remedy("lay the pictures closer with --at, or let others show there as well")
-        }
-        _ => Failure::from(error),
-    }
+/// How much of an output is in no picture, in words.
+fn transparent(pixels: usize) -> String {
+    if pixels == 0 { String::new() } else { format!(", {} in none of them and transparent", n("pixel", pixels)) }
 }

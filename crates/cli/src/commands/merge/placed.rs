@@ -2,12 +2,13 @@
 
 use std::str::FromStr;
 
-use selvedge_core::Domain;
+use selvedge_core::{Domain, Exemplars};
 use selvedge_graphcut_textures::labels::{Label, aligned};
 
 use super::Merge;
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::loom::Loom;
+use crate::method::Method;
 use crate::wrong::Wrong;
 
 /// Where a picture lies: down and across, or a choice by the program.
@@ -36,14 +37,18 @@ impl Merge {
         typed.unwrap_or(At(Some([0, 0])))
     }
 
-    /// How far the pictures reach together, at most.
+    /// The pictures that lie where they agree with the first.
+    pub(super) fn found(&self) -> impl Iterator<Item = usize> {
+        self.at.iter().enumerate().filter(|(_, at)| at.0.is_none()).map(|(further, _)| further + 1)
+    }
+
+    /// How far the pictures reach together at least: those whose places are to be found lie over the first.
     pub(super) fn extent(&self, sources: &[Domain<2>]) -> Domain<2> {
-        // Of a place that is to be found, no more is known than that both pictures lie side by side at most.
-        let at = |picture: usize| self.at(picture).0.unwrap_or(sources[0].shape.map(|side| side as i32));
+        let at = |picture: usize| self.at(picture).0.unwrap_or([0, 0]);
         self.weaving.tiled(extent(sources.iter().enumerate().map(|(i, source)| (at(i), source.shape))).1)
     }
 
-    /// Where each picture lies in the output, which reaches as far as they do.
+    /// Where each picture lies in the output, which reaches as far as they do. Each meets another one.
     pub(super) fn placed(&self, loom: &mut Loom<'_>) -> Result<Vec<Label<2>>, Failure> {
         let (exemplars, simd) = (&loom.loaded.exemplars, loom.session.run::<2>().simd);
         let place = |source: usize| match self.at(source) {
@@ -57,9 +62,66 @@ impl Merge {
         let shape = |label: &Label<2>| exemplars.sources()[label.source].domain().shape;
         let (corner, reach) = extent(labels.iter().map(|label| (label.offset, shape(label))));
         labels.iter_mut().for_each(|label| label.offset = [0, 1].map(|axis| label.offset[axis] - corner[axis]));
-        loom.domain.shape = reach;
+        let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+        let channels = exemplars.channels();
+        if let Some(alone) = alone(&labels, &domains) {
+            let what = "it lies apart from the other pictures, and nothing would show between them";
+            let failure = Failure::new(3, what).about(&loom.loaded.paths[alone]);
+            return Err(failure.remedy("lay it closer with --at, until it meets another one"));
+        }
+        loom.lay(reach, |domain| self.bytes(&domains, channels, domain)).map_err(|e| {
+            let [height, width] = reach;
+            let failure = Failure::new(e.exit, format!("together they reach over {width}x{height} px: {}", e.message));
+            failure.remedy("lay the pictures closer with --at, or merge smaller ones")
+        })?;
         Ok(labels)
     }
+}
+
+/// The first picture that cannot be reached from the first of all over pictures that meet: share a side, or more.
+fn alone(labels: &[Label<2>], domains: &[Domain<2>]) -> Option<usize> {
+    let bounds = |label: usize, axis: usize| {
+        let low = i64::from(labels[label].offset[axis]);
+        (low, low + i64::from(domains[labels[label].source].shape[axis]))
+    };
+    let shared = |a: usize, b: usize, axis: usize| {
+        let ((a, a_end), (b, b_end)) = (bounds(a, axis), bounds(b, axis));
+        a_end.min(b_end) - a.max(b)
+    };
+    let meet = |a: usize, b: usize| {
+        let shared = [0, 1].map(|axis| shared(a, b, axis));
+        shared.iter().all(|&n| 0 <= n) && shared.iter().any(|&n| 0 < n)
+    };
+    let (mut reached, mut open) = (vec![false; labels.len()], vec![0]);
+    reached[0] = true;
+    while let Some(from) = open.pop() {
+        for (to, reached) in reached.iter_mut().enumerate().filter(|(to, reached)| !**reached && meet(from, *to)) {
+            *reached = true;
+            open.push(to);
+        }
+    }
+    reached.iter().position(|reached| !reached)
+}
+
+/// True if a picture has a sample at a position of the output.
+pub(super) fn shows(exemplars: &Exemplars<2>, label: &Label<2>, at: [u32; 2]) -> bool {
+    let source = &exemplars.sources()[label.source];
+    let from = source.domain().step([0; 2], [0, 1].map(|axis| at[axis] as i32 - label.offset[axis]));
+    from.is_some_and(|from| source.valid.as_ref().is_none_or(|valid| valid.get(0, from)))
+}
+
+/// How many samples of the output are in no picture. Its format has to hold transparency if there are any.
+pub(super) fn bare(loom: &Loom<'_>, labels: &[Label<2>]) -> Result<usize, Failure> {
+    let shown = |at: &[u32; 2]| labels.iter().any(|label| shows(&loom.loaded.exemplars, label, *at));
+    let bare = loom.domain.positions().filter(|at| !shown(at)).count();
+    let plane = &loom.loaded.payload[0];
+    let (colors, depth) = (plane.color_channels(), plane.samples.depth());
+    if bare != 0 && loom.format.check(loom.domain.shape, colors, true, depth).is_err() {
+        let what =
+            format!("{} are in none of the pictures, and {} holds no transparency", n("pixel", bare), loom.format);
+        return Err(Failure::new(3, what).about(&loom.written.output).remedy("write a PNG file, or lay more pictures"));
+    }
+    Ok(bare)
 }
 
 /// The least corner of boxes, by their corners and shapes, and how far they reach from it.

@@ -5,10 +5,12 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use selvedge_core::{Grid, Plane};
+use selvedge_core::{Exemplars, Grid, Plane};
+use selvedge_graphcut_textures::labels::Label;
 use selvedge_io::MaskChannel;
 
 use super::Merge;
+use super::placed::shows;
 use crate::failure::{Failure, n};
 use crate::ground::check_size;
 use crate::inputs::Input;
@@ -77,22 +79,23 @@ impl Merge {
     }
 
     /// By position, which pictures may show; none if all may everywhere.
-    pub(super) fn only(&self, loom: &mut Loom<'_>, pictures: usize) -> Result<Option<Grid<u64, 2>>, Failure> {
+    pub(super) fn only(&self, loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Option<Grid<u64, 2>>, Failure> {
         if self.strokes.is_none() && self.keep.is_empty() {
             return Ok(None);
         }
-        let all = u64::MAX >> (64 - pictures);
+        let all = u64::MAX >> (64 - labels.len());
         let mut only = Grid::try_filled(loom.domain, 1, all)?;
         if let Some(path) = &self.strokes {
             let plane = sized(loom, path)?;
             let wanted = self.wanted(path, &plane)?;
-            keep(&mut only, path, |i| wanted[i])?;
+            keep(&mut only, (&loom.loaded.exemplars, labels), path, |i| wanted[i])?;
         }
         for pair in self.keep.chunks(2) {
             let (number, path): (usize, &Path) = (pair[0].parse().unwrap_or(1), pair[1].as_ref());
             let mask = selvedge_io::mask(&sized(loom, path)?, MaskChannel::Light);
             let mask = mask.map_err(|p| Failure::from_problem(path, p))?;
-            keep(&mut only, path, |i| mask.samples()[i].then_some(number))?;
+            let wanted = |i: usize| mask.samples()[i].then_some(number);
+            keep(&mut only, (&loom.loaded.exemplars, labels), path, wanted)?;
         }
         Ok(Some(only))
     }
@@ -143,13 +146,22 @@ fn sized(loom: &mut Loom<'_>, path: &Path) -> Result<Plane<2>, Failure> {
     Ok(plane)
 }
 
-/// Where a picture is asked for, no other may show.
-fn keep(only: &mut Grid<u64, 2>, path: &Path, wanted: impl Fn(usize) -> Option<usize>) -> Result<(), Failure> {
+/// Where a picture is asked for, no other may show, and it has to be there.
+fn keep(
+    only: &mut Grid<u64, 2>,
+    (exemplars, labels): (&Exemplars<2>, &[Label<2>]),
+    path: &Path,
+    wanted: impl Fn(usize) -> Option<usize>,
+) -> Result<(), Failure> {
     let domain = only.domain();
     for (i, bits) in only.samples_mut().iter_mut().enumerate() {
         let Some(number) = wanted(i) else { continue };
+        let [y, x] = domain.position(i);
+        if !shows(exemplars, &labels[number - 1], [y, x]) {
+            let what = format!("picture {number} is to show at {x},{y}, where it is not or shows nothing");
+            return Err(Failure::new(3, what).about(path).remedy("paint inside of it, or move it with --at"));
+        }
         if *bits >> (number - 1) & 1 == 0 {
-            let [y, x] = domain.position(i);
             let what = format!("picture {number} is to show at {x},{y}, where another one is to show as well");
             return Err(Failure::new(3, what).about(path).remedy("let strokes and masks of --keep not overlap"));
         }

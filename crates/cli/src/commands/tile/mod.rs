@@ -2,14 +2,16 @@
 
 use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain};
-use selvedge_graphcut_textures::labels::{FillOptions, banded, close, estimate_fill, fill, overlaps};
+use selvedge_graphcut_textures::labels::{
+    FillOptions, banded, check_band, check_overlap, close, estimate_fill, fill, overlaps,
+};
 use serde_json::json;
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::options::Seams;
+use crate::options::{Seams, option};
 use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
@@ -24,6 +26,7 @@ use crate::weaving::Weaving;
     .value_names(["PICTURE"])
     .num_args(1)
     .help("The picture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_args(option("seam", |arg| arg.default_value("difference"))))]
 #[command(mut_arg("tile", |arg| arg.help("Along which axes it is to tile. Default: both")))]
 pub(crate) struct TileCommand {
     #[command(flatten)]
@@ -51,6 +54,9 @@ enum MethodArg {
     /// A border is filled anew from the middle, which stays to the bit: the size stays.
     Band,
 }
+
+/// Sides of less have no border that could be closed.
+const LEAST: u32 = 4;
 
 /// How far a picture is laid over itself, or the width of its border, along each axis.
 type Widths = [u32; 2];
@@ -98,12 +104,28 @@ impl TileCommand {
         let axes = Tile::domain(Some(self.axes()), [1, 1]).periodic;
         let along = |n: u32| std::array::from_fn(|a| if axes[a] { n } else { 0 });
         let (exemplars, shape) = (&loom.loaded.exemplars, loom.domain.shape);
+        let about = |e| loom.loaded.about(Failure::from(e));
+        if let Some(axis) = (0..2).find(|&a| axes[a] && shape[a] < LEAST) {
+            let what = format!(
+                "its {} is {}, and a picture of less than {LEAST} px has no border to close",
+                ["height", "width"][axis],
+                n("pixel", shape[axis] as usize)
+            );
+            return Err(loom
+                .loaded
+                .about(Failure::new(3, what).remedy("give a larger picture, or close the other axis")));
+        }
         let widths = match (self.method, self.overlap.0, self.band.0) {
             (MethodArg::Overlap, Some(n), _) | (MethodArg::Band, _, Some(n)) => along(n),
             (MethodArg::Band, ..) => along((shape[0].min(shape[1]) / 8).max(1)),
-            (MethodArg::Overlap, ..) => overlaps(exemplars, axes, self.seams.measure(), &loom.session.run())
-                .map_err(|e| loom.loaded.about(Failure::from(e)))?,
+            (MethodArg::Overlap, ..) => {
+                overlaps(exemplars, axes, self.seams.measure(), &loom.session.run()).map_err(about)?
+            }
         };
+        match self.method {
+            MethodArg::Overlap => check_overlap(shape, widths).map_err(about)?,
+            MethodArg::Band => check_band(shape, widths).map_err(about)?,
+        }
         if self.method == MethodArg::Overlap {
             loom.domain.shape = std::array::from_fn(|a| shape[a].saturating_sub(widths[a]).max(1));
         }
@@ -116,7 +138,8 @@ impl TileCommand {
         if self.method == MethodArg::Overlap {
             let woven = close(exemplars, widths, seam, &run).map_err(about)?;
             let stats = json!({ "overlap": widths, "energy": woven.stats.energy });
-            return Ok(Outcome::new(Box::new(woven.result), woven.complete, stats, how));
+            let holes = 0 < woven.stats.holes;
+            return Ok(Outcome { holes, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) });
         }
         let (exemplars, start) = banded(exemplars, widths).map_err(about)?;
         let kept = start.fixed.clone();
