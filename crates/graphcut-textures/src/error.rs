@@ -90,6 +90,14 @@ pub enum Error {
         /// How many there are.
         places: usize,
     },
+    /// A stroke where its label cannot show.
+    #[error("{} cannot show at place {place}", label.map_or("anything".to_owned(), |label| format!("label {label}")))]
+    Stroke {
+        /// The place in the output's buffer.
+        place: usize,
+        /// The label, if one was asked for.
+        label: Option<usize>,
+    },
     /// Levels were asked for, but something stands in the output, or not all may show everywhere.
     #[error("an output that begins with something in it cannot be solved at {levels} levels")]
     LevelsOfStart {
@@ -158,6 +166,7 @@ impl Error {
             Self::Labels { .. } => "give from 1 to 64 labels",
             Self::LabelSource { .. } => "give the source as well",
             Self::NoLabel { .. } => "let a label show there",
+            Self::Stroke { .. } => "paint inside of the output, where that label is",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),

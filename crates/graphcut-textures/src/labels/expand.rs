@@ -1,6 +1,6 @@
 //! Labels decided by expansions.
 
-use selvedge_core::{Exemplars, Run, SourceMap, Start, Woven};
+use selvedge_core::{Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::labels::label::Label;
@@ -47,12 +47,20 @@ pub fn expand<const D: usize>(
     }
     options.validate(labels, exemplars.sources().len(), start.map.domain())?;
     start.check(exemplars)?;
-    let mut sweeps = Sweeps::new(exemplars, start, labels, options, run)?;
-    let complete = match sweeps.run() {
-        Ok(()) => true,
-        Err(error) if error.is_cancelled() => false,
-        Err(error) => return Err(error),
-    };
+    expand_by(exemplars, &SeamCosts::new(exemplars, options.seam)?, start, labels, options, run)
+}
+
+/// [`expand`], of what was checked, with prices that are known.
+pub(super) fn expand_by<const D: usize>(
+    exemplars: &Exemplars<D>,
+    costs: &SeamCosts<D>,
+    start: Start<D>,
+    labels: &[Label<D>],
+    options: &LabelOptions<D>,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
+    let mut sweeps = Sweeps::new(exemplars, costs, None, start, labels, options, run)?;
+    let complete = sweeps.run_to_end()?;
     Ok(sweeps.answer(complete))
 }
 

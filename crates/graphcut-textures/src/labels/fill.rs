@@ -1,14 +1,14 @@
 //! Holes filled by labels: coarse first, then finer, and grown where no label reaches. `[He12 3.2]`
 
 use selvedge_core::{
-    Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamMeasure, SourceMap, Start, Woven,
+    Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Woven,
 };
 use selvedge_core::{reserve, try_vec};
 
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::graphcut::graphcut_from;
-use crate::labels::expand::expand;
+use crate::labels::expand::expand_by;
 use crate::labels::label::{Label, MOST_LABELS};
 use crate::labels::offsets::{OffsetOptions, continuing, dominant_offsets};
 use crate::labels::options::LabelOptions;
@@ -90,8 +90,9 @@ struct Level<const D: usize> {
 }
 
 /// Fills the holes of a start from exemplars, among them the picture itself: which of its dominant offsets shows where
-/// is decided by [`expand`] at a coarse level and carried up, what none reaches is grown by patches, and the worst
-/// seams are refined. What stands stays, and holes show [sources](Start::sources) that may be used there alone.
+/// is decided by [`expand`](crate::labels::expand) at a coarse level and carried up, what none reaches is grown by
+/// patches, and the worst seams are refined. What stands stays, and holes show [sources](Start::sources) that may be
+/// used there alone.
 ///
 /// # Errors
 /// Those of [`Start::check`] and [`graphcut_from`], [`Range`](CoreError::Range) for patches without samples, and too
@@ -102,7 +103,7 @@ struct Level<const D: usize> {
 /// and around seams above, and of [`graphcut_from`] for refinements within holes.
 ///
 /// # Events
-/// Those of [`expand`] and [`graphcut_from`].
+/// Those of [`expand`](crate::labels::expand) and [`graphcut_from`].
 ///
 /// # Determinism
 /// As that of [`graphcut_from`].
@@ -158,7 +159,7 @@ pub fn estimate_fill<const D: usize>(
     graphcut.max(labels) + pyramid
 }
 
-/// An upper bound of the bytes that [`expand`] holds besides the exemplars themselves.
+/// An upper bound of the bytes that [`expand`](crate::labels::expand) holds besides the exemplars themselves.
 pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> Bytes {
     let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
     // Prices of seams; the map, its labels, and an expansion over all of it.
@@ -269,12 +270,13 @@ fn decided<const D: usize>(
 ) -> Result<(SourceMap<D>, bool), Error> {
     // What no label reaches is grown over in the end.
     let own = LabelOptions { seam: options.seam, leave_holes: true, ..LabelOptions::default() };
+    let costs = SeamCosts::new(&level.exemplars, own.seam)?;
     let rounds = if labels.len() <= MOST_LABELS { 1 } else { ROUNDS };
     for _ in 0..rounds {
         let mut improved = false;
         for labels in labels.chunks(MOST_LABELS) {
             let start = Start { map, fixed: Some(fixed.clone()), sources: level.sources.clone() };
-            let woven = expand(&level.exemplars, start, labels, &own, run)?;
+            let woven = expand_by(&level.exemplars, &costs, start, labels, &own, run)?;
             stats.expansions += woven.stats.expansions;
             improved |= 0 < woven.stats.improvements;
             map = woven.result;

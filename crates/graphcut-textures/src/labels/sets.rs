@@ -22,8 +22,17 @@ impl<'a, const D: usize> Sets<'a, D> {
         options: &'a LabelOptions<D>,
         start: &mut Start<D>,
     ) -> Self {
-        let output = start.map.domain();
-        Self { exemplars, labels, output, only: options.only.as_ref(), sources: start.sources.take() }
+        Self::of(exemplars, labels, options, start.map.domain(), start.sources.take())
+    }
+
+    pub(super) fn of(
+        exemplars: &'a Exemplars<D>,
+        labels: &'a [Label<D>],
+        options: &'a LabelOptions<D>,
+        output: Domain<D>,
+        sources: Option<Grid<u64, D>>,
+    ) -> Self {
+        Self { exemplars, labels, output, only: options.only.as_ref(), sources }
     }
 
     /// The sample of a label at a position given unwrapped: in this turn of periodic axes, or in the turn in which the

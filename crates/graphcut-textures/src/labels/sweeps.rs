@@ -1,6 +1,6 @@
 //! Sweeps of expansions over boxes of positions that may change.
 
-use selvedge_core::{Event, Exemplars, Grid, Run, SeamCosts, SourceMap, Start, Window, Woven, try_vec};
+use selvedge_core::{Event, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap, Start, Window, Woven, try_vec};
 use selvedge_expansion::{Choice, Frame, Holes, Pin, Scratch, expand};
 
 use crate::error::Error;
@@ -16,7 +16,7 @@ pub(super) struct Sweeps<'a, const D: usize> {
     sets: Sets<'a, D>,
     options: &'a LabelOptions<D>,
     run: &'a Run<'a, D>,
-    costs: SeamCosts<D>,
+    costs: &'a SeamCosts<D>,
     map: SourceMap<D>,
     /// By place, the label that shows.
     standing: Vec<u8>,
@@ -38,10 +38,14 @@ struct Part<const D: usize> {
 }
 
 impl<'a, const D: usize> Sweeps<'a, D> {
+    /// `known` are the labels of what stands; without them it is nobody's.
+    ///
     /// # Errors
     /// Those of [`expand`](crate::labels::expand) that are known before the first cut.
     pub(super) fn new(
         exemplars: &'a Exemplars<D>,
+        costs: &'a SeamCosts<D>,
+        known: Option<&[u8]>,
         mut start: Start<D>,
         labels: &'a [Label<D>],
         options: &'a LabelOptions<D>,
@@ -49,8 +53,12 @@ impl<'a, const D: usize> Sweeps<'a, D> {
     ) -> Result<Self, Error> {
         let sets = Sets::new(exemplars, labels, options, &mut start);
         let (mut map, fixed) = (start.map, start.fixed);
-        let costs = SeamCosts::new(exemplars, options.seam)?;
-        let (standing, holes) = first(&sets, options, &mut map)?;
+        let stood = known.map(|known| (known, map.ids.map(SampleId::is_assigned)));
+        let (mut standing, holes) = first(&sets, options, &mut map)?;
+        if let Some((known, stood)) = stood {
+            let known = known.iter().zip(stood?.plane(0).to_vec());
+            standing.iter_mut().zip(known).filter(|(_, (_, stood))| *stood).for_each(|(to, (label, _))| *to = *label);
+        }
         let domain = map.domain();
         let mut free = try_vec(domain.len(), false)?;
         for (place, free) in free.iter_mut().enumerate() {
@@ -64,11 +72,23 @@ impl<'a, const D: usize> Sweeps<'a, D> {
         Ok(Self { sets, options, run, costs, map, standing, fixed, parts, scratch: Scratch::default(), energy, stats })
     }
 
+    /// Sweeps until nothing changes; false if the run was cancelled before.
+    ///
+    /// # Errors
+    /// [`Error::Cut`].
+    pub(super) fn run_to_end(&mut self) -> Result<bool, Error> {
+        match self.run() {
+            Ok(()) => Ok(true),
+            Err(error) if error.is_cancelled() => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
     /// Sweeps until nothing changes.
     ///
     /// # Errors
     /// [`Error::Cut`], also if the run was cancelled.
-    pub(super) fn run(&mut self) -> Result<(), Error> {
+    fn run(&mut self) -> Result<(), Error> {
         for _ in 0..self.options.sweeps {
             self.stats.sweeps += 1;
             let mut changed = false;
@@ -106,7 +126,7 @@ impl<'a, const D: usize> Sweeps<'a, D> {
             return Ok(false);
         }
         let prices = LabelPrices {
-            costs: &self.costs,
+            costs: self.costs,
             own: self.options.own.as_ref(),
             ids: self.map.ids.plane(0),
             standing: &self.standing,
@@ -141,6 +161,11 @@ impl<'a, const D: usize> Sweeps<'a, D> {
     fn pin(&self, label: usize, place: usize) -> Option<Pin> {
         let stays = self.fixed.as_ref().is_some_and(|f| f.samples()[place]);
         if stays || !self.sets.lets(label, place) { Some(Pin::Old) } else { None }
+    }
+
+    /// The labels that show, by place.
+    pub(super) fn standing(&self) -> &[u8] {
+        &self.standing
     }
 
     pub(super) fn answer(mut self, complete: bool) -> Woven<SourceMap<D>, LabelStats> {
