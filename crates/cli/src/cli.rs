@@ -45,6 +45,9 @@ pub(crate) enum Command {
     /// Fill holes of a picture from the picture itself.
     #[command(after_help = FILL)]
     Fill(commands::fill::Fill),
+    /// Make a picture larger: what it shows goes on around it.
+    #[command(after_help = EXTEND)]
+    Extend(commands::extend::Extend),
     /// Make a picture tile: closed over itself along the least seam, or with its border filled anew.
     #[command(after_help = TILE)]
     Tile(commands::tile::TileCommand),
@@ -113,6 +116,7 @@ impl Command {
             Self::Graphcut(graphcut) => graphcut.run(session),
             Self::Merge(merge) => merge.run(session),
             Self::Fill(fill) => fill.run(session),
+            Self::Extend(extend) => extend.run(session),
             Self::Tile(tile) => tile.run(session),
             Self::Numbers(numbers) => numbers.run(session),
             Self::Analogy(analogy) => analogy.run(session),
@@ -198,6 +202,10 @@ Examples:
   selvedge fill photo.png --mask hole.png -o whole.png
   selvedge fill cut-out.png -o whole.png
   selvedge fill wall.png --mask hole.png --from other-wall.png --source-mask none -o whole.png";
+const EXTEND: &str = "\
+Examples:
+  selvedge extend wall.png --size 1.5x -o wider.png
+  selvedge extend portrait.jpg --size 1920x1080 --anchor S -o wide.png";
 const TILE: &str = "\
 Examples:
   selvedge tile photo.jpg -o tile.png

@@ -300,6 +300,7 @@ mod tests {
             ("hybrid", "a -o b"),
             ("merge", "a b -o c"),
             ("fill", "a -o b"),
+            ("extend", "a --size 2x -o b"),
             ("tile", "a -o b"),
             ("apply", "m a -o b"),
             ("compare", "a b"),

@@ -6,6 +6,7 @@ pub(crate) mod animate;
 pub(crate) mod apply;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod extend;
 pub(crate) mod fill;
 pub(crate) mod graphcut;
 pub(crate) mod hybrid;

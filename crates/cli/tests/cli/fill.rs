@@ -1,4 +1,4 @@
-//! `fill` and `tile`: masks of every kind, and what stays.
+//! `fill`, `extend` and `tile`: masks of every kind, and what stays.
 
 use selvedge_core::Samples;
 
@@ -118,4 +118,39 @@ fn tiles_close_and_keep_their_middle() {
     let hole = samples(&folder, "hole.png");
     assert!((0..hole.domain().len()).any(|i| hole.value(3, i) == 0.0));
     folder.run("tile photo.png -o no.png --band 9").refused(2, &["--band", "--method band"]);
+}
+
+#[test]
+fn pictures_are_extended_around_what_they_show() {
+    let folder = Folder::new("extend");
+    cobbles(&folder, "photo.png", [60, 50]);
+    let photo = samples(&folder, "photo.png");
+    for (options, shape, [top, left]) in [
+        ("--size 1.5x", [90, 75], [15, 12]),
+        ("--size 60x60 --anchor ne", [60, 60], [0, 10]),
+        ("--size 90x60 --anchor W --tile x --fuse", [60, 90], [0, 0]),
+        ("--size 50x60", [60, 50], [0, 0]),
+    ] {
+        folder.run(&format!("extend photo.png -o out.png --map m.exr {options}")).done();
+        let (out, made) = (samples(&folder, "out.png"), map(&folder, "m.exr").map);
+        assert_eq!((made.domain().shape, made.holes()), (shape, 0), "{options}");
+        assert_eq!(made.domain().periodic, [false, options.contains("--tile x")]);
+        for (i, [y, x]) in photo.domain().positions().enumerate() {
+            let at = [y + top, x + left];
+            let same = (0..3).all(|c| photo.value(c, i) == out.value(c, made.domain().index(at)));
+            assert!(same && made.locate(at) == Some((0, [y, x])), "{options}: {x},{y}");
+        }
+    }
+    let said = folder.run("extend photo.png --size 2x -o no.png --dry-run").done();
+    assert!(said.stderr.contains("would be 100x120 px with 9000 pixels filled"), "{said:?}");
+    folder.run("extend photo.png --size 40x80 -o no.png").refused(3, &["photo.png'", "50x60 px", "40x80 px", "--size"]);
+    folder.run("extend photo.png -o no.png").refused(2, &["--size"]);
+    // A cut-out: its hole is filled as well.
+    folder.run("extend @/cobbles-hole.png --size 160x128 --anchor w -o whole.png").done();
+    let whole = samples(&folder, "whole.png");
+    assert!((0..160 * 128).all(|i| whole.value(3, i) == 255.0));
+    // What it carries makes it again.
+    folder.run("extend photo.png --size 1.2x --anchor se -o first.png").done();
+    folder.run("again first.png -o second.png").done();
+    assert_eq!(samples(&folder, "first.png"), samples(&folder, "second.png"));
 }

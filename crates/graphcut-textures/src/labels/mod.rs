@@ -6,6 +6,7 @@
 //! expansion.
 
 mod expand;
+mod extend;
 mod fill;
 mod first;
 pub(crate) mod label;
@@ -22,6 +23,7 @@ mod two;
 mod windows;
 
 pub use expand::expand;
+pub use extend::extend;
 pub use fill::{FillOptions, FillStats, estimate_fill, estimate_labels, fill};
 pub use label::{Label, MOST_LABELS};
 pub use merge::{Merge, StrokeDelta};

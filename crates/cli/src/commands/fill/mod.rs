@@ -65,7 +65,7 @@ impl Method for Fill {
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
-        let (start, loom) = (start(loom)?, &*loom);
+        let (start, loom) = (start(loom, loom.domain)?, &*loom);
         let how = format!("with {} filled", n("pixel", start.map.holes()));
         Ok(Planned::new(loom.used(), how, move || {
             let kept = start.fixed.clone();
@@ -100,11 +100,17 @@ impl Fill {
         Ok(all)
     }
 
-    fn options(&self) -> FillOptions {
+    /// An output of a shape, with the topology asked for.
+    pub(crate) fn tiled(&self, shape: [u32; 2]) -> Domain<2> {
+        self.weaving.tiled(shape)
+    }
+
+    pub(crate) fn options(&self) -> FillOptions {
         FillOptions { seam: self.seams.measure(), ..FillOptions::default() }
     }
 
-    fn how(&self, stats: &FillStats) -> String {
+    /// What was done, for people.
+    pub(crate) fn how(&self, stats: &FillStats) -> String {
         if stats.filled == 0 {
             let why =
                 if self.weaving.input.mask.is_empty() { "nothing is transparent" } else { "the mask has no white" };
@@ -115,10 +121,10 @@ impl Fill {
     }
 }
 
-/// All of the picture but its holes, which stays.
-fn start(loom: &Loom<'_>) -> Result<Start<2>, Failure> {
+/// All of the picture but its holes, which stays, as an output of its shape.
+pub(crate) fn start(loom: &Loom<'_>, domain: Domain<2>) -> Result<Start<2>, Failure> {
     let exemplars = &loom.loaded.exemplars;
-    let mut map = SourceMap::unassigned(exemplars, loom.domain)?;
+    let mut map = SourceMap::unassigned(exemplars, domain)?;
     let shown = match &loom.loaded.masks[0] {
         Some(mask) => Some(mask.samples()),
         None => exemplars.sources()[0].valid.as_ref().map(Grid::samples),
@@ -132,6 +138,7 @@ fn start(loom: &Loom<'_>) -> Result<Start<2>, Failure> {
     Ok(Start { map, fixed: Some(fixed), sources: None })
 }
 
-fn counts(stats: &FillStats) -> serde_json::Value {
+/// What was counted, as JSON.
+pub(crate) fn counts(stats: &FillStats) -> serde_json::Value {
     counts!(stats, filled, grown, levels, offsets, used, expansions, refined, energy)
 }
