@@ -168,12 +168,8 @@ impl<const D: usize> Guide<D> {
     /// Those of [`check`](Self::check), [`Error::GuideWeight`], [`Error::GuideProportion`], [`Error::Allocation`].
     pub fn beside(&self, exemplars: &Exemplars<D>, weight: f64) -> Result<Exemplars<D>, Error> {
         self.check(exemplars)?;
-        let weights = weights::of_parts(&[(1.0, exemplars.weights()), (weight, self.weights())])?;
-        let both = |(source, map): (&Arc<Source<D>>, &Arc<Source<D>>)| {
-            stack(source.domain(), [&source.features, &map.features].into_iter())
-        };
-        let maps = exemplars.sources().iter().zip(self.exemplars.sources()).map(both).collect::<Result<_, _>>()?;
-        exemplars.with_features(maps, weights)
+        let maps = self.exemplars.sources().iter().map(|source| source.features.map(|v| v));
+        exemplars.extended(maps.collect::<Result<_, _>>()?, self.weights(), weight)
     }
 
     /// The maps under the sources, in the guide's own features and weights: a sample has the number that it has in the

@@ -21,12 +21,15 @@ const A_NEIGHBORHOOD: u64 = 160;
 /// of the exemplars, feature channels, and the output.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
     let channels = channels as u64;
+    // Differences down and across are channels of the search; sums of them and of their weights, and what is solved.
+    let (searched, solved) =
+        if options.gradient == 0.0 { (channels, 0) } else { (3 * channels, 16 * (2 * channels + 2) + 96) };
     let (samples, offered): (Bytes, Bytes) =
         (Bytes::of_samples(output, 1), exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum());
     // Halved exemplars together are a third of them.
-    let sources = offered * (A_WORD * channels + 4 + channels + A_PLACE);
+    let sources = offered * (A_WORD * searched + 4 + channels + 2 * (searched - channels) + A_PLACE);
     let votes = samples * u64::from(CELLS * CELLS) * A_VOTE + samples * 8;
-    let x = samples * ((A_VALUE + A_WORD) * channels);
+    let x = samples * (A_VALUE * channels + A_WORD * searched + 2 * (searched - channels) + solved);
     let all: Bytes = options.schedule.iter().map(|level| windows(output, *level)).max().unwrap_or_default();
     sources + votes + x + all * A_NEIGHBORHOOD
 }

@@ -28,6 +28,12 @@ impl Falloff {
         &self.0
     }
 
+    /// The weights between a sample and the next one: means of theirs, and 0 after the last, since what leaves the
+    /// neighborhood is none of its differences.
+    pub(crate) fn between(&self) -> Vec<f64> {
+        self.0.windows(2).map(|two| (two[0] + two[1]) / 2.0).chain([0.0]).collect()
+    }
+
     /// The sum over a neighborhood.
     pub(crate) fn sum(&self) -> f64 {
         let along: f64 = self.0.iter().sum();

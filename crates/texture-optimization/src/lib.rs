@@ -29,7 +29,7 @@
 //! `DESIGN.md` tells why the crate is made as it is, and what each default is worth.
 //!
 //! # Current state
-//! Sections 3 and 4 of the paper but for gradients and the tree, which the exact search replaces.
+//! Sections 3 and 4 of the paper but for the tree, which the exact search replaces.
 //!
 //! # Features
 //! `rayon` (default): averages and searches run on the caller's pool; the output is the same either way.
@@ -41,12 +41,14 @@
 
 mod assignment;
 mod average;
+mod cg;
 mod control;
 mod error;
 mod estimate;
 mod falloff;
 mod finish;
 mod flow;
+mod gradient;
 mod level;
 mod neighborhoods;
 mod optimize;

@@ -2,10 +2,11 @@
 
 mod coherent;
 mod exact;
-pub(crate) mod reference;
+mod reference;
 mod weights;
 
-pub(crate) use exact::Exact;
+pub(crate) use exact::{Exact, How};
+pub(crate) use reference::Measure;
 
 use crate::assignment::Place;
 

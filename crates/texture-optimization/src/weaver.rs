@@ -8,13 +8,14 @@ use crate::control::Wishes;
 use crate::error::Error;
 use crate::falloff::Falloff;
 use crate::flow::Carried;
+use crate::gradient::{self, Gradients};
 use crate::level::Level;
 use crate::neighborhoods::Neighborhoods;
 use crate::optimized::Pulls;
 use crate::options::{Options, Search};
 use crate::robust;
 use crate::schedule::Steps;
-use crate::search::{Exact, Found, reference};
+use crate::search::{Exact, Found, How, Measure};
 use crate::stats::{LevelStats, Stats};
 
 /// What a level ends with.
@@ -89,8 +90,8 @@ impl<'a> Weaver<'a> {
         came: Option<Came<'_>>,
         stats: &mut Stats,
     ) -> Result<Ended, Error> {
-        let how = (self.options.complete, self.options.search == Search::Coherent);
-        let mut search = Exact::new(self.exemplars, &self.all, how, self.run.simd);
+        let searched = self.searched()?;
+        let mut search = Exact::new(searched.as_ref().unwrap_or(self.exemplars), &self.all, self.how(), self.run.simd);
         let mut counts = self.counts();
         let mut weights = vec![1.0; self.all.len()];
         let (mut x, mut places) = match begun {
@@ -98,7 +99,7 @@ impl<'a> Weaver<'a> {
             None => {
                 let seed = self.run.seed.derive("texture-optimization/level", self.number as u64);
                 let places = assignment::random(self.exemplars, &self.all, seed).ok_or_else(|| self.masked())?;
-                (self.average(&places, &weights)?, Some(places))
+                (self.average((&places, &weights), None)?, Some(places))
             }
         };
         let mut complete = true;
@@ -113,7 +114,7 @@ impl<'a> Weaver<'a> {
                 break;
             }
             weights = robust::weights(&found.distances, self.options.robust);
-            x = self.average(&found.places, &weights)?;
+            x = self.average((&found.places, &weights), Some(x))?;
             places = Some(found.places);
             complete = !self.run.observer.cancelled();
             if !complete {
@@ -124,14 +125,51 @@ impl<'a> Weaver<'a> {
         Ok(Ended { x, places: places.expect("there is an iteration"), weights, complete })
     }
 
-    fn average(&self, places: &[Place], weights: &[f64]) -> Result<Grid<f64, 2>, Error> {
-        let [mut x, mut votes] = average(self.exemplars, &self.all, places, weights, &self.falloff)?;
-        if let Some(wishes) = self.wishes {
-            // Neighborhoods of weight 1 weigh 1 together over every sample: at an open edge, where few reach, as in the
-            // middle.
+    /// Channels that are shown, and not followed.
+    fn texture(&self) -> usize {
+        self.wishes.map_or(self.exemplars.channels(), |wishes| wishes.texture)
+    }
+
+    /// Exemplars as the search compares them, where these are others.
+    fn searched(&self) -> Result<Option<Exemplars<2>>, Error> {
+        let mu = self.options.gradient;
+        let searched = (mu != 0.0).then(|| gradient::searched(self.exemplars, self.texture(), mu));
+        Ok(searched.transpose()?)
+    }
+
+    fn how(&self) -> How {
+        How {
+            alpha: self.options.complete,
+            coherent: self.options.search == Search::Coherent,
+            differences: (self.options.gradient != 0.0).then(|| self.texture()),
+        }
+    }
+
+    /// The E-step: with gradients from what was there, so that their energy cannot rise.
+    fn average(
+        &self,
+        (places, weights): (&[Place], &[f64]),
+        before: Option<Grid<f64, 2>>,
+    ) -> Result<Grid<f64, 2>, Error> {
+        // Neighborhoods of weight 1 weigh 1 together over every sample: at an open edge, where few reach, as in the
+        // middle.
+        let whole = || -> Vec<f64> {
             let whole = [0, 1].map(|axis| self.all.weighed(axis, &self.falloff));
-            let sums = votes.domain().positions().map(|[y, x]| whole[0][y as usize] * whole[1][x as usize]);
-            votes.plane_mut(0).iter_mut().zip(sums).for_each(|(v, sum)| *v /= sum);
+            self.all.domain.positions().map(|[y, x]| whole[0][y as usize] * whole[1][x as usize]).collect()
+        };
+        if self.options.gradient != 0.0 {
+            let mut x = match before {
+                Some(x) => x,
+                None => average(self.exemplars, &self.all, places, weights, &self.falloff)?.0,
+            };
+            let (exemplars, all, falloff) = (self.exemplars, &self.all, &self.falloff);
+            let gradients = Gradients { exemplars, all, falloff, mu: self.options.gradient, texture: self.texture() };
+            gradients.solve(&mut x, (places, weights), (self.wishes, &whole()))?;
+            return Ok(x);
+        }
+        let (mut x, mut votes) = average(self.exemplars, &self.all, places, weights, &self.falloff)?;
+        if let Some(wishes) = self.wishes {
+            votes.plane_mut(0).iter_mut().zip(whole()).for_each(|(v, sum)| *v /= sum);
             wishes.weigh(&mut x, Some(&votes));
         }
         Ok(x)
@@ -151,27 +189,31 @@ impl<'a> Weaver<'a> {
         let found = match (self.options.search, came) {
             (Search::Coherent, Some(came)) => came.search(self, exact, x)?,
             (Search::Exact | Search::Coherent, _) => exact.search(x)?,
-            (Search::Reference, _) => {
-                reference::search(self.exemplars, &self.all, &self.falloff, x, self.options.complete)
-            }
+            (Search::Reference, _) => self.measure(self.exemplars, &self.falloff).search(x, self.options.complete),
         };
         let mut found = found.ok_or_else(|| self.masked())?;
-        if let Some(wishes) = self.wishes {
-            found.distances = self.distances(texture, &found.places, wishes.texture)?;
+        // The fast search also counts differences that leave a neighborhood.
+        if self.wishes.is_some() || self.options.gradient != 0.0 {
+            found.distances = self.distances(texture, &found.places)?;
         }
         Ok(found)
     }
 
     /// How far the texture itself, its first channels, is from what was found: what is wished for, or followed, is no
     /// part of how well a neighborhood fits. `[Kwatra05 3.1]`
-    fn distances(&self, x: &Grid<f64, 2>, found: &[Place], channels: usize) -> Result<Vec<f64>, Error> {
+    fn distances(&self, x: &Grid<f64, 2>, found: &[Place]) -> Result<Vec<f64>, Error> {
         let weights = self.exemplars.weights().iter().enumerate();
-        let weights = weights.map(|(c, &weight)| if c < channels { weight } else { 0 }).collect();
+        let weights = weights.map(|(c, &weight)| if c < self.texture() { weight } else { 0 }).collect();
         let texture = self.exemplars.clone().weighing(weights)?;
         let flat = Falloff::flat(self.level.size);
         let falloff = if self.options.search == Search::Reference { &self.falloff } else { &flat };
-        let of = |i: usize| reference::distance(&texture, &self.all, falloff, x, (i, found[i]), f64::INFINITY);
+        let measure = self.measure(&texture, falloff);
+        let of = |i: usize| measure.distance(x, (i, found[i]), f64::INFINITY);
         Ok(par::map_indexed(found.len(), of))
+    }
+
+    fn measure<'b>(&'b self, exemplars: &'b Exemplars<2>, falloff: &'b Falloff) -> Measure<'b> {
+        Measure { exemplars, all: &self.all, falloff, mu: self.options.gradient, texture: self.texture() }
     }
 
     fn masked(&self) -> Error {
@@ -237,8 +279,8 @@ mod tests {
             with(case, 0.25, Search::Exact, |weaver| {
                 let places = assignment::random(weaver.exemplars, &weaver.all, Seed(case)).unwrap();
                 let weights = vec![1.0; weaver.all.len()];
-                let x = weaver.average(&places, &weights).unwrap();
-                let [texture, _] = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
+                let x = weaver.average((&places, &weights), None).unwrap();
+                let (texture, _) = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
                 for (both, texture) in x.samples().iter().zip(texture.samples()) {
                     assert!((both - (texture + 0.25 * 200.0) / 1.25).abs() < 1e-9, "{case}: {both} of {texture}");
                 }
@@ -251,14 +293,14 @@ mod tests {
             with(case, 2.0, kind, |weaver| {
                 let places = assignment::random(weaver.exemplars, &weaver.all, Seed(case)).unwrap();
                 let weights = vec![1.0; weaver.all.len()];
-                let [x, _] = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
-                let mut exact = Exact::new(weaver.exemplars, &weaver.all, (None, false), weaver.run.simd);
+                let (x, _) = average(weaver.exemplars, &weaver.all, &places, &weights, &weaver.falloff).unwrap();
+                let mut exact = Exact::new(weaver.exemplars, &weaver.all, How::default(), weaver.run.simd);
                 let found = weaver.search(&mut exact, &x, None).unwrap();
                 let flat = Falloff::flat(8);
                 let falloff = if kind == Search::Exact { &flat } else { &weaver.falloff };
                 for (i, (&place, &distance)) in found.places.iter().zip(&found.distances).enumerate() {
                     let of = (i, place);
-                    let own = reference::distance(weaver.exemplars, &weaver.all, falloff, &x, of, f64::INFINITY);
+                    let own = weaver.measure(weaver.exemplars, falloff).distance(&x, of, f64::INFINITY);
                     assert!((own - distance).abs() < 1e-9, "{case} {i}: {distance}, and {own} by definition");
                 }
             });
@@ -293,8 +335,8 @@ mod tests {
             let level = (Level { scale: 1, size: 8 }, 0, Steps { before: 0, each: 1, of: 1 });
             let weaver = Weaver::new(&options, (&both, output), level, wishes.as_ref(), &run);
             let places = assignment::random(&both, &weaver.all, Seed(case)).unwrap();
-            let x = weaver.average(&places, &vec![1.0; weaver.all.len()]).unwrap();
-            let mut exact = Exact::new(&both, &weaver.all, (None, false), run.simd);
+            let x = weaver.average((&places, &vec![1.0; weaver.all.len()]), None).unwrap();
+            let mut exact = Exact::new(&both, &weaver.all, How::default(), run.simd);
             let found = weaver.search(&mut exact, &x, None).unwrap();
             // By the definition: the mean over the texture, and `weight` of that over the guide.
             let guide = &guidance.guide;

@@ -129,7 +129,7 @@ pub(crate) fn changed(all: &Neighborhoods, before: &Grid<u8, 2>, seen: &Grid<u8,
 mod tests {
     use super::*;
     use crate::falloff::Falloff;
-    use crate::search::reference;
+    use crate::search::reference::Measure;
     use crate::testing::{exemplars, output};
     use selvedge_core::Seed;
 
@@ -156,7 +156,8 @@ mod tests {
                 for &candidate in &candidates {
                     let of = (number, candidate);
                     let flat = Falloff::flat(8);
-                    let plain = reference::distance(&exemplars, &all, &flat, &x, of, f64::INFINITY);
+                    let measure = Measure { exemplars: &exemplars, all: &all, falloff: &flat, mu: 0.0, texture: 2 };
+                    let plain = measure.distance(&x, of, f64::INFINITY);
                     assert!((listed.error(&seen, number, candidate) as f64 / (64.0 * weights) - plain).abs() < 1e-9);
                     least = least.min(plain);
                 }

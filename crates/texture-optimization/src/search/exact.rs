@@ -10,6 +10,7 @@ use super::coherent::{Listed, changed, place};
 use super::weights::fitting;
 use crate::Error;
 use crate::assignment::Place;
+use crate::gradient::seen;
 use crate::neighborhoods::Neighborhoods;
 
 /// Neighborhoods along a side of what is searched together where some have not changed. Smaller parts would spend more
@@ -23,12 +24,20 @@ pub(crate) struct Exact<'a> {
     weights: Vec<u8>,
     all: &'a Neighborhoods,
     simd: SimdLevel,
-    /// See [`Options::complete`](crate::Options::complete).
-    alpha: Option<f64>,
-    /// Whether all places are asked but once.
-    coherent: bool,
+    how: How,
     listed: Option<Listed<'a>>,
     before: Option<Before>,
+}
+
+/// How a level is searched.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct How {
+    /// See [`Options::complete`](crate::Options::complete).
+    pub(crate) alpha: Option<f64>,
+    /// Whether all places are asked but once.
+    pub(crate) coherent: bool,
+    /// Channels whose differences are compared as well: the exemplars have them after their own.
+    pub(crate) differences: Option<usize>,
 }
 
 /// What was seen, and what was found there.
@@ -42,35 +51,21 @@ struct Before {
 }
 
 impl<'a> Exact<'a> {
-    pub(crate) fn new(
-        exemplars: &'a Exemplars<2>,
-        all: &'a Neighborhoods,
-        (alpha, coherent): (Option<f64>, bool),
-        simd: SimdLevel,
-    ) -> Self {
-        Self {
-            exemplars,
-            weights: fitting(exemplars.weights(), all.size),
-            all,
-            simd,
-            alpha,
-            coherent,
-            listed: None,
-            before: None,
-        }
+    pub(crate) fn new(exemplars: &'a Exemplars<2>, all: &'a Neighborhoods, how: How, simd: SimdLevel) -> Self {
+        Self { exemplars, weights: fitting(exemplars.weights(), all.size), all, simd, how, listed: None, before: None }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
     ///
     /// Time `O(changed samples * samples of the exemplars * channels)`, whatever the size.
     pub(crate) fn search(&mut self, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
-        let seen = x.map(|v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
+        let seen = seen(x, self.how.differences)?;
         let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
         let before = self.before.take();
         let known: Vec<Place> = before.iter().flat_map(|before| before.neighbors.iter().map(place)).collect();
         let mut coverage = None;
-        let (neighbors, searched) = match (before, self.alpha) {
-            (Some(before), _) if self.coherent => {
+        let (neighbors, searched) = match (before, self.how.alpha) {
+            (Some(before), _) if self.how.coherent => {
                 let refined = self.refined(&before, &seen)?;
                 coverage = before.coverage;
                 refined
@@ -78,7 +73,7 @@ impl<'a> Exact<'a> {
             (_, Some(alpha)) => {
                 let all = self.coverage(&seen, &whole)?;
                 let found = self.complete(&seen, whole, (&all, alpha))?;
-                coverage = self.coherent.then_some(all);
+                coverage = self.how.coherent.then_some(all);
                 (found, self.all.len())
             }
             (None, None) => (self.part(&seen, whole)?, self.all.len()),
@@ -113,7 +108,7 @@ impl<'a> Exact<'a> {
         offered: &(dyn Fn(usize) -> Vec<Place> + Sync),
         limit: &(dyn Fn(usize) -> f64 + Sync),
     ) -> Result<Option<Found>, Error> {
-        let seen = x.map(|v| (v + 0.5).clamp(0.0, 255.0) as u8)?;
+        let seen = seen(x, self.how.differences)?;
         let listed = self.listed()?;
         let found = par::map_indexed(self.all.len(), |number| {
             let mut candidates = offered(number);
@@ -148,7 +143,7 @@ impl<'a> Exact<'a> {
             .map(|s| Windows { side: self.all.size, step: 1 }.over(s.domain()).shape[1] as usize)
             .collect();
         let scores =
-            before.coverage.as_ref().zip(self.alpha).map(|(coverage, alpha)| (coverage, coverage.added(alpha)));
+            before.coverage.as_ref().zip(self.how.alpha).map(|(coverage, alpha)| (coverage, coverage.added(alpha)));
         let score = |place: Place, error: u64| match scores {
             Some((coverage, added)) => {
                 let at = place.at[0] as usize * widths[place.source as usize] + place.at[1] as usize;
@@ -329,7 +324,7 @@ fn cropped(seen: &Grid<u8, 2>, [rows, columns]: [Range<u32>; 2], domain: Domain<
 mod tests {
     use super::*;
     use crate::falloff::Falloff;
-    use crate::search::reference;
+    use crate::search::reference::Measure;
     use crate::testing::{exemplars, output};
     use selvedge_core::{Rng, Seed};
 
@@ -351,11 +346,13 @@ mod tests {
             domain.shape[1] += 20;
             let all = Neighborhoods::new(domain, size);
             let simd = LEVELS[case as usize / 2 % 4];
-            let mut exact = Exact::new(&exemplars, &all, (None, false), simd);
+            let mut exact = Exact::new(&exemplars, &all, How::default(), simd);
             let mut x = noise(&mut rng, all.domain);
             for step in 0..3 {
                 let found = exact.search(&x).unwrap().unwrap();
-                let plain = reference::search(&exemplars, &all, &Falloff::flat(size), &x, None).unwrap();
+                let flat = Falloff::flat(size);
+                let measure = Measure { exemplars: &exemplars, all: &all, falloff: &flat, mu: 0.0, texture: 2 };
+                let plain = measure.search(&x, None).unwrap();
                 assert_eq!(found.places, plain.places, "{case} {step}");
                 let apart = found.distances.iter().zip(&plain.distances).map(|(a, b)| (a - b).abs());
                 assert!(apart.fold(0.0, f64::max) < 1e-9);
@@ -378,9 +375,12 @@ mod tests {
             let x = noise(&mut rng, all.domain);
             // At 0 all that are nearest to some place score 1, but for what floats round.
             let alpha = [0.1, 0.2, 5.0][case as usize % 3];
-            let mut exact = Exact::new(&exemplars, &all, (Some(alpha), false), LEVELS[case as usize / 2 % 4]);
+            let how = How { alpha: Some(alpha), ..How::default() };
+            let mut exact = Exact::new(&exemplars, &all, how, LEVELS[case as usize / 2 % 4]);
             let found = exact.search(&x).unwrap().unwrap();
-            let plain = |alpha| reference::search(&exemplars, &all, &Falloff::flat(size), &x, alpha).unwrap();
+            let flat = Falloff::flat(size);
+            let measure = Measure { exemplars: &exemplars, all: &all, falloff: &flat, mu: 0.0, texture: 2 };
+            let plain = |alpha| measure.search(&x, alpha).unwrap();
             let complete = plain(Some(alpha));
             assert_eq!(found.places, complete.places, "{case}");
             let apart = found.distances.iter().zip(&complete.distances).map(|(a, b)| (a - b).abs());

@@ -26,6 +26,10 @@ fn options_out_of_range_are_named_with_their_numbers() {
         assert!(matches!(error, Error::Core(selvedge_core::Error::Amount { what: "an exponent", .. })));
         assert_eq!(error.kind(), ErrorKind::Option);
     }
+    for gradient in [-1.0, 101.0, f64::NAN] {
+        let error = refused(Options { gradient, ..Options::default() });
+        assert!(matches!(error, Error::Core(selvedge_core::Error::Amount { what: "a weight of gradients", .. })));
+    }
     let complete = refused(Options { complete: Some(-0.5), ..Options::default() });
     assert_eq!(complete.to_string(), "a completeness of -0.5 is out of range");
     assert_eq!(refused(Options { iterations: 0, ..Options::default() }), Error::Iterations);

@@ -64,10 +64,14 @@ pub(crate) struct Optimize {
     /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.
     #[arg(long, value_name = "R", default_value_t = Options::default().robust)]
     robust: f64,
+    /// How much differences between pixels beside each other count, where colours count 1, up to 100. They take three
+    /// times as long.
+    #[arg(long, value_name = "MU", default_value_t = Options::default().gradient, allow_negative_numbers = true)]
+    gradient: f64,
     #[command(flatten)]
     control: ControlArgs,
     /// The paper to the letter: --init random --iterations 100 --search exact --complete none --finish average
-    /// --robust 0.8.
+    /// --robust 0.8 --gradient 10.
     #[arg(long, conflicts_with = "start")]
     paper: bool,
 }
@@ -147,6 +151,7 @@ impl Optimize {
             complete: self.complete.0,
             finish: self.finish.into(),
             robust: self.robust,
+            gradient: self.gradient,
             search: self.search.into(),
         }
     }
