@@ -134,6 +134,7 @@ impl Animate {
             );
             return Ok(Done::would(report, line));
         }
+        let first = Options { schedule: init.suited(first.schedule), ..first };
         let map = first_frame(session, &loaded, output, (&init, &first))?;
         let outputs = self.frames(session, &loaded, map, (&flows, frames, &options), &mut report)?;
         session.watch.finish();

@@ -54,6 +54,11 @@ impl ControlArgs {
         self.guides.pairs(weaving)
     }
 
+    /// Whether anything is wanted or followed, of which a start knows nothing.
+    pub(super) fn steers(&self) -> bool {
+        self.want.is_some() || self.guides.len() != 0
+    }
+
     /// Channels of all that is followed, at most.
     pub(super) fn channels(&self) -> usize {
         self.guides.len() * 3

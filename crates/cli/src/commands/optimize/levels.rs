@@ -4,6 +4,7 @@ use std::fmt;
 
 use selvedge_texture_optimization::Level;
 
+use crate::values::Auto;
 use crate::wrong::Wrong;
 
 /// The levels, in their order.
@@ -18,6 +19,11 @@ pub(in crate::commands) fn levels(text: &str) -> Result<Levels, Wrong> {
     let all: Option<Vec<Level>> = text.split(',').map(level).collect();
     let what = || format!("'{text}' is no schedule");
     all.map(Levels).ok_or_else(|| Wrong::new(what(), "write a resolution and a size for each level: 2:16,1:16,1:8"))
+}
+
+/// The levels, or auto.
+pub(super) fn schedule(text: &str) -> Result<Auto<Levels>, Wrong> {
+    if text == "auto" { Ok(Auto(None)) } else { levels(text).map(|levels| Auto(Some(levels))) }
 }
 
 /// As they are typed.

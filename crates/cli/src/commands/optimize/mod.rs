@@ -13,7 +13,7 @@ use selvedge_texture_optimization::{Finish, Options, Plan, Search, Stats, estima
 
 use self::control::ControlArgs;
 pub(super) use self::init::{Init, init};
-use self::levels::{Complete, complete};
+use self::levels::{Complete, complete, schedule};
 pub(super) use self::levels::{Levels, levels, typed};
 pub(super) use self::told::failure;
 use crate::failure::{Failure, n};
@@ -25,7 +25,7 @@ use crate::outcome::Outcome;
 use crate::pairs::Pair;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
-use crate::values::choices;
+use crate::values::{Auto, choices};
 use crate::weaving::{Sizing, Weaving};
 
 /// Options of `optimize`.
@@ -42,10 +42,11 @@ pub(crate) struct Optimize {
     /// Polish a source map of the same exemplars: what of the schedule is at full resolution.
     #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath, conflicts_with = "init")]
     start: Option<PathBuf>,
-    /// Resolutions and sizes of neighborhoods from coarse to fine: 4:8 is 8 px at a fourth of the resolution. What does
-    /// not fit is left out.
-    #[arg(long, value_name = "SCALE:SIZE,...", default_value = typed(&Options::default().schedule), value_parser = levels)]
-    schedule: Levels,
+    /// Resolutions and sizes of neighborhoods from coarse to fine, or auto: 4:8 is 8 px at a fourth of the resolution.
+    /// What does not fit is left out. auto is 4:8,2:16,2:8,1:32,1:16,1:8, and of that full resolution alone where a
+    /// graph cut placed everything already, and nothing is wanted or followed.
+    #[arg(long, value_name = "SCALE:SIZE,...|auto", default_value = "auto", value_parser = schedule)]
+    schedule: Auto<Levels>,
     /// Iterations at a level, if it does not settle before.
     #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
     iterations: u32,
@@ -116,11 +117,12 @@ impl Method for Optimize {
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let (control, read, loom) = (self.control.read(loom, &self.weaving)?, loom.start_map()?, &*loom);
-        let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
-        let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
+        let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
         let init = self.init().chosen(exemplars)?;
+        let options = self.options_from(&init);
+        let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
         let how = format!("from {} at {}", told::start(&init), n("level", plan.levels().len()));
-        Ok(Planned::new(self.used(loom, &init), how, move || {
+        Ok(Planned::new(self.used(loom, &init, &options), how, move || {
             let outcome = |woven: Box<dyn Render<2>>, complete, stats: &Stats| {
                 Outcome::new(woven, complete, told::counts(stats), told::how(&init, stats))
             };
@@ -140,8 +142,16 @@ impl Optimize {
         self.start.clone().map_or_else(|| self.init.clone(), Init::Map)
     }
 
+    /// The options where it is known what it starts from.
+    fn options_from(&self, init: &Init) -> Options {
+        let options = self.options();
+        let is_open = self.schedule.0.is_none() && !self.control.steers();
+        if is_open { Options { schedule: init.suited(options.schedule), ..options } } else { options }
+    }
+
     fn options(&self) -> Options {
-        let mut schedule = self.schedule.0.clone();
+        let mut schedule =
+            self.schedule.0.as_ref().map_or_else(|| Options::default().schedule, |levels| levels.0.clone());
         if self.start.is_some() {
             schedule.retain(|level| level.scale == 1);
         }

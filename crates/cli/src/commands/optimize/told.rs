@@ -1,6 +1,6 @@
 //! What is told of texture optimization: options as used, counts, how it was made, what is wrong.
 
-use selvedge_texture_optimization::{Error, Level, LevelStats, Stats};
+use selvedge_texture_optimization::{Error, Level, LevelStats, Options, Stats};
 use serde_json::{Value, json};
 
 use super::Optimize;
@@ -14,8 +14,7 @@ use crate::values::counts;
 
 impl Optimize {
     /// The options as used: what was left to the program.
-    pub(super) fn used(&self, loom: &Loom<'_>, init: &Init) -> Used {
-        let options = self.options();
+    pub(super) fn used(&self, loom: &Loom<'_>, init: &Init, options: &Options) -> Used {
         let used = loom
             .used()
             .set("schedule", typed(&options.schedule))
