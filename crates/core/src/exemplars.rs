@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use crate::resample;
 use crate::source_table::SourceTable;
-use crate::weights;
-use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform, try_vec};
+use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform};
 
 /// One exemplar in one orientation.
 #[derive(Clone, Debug, PartialEq)]
@@ -254,30 +253,6 @@ impl<const D: usize> Exemplars<D> {
             Ok(Source { features, valid: copied(source.valid.as_ref())?, origin: source.origin })
         };
         Self::from_sources(self.sources.iter().zip(features).map(like).collect::<Result<_, _>>()?, weights)
-    }
-
-    /// The same sources with further channels after their own, one grid a source: where all of the own channels count 1
-    /// together, all of these count `weight`, shared out by `weights`; in whole numbers, as [`Guide::join`] has them.
-    ///
-    /// # Errors
-    /// Those of [`with_features`](Self::with_features), [`Error::GuideWeight`], [`Error::GuideProportion`].
-    ///
-    /// [`Guide::join`]: crate::Guide::join
-    pub fn extended(&self, more: Vec<Grid<u8, D>>, weights: &[u8], weight: f64) -> Result<Self, Error> {
-        let (expected, found) = (self.sources.len(), more.len());
-        if expected != found {
-            return Err(Error::GuideCount { expected, found });
-        }
-        let weights = weights::of_parts(&[(1.0, self.weights()), (weight, weights)])?;
-        let both = |(source, more): (&Arc<Source<D>>, &Grid<u8, D>)| {
-            let [own, more] = [&source.features, more].map(Grid::samples);
-            let mut samples = try_vec(own.len() + more.len(), 0)?;
-            samples[..own.len()].copy_from_slice(own);
-            samples[own.len()..].copy_from_slice(more);
-            Grid::from_vec(source.domain(), weights.len(), samples)
-        };
-        let all = self.sources.iter().zip(&more).map(both).collect::<Result<_, _>>()?;
-        self.with_features(all, weights)
     }
 
     /// The same sources with other weights of their channels.

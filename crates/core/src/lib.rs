@@ -35,6 +35,7 @@ mod domain;
 mod encoder;
 mod error;
 mod exemplars;
+mod extended;
 mod firsts;
 mod flow;
 mod grid;

@@ -47,8 +47,8 @@ impl Init {
 
     /// Levels of a schedule that suits it: a graph cut has placed what is orderly, at full resolution. Coarse levels,
     /// where lines of text or joints of bricks are less than a sample wide, could only move it: without them text,
-    /// keyboard, waves, bricks and scales end with 3 to 45 % less energy, and words of text stay whole. A quilt gains by
-    /// them (olives 209 instead of 277).
+    /// keyboard, waves, bricks and scales end with 3 to 45 % less energy, and words of text stay whole. A quilt gains
+    /// by them (olives 209 instead of 277).
     pub(in crate::commands) fn suited(&self, mut schedule: Vec<Level>) -> Vec<Level> {
         if *self == Self::Graphcut {
             schedule.retain(|level| level.scale == 1);
