@@ -41,6 +41,7 @@ mod ends;
 mod jumps;
 mod looping;
 mod play;
+mod still;
 mod surface;
 mod transition;
 
@@ -49,6 +50,7 @@ pub use ends::Ends;
 pub use jumps::{Jump, JumpOptions};
 pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;
+pub use still::hold_still;
 pub use surface::Surface;
 
 use selvedge_core::{Exemplars, Source};

@@ -1,7 +1,7 @@
 //! Clips woven of patches, moved in time alone or in space as well.
 
-use selvedge_core::{Domain, Error as CoreError, Run, SeamCosts, SeamMeasure, SourceMap};
-use selvedge_graphcut_textures::video::Ends;
+use selvedge_core::{Domain, Error as CoreError, Grid, Run, SampleId, SeamCosts, SeamMeasure, Seed, SourceMap};
+use selvedge_graphcut_textures::video::{Ends, Jump, LoopOptions, hold_still, looped};
 use selvedge_graphcut_textures::{Error, Options, Placement, graphcut, graphcut_from};
 
 use crate::video::{changing, of};
@@ -83,4 +83,43 @@ fn a_region_along_axes_that_are_not_free_is_all_of_them() {
     let options = Options { region: Some([25, 1, 1]), ..options };
     let error = graphcut(&e, Domain::open([30, 9, 11]), &options, &Run::seeded(1)).unwrap_err();
     assert!(matches!(error, Error::RegionExceedsExemplar { .. }), "{error}");
+}
+
+#[test]
+fn what_is_held_still_ends_where_seams_are_cheapest() {
+    let (mut least, mut wider) = (0, 0);
+    for case in 0..40 {
+        let e = of(&changing([10, 1, 4], case, 1 + case as u32 % 4));
+        let jump = Jump { from: 6, to: 4, error: 0.0 };
+        let map = looped(&e, &[jump], &LoopOptions::default(), &Run::seeded(0)).unwrap().result.map().unwrap();
+        let mask = Grid::from_vec(Domain::open([1, 4]), 1, vec![false, true, false, false]).unwrap();
+        let frame = Seed(case).rng().below(10);
+        let held = hold_still(&e, &map, (&mask, frame), SeamMeasure::Gradient, &Run::seeded(0)).unwrap();
+        let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
+        let still = |place: usize| SampleId::new(frame * 4 + place as u32 % 4);
+        for place in 0..12 {
+            let id = held.ids.plane(0)[place];
+            assert!(id == still(place) || (place % 4 != 1 && id == map.ids.plane(0)[place]), "case {case}");
+        }
+        // All ways to hold other pixels still at some times.
+        let free: Vec<usize> = (0..12).filter(|place| place % 4 != 1).collect();
+        let price = |ways: u32| {
+            let mut map = map.clone();
+            let ids = map.ids.plane_mut(0);
+            (0..3).for_each(|t| ids[t * 4 + 1] = still(1));
+            free.iter().enumerate().filter(|(i, _)| ways >> i & 1 == 1).for_each(|(_, &p)| ids[p] = still(p));
+            costs.total(&map)
+        };
+        let (best, found) = ((0..1 << 9).map(price).min().unwrap(), costs.total(&held));
+        assert!(best <= found && found <= price(0), "case {case}");
+        least += usize::from(found == best);
+        wider += usize::from(found < price(0));
+    }
+    assert!(34 <= least && 5 < wider, "{least} of 40 the least of all, {wider} wider than their mask");
+    let e = of(&changing([10, 3, 4], 1, 2));
+    let map = SourceMap::unassigned(&e, Domain::open([5, 3, 5])).unwrap();
+    let mask = Grid::try_filled(Domain::open([3, 4]), 1, true).unwrap();
+    let held = |frame: u32| hold_still(&e, &map, (&mask, frame), SeamMeasure::Gradient, &Run::seeded(0)).map(drop);
+    assert!(matches!(held(10), Err(Error::Core(CoreError::Range { option: "still", .. }))));
+    assert!(matches!(held(9), Err(Error::Core(CoreError::StartShape { .. }))));
 }
