@@ -135,6 +135,72 @@ fn clips_are_woven_longer_and_larger_and_their_maps_say_of_what() {
 }
 
 #[test]
+fn loops_are_played_for_as_many_frames_as_are_wanted() {
+    let folder = Folder::new("video-play");
+    folder.run(&format!("video {FIRE} -o once.##.png --period 16 --quiet")).done();
+    folder.run(&format!("video {FIRE} -o again.##.png --period 16 --frames 37 --play loop --quiet")).done();
+    let (once, again) = (clip(&folder, "once.##.png"), clip(&folder, "again.##.png"));
+    assert_eq!(again.domain().shape[0], 37);
+    assert!((0..37).all(|t| frame_of(&again, t).unwrap() == frame_of(&once, t % 16).unwrap()));
+    let line = format!("video {FIRE} --frames 60 --play random --jumps 4 --window 12");
+    let json = folder.run(&format!("{line} -o a.##.png --map m.##.exr --preview p.png --json -j 1")).done().json();
+    assert!(1 < json["stats"]["loops"].as_array().unwrap().len(), "{json}");
+    folder.run(&format!("{line} -o b.##.png -j 3")).done();
+    folder.run(&format!("{line} -o c.##.png --seed 1")).done();
+    let [a, b, c] = ["a.##.png", "b.##.png", "c.##.png"].map(|name| clip(&folder, name));
+    assert_eq!(a.domain().shape, [60, 60, 48]);
+    assert!(bytes(&a) == bytes(&b) && bytes(&a) != bytes(&c));
+    // All pixels keep their places, and begin with the clip's first frame.
+    let map = |t: u32| selvedge_io::read_map(folder.path(format!("m.{:02}.exr", t + 1)), &Default::default()).unwrap();
+    let of = |t: u32| map(t).map.locate([30, 20]).unwrap();
+    assert!(of(0) == (0, [30, 20]) && (0..60).all(|t| of(t).1 == [30, 20]));
+    for (line, said) in [
+        ("--play loop", "--frames"),
+        ("--play random --frames 50 --repeat 2", "are for loops that are written whole"),
+        ("--loop no --closing-frame", "are for loops that are written whole"),
+        ("--play loop --frames 50 --mode temporal", "--play does nothing in --mode temporal"),
+        ("--frames 20 --period 20", "both say how long the loop is"),
+    ] {
+        folder.run(&format!("video {FIRE} -o x.##.png {line}")).refused(2, &[said]);
+    }
+}
+
+#[test]
+fn masked_pixels_stand_still() {
+    let folder = Folder::new("video-still");
+    // The lower half is white.
+    let grid = selvedge_core::Grid::from_vec(
+        selvedge_core::Domain::open([60, 48]),
+        1,
+        (0..60 * 48).map(|i| if 30 * 48 <= i { 255_u8 } else { 0 }).collect(),
+    );
+    let mask = Plane::new(selvedge_core::Role::Scalar, Samples::U8(grid.unwrap()));
+    selvedge_io::write(folder.path("mask.png"), &mask, &Default::default(), &Default::default()).unwrap();
+    let fire = Folder::new("video-still-in");
+    fs::copy(crate::program::fixtures() + "/fire.png", fire.path("fire.png")).unwrap();
+    let input = clip(&fire, "fire.png");
+    for line in ["--period 16", "--mode temporal --frames 20 --refine 0", "--play random --frames 20 --jumps 2"] {
+        folder.run(&format!("video {FIRE} -o out.png {line} --fixed mask.png --still-frame 7 --quiet")).done();
+        let output = clip(&folder, "out.png");
+        let [frames, ..] = output.domain().shape;
+        let [n, all] = [frames, 40].map(|frames| frames as usize * 2880);
+        for (t, p, c) in (0..frames as usize).flat_map(|t| (0..2880).map(move |p| (t, p, p % 3))) {
+            let still = bytes(&output)[c * n + t * 2880 + p] == bytes(&input)[c * all + 7 * 2880 + p];
+            assert!(still || p < 30 * 48, "{line}: frame {t}, pixel {p}");
+        }
+        let first = frame_of(&output, 0).unwrap();
+        assert!((1..frames).any(|t| frame_of(&output, t).unwrap() != first), "{line}: something moves");
+    }
+    for (line, code, said) in [
+        ("--fixed mask.png --still-frame 40", 2, "--still-frame 40 of a clip of 40 frames"),
+        ("--fixed mask.png --size 50x60", 2, "--fixed needs frames of the clip's size"),
+        ("--fixed @/cobbles.png", 3, "the clip has 48x60 px"),
+    ] {
+        folder.run(&format!("video {FIRE} -o x.##.png {line}")).refused(code, &[said]);
+    }
+}
+
+#[test]
 fn options_that_a_mode_does_not_know_are_told() {
     let folder = Folder::new("video-modes");
     for (line, said) in [

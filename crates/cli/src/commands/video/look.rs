@@ -68,18 +68,26 @@ impl Shown<'_> {
         Panel::of([width, height], |x, y| self.pixel([t, y, x]))
     }
 
+    /// Frames of a slice: two turns of a loop.
+    fn turns(&self) -> u32 {
+        self.output.domain().shape[0] * (1 + u32::from(self.map.domain().periodic[0]))
+    }
+
     /// One row through two turns of the loop, time downwards.
     fn slice_x(&self, y: u32, seam: bool) -> Panel {
         let [frames, _, width] = self.output.domain().shape;
         let drawn = |t: u32, x: u32| seam && self.map.is_seam([t, y, x], 0);
-        Panel::of([width, 2 * frames], |x, t| if drawn(t % frames, x) { RED } else { self.pixel([t % frames, y, x]) })
+        Panel::of([width, self.turns()], |x, t| if drawn(t % frames, x) { RED } else { self.pixel([t % frames, y, x]) })
     }
 
     /// One column through two turns of the loop, time to the right.
     fn slice_y(&self, x: u32, seam: bool) -> Panel {
         let [frames, height, _] = self.output.domain().shape;
         let drawn = |t: u32, y: u32| seam && self.map.is_seam([t, y, x], 0);
-        Panel::of([2 * frames, height], |t, y| if drawn(t % frames, y) { RED } else { self.pixel([t % frames, y, x]) })
+        Panel::of(
+            [self.turns(), height],
+            |t, y| if drawn(t % frames, y) { RED } else { self.pixel([t % frames, y, x]) },
+        )
     }
 }
 

@@ -6,21 +6,23 @@ mod look;
 mod maps;
 mod modes;
 mod read;
+mod still;
 mod transition;
 mod woven;
 mod written;
 
 use clap::Args;
-use selvedge_core::{Bytes, Plane, SourceMap};
+use selvedge_core::{Bytes, Domain, Plane, SourceMap};
 use serde_json::Value;
 
 use self::modes::{ModeArgs, Way};
 use self::read::ReadArgs;
+use self::still::{Still, StillArgs};
 use self::transition::TransitionArgs;
 use self::woven::WovenArgs;
 use self::written::WriteArgs;
 use crate::clips::{Clip, ClipInput};
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, n, shown};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
@@ -37,6 +39,8 @@ pub(crate) struct Video {
     #[command(flatten)]
     transition: TransitionArgs,
     #[command(flatten)]
+    still: StillArgs,
+    #[command(flatten)]
     woven: WovenArgs,
     #[command(flatten)]
     write: WriteArgs,
@@ -48,8 +52,12 @@ struct Made {
     map: Option<SourceMap<3>>,
     /// Frames that were mixed.
     mixed: Option<Plane<3>>,
-    /// Frames after which it begins again.
-    period: u32,
+    /// Frames of it.
+    frames: u32,
+    /// Whether it begins again after them.
+    loops: bool,
+    /// Frames that are written of what is played on.
+    played: Option<u32>,
     options: Used,
     stats: Value,
     how: String,
@@ -65,7 +73,7 @@ impl Video {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let (mut report, clip) = (Report::new("video"), &self.read.clip);
-        let others: Vec<_> = self.transition.file().into_iter().cloned().collect();
+        let others: Vec<_> = self.transition.file().into_iter().chain(self.still.file()).cloned().collect();
         inputs::check_streams(self.read.paths().chain(&others))?;
         self.write.check_names(self.read.paths().count())?;
         let clips = self.read.open(session, self.write.rate)?;
@@ -75,7 +83,8 @@ impl Video {
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
-        let used = session.options.clone().unless("with", Value::Null);
+        let used = session.options.clone().unless("with", Value::Null).unless("fixed", Value::Null);
+        let used = used.unless("still-frame", Value::Null);
         let name = shown(&self.write.output);
         if session.global.dry_run {
             report.options = used;
@@ -84,7 +93,8 @@ impl Video {
         }
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
-        let made = self.made(session, &clips[0], way, used)?;
+        let still = self.still.read(session, clips[0].plane.domain().shape, &mut report)?;
+        let made = self.made(session, &clips[0], (way, still.as_ref()), used)?;
         session.watch.finish();
         report.stage("synthesis");
         (report.options, report.stats) = (made.options.clone(), made.stats.clone());
@@ -100,16 +110,33 @@ impl Video {
     /// Which way the clip goes on.
     fn way(&self, clip: &ClipInput) -> Result<Way, Failure> {
         let of_jumps = self.transition.typed().or(self.write.surface.is_some().then_some("--surface"));
-        self.mode.way(clip, self.write.filled(), (of_jumps, self.woven.typed()))
+        let way = self.mode.way(clip, self.write.filled(), (of_jumps, self.woven.typed()))?;
+        self.still.check(clip, way.output)?;
+        if !way.loops() && (1 < self.write.repeat || self.write.closing_frame) {
+            let what = "--repeat and --closing-frame are for loops that are written whole";
+            return Err(Failure::new(2, what).remedy("leave them out, or use --loop periodic without --play"));
+        }
+        if way.jumps() && way.play.is_none() && self.mode.frames().is_some() && self.transition.says_period() {
+            let what = "--frames and --period or --jump both say how long the loop is";
+            return Err(Failure::new(2, what).remedy("leave one of them out"));
+        }
+        Ok(way)
     }
 
     /// Goes that way; weaves where no jump closes, if it may.
-    fn made(&self, session: &Session<'_>, clip: &Clip, mut way: Way, used: Used) -> Result<Made, Failure> {
+    fn made(
+        &self,
+        session: &Session<'_>,
+        clip: &Clip,
+        (mut way, still): (Way, Option<&Still>),
+        used: Used,
+    ) -> Result<Made, Failure> {
         let seam = self.transition.measure();
         if way.jumps() {
-            let frames = self.mode.frames().or(self.write.filled());
+            let period = way.period(self.mode.frames().or(self.write.filled()).is_some());
             let used = of_mode(used.clone(), true).without("mode");
-            let made = self.transition.made(session, clip, (&self.write, frames), used)?;
+            let used = if way.play.is_some() { used } else { used.without("play").without("frames") };
+            let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
             let Some(step) = step else { return Ok(made) };
             way.fall_back(format!("the best jump makes steps {step:.2} times the largest that is usual"));
@@ -117,13 +144,16 @@ impl Video {
         let [frames, height, width] = way.output.shape;
         let used = of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
         let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
-        self.woven.made(session, clip, (&way, seam), &self.write, used)
+        self.woven.made(session, clip, (&way, seam, still), &self.write, used)
     }
 
     /// What a run would make, in words.
     fn would(&self, clip: &ClipInput, way: &Way) -> String {
         let [frames, h, w] = if way.jumps() { clip.domain().shape } else { way.output.shape };
-        match (way.jumps(), way.output.periodic[0] || 0 < way.keep) {
+        if way.play.is_some() {
+            return format!("{} of {w}x{h} px by jumps", n("frame", way.output.shape[0] as usize));
+        }
+        match (way.jumps(), way.loops()) {
             (true, _) => format!("a loop of at most {frames} frames of {w}x{h} px by a jump"),
             (false, true) => format!("a loop of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
             (false, false) => format!("a clip of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
@@ -149,11 +179,8 @@ impl Video {
             work = work.max(self.woven.bytes(domain, colors, way, &options));
         }
         // The map, one rendered clip, and all of them as files that were not compressed.
-        let longest = if way.weaves() {
-            Bytes::of_samples(way.output, 1).max(Bytes::of_samples(domain, 1))
-        } else {
-            Bytes::of_samples(domain, 1)
-        };
+        let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);
+        work += self.still.bytes(longest);
         let times = |bytes: Bytes| Bytes(bytes.0.saturating_mul(longest.0) / Bytes::of_samples(domain, 1).0.max(1));
         let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
         let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
@@ -168,9 +195,8 @@ const CLOSES: f64 = 1.05;
 
 /// Without the options that do nothing for what is cut at a jump, or for what is woven.
 fn of_mode(used: Used, jumps: bool) -> Used {
-    const OF_JUMPS: [&str; 6] = ["period", "window", "jumps", "jump", "surface-from", "blend"];
-    const OF_WOVEN: [&str; 13] = [
-        "frames",
+    const OF_JUMPS: [&str; 7] = ["period", "window", "jumps", "jump", "surface-from", "blend", "play"];
+    const OF_WOVEN: [&str; 12] = [
         "size",
         "tile",
         "loop",

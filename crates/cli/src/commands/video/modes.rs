@@ -20,6 +20,9 @@ pub(super) struct ModeArgs {
     /// Width, height and frames to make: 210x160x100, or 210x160. Default: frames of the clip's size.
     #[arg(long, value_name = "WxHxN")]
     pub(super) size: Option<ClipSize>,
+    /// Play the loop again and again, or by several loops in turn, for so many frames as --frames says.
+    #[arg(long, value_enum, value_name = "HOW", requires = "frames")]
+    play: Option<PlayArg>,
     /// Make frames that tile along x, y or both.
     #[arg(long, value_enum, value_name = "AXES")]
     tile: Option<Tile>,
@@ -56,6 +59,15 @@ pub(super) enum LoopArg {
     No,
 }
 
+/// How a loop is played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum PlayArg {
+    /// The same again and again.
+    Loop,
+    /// From jump to jump, each drawn by the seed: no period is seen.
+    Random,
+}
+
 /// How many frames `--loop fixed` keeps. `[Kwatra03 7D]`
 const KEEP: u32 = 10;
 
@@ -68,6 +80,8 @@ pub(super) struct Way {
     pub(super) or_woven: bool,
     /// What is woven.
     pub(super) output: Domain<3>,
+    /// How what is cut is played, for all frames of the output.
+    pub(super) play: Option<PlayArg>,
     /// Frames at both ends of it, for `--loop fixed`.
     pub(super) keep: u32,
     /// Why, where the program chose.
@@ -83,6 +97,7 @@ impl ModeArgs {
         (of_jumps, of_woven): (Option<&str>, Option<&str>),
     ) -> Result<Way, Failure> {
         let (keep, output) = self.output(clip, filled)?;
+        let of_jumps = of_jumps.or(self.play.is_some().then_some("--play"));
         let has = clip.domain().shape;
         let resized = output.shape[1..] != has[1..] || self.tile.is_some();
         let of_woven = of_woven.or((self.looping != LoopArg::Periodic).then_some("--loop"));
@@ -91,7 +106,7 @@ impl ModeArgs {
             ModeArg::Auto => match (of_jumps, of_woven) {
                 (Some(_), _) => (ModeArg::Transition, None),
                 (None, Some(option)) => (ModeArg::Temporal, Some(format!("{option} is none of a jump's"))),
-                (None, None) if has[0] < self.frames().unwrap_or(0) => {
+                (None, None) if has[0] < self.frames().or(filled).unwrap_or(0) => {
                     (ModeArg::Temporal, Some(format!("the clip has {}", n("frame", has[0] as usize))))
                 }
                 (None, None) => (ModeArg::Transition, None),
@@ -99,7 +114,7 @@ impl ModeArgs {
             typed => (typed, None),
         };
         let or_woven = self.mode == ModeArg::Auto && mode == ModeArg::Transition && of_jumps.is_none();
-        let way = Way { mode, or_woven, output, keep, why };
+        let way = Way { mode, or_woven, output, play: self.play, keep, why };
         way.check(has, of_jumps, of_woven).map(|()| way)
     }
 
@@ -139,6 +154,19 @@ impl Way {
         !self.jumps() || self.or_woven
     }
 
+    /// True if what is made begins again after its last frame.
+    pub(super) fn loops(&self) -> bool {
+        match self.play {
+            Some(_) => false,
+            None => self.jumps() || self.output.periodic[0] || 0 < self.keep,
+        }
+    }
+
+    /// Frames that a loop of one jump has to have.
+    pub(super) fn period(&self, asked: bool) -> Option<u32> {
+        (asked && self.play.is_none()).then_some(self.output.shape[0])
+    }
+
     /// Weaves in time alone instead.
     pub(super) fn fall_back(&mut self, why: String) {
         (self.mode, self.why) = (ModeArg::Temporal, Some(why));
@@ -149,7 +177,8 @@ impl Way {
         let [frames, height, width] = self.output.shape;
         match (self.jumps(), self.weaves()) {
             (false, _) => [frames, height, width],
-            (true, woven) => [clip.shape[0].max(if woven { frames } else { 0 }), height, width],
+            (true, woven) if woven || self.play.is_some() => [clip.shape[0].max(frames), height, width],
+            (true, _) => clip.shape,
         }
     }
 

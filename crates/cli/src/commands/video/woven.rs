@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::choices::{reach, typed, volume};
 use super::look::Shown;
 use super::modes::{ModeArg, Way};
+use super::still::Still;
 use super::written::WriteArgs;
 use super::{Made, transition};
 use crate::clips::Clip;
@@ -94,7 +95,7 @@ impl WovenArgs {
         &self,
         session: &Session<'_>,
         clip: &Clip,
-        (way, seam): (&Way, SeamMeasure),
+        (way, seam, still): (&Way, SeamMeasure, Option<&Still>),
         write: &WriteArgs,
         used: Used,
     ) -> Result<Made, Failure> {
@@ -109,6 +110,10 @@ impl WovenArgs {
                 }
                 e => about(e.into()),
             })?;
+        let map = match still.filter(|_| complete) {
+            Some(still) => still.held(session, &exemplars, &map, seam)?,
+            None => map,
+        };
         let output = transition::features(&exemplars, &map)?;
         let motion = Motion::of(&exemplars.sources()[0].features, &output);
         let shown = Shown { output: &output, map: &map, jumps: None };
@@ -135,7 +140,9 @@ impl WovenArgs {
             .set("reach", typed(stats.reach))
             .set("variety", stats.variety);
         Ok(Made {
-            period: frames,
+            frames,
+            loops: way.loops(),
+            played: None,
             how,
             stats: told(way, &stats, &motion),
             options: used,

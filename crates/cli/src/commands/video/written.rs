@@ -68,7 +68,7 @@ impl WriteArgs {
         names::of_plane(&self.output, &clips::plane_name(clip))
     }
 
-    /// Frames that are written for a period.
+    /// Frames that are written of a loop of so many.
     fn written(&self, period: u32) -> u32 {
         period.saturating_mul(self.repeat).saturating_add(u32::from(self.closing_frame))
     }
@@ -100,7 +100,7 @@ impl WriteArgs {
             let info = clip.info();
             let [frames, height, width] = way.most(clip.domain());
             // No loop is longer than its flipbook; what is woven has as many frames as are asked for.
-            let book = self.flipbook.filter(|_| way.jumps()).map(Flipbook::cells);
+            let book = self.flipbook.filter(|_| way.jumps() && way.play.is_none()).map(Flipbook::cells);
             let most = book.unwrap_or_else(|| self.written(frames));
             let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
             let held = writer.check((info.channels, info.alpha), info.depth, [height, width]);
@@ -155,12 +155,13 @@ impl WriteArgs {
             let rendered = made.map.as_ref().map(|map| map.render(&[&clip.plane])).transpose()?;
             let Some(shown) = rendered.as_ref().or(made.mixed.as_ref()) else { continue };
             let metadata = Metadata { provenance: provenance.clone(), ..clip.info.metadata.clone() };
-            let options = self.write_options(Some(clip), Some(made.period));
+            let options = self.write_options(Some(clip), made.loops.then_some(made.frames));
             let mut frame = |t: u32| {
                 session.check_signal()?;
-                Ok(selvedge_io::clip::frame_of(shown, t % made.period)?)
+                Ok(selvedge_io::clip::frame_of(shown, t % made.frames)?)
             };
-            outputs.clip(&name, self.written(made.period), &mut frame, (&metadata, options))?;
+            let count = made.played.unwrap_or_else(|| self.written(made.frames));
+            outputs.clip(&name, count, &mut frame, (&metadata, options))?;
         }
         report.stage("encode");
         if !made.complete {
