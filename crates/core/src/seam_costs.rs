@@ -88,8 +88,11 @@ impl<const D: usize> SeamCosts<D> {
         let of = |id: SampleId| &self.features[id.get() as usize * c..][..c];
         let squares = of(a).iter().zip(of(b)).zip(&self.weights);
         let sum: u64 = squares.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum();
+        let square = sum * u64::from(Self::SCALE).pow(2);
         // Exact: a correctly rounded root of an integer below 2^52 is never on the wrong side of another integer.
-        ((sum * u64::from(Self::SCALE).pow(2)) as f64).sqrt().ceil() as u32
+        // Without SSE 4.1 `ceil` is a call.
+        let root = (square as f64).sqrt() as u64;
+        (root + u64::from(root * root < square)) as u32
     }
 
     /// The sample that continues a patch in a direction: `2 a` forward, `2 a + 1` backward along axis `a`. `None` where
