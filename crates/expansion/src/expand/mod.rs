@@ -95,7 +95,7 @@ fn decide<const D: usize>(
     let mut taken = try_vec(choices.len(), false)?;
     taken.iter_mut().zip(choices).for_each(|(taken, &c)| *taken = c == Choice::New);
     let mut proposal = Proposal { taken, before: 0, after: 0, filled: 0, free, truncated: 0 };
-    scratch.measure(frame, prices)?;
+    scratch.measure(frame, choices, prices)?;
     let pruned = if pruning { prune(frame, choices, prices, &scratch.differences)? } else { None };
     if let Some(pruned) = pruned {
         let fixed = kept(frame, choices, &pruned, prices);
@@ -152,11 +152,13 @@ fn solve<const D: usize>(
 }
 
 impl<const D: usize> Scratch<D> {
-    /// How much offers differ from what is there.
-    fn measure(&mut self, frame: &Frame<D>, prices: &impl Prices<D>) -> Result<(), Error> {
+    /// How much offers differ from what is there, where there is a choice.
+    fn measure(&mut self, frame: &Frame<D>, choices: &[Choice], prices: &impl Prices<D>) -> Result<(), Error> {
         resized(&mut self.differences, frame.old.len())?;
-        let both = frame.old.iter().zip(&frame.new);
-        self.differences.iter_mut().zip(both).for_each(|(to, (&old, &new))| *to = prices.difference(old, new));
+        let both = frame.old.iter().zip(&frame.new).zip(choices);
+        for (to, ((&old, &new), _)) in self.differences.iter_mut().zip(both).filter(|(_, (_, c))| **c == Choice::Free) {
+            *to = prices.difference(old, new);
+        }
         Ok(())
     }
 
