@@ -68,11 +68,11 @@ impl<'a> Labelling<'a> {
 
     fn begin(&mut self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<(), Error> {
         let output = map.domain();
-        let labels = levels::labels(map);
-        let boxes: usize = labels.iter().map(|label| label.window.len()).sum();
+        let pieces = levels::pieces(map)?;
+        let boxes: usize = pieces.iter().map(|piece| piece.window.len()).sum();
         if output.periodic == [false; 2] && boxes <= MOST_BOXES * output.len() {
-            for label in labels {
-                self.begin_label(exemplars, map, &label.patch, &label.window)?;
+            for piece in pieces {
+                self.begin_label(exemplars, map, &piece.patch, &piece.window)?;
             }
         }
         // The rest, also what stands on masked samples.

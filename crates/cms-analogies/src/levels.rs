@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_core::{Exemplars, Patch, SourceMap, Window};
+use selvedge_core::{Exemplars, Patch, SourceMap, Window, reserve, try_vec};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
@@ -24,9 +24,13 @@ const WIDTH: u32 = 4;
 /// run's time otherwise.
 const REACH: u32 = 32;
 
-/// Labels of fewer samples are not moved: eight expansions each, of windows that are mostly what is around them, took
-/// more time than all that was searched afterwards.
-pub(crate) const LEAST_MOVED: usize = 64;
+/// Pieces of fewer samples are not moved: there are as many as there are of all others.
+pub(crate) const LEAST_MOVED: usize = 4;
+
+/// How often labels are settled at a coarse level, where all pieces together cost a fourth, and what became right is
+/// right at all finer ones. Of the rock's arch a second round lowers the energy at the end from 443e6 to 410e6, in a
+/// fourth more time. A second one at full size takes as long as all else, and cuts textures into crumbs.
+pub(crate) const ROUNDS: u32 = 2;
 
 /// Exemplars and constraints at a fraction of the size.
 pub(crate) struct Level {
@@ -69,35 +73,58 @@ pub(crate) fn below(
     Ok(levels)
 }
 
-/// A label of a map.
-pub(crate) struct Label {
+/// A piece of an output that shows one label.
+pub(crate) struct Piece {
     pub(crate) patch: Patch<2>,
-    /// The box around all that shows it.
+    /// The box around it and a little more; the whole output where that goes around.
     pub(crate) window: Window<2>,
-    /// How many samples do.
+    /// How many samples it has.
     pub(crate) samples: usize,
 }
 
-/// Each label of a map with the box around all that shows it and a little more; the whole output where that goes
-/// around.
-pub(crate) fn labels(map: &SourceMap<2>) -> Vec<Label> {
+/// The connected pieces of a map, in the order of their first samples; of an output that goes around, all of a label as
+/// one. A box around all that shows a label holds mostly others, which would be offered it in vain: of the rock's arch
+/// that took three quarters of a run.
+pub(crate) fn pieces(map: &SourceMap<2>) -> Result<Vec<Piece>, Error> {
     let output = map.domain();
-    let mut boxes: BTreeMap<Patch<2>, ([u32; 2], [u32; 2], usize)> = BTreeMap::new();
-    for at in output.positions() {
-        let Some((source, from)) = map.locate(at) else { continue };
+    let is_open = output.periodic == [false; 2];
+    let patch_at = |at: [u32; 2]| {
+        let (source, from) = map.locate(at)?;
         let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
-        let patch = patch.wrapped(map.table.sources()[source].1, output);
-        let (low, high, samples) = boxes.entry(patch).or_insert((at, at, 0));
-        *samples += 1;
-        *low = [0, 1].map(|a| low[a].min(at[a]));
-        *high = [0, 1].map(|a| high[a].max(at[a]));
-    }
-    let grown = |low: [u32; 2], high: [u32; 2]| {
-        let of = Window { start: low.map(|p| p as i32), shape: [0, 1].map(|a| high[a] - low[a] + 1) };
-        if output.periodic == [false; 2] { of.grown(output, [WIDTH; 2], [WIDTH; 2]) } else { Window::all(output) }
+        Some(patch.wrapped(map.table.sources()[source].1, output))
     };
-    let label = |(patch, (low, high, samples))| Label { patch, window: grown(low, high), samples };
-    boxes.into_iter().map(label).collect()
+    let (mut reached, mut pieces) = (try_vec(output.len(), false)?, Vec::new());
+    let mut labels: BTreeMap<Patch<2>, usize> = BTreeMap::new();
+    let mut stack = Vec::new();
+    for first in output.positions() {
+        let Some(patch) = patch_at(first).filter(|_| !reached[output.index(first)]) else { continue };
+        let (mut low, mut high, mut samples) = (first, first, 0);
+        reached[output.index(first)] = true;
+        stack.push(first);
+        while let Some(at) = stack.pop() {
+            samples += 1;
+            (low, high) = ([0, 1].map(|a| low[a].min(at[a])), [0, 1].map(|a| high[a].max(at[a])));
+            let beside = [[-1, 0], [1, 0], [0, -1], [0, 1]].into_iter().filter_map(|by| output.step(at, by));
+            for next in beside {
+                if !reached[output.index(next)] && patch_at(next) == Some(patch) {
+                    reached[output.index(next)] = true;
+                    reserve(&mut stack, 1)?;
+                    stack.push(next);
+                }
+            }
+        }
+        let of = Window { start: low.map(|p| p as i32), shape: [0, 1].map(|a| high[a] - low[a] + 1) };
+        let window = if is_open { of.grown(output, [WIDTH; 2], [WIDTH; 2]) } else { Window::all(output) };
+        let known = if is_open { None } else { Some(*labels.entry(patch).or_insert(pieces.len())) };
+        match known.and_then(|known| pieces.get_mut(known)) {
+            Some(Piece { samples: all, .. }) => *all += samples,
+            None => {
+                reserve(&mut pieces, 1)?;
+                pieces.push(Piece { patch, window, samples });
+            }
+        }
+    }
+    Ok(pieces)
 }
 
 /// Where a label may be taken that was searched for a place of a finer level.

@@ -64,14 +64,15 @@ impl<'a, 'r> Weaver<'a, 'r> {
         })
     }
 
-    /// Works until nothing improves the output; false if it was cancelled before. What was `carried` up from a coarser
-    /// level is settled first.
-    pub(crate) fn weave(&mut self, carried: bool) -> Result<bool, Error> {
-        self.is_carried = carried;
+    /// Works until nothing improves the output; false if it was cancelled before. What was carried up from a coarser
+    /// level is settled first, so many times.
+    pub(crate) fn weave(&mut self, settled: u32) -> Result<bool, Error> {
+        self.is_carried = settled != 0;
         let done = match self.options.random_labels {
             Some(labels) => self.draw(labels),
-            None if carried => self.settle().and_then(|done| if done { self.search() } else { Ok(false) }),
-            None => self.search(),
+            None => (0..settled)
+                .try_fold(true, |done, _| Ok(done && self.settle()?))
+                .and_then(|done| if done { self.search() } else { Ok(false) }),
         };
         match done {
             Err(error) if error.is_cancelled() => Ok(false),
@@ -86,12 +87,12 @@ impl<'a, 'r> Weaver<'a, 'r> {
         Ok((self.labelling.map, self.stats))
     }
 
-    /// Offers each label around what shows it: as it is, and moved by a sample.
+    /// Offers each label around every piece that shows it: as it is, and moved by a sample.
     fn settle(&mut self) -> Result<bool, Error> {
-        let labels = levels::labels(&self.labelling.map);
+        let pieces = levels::pieces(&self.labelling.map)?;
         for by in levels::ways() {
-            let moved = |label: &&levels::Label| by == [0; 2] || levels::LEAST_MOVED <= label.samples;
-            for levels::Label { patch, window: within, .. } in labels.iter().filter(moved) {
+            let moved = |piece: &&levels::Piece| by == [0; 2] || levels::LEAST_MOVED <= piece.samples;
+            for levels::Piece { patch, window: within, .. } in pieces.iter().filter(moved) {
                 if self.run.observer.cancelled() {
                     return Ok(false);
                 }
@@ -294,7 +295,7 @@ pub(crate) fn weave(
         };
         let terms = Term::list(&level.exemplars, &level.constraints, options);
         let mut weaver = Weaver::new((&level.exemplars, terms), (map, None), &allowed, options, &within, pruning)?;
-        weaver.weave(before.is_some())?;
+        weaver.weave(if before.is_some() { levels::ROUNDS } else { 0 })?;
         let (map, stats) = weaver.finish()?;
         counts.add(&stats);
         before = Some(map);
@@ -306,7 +307,7 @@ pub(crate) fn weave(
     let terms = Term::list(exemplars, constraints, options);
     let start = (map, start.fixed.as_ref());
     let mut weaver = Weaver::new((exemplars, terms), start, &allowed, options, run, pruning)?;
-    let complete = weaver.weave(before.is_some())?;
+    let complete = weaver.weave(before.is_some().into())?;
     let (map, mut stats) = weaver.finish()?;
     stats.add(&counts);
     Ok((map, stats, complete))
