@@ -209,7 +209,7 @@ impl Loom<'_> {
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, kept, holes, complete, course, how, tried, .. } = outcome;
+        let Outcome { woven, kept, holes, complete, course, how, beside, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
@@ -255,8 +255,9 @@ impl Loom<'_> {
         if let (Some(path), Some((_, explained))) = (&self.written.explain, &shown) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
             let format = outputs::format(path, None, None)?;
-            let with_tried = if tried.is_empty() { None } else { Some(sheet::below(explained, &tried)?) };
-            outputs.picture(path, format, with_tried.as_ref().unwrap_or(explained), &metadata)?;
+            let pictures = &beside.pictures;
+            let all = if pictures.is_empty() { None } else { Some(sheet::below(explained, pictures)?) };
+            outputs.picture(path, format, all.as_ref().unwrap_or(explained), &metadata)?;
         }
         if let (Some(path), true) = (&self.written.preview, complete) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
@@ -269,7 +270,8 @@ impl Loom<'_> {
         }
         self.report.stage("encode");
         if let (Some(folder), Some((command, explained))) = (&self.written.report, &shown) {
-            let course = course.as_ref().map_or(Ok(String::new()), Course::html)? + &page::gallery("Tried", &tried)?;
+            let course = course.as_ref().map_or(Ok(String::new()), Course::html)?;
+            let course = course + &page::gallery(beside.heading, &beside.pictures)?;
             let page = self.page((command, &how), &outputs, &[&plane, explained], &course)?;
             outputs.bytes(&page::file(folder), page.into_bytes());
         }

@@ -23,8 +23,8 @@ pub(crate) struct Outcome {
     pub(crate) course: Option<Course>,
     /// Another command that makes the same.
     pub(crate) made_by: Option<MadeBy>,
-    /// What else was made and not kept, for `--explain` and the page.
-    pub(crate) tried: Vec<Thumbnail>,
+    /// What else is shown by `--explain` and the page: what was made and not kept, or what was followed.
+    pub(crate) beside: Beside,
 }
 
 /// A command that makes what another one answered with.
@@ -34,9 +34,17 @@ pub(crate) struct MadeBy {
     pub(crate) options: Used,
 }
 
+/// Pictures under a heading.
+#[derive(Default)]
+pub(crate) struct Beside {
+    pub(crate) heading: &'static str,
+    pub(crate) pictures: Vec<Thumbnail>,
+}
+
 impl Outcome {
     /// Of a method that stood at the beginning of nothing, and tells no course.
     pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
-        Self { woven, complete, stats, how, kept: None, holes: false, course: None, made_by: None, tried: Vec::new() }
+        let beside = Beside::default();
+        Self { woven, complete, stats, how, kept: None, holes: false, course: None, made_by: None, beside }
     }
 }

@@ -64,6 +64,7 @@ mod edge_tests;
 mod error;
 mod estimate;
 mod expansion;
+mod fitness;
 mod labelling;
 #[cfg(test)]
 mod level_tests;
@@ -87,6 +88,7 @@ pub use selvedge_core as core;
 pub use constraint::Constraint;
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
+pub use fitness::{Fitness, fitness};
 pub use low::low_resolution;
 pub use options::Options;
 pub use plan::Plan;

@@ -4,12 +4,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_analysis::{Kind, Lattice, Texture};
-use selvedge_core::{Bytes, Domain, Exemplars, Role};
-use selvedge_io::Info;
+use selvedge_cms_analogies::{Constraint, Fitness, Options, fitness};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guide, Role};
+use selvedge_guides::encode_together;
+use selvedge_io::{Info, ReadOptions};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 
 use crate::args::NonFiniteArg;
+use crate::commands::analogies::fit;
+use crate::commands::analogies::palette::Palette;
 use crate::failure::{Failure, shown};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
@@ -28,13 +32,18 @@ pub(crate) struct Inspect {
     /// What becomes of float samples that are infinite or no numbers.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
     nonfinite: NonFiniteArg,
+    /// Tell how well a picture that lies under the exemplar covers one that an output is to follow: what share of the
+    /// second one is like nothing in the first. May be given several times.
+    #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
+    guide: Vec<PathBuf>,
 }
 
 impl Inspect {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("inspect");
-        outputs::check::<&Path>(session, &[], std::slice::from_ref(&self.exemplar))?;
+        let read: Vec<PathBuf> = std::iter::once(&self.exemplar).chain(&self.guide).cloned().collect();
+        outputs::check::<&Path>(session, &[], &read)?;
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
         let about = |failure: Failure| failure.about(&self.exemplar);
         let input = Input::new(session, &self.exemplar)?;
@@ -50,6 +59,8 @@ impl Inspect {
         let texture = Texture::of(&source.features, source.valid.as_ref(), exemplars.weights());
         let texture = texture.map_err(|e| about(Failure::of(e.kind(), &e, e.remedy())))?;
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
+        let pairs = self.guide.chunks(2).map(|pair| followed(session, &exemplars, pair, &options, &mut report));
+        let pairs = pairs.collect::<Result<Vec<_>, Failure>>()?;
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());
         let (channels, depth) = (plane.samples.channels(), plane.samples.depth().name());
@@ -72,6 +83,9 @@ impl Inspect {
             "block": block,
             "command": command,
         });
+        if !pairs.is_empty() {
+            report.stats["guides"] = pairs.iter().map(|(json, _)| json.clone()).collect();
+        }
         let text = [
             format!("{}\n", shown(&self.exemplar)),
             format!("  {format}, {w}x{h} px, {channels} channel(s), {depth}\n"),
@@ -80,7 +94,7 @@ impl Inspect {
             format!("  structures: up to about {} px; quilt's block: {block} px\n", texture.feature_size),
             format!("  try: {command}\n"),
         ];
-        Ok(Done::answered(report, text.concat()))
+        Ok(Done::answered(report, text.concat() + &pairs.into_iter().map(|(_, text)| text).collect::<String>()))
     }
 
     /// A command line to begin with: the method that serves this kind, about twice the size, without losses.
@@ -93,6 +107,52 @@ impl Inspect {
         let tile = if texture.is_orderly() { " --tile xy" } else { "" };
         format!("selvedge {method} {} -o {output} --size {w}x{h}{tile}", quoted(&name))
     }
+}
+
+/// How well a picture under the exemplar covers one to follow, also by label if it has some: for programs, and for
+/// people.
+fn followed(
+    session: &Session<'_>,
+    exemplars: &Exemplars<2>,
+    pair: &[PathBuf],
+    options: &ReadOptions,
+    report: &mut Report,
+) -> Result<(Value, String), Failure> {
+    let [source, target] = [0, 1].map(|i| {
+        let input = Input::new(session, &pair[i])?;
+        memory::check_fixed(&session.limits, need(&input.probe(options)?)).map_err(|e| e.about(&pair[i]))?;
+        Ok::<_, Failure>(input.read(session, options, report)?.plane)
+    });
+    let (source, target) = (source?, target?);
+    let mut maps = encode_together(&[&source, &target]).map_err(|e| Failure::from(e).about(&pair[1]))?;
+    let target = maps.pop().expect("the target's");
+    let guide = Guide::new(exemplars, &maps, target).map_err(|e| Failure::from(e).about(&pair[0]))?;
+    let constraints = [Constraint::new(guide)];
+    let found = fitness(exemplars, &constraints, &Options::default()).map_err(|e| Failure::from(e).about(&pair[1]))?;
+    let (fit, target) = (&found[0], constraints[0].guide.target());
+    let name = selvedge_io::display_name(&pair[1]);
+    let (mut json, mut text) = (fit::json(fit), format!("  guide {name}: {}\n", fit::told(fit)));
+    (json["source"], json["target"]) = (selvedge_io::display_name(&pair[0]).into(), name.into());
+    if let Some(palette) = Palette::of(&[target]).ok().filter(|palette| palette.is_exact) {
+        let mut labels = serde_json::Map::new();
+        for (label, share) in by_label(&palette, target, fit)? {
+            text += &format!("    {label}: {:.0} %\n", 100.0 * share);
+            labels.insert(label, ((share * 1e3).round() / 1e3).into());
+        }
+        json["labels"] = labels.into();
+    }
+    Ok((json, text))
+}
+
+/// By label, which share of its samples lies where nothing under the exemplar is like the target.
+fn by_label(palette: &Palette, target: &Grid<u8, 2>, fit: &Fitness) -> Result<Vec<(String, f64)>, Failure> {
+    let (labels, _) = palette.nearest(target)?;
+    let mut counts: Vec<(String, [usize; 2])> = palette.names().map(|name| (name, [0, 0])).collect();
+    for (at, label) in target.domain().positions().zip(labels) {
+        let [far, all] = &mut counts[usize::from(label)].1;
+        (*far, *all) = (*far + usize::from(fit.is_uncovered(at)), *all + 1);
+    }
+    Ok(counts.into_iter().map(|(name, [far, all])| (name, far as f64 / all.max(1) as f64)).collect())
 }
 
 /// An upper bound of what it takes: the picture, its features, and what is made of them.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::outcome::{MadeBy, Outcome};
+use crate::outcome::{Beside, MadeBy, Outcome};
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::thumbnail::Thumbnail;
@@ -57,7 +57,7 @@ impl Method for Synthesize {
             let tried = stats.tried.iter().enumerate().filter_map(|(i, t)| told(i, t, i == stats.kept)).collect();
             Ok(Outcome {
                 made_by: Some(made_by),
-                tried,
+                beside: Beside { heading: "Tried", pictures: tried },
                 ..Outcome::new(Box::new(woven.result), woven.complete, counts, how)
             })
         }))

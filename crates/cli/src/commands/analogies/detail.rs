@@ -16,7 +16,7 @@ use crate::session::Session;
 use crate::weaving::Weaving;
 
 /// The paper's for carpet and brick is 7 and 7, for curved cloth 7 and 3. `[CMS V-B]`
-const TASK: Task = Task { weight: 7.0, neighborhood: 3, spread: 0.0 };
+const TASK: Task = Task { weight: 7.0, neighborhood: 3, spread: 0.0, turn: true };
 
 /// Options of `detail`.
 #[derive(Args, Debug)]
@@ -41,6 +41,7 @@ impl Detail {
             name: "detail",
             weaving: &self.weaving,
             knobs: &self.knobs,
+            task: TASK,
             options,
             first: &self.low,
             ratio: self.scale,

@@ -2,14 +2,15 @@
 
 pub(crate) mod analogy;
 pub(crate) mod detail;
+pub(super) mod fit;
 pub(crate) mod numbers;
-mod palette;
+pub(super) mod palette;
 pub(super) mod told;
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
+use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate, fitness};
 use selvedge_core::{Bytes, Domain};
 use serde_json::Value;
 
@@ -22,6 +23,7 @@ use crate::memory;
 use crate::method::{Method, Planned};
 use crate::options::Turning;
 use crate::options::option;
+use crate::outcome::Beside;
 use crate::pairs::{GuideArgs, Pair};
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
@@ -44,8 +46,10 @@ pub(crate) struct Knobs {
     neighborhood: Option<u32>,
     #[command(flatten)]
     guides: GuideArgs,
-    /// Use exemplars as they are; by default they are turned by quarter turns as well.
-    #[arg(long)]
+    #[command(flatten)]
+    turning: Turning,
+    /// Use exemplars upright alone: detail turns them by quarter turns otherwise.
+    #[arg(long, overrides_with = "turn")]
     no_turn: bool,
     /// Labels that are tried for a bad place.
     #[arg(long, value_name = "N", default_value_t = Options::paper().candidates)]
@@ -74,15 +78,21 @@ pub(crate) struct Knobs {
     blending: Blending,
 }
 
-/// `K`, `N` and spread where they are not typed.
+/// What is not typed.
 #[derive(Clone, Copy)]
 struct Task {
     weight: f64,
     neighborhood: u32,
     spread: f64,
+    turn: bool,
 }
 
 impl Knobs {
+    fn turning(&self, task: Task) -> Turning {
+        let turn = self.turning.turn || task.turn && !self.no_turn;
+        Turning { turn, ..self.turning }
+    }
+
     fn options(&self, task: Task) -> Options {
         Options {
             constraint_weight: self.constraint_weight.unwrap_or(task.weight),
@@ -106,6 +116,7 @@ struct Job<'a> {
     name: &'static str,
     weaving: &'a Weaving,
     knobs: &'a Knobs,
+    task: Task,
     options: Options,
     /// The picture of the command's own constraint: the output has its size, or follows from it.
     first: &'a Path,
@@ -127,7 +138,7 @@ impl Method for Job<'_> {
         let first = Input::new(session, self.first)?;
         Ok(Setup {
             others: self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect(),
-            transforms: Turning { turn: !self.knobs.no_turn, mirror: false }.transforms(),
+            transforms: self.knobs.turning(self.task).transforms(),
             blending: self.knobs.blending,
             guides: pairs.len(),
             files: self.files.clone(),
@@ -140,15 +151,29 @@ impl Method for Job<'_> {
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let mut followed = vec![self.first.to_path_buf()];
         let mut constraints = vec![(self.read)(self, loom)?];
         for pair in self.knobs.guides.pairs(self.weaving)? {
             constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
+            followed.push(pair.target);
         }
         let loom = &*loom;
         self.planned(loom, &constraints)?;
+        let fits = fitness(&loom.loaded.exemplars, &constraints, &self.options).map_err(failure)?;
+        followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {
-            Ok(outcome(self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?))
+            let woven = self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?;
+            let mut outcome = outcome(woven);
+            outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
+            if loom.args.explain.is_some() || loom.args.report.is_some() {
+                let guides = followed.iter().zip(&constraints).zip(&fits);
+                let drawn = guides.map(|((path, constraint), fit)| fit::drawn(path, constraint.guide.target(), fit));
+                let pictures = drawn.collect::<Result<_, _>>()?;
+                outcome.beside =
+                    Beside { heading: "Followed, red where nothing under the exemplars is like it", pictures };
+            }
+            Ok(outcome)
         }))
     }
 }
@@ -163,7 +188,7 @@ impl Job<'_> {
         let constraints: Vec<_> =
             std::iter::once((own, self.ratio)).chain((0..self.knobs.guides.len()).map(|_| (3, 1))).collect();
         let sizes = Sizes { sources, channels, constraints: &constraints, output };
-        let orientations = if self.knobs.no_turn { 1 } else { 4 };
+        let orientations = self.knobs.turning(self.task).transforms().len();
         // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.
         let of = |domain: &Domain<2>, each: u64| Bytes::of_samples(*domain, each);
         let maps = constraints.iter().map(|&(channels, _)| channels as u64).sum::<u64>();
@@ -197,8 +222,13 @@ impl Job<'_> {
     /// The options as used.
     fn used(&self, loom: &Loom<'_>) -> Used {
         let (knobs, options) = (self.knobs, &self.options);
-        let used = loom
-            .used()
+        let turn = knobs.turning(self.task).turn;
+        let used = if self.task.turn {
+            loom.used().set("no-turn", !turn).without("turn")
+        } else {
+            loom.used().set("turn", turn).without("no-turn")
+        };
+        let used = used
             .set("constraint-weight", options.constraint_weight)
             .set("neighborhood", options.neighborhood)
             .set("spread", options.spread)

@@ -19,15 +19,15 @@ type Color = [u8; 3];
 
 /// The labels' colours, the most frequent first, each with its samples.
 #[derive(Debug, PartialEq)]
-pub(super) struct Palette {
+pub(in crate::commands) struct Palette {
     colors: Vec<(Color, usize)>,
     /// Whether there are no others.
-    pub(super) is_exact: bool,
+    pub(in crate::commands) is_exact: bool,
 }
 
 impl Palette {
     /// The colours of maps that go together.
-    pub(super) fn of(maps: &[&Grid<u8, 2>]) -> Result<Self, Failure> {
+    pub(in crate::commands) fn of(maps: &[&Grid<u8, 2>]) -> Result<Self, Failure> {
         let mut counts: BTreeMap<Color, usize> = BTreeMap::new();
         for map in maps {
             (0..map.domain().len()).for_each(|i| *counts.entry(color(map, i)).or_default() += 1);
@@ -56,6 +56,11 @@ impl Palette {
         }
         let what = format!("{different} colours are more than the {MOST} labels that there may be");
         Err(Failure::new(3, what).remedy("give a map of few flat colours, or use 'selvedge analogy'"))
+    }
+
+    /// Their names, the most frequent first.
+    pub(in crate::commands) fn names(&self) -> impl Iterator<Item = String> + use<'_> {
+        self.colors.iter().map(|(color, _)| hex(*color))
     }
 
     pub(super) fn len(&self) -> usize {
@@ -87,7 +92,7 @@ impl Palette {
     }
 
     /// The label of each sample, and how many samples have another colour than it.
-    pub(super) fn nearest(&self, map: &Grid<u8, 2>) -> Result<(Vec<u8>, usize), Failure> {
+    pub(in crate::commands) fn nearest(&self, map: &Grid<u8, 2>) -> Result<(Vec<u8>, usize), Failure> {
         let mut labels = try_vec(map.domain().len(), 0_u8)?;
         let mut changed = 0;
         for (i, label) in labels.iter_mut().enumerate() {
