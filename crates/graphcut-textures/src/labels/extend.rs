@@ -4,10 +4,15 @@ use selvedge_core::{Domain, Exemplars, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::labels::fill::{FillOptions, FillStats, fill};
+use crate::labels::offsets::OffsetOptions;
 
 /// A step adds at most one in so many samples of what there is along an axis: farther out a border has little to say,
 /// and what repeats itself would be decided all at once.
 const STEP: u32 = 3;
+
+/// What goes on comes from at least so far away, in parts of the longest side of what there is: from beside the border
+/// the same strip would come again and again, step after step.
+const APART: u32 = 4;
 
 /// Extends what stands in a map to an output that it lies in, its first sample `at` a position there: by
 /// [`fill`], in steps of at most a third of what there is along each axis. What stands stays; holes in it are filled as
@@ -38,7 +43,10 @@ pub fn extend<const D: usize>(
         let (domain, before) = step(map.domain().shape, low, output);
         low = std::array::from_fn(|a| low[a] - before[a]);
         let start = Start { map: moved(exemplars, &map, before, domain)?, fixed: None, sources: None };
-        let woven = fill(exemplars, start, options, run)?;
+        let longest = map.domain().shape.into_iter().max().unwrap_or(0);
+        let apart = options.offsets.apart.unwrap_or((longest / APART).max(1));
+        let offsets = OffsetOptions { apart: Some(apart), ..options.offsets };
+        let woven = fill(exemplars, start, &FillOptions { offsets, ..options.clone() }, run)?;
         add(&mut stats, woven.stats);
         map = woven.result;
         if !woven.complete {

@@ -1,4 +1,10 @@
 //! Holes filled by labels: coarse first, then finer, and grown where no label reaches. `[He12 3.2]`
+//!
+//! A fill is made of copies. What repeats itself exactly comes back exactly (tested); of a photograph no copy need be
+//! near. Of a quarter of the sides hidden in the middle, the best single translation there is, sought with the truth in
+//! hand, is a weave's at 17.7 dB, a kilim's at 15.0, a chequered floor's at 25.5, printed waves' at 12.5: threads and
+//! tiles differ, and their periods are no whole samples (with quarters of samples 18.7, 16.6, 25.7, 13.5). Fills have
+//! 17.6, 15.1, 25.1 and 14.1.
 
 use selvedge_core::{
     Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Woven,
@@ -26,10 +32,6 @@ const BAND: u32 = 3;
 /// Sides of the boxes on the borders of holes that look for what goes on: the small ones find more of it, the large
 /// ones surer.
 const BORDER: [u32; 2] = [12, 24];
-
-/// How often all labels are tried where they are too many to be told apart at once: a third time brings next to
-/// nothing.
-const ROUNDS: u32 = 2;
 
 /// How holes are filled.
 #[derive(Clone, Debug, PartialEq)]
@@ -222,9 +224,12 @@ fn labelled<const D: usize>(
     stats: &mut FillStats,
 ) -> Result<Woven<SourceMap<D>, ()>, Error> {
     let Some((coarsest, finer)) = levels.split_last() else { unreachable!("there is the output's own level") };
-    let mut labels = dominant_offsets(&coarsest.exemplars, &coarsest.standing, &options.offsets)?;
+    // Asked for in samples of the output.
+    let apart = options.offsets.apart.map(|apart| (apart >> finer.len()).max(1));
+    let offsets = OffsetOptions { apart, ..options.offsets };
+    let mut labels = dominant_offsets(&coarsest.exemplars, &coarsest.standing, &offsets)?;
     for side in BORDER {
-        labels.extend(continuing(&coarsest.exemplars, &coarsest.standing, side)?);
+        labels.extend(continuing(&coarsest.exemplars, &coarsest.standing, side, apart.unwrap_or(1))?);
     }
     stats.offsets = labels.len();
     let fixed = stays(&coarsest.standing)?;
@@ -258,7 +263,8 @@ fn refined<const D: usize>(
     decided(level, map, &fixed, &labels, options, run, stats)
 }
 
-/// Labels decided, so many at a time, until no more of them make seams cheaper.
+/// Labels decided. Where they are too many to be told apart at once, each is offered once, so many at a time, and then
+/// those that show are until no more of them make seams cheaper: what was never taken is hardly taken later.
 fn decided<const D: usize>(
     level: &Level<D>,
     mut map: SourceMap<D>,
@@ -271,24 +277,28 @@ fn decided<const D: usize>(
     // What no label reaches is grown over in the end.
     let own = LabelOptions { seam: options.seam, leave_holes: true, ..LabelOptions::default() };
     let costs = SeamCosts::new(&level.exemplars, own.seam)?;
-    let rounds = if labels.len() <= MOST_LABELS { 1 } else { ROUNDS };
-    for _ in 0..rounds {
-        let mut improved = false;
-        for labels in labels.chunks(MOST_LABELS) {
-            let start = Start { map, fixed: Some(fixed.clone()), sources: level.sources.clone() };
-            let woven = expand_by(&level.exemplars, &costs, start, labels, &own, run)?;
-            stats.expansions += woven.stats.expansions;
-            improved |= 0 < woven.stats.improvements;
-            map = woven.result;
-            if !woven.complete {
-                return Ok((map, false));
-            }
-        }
-        if !improved {
-            break;
+    let mut expand = |map: SourceMap<D>, labels: &[Label<D>], sweeps: u32| {
+        let start = Start { map, fixed: Some(fixed.clone()), sources: level.sources.clone() };
+        let own = LabelOptions { sweeps, ..own.clone() };
+        let woven = expand_by(&level.exemplars, &costs, start, labels, &own, run)?;
+        stats.expansions += woven.stats.expansions;
+        Ok::<_, Error>((woven.result, woven.complete))
+    };
+    if labels.len() <= MOST_LABELS {
+        return expand(map, labels, own.sweeps);
+    }
+    for labels in labels.chunks(MOST_LABELS) {
+        let (result, complete) = expand(map, labels, 1)?;
+        map = result;
+        if !complete {
+            return Ok((map, false));
         }
     }
-    Ok((map, true))
+    let shown: Vec<Label<D>> = shown(&map, &level.standing)?.into_iter().map(|(label, _)| label).collect();
+    match &shown[..] {
+        [] => Ok((map, true)),
+        shown => expand(map, &shown[..shown.len().min(MOST_LABELS)], own.sweeps),
+    }
 }
 
 /// Where something stands.

@@ -97,7 +97,7 @@ pub fn dominant_offsets<const D: usize>(
 const BOXES: usize = 64;
 
 /// The labels that go on from what stands around holes: for boxes on the border of holes, evenly about half a side
-/// apart, the label of the valid patch most like what stands in them.
+/// apart, the label of the valid patch most like what stands in them, and at least `apart` away.
 ///
 /// Where a texture does not repeat itself, frequent offsets fit nowhere in particular, and the border of a hole shows:
 /// these fit there, and expansions choose how far into the hole.
@@ -108,6 +108,7 @@ pub(super) fn continuing<const D: usize>(
     exemplars: &Exemplars<D>,
     standing: &SourceMap<D>,
     side: u32,
+    apart: u32,
 ) -> Result<Vec<Label<D>>, Error> {
     let output = standing.domain();
     let shape = output.shape.map(|n| n.min(side));
@@ -124,10 +125,10 @@ pub(super) fn continuing<const D: usize>(
         selvedge_core::reserve(&mut border, 1)?;
         border.push(at);
     }
-    let apart = shape.map(|n| n.div_ceil(2).max(border.len().div_ceil(BOXES) as u32));
+    let between = shape.map(|n| n.div_ceil(2).max(border.len().div_ceil(BOXES) as u32));
     let mut centres: Vec<[u32; D]> = Vec::new();
     for at in border {
-        if !centres.iter().any(|other| (0..D).all(|a| at[a].abs_diff(other[a]) < apart[a])) {
+        if !centres.iter().any(|other| (0..D).all(|a| at[a].abs_diff(other[a]) < between[a])) {
             selvedge_core::reserve(&mut centres, 1)?;
             centres.push(at);
         }
@@ -138,7 +139,7 @@ pub(super) fn continuing<const D: usize>(
     };
     let found = par::map_indexed(centres.len(), |i| {
         let at = start(centres[i]);
-        let (source, from) = patches.nearest(standing, at, 1)?;
+        let (source, from) = patches.nearest(standing, at, apart)?;
         Some(Label { source, offset: std::array::from_fn(|a| at[a] as i32 - from[a] as i32) })
     });
     let mut labels: Vec<Label<D>> = found.into_iter().flatten().collect();
