@@ -154,3 +154,31 @@ fn pictures_are_extended_around_what_they_show() {
     folder.run("again first.png -o second.png").done();
     assert_eq!(samples(&folder, "first.png"), samples(&folder, "second.png"));
 }
+
+#[test]
+fn one_period_is_cut_out_and_tiles() {
+    let folder = Folder::new("tile-period");
+    write(&folder, "grid.png", [100, 120], 3, |c, [y, x]| {
+        let (v, u) = (y % 20, x % 24);
+        (40 + (v * v * 3 + u * 7 + v * u * (1 + c as u32)) % 200) as u8
+    });
+    folder.run("tile grid.png --period auto -o out.png --map m.exr --preview p.png").done();
+    let (out, grid, made) = (samples(&folder, "out.png"), samples(&folder, "grid.png"), map(&folder, "m.exr").map);
+    assert_eq!(made.domain(), selvedge_core::Domain::periodic([20, 24]));
+    assert_eq!(samples(&folder, "p.png").domain().shape, [40, 48]);
+    let value =
+        |of: &Samples<2>, width: u32, [y, x]: [u32; 2]| [0, 1, 2].map(|c| of.value(c, (y * width + x) as usize));
+    let (_, [top, left]) = made.locate([0, 0]).unwrap();
+    for [y, x] in made.domain().positions() {
+        assert_eq!(value(&out, 24, [y, x]), value(&grid, 120, [(top + y) % 20, (left + x) % 24]), "{x},{y}");
+    }
+    folder.run("tile grid.png --period 48x20 --tile x -o x.png --map x.exr").done();
+    let made = map(&folder, "x.exr").map;
+    assert_eq!((made.domain().shape, made.domain().periodic), ([100, 48], [false, true]));
+    cobbles(&folder, "photo.png", [90, 80]);
+    folder
+        .run("tile photo.png --period auto -o no.png --dry-run")
+        .refused(3, &["photo.png'", "comes again", "--period"]);
+    folder.run("tile grid.png --period 200 -o no.png").refused(3, &["200", "grid.png'"]);
+    folder.run("tile grid.png --period 20 --method band -o no.png").refused(2, &["--period", "--method overlap"]);
+}

@@ -30,4 +30,4 @@ pub use merge::{Merge, StrokeDelta};
 pub use offsets::{OffsetOptions, dominant_offsets};
 pub use options::{LabelOptions, LabelStats};
 pub use place::{Prefer, aligned, estimate_aligned, preferred};
-pub use tile::{banded, check_band, check_overlap, close, overlaps};
+pub use tile::{banded, check_band, check_overlap, close, close_period, overlaps};

@@ -1,7 +1,7 @@
 //! Pictures that tile: closed over themselves along the least seam, or with a border that is filled anew.
 
 use selvedge_core::{
-    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamMeasure, Source, SourceMap, Start, Woven,
+    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamMeasure, Source, SourceMap, Start, Window, Woven,
 };
 
 use crate::error::Error;
@@ -15,6 +15,8 @@ const LEAST: u32 = 16;
 const MOST: u32 = 3;
 /// Those whose samples agree best are cut, and a fourth of the side: how well seams run is not seen before.
 const TRIED: usize = 6;
+/// Places along each axis at which one period of a picture is cut out.
+const PLACES: u32 = 3;
 
 /// A picture closed over itself: it is laid beside itself so that `overlap` samples lie over each other along each axis
 /// (0: it stays open), and cut along the least seam. Nothing is made up; the output is smaller by the overlap, and goes
@@ -28,16 +30,27 @@ pub fn close<const D: usize>(
     seam: SeamMeasure,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
-    let side = exemplars.sources()[0].domain().shape;
-    check_overlap(side, overlap)?;
+    close_part(exemplars, &Window::all(exemplars.sources()[0].domain()), overlap, seam, run)
+}
+
+/// [`close`], of a part of the picture.
+fn close_part<const D: usize>(
+    exemplars: &Exemplars<D>,
+    part: &Window<D>,
+    overlap: [u32; D],
+    seam: SeamMeasure,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
+    check_overlap(part.shape, overlap)?;
     let output = Domain {
-        shape: std::array::from_fn(|a| side[a] - overlap[a]),
+        shape: std::array::from_fn(|a| part.shape[a] - overlap[a]),
         periodic: std::array::from_fn(|a| overlap[a] != 0),
     };
     // Bit `a` of a label's number: moved back along axis `a`.
     let moved = |label: usize, a: usize| label >> a & 1 == 1;
     let numbers: Vec<usize> = (0..1 << D).filter(|&l| (0..D).all(|a| overlap[a] != 0 || !moved(l, a))).collect();
-    let offset = |l: usize| std::array::from_fn(|a| if moved(l, a) { -(output.shape[a] as i32) } else { 0 });
+    let offset =
+        |l: usize| std::array::from_fn(|a| -part.start[a] - if moved(l, a) { output.shape[a] as i32 } else { 0 });
     let labels: Vec<Label<D>> = numbers.iter().map(|&l| Label { source: 0, offset: offset(l) }).collect();
     let mut only = Grid::try_filled(output, 1, 0_u64)?;
     for (bits, at) in only.samples_mut().iter_mut().zip(output.positions()) {
@@ -54,6 +67,45 @@ pub fn close<const D: usize>(
     let start = Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None };
     let options = LabelOptions { seam, only: Some(only), leave_holes: true, ..LabelOptions::default() };
     expand(exemplars, start, &labels, &options, run)
+}
+
+/// A part of a picture of a length along each axis at which it comes again, closed over itself as by [`close`]; along
+/// axes without one it has all of the picture, and stays open. Of some places evenly over the picture it is that of the
+/// cheapest seam.
+///
+/// # Errors
+/// [`Range`](selvedge_core::Error::Range) for a length of less than 2, or one that leaves nothing to overlap; those of
+/// [`expand`].
+pub fn close_period<const D: usize>(
+    exemplars: &Exemplars<D>,
+    period: [Option<u32>; D],
+    seam: SeamMeasure,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
+    let side = exemplars.sources()[0].domain().shape;
+    let fits = |a: usize| period[a].is_none_or(|n| 2 <= n && n.saturating_add(2) <= side[a]);
+    if let Some(axis) = (0..D).find(|&a| !fits(a)) {
+        let found = period[axis].unwrap_or(0);
+        return Err(CoreError::range("period", found, "at least 2, and 2 less than the side").into());
+    }
+    // No more lies over itself than the tile has.
+    let shape = std::array::from_fn(|a| period[a].map_or(side[a], |n| side[a].min(n.saturating_mul(2))));
+    let overlap = std::array::from_fn(|a| period[a].map_or(0, |n| shape[a] - n));
+    let places = Domain::<D>::open(std::array::from_fn(|a| if shape[a] < side[a] { PLACES } else { 1 }));
+    let mut best: Option<Woven<SourceMap<D>, LabelStats>> = None;
+    for place in places.positions() {
+        let start = |a: usize| ((side[a] - shape[a]) * place[a] / (PLACES - 1)) as i32;
+        let woven = close_part(exemplars, &Window { start: std::array::from_fn(start), shape }, overlap, seam, run)?;
+        let price = |woven: &Woven<SourceMap<D>, LabelStats>| (woven.stats.holes, woven.stats.energy.last().copied());
+        if !woven.complete || best.as_ref().is_none_or(|best| price(&woven) < price(best)) {
+            let complete = woven.complete;
+            best = Some(woven);
+            if !complete {
+                break;
+            }
+        }
+    }
+    best.ok_or(Error::EmptyOutput { shape: side.to_vec() })
 }
 
 /// Refuses overlaps over which a picture of a shape cannot be [closed](close).
@@ -227,6 +279,24 @@ mod tests {
         let woven = close(&e, [6, 10], SeamMeasure::Difference, &Run::seeded(0)).unwrap();
         let holes = woven.result.holes();
         assert!(woven.complete && holes == woven.stats.holes && holes <= 12, "{holes}");
+    }
+
+    #[test]
+    fn one_period_is_cut_out_and_closes() {
+        let e = repeating([20, 60], 11);
+        let woven = close_period(&e, [None, Some(11)], SeamMeasure::Difference, &Run::seeded(0)).unwrap();
+        assert_eq!(woven.result.domain(), Domain { shape: [20, 11], periodic: [false, true] });
+        assert_eq!((woven.stats.energy.last(), woven.stats.holes), (Some(&0), 0));
+        let features = &e.sources()[0].features;
+        let value = |at: [u32; 2]| features.get(0, woven.result.locate(at).unwrap().1);
+        // Two rolls of a tile are the same tile: it is the period from somewhere on.
+        let turn =
+            (0..11).find(|t| (0..11).all(|x| (0..20).all(|y| value([y, x]) == features.get(0, [y, (x + t) % 11]))));
+        assert!(turn.is_some());
+        for period in [0, 1, 59, 60, u32::MAX] {
+            let refused = close_period(&e, [None, Some(period)], SeamMeasure::Difference, &Run::seeded(0));
+            assert!(matches!(refused, Err(Error::Core(CoreError::Range { .. }))), "{period}");
+        }
     }
 
     #[test]

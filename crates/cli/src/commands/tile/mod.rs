@@ -1,9 +1,10 @@
 //! `selvedge tile`: a picture that tiles.
 
 use clap::{Args, ValueEnum};
+use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Domain};
 use selvedge_graphcut_textures::labels::{
-    FillOptions, banded, check_band, check_overlap, close, estimate_fill, fill, overlaps,
+    FillOptions, banded, check_band, check_overlap, close, close_period, estimate_fill, fill, overlaps,
 };
 use serde_json::json;
 
@@ -17,7 +18,7 @@ use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::size::Tile;
 use crate::used::Used;
-use crate::values::{Auto, count};
+use crate::values::{Auto, auto, count, sides};
 use crate::weaving::Weaving;
 
 /// Options of `tile`.
@@ -38,6 +39,10 @@ pub(crate) struct TileCommand {
     /// the seam.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     overlap: Auto<u32>,
+    /// Cut one period out of the picture, and close it: across and down in pixels, or auto, as far as its lattice comes
+    /// again.
+    #[arg(long, value_name = "WxH|auto", conflicts_with = "overlap", value_parser = auto("period", "write 64, 64x48 or auto", sides))]
+    period: Option<Auto<[u32; 2]>>,
     /// Width of the border that --method band fills anew, in pixels; auto: an eighth of the shorter side.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     band: Auto<u32>,
@@ -58,8 +63,13 @@ enum MethodArg {
 /// Sides of less have no border that could be closed.
 const LEAST: u32 = 4;
 
-/// How far a picture is laid over itself, or the width of its border, along each axis.
+/// How far a picture is laid over itself, or the width of its border, or its period, along each axis.
 type Widths = [u32; 2];
+
+/// Ways after which a lattice closes that are looked through for one of whole samples.
+const OFTEN: u32 = 4;
+/// What they may be off by to be whole, in parts of a sample.
+const WHOLE: f64 = 0.15;
 
 impl Method for TileCommand {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
@@ -74,7 +84,8 @@ impl Method for TileCommand {
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
-        let (widths, loom) = (self.widths(loom)?, &*loom);
+        let widths = if self.period.is_some() { self.period(loom)? } else { self.widths(loom)? };
+        let loom = &*loom;
         let how = self.how(widths);
         Ok(Planned::new(self.used(loom, widths), how.clone(), move || self.weave(loom, widths, how)))
     }
@@ -96,6 +107,9 @@ impl TileCommand {
         }
         if [self.overlap.0, self.band.0].contains(&Some(0)) {
             return Err(Failure::new(2, "a border of 0 px closes nothing").remedy("give 1 px or more, or leave it out"));
+        }
+        if self.period.is_some() && self.method == MethodArg::Band {
+            return Err(Failure::new(2, "--period is for --method overlap").remedy("leave it out, or change --method"));
         }
         given.map_or(Ok(()), |_| Err(Failure::new(2, other).remedy("leave it out, or change --method")))
     }
@@ -132,9 +146,49 @@ impl TileCommand {
         Ok(widths)
     }
 
+    /// The shape of one period, which the output has; along axes that are not closed all of the picture.
+    fn period(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
+        let (source, shape) = (&loom.loaded.exemplars.sources()[0], loom.domain.shape);
+        let about = |what: String| loom.loaded.about(Failure::new(3, what));
+        let mut period = match self.period {
+            Some(Auto(Some(period))) => period,
+            _ => {
+                let weights = loom.loaded.exemplars.weights();
+                let texture = Texture::of(&source.features, source.valid.as_ref(), weights)?;
+                let mut period = shape;
+                for axis in (0..2).filter(|&a| loom.domain.periodic[a]) {
+                    let along = texture.order().and_then(|lattice| lattice.along[axis]);
+                    let Some(along) = along else {
+                        let what = format!("it comes again nowhere straight {}", ["down", "across"][axis]);
+                        return Err(about(what).remedy("leave --period out, or say how long it is"));
+                    };
+                    period[axis] = whole(along);
+                }
+                period
+            }
+        };
+        for axis in 0..2 {
+            if !loom.domain.periodic[axis] {
+                period[axis] = shape[axis];
+            } else if period[axis] < 2 || shape[axis] < period[axis].saturating_add(2) {
+                let what = format!("a period of {} does not lie in its {}", period[axis], shape[axis]);
+                return Err(about(what).remedy("give a period of 2 px or more, and 2 less than the picture"));
+            }
+        }
+        loom.domain.shape = period;
+        Ok(period)
+    }
+
     fn weave(&self, loom: &Loom<'_>, widths: Widths, how: String) -> Result<Outcome, Failure> {
         let (exemplars, run, seam) = (&loom.loaded.exemplars, loom.session.run(), self.seams.measure());
         let about = |e| loom.loaded.about(Failure::from(e));
+        if self.period.is_some() {
+            let period = [0, 1].map(|a| loom.domain.periodic[a].then_some(widths[a]));
+            let woven = close_period(exemplars, period, seam, &run).map_err(about)?;
+            let stats = json!({ "period": widths, "energy": woven.stats.energy });
+            let holes = 0 < woven.stats.holes;
+            return Ok(Outcome { holes, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) });
+        }
         if self.method == MethodArg::Overlap {
             let woven = close(exemplars, widths, seam, &run).map_err(about)?;
             let stats = json!({ "overlap": widths, "energy": woven.stats.energy });
@@ -152,16 +206,48 @@ impl TileCommand {
     fn used(&self, loom: &Loom<'_>, widths: Widths) -> Used {
         let width = widths.into_iter().max().unwrap_or(0);
         // Overlaps that were chosen differ along the axes: chosen again, they are the same.
+        if self.period.is_some() {
+            return loom
+                .used()
+                .without("band")
+                .without("overlap")
+                .set("period", format!("{}x{}", widths[1], widths[0]));
+        }
         match self.method {
-            MethodArg::Overlap => loom.used().without("band"),
-            MethodArg::Band => loom.used().without("overlap").set("band", width),
+            MethodArg::Overlap => loom.used().without("band").without("period"),
+            MethodArg::Band => loom.used().without("overlap").without("period").set("band", width),
         }
     }
 
     fn how(&self, [down, across]: Widths) -> String {
+        if self.period.is_some() {
+            return "that tile, one period of the picture".to_owned();
+        }
         match self.method {
             MethodArg::Overlap => format!("that tile, laid over themselves by {across} across and {down} down"),
             MethodArg::Band => format!("that tile, a border of {} filled anew", n("pixel", down.max(across) as usize)),
         }
+    }
+}
+
+/// A length after which what comes again `times` on `samples` does so after whole samples, nearly; of the first few the
+/// shortest, or the nearest to it.
+fn whole((samples, times): (u32, u32)) -> u32 {
+    let length = |often: u32| f64::from(often) * f64::from(samples) / f64::from(times);
+    let off = |often: u32| (length(often) - length(often).round()).abs();
+    let near = (1..=OFTEN).find(|&often| off(often) <= WHOLE);
+    let nearest = (1..=OFTEN).min_by(|&a, &b| off(a).total_cmp(&off(b)));
+    length(near.or(nearest).unwrap_or(1)).round() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_of_part_samples_close_after_some() {
+        assert_eq!([(24, 1), (72, 3), (135, 2), (100, 3), (61, 4)].map(whole), [24, 24, 135, 100, 61]);
+        // Never within four: the second is nearest, 26.8.
+        assert_eq!(whole((67, 5)), 27);
     }
 }
