@@ -209,7 +209,7 @@ impl Loom<'_> {
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, kept, holes, complete, course, how, beside, .. } = outcome;
+        let Outcome { woven, kept, holes, complete, course, how, others, beside, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
@@ -262,6 +262,10 @@ impl Loom<'_> {
         if let (Some(path), true) = (&self.written.preview, complete) {
             let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
             outputs.picture(path, outputs::format(path, None, None)?, &eyes::tiled(&plane, self.domain)?, &metadata)?;
+        }
+        for (path, plane) in others.iter().filter(|_| complete) {
+            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
+            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
         }
         if let Some(path) = &self.written.map {
             let metadata = Metadata { provenance, ..Metadata::default() };

@@ -1,6 +1,8 @@
 //! What a method made.
 
-use selvedge_core::{Grid, Render};
+use std::path::PathBuf;
+
+use selvedge_core::{Grid, Plane, Render};
 use serde_json::Value;
 
 use crate::course::Course;
@@ -23,6 +25,8 @@ pub(crate) struct Outcome {
     pub(crate) course: Option<Course>,
     /// Another command that makes the same.
     pub(crate) made_by: Option<MadeBy>,
+    /// Other pictures that are written.
+    pub(crate) others: Vec<(PathBuf, Plane<2>)>,
     /// What else is shown by `--explain` and the page: what was made and not kept, or what was followed.
     pub(crate) beside: Beside,
 }
@@ -44,7 +48,7 @@ pub(crate) struct Beside {
 impl Outcome {
     /// Of a method that stood at the beginning of nothing, and tells no course.
     pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
-        let beside = Beside::default();
-        Self { woven, complete, stats, how, kept: None, holes: false, course: None, made_by: None, beside }
+        let (others, beside) = (Vec::new(), Beside::default());
+        Self { woven, complete, stats, how, kept: None, holes: false, course: None, made_by: None, others, beside }
     }
 }

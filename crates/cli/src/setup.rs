@@ -48,6 +48,8 @@ pub(crate) struct Setup<'a> {
     pub(crate) size: OutputSize<'a>,
     /// Files that it reads besides the exemplars and their masks.
     pub(crate) others: Vec<PathBuf>,
+    /// Files that it writes besides those of all commands.
+    pub(crate) writes: Vec<PathBuf>,
     /// The exemplars' orientations.
     pub(crate) transforms: Vec<Transform>,
     /// A picture that is one more exemplar, after all others and only as it is.
@@ -107,6 +109,7 @@ impl<'a> Setup<'a> {
             weaving: Cow::Borrowed(weaving),
             size,
             others: Vec::new(),
+            writes: Vec::new(),
             transforms: vec![Transform::IDENTITY],
             backdrop: None,
             blending: Blending::default(),
@@ -146,7 +149,8 @@ impl<'a> Setup<'a> {
         let exemplars = args.input.exemplars.len() + usize::from(self.backdrop.is_some());
         args.with.validate(exemplars, self.guides)?;
         names::check_apart(&args.output, 1 + args.with.with.len() / exemplars)?;
-        outputs::check(session, &args.files_written(session, &written, exemplars), &read)?;
+        let writes = args.files_written(session, &written, exemplars).into_iter().chain(self.writes.iter().cloned());
+        outputs::check(session, &writes.collect::<Vec<_>>(), &read)?;
         written.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
         written.report.as_deref().map_or(Ok(()), page::check)?;
         let weights = args.with.weights(self.guides, args.with.matched.len() / exemplars);

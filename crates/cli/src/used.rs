@@ -12,10 +12,11 @@ use serde_json::{Map, Value};
 pub(crate) struct Used(Vec<(String, Value)>);
 
 /// Options that say where a run writes and what it is called, not what it makes.
-pub(crate) const BESIDE: [&str; 12] = [
+pub(crate) const BESIDE: [&str; 13] = [
     "output",
     "map",
     "explain",
+    "label-map",
     "preview",
     "report",
     "sheet",

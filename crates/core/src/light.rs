@@ -173,6 +173,36 @@ impl<const D: usize> Plane<D> {
     }
 }
 
+impl<const D: usize> Plane<D> {
+    /// Colours as they are stored, multiplied by a gain and raised by an offset in parts of full scale, a pair a colour
+    /// channel; integers end at their range. Alpha stays, and normals come back as they are.
+    ///
+    /// # Panics
+    /// Unless there is a pair a colour channel.
+    #[must_use]
+    pub fn toned(&self, tones: &[[f64; 2]]) -> Self {
+        let (alpha, full) = (self.color_channels(), self.samples.depth().full());
+        assert_eq!(tones.len(), alpha, "a gain and an offset a channel");
+        let mut toned = self.clone();
+        if self.role.is_normal() {
+            return toned;
+        }
+        // Less of the offset shows where less of the picture does.
+        let weight = |i: usize| if self.is_premultiplied() { self.samples.value(alpha, i) / full } else { 1.0 };
+        for (c, &[gain, offset]) in tones.iter().enumerate() {
+            let of = |i: usize, v: f64| v * gain + offset * full * weight(i);
+            let whole = |i: usize, v: f64| (of(i, v) + 0.5).clamp(0.0, full);
+            match &mut toned.samples {
+                Samples::U8(g) => each(g, c, |i, v| whole(i, f64::from(v)) as u8),
+                Samples::U16(g) => each(g, c, |i, v| whole(i, f64::from(v)) as u16),
+                Samples::F16(g) => each(g, c, |i, v| half(of(i, f16::from_bits(v).to_f64()))),
+                Samples::F32(g) => each(g, c, |i, v| of(i, f64::from(v)) as f32),
+            }
+        }
+        toned
+    }
+}
+
 /// The nearest half float that is a number.
 fn half(v: f64) -> u16 {
     let most = f16::MAX.to_f64();
@@ -303,5 +333,22 @@ mod tests {
         assert_ne!(before.plane(0)[800..], after.plane(0)[800..]);
         let veiled = Plane { association: crate::Association::Premultiplied, ..ramp(Some(128)) };
         assert!(veiled.flattened(5.0).is_ok());
+    }
+
+    #[test]
+    fn tones_are_applied_to_colours_in_every_depth() {
+        let domain = Domain::open([1, 3]);
+        let grid = Grid::from_vec(domain, 2, vec![10_u8, 100, 250, 255, 128, 0]).unwrap();
+        let straight = Plane::with_alpha(Role::Color, Samples::U8(grid));
+        let Samples::U8(toned) = straight.toned(&[[2.0, -0.1]]).samples else { unreachable!() };
+        // 25.5 levels less; 250 ends at white. Alpha stays.
+        assert_eq!((toned.plane(0), toned.plane(1)), (&[0, 175, 255][..], &[255, 128, 0][..]));
+        let grid = Grid::from_vec(domain, 1, vec![0.5_f32, -1.0, 9.0]).unwrap();
+        let Samples::F32(toned) = Plane::new(Role::Color, Samples::F32(grid)).toned(&[[2.0, 0.5]]).samples else {
+            unreachable!()
+        };
+        assert_eq!(toned.plane(0), [1.5, -1.5, 18.5]);
+        let normals = Plane::new(Role::Normal, Samples::U8(Grid::try_filled(domain, 3, 9).unwrap()));
+        assert_eq!(normals.toned(&[[2.0, 0.0]; 3]), normals);
     }
 }

@@ -121,3 +121,34 @@ fn who_passes_by_vanishes() {
     let light = samples(&folder, "light.png");
     assert!([8_usize, 28].iter().all(|x| light.value(0, 20 * 60 + x) == 230.0));
 }
+
+#[test]
+fn exposures_are_evened_and_who_shows_is_told() {
+    let folder = Folder::new("merge-gain");
+    let scene =
+        |c: usize, [y, x]: [u32; 2]| 60.0 + f64::from((y * 31 + x * 17 + (y / 5) * (x / 7) + c as u32 * 40) % 120);
+    write(&folder, "a.png", [40, 50], 3, |c, [y, x]| scene(c, [y, x]) as u8);
+    // Darker, and of less contrast in blue.
+    let tone = |c: usize| if c == 2 { [0.5, 30.0] } else { [0.8, 0.0] };
+    let dark = |c: usize, [y, x]: [u32; 2]| (tone(c)[0] * scene(c, [y, x + 20]) + tone(c)[1]).round() as u8;
+    write(&folder, "b.png", [40, 50], 3, dark);
+    let line = "merge a.png b.png --at 20,0 --gain --label-map l.png -o out.png --json";
+    let said = folder.run(line).done().json();
+    let fitted = &said["stats"]["tones"][1];
+    for c in 0..3 {
+        let [gain, offset] = ["gain", "offset"].map(|part| fitted[part][c].as_f64().unwrap());
+        let [by, more] = tone(c);
+        assert!((gain * by - 1.0).abs() < 0.02 && (offset * 255.0 + more / by).abs() < 2.0, "{fitted}");
+    }
+    assert_eq!(said["stats"]["tones"][0]["gain"], serde_json::json!([1.0, 1.0, 1.0]));
+    let (out, labels) = (samples(&folder, "out.png"), samples(&folder, "l.png"));
+    for (i, [y, x]) in out.domain().positions().enumerate() {
+        assert!((0..3).all(|c| (out.value(c, i) - scene(c, [y, x])).abs() < 4.0), "{x},{y}");
+        assert!(if x < 20 { labels.value(0, i) == 1.0 } else { x < 50 || labels.value(0, i) == 2.0 });
+    }
+    assert_eq!((labels.channels(), labels.domain().shape), (1, [40, 70]));
+    folder.run("merge a.png b.png --label-map out.png -o out.png").refused(2, &["out.png'", "two outputs"]);
+    folder.run("merge a.png b.png --label-map l.xyz -o out.png").refused(2, &["l.xyz'"]);
+    folder.run("again out.png -o again.png").done();
+    assert_eq!(samples(&folder, "again.png"), out);
+}

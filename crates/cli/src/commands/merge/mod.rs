@@ -1,12 +1,13 @@
 //! `selvedge merge`: several pictures made one, cut along the seams that show least. `[Kwatra03 6B]`
 
+mod gain;
 mod placed;
 mod strokes;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Grid, SourceMap, Start};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples, SourceMap, Start};
 use selvedge_graphcut_textures::labels::{
     Label, LabelOptions, Prefer, estimate_aligned, estimate_labels, expand, preferred,
 };
@@ -15,10 +16,12 @@ use self::placed::{At, bare};
 use self::strokes::StrokeColor;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::harmonise::Layout;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::Seams;
 use crate::outcome::Outcome;
+use crate::outputs;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
@@ -53,6 +56,13 @@ pub(crate) struct Merge {
     /// What is wanted at each place, as far as seams allow it.
     #[arg(long, value_enum, value_name = "WHAT")]
     prefer: Option<PreferArg>,
+    /// Give each picture the light and the contrast of those that it overlaps: a gain and an offset a channel, by least
+    /// squares; the first stays as it is.
+    #[arg(long)]
+    gain: bool,
+    /// Write which picture shows at each place: its number as a grey level of 8 bits, 0 where none does.
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    label_map: Option<PathBuf>,
     #[command(flatten)]
     seams: Seams,
     #[command(flatten)]
@@ -77,6 +87,7 @@ impl Method for Merge {
         let size = OutputSize::Laid(Box::new(|sources| self.extent(sources)));
         Ok(Setup {
             others: self.strokes.iter().cloned().chain(kept).collect(),
+            writes: self.label_map.iter().cloned().collect(),
             blending: self.blending,
             ..Setup::new("merge", &self.weaving, size)
         })
@@ -86,14 +97,29 @@ impl Method for Merge {
         let own = if self.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
         // What lies where it agrees is looked for before labels are decided.
         let found = self.found().map(|i| estimate_aligned(sources[0], sources[i], channels)).max().unwrap_or_default();
-        found.max(estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4))
+        // Features are made again of pictures that were evened, one of which stands twice meanwhile.
+        let gained = if self.gain {
+            let of = |source: &Domain<2>| Bytes::of_samples(*source, channels as u64 + 1);
+            let largest = sources.iter().map(|source| Bytes::of_samples(*source, 16)).max().unwrap_or_default();
+            sources.iter().map(of).sum::<Bytes>() + largest + Bytes::of_samples(output, 8)
+        } else {
+            Bytes(0)
+        };
+        found.max(gained).max(estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4))
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let labels = self.placed(loom)?;
+        let tones = if self.gain { Some(gain::even(loom, &labels)?) } else { None };
         let (only, loom) = (self.only(loom, &labels)?, &*loom);
         let how = format!("from {}{}", n("picture", labels.len()), transparent(bare(loom, &labels)?));
-        Ok(Planned::new(self.used(loom, &labels), how, move || self.weave(loom, &labels, only)))
+        Ok(Planned::new(self.used(loom, &labels), how, move || {
+            let mut outcome = self.weave(loom, &labels, only)?;
+            if let Some(tones) = &tones {
+                outcome.stats["tones"] = gain::told(tones);
+            }
+            Ok(outcome)
+        }))
     }
 }
 
@@ -106,6 +132,14 @@ impl Merge {
         if places != 0 && places != pictures - 1 {
             let what = format!("{} of --at for {}", n("place", places), n("further picture", pictures - 1));
             return Err(Failure::new(2, what).remedy("give one for each after the first"));
+        }
+        if let Some(path) = &self.label_map {
+            let numbers = (Layout { colors: 1, alpha: false }, Depth::U8);
+            outputs::check_held((path, outputs::format(path, None, None)?), [1, 1], numbers, None)?;
+        }
+        if self.gain && !self.weaving.with.matched.is_empty() {
+            let failure = Failure::new(2, "--gain would even the pictures and not the planes of --match");
+            return Err(failure.remedy("leave one of both out"));
         }
         self.check_numbers(pictures)
     }
@@ -124,7 +158,9 @@ impl Merge {
         let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
         let (how, holes) = (format!("from {shown} of {}", n("picture", labels.len())), stats.holes);
         let how = how + &transparent(holes);
-        Ok(Outcome { holes: 0 < holes, ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
+        let others = self.label_map.iter().map(|path| Ok((path.clone(), numbered(&woven.result)?)));
+        let others = others.collect::<Result<_, Failure>>()?;
+        Ok(Outcome { holes: 0 < holes, others, ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
     }
 
     /// The options as used.
@@ -134,8 +170,15 @@ impl Merge {
         let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
         loom.used()
             .set("at", labels[1..].iter().map(place).collect::<Vec<_>>())
+            .unless("gain", false)
             .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
     }
+}
+
+/// The numbers of the pictures that show; each has one label.
+fn numbered(map: &SourceMap<2>) -> Result<Plane<2>, Failure> {
+    let numbers = map.ids.map(|id| map.table.locate(id).map_or(0, |(source, _)| source as u8 + 1))?;
+    Ok(Plane::new(Role::Scalar, Samples::U8(numbers)))
 }
 
 /// How much of an output is in no picture, in words.

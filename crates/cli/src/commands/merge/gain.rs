@@ -1,0 +1,131 @@
+//! `--gain`: pictures that have the light and the contrast of those that they overlap.
+
+use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane};
+use selvedge_graphcut_textures::labels::Label;
+use serde_json::{Value, json};
+
+use super::placed::shows;
+use crate::failure::Failure;
+use crate::loaded::Loaded;
+use crate::loom::Loom;
+
+/// A gain beyond this or its inverse is no other exposure: the pictures show other things there, and least squares
+/// would take their contrast away.
+const MOST: f64 = 4.0;
+
+/// By picture and channel, what samples are multiplied by, and what is added, in parts of full scale.
+pub(super) type Tones = Vec<Vec<[f64; 2]>>;
+
+/// Evens the pictures: each in turn, that which overlaps those before it most, to what they show there. The first stays
+/// as it is.
+pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Failure> {
+    let tones = tones(&loom.loaded, loom.domain, labels)?;
+    let Loaded { payload, masks, encoder, exemplars, .. } = &mut loom.loaded;
+    for (plane, tones) in payload.iter_mut().zip(&tones) {
+        *plane = plane.toned(tones);
+    }
+    let each: Vec<&[Plane<2>]> = payload.iter().map(std::slice::from_ref).collect();
+    let shown = each.iter().zip(masks.iter()).map(|(plane, mask)| Exemplar::new(plane).masked(mask.as_ref()));
+    let shown: Vec<Exemplar<'_, 2>> = shown.collect();
+    *encoder = Encoder::fit(&each)?;
+    *exemplars = Exemplars::new(encoder, &shown)?;
+    Ok(tones)
+}
+
+/// As they are told.
+pub(super) fn told(tones: &Tones) -> Value {
+    let part = |i: usize| tones.iter().map(move |of| of.iter().map(|tone| tone[i]).collect::<Vec<f64>>());
+    part(0).zip(part(1)).map(|(gain, offset)| json!({ "gain": gain, "offset": offset })).collect()
+}
+
+fn tones(loaded: &Loaded, output: Domain<2>, labels: &[Label<2>]) -> Result<Tones, Failure> {
+    let first = &loaded.payload[0];
+    let (channels, full) = (first.color_channels(), first.samples.depth().full());
+    let mut shown = Grid::try_filled(output, 1, 0_u64)?;
+    for (bits, at) in shown.samples_mut().iter_mut().zip(output.positions()) {
+        let here = (0..labels.len()).filter(|&i| shows(&loaded.exemplars, &labels[i], at));
+        *bits = here.fold(0, |bits, i| bits | 1 << i);
+    }
+    let value = |i: usize, c: usize, [y, x]: [u32; 2]| {
+        let [top, left] = labels[i].offset;
+        let plane = &loaded.payload[i];
+        plane.samples.value(c, plane.domain().index([(y as i32 - top) as u32, (x as i32 - left) as u32])) / full
+    };
+    let mut tones: Tones = vec![vec![[1.0, 0.0]; channels]; labels.len()];
+    let mut even = 1_u64;
+    for _ in 1..labels.len() {
+        let rest = (0..labels.len()).filter(|i| even >> i & 1 == 0);
+        let overlap = |i: usize| -> u64 {
+            let both = shown.samples().iter().filter(|bits| **bits >> i & 1 == 1);
+            both.map(|bits| u64::from((bits & even).count_ones())).sum()
+        };
+        // Of equal overlaps the first picture.
+        let Some((_, next)) = rest.map(|i| (overlap(i), std::cmp::Reverse(i))).max() else { break };
+        let next = next.0;
+        let fitted = |c: usize| {
+            let mut fit = Fit::default();
+            for (at, bits) in output.positions().zip(shown.samples()).filter(|(_, bits)| **bits >> next & 1 == 1) {
+                for other in (0..labels.len()).filter(|other| bits & even & 1 << other != 0) {
+                    let [gain, offset] = tones[other][c];
+                    fit.add(value(next, c, at), gain * value(other, c, at) + offset);
+                }
+            }
+            fit.tone()
+        };
+        tones[next] = (0..channels).map(fitted).collect();
+        even |= 1 << next;
+    }
+    Ok(tones)
+}
+
+/// Sums of a straight line by least squares.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fit {
+    count: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Fit {
+    fn add(&mut self, x: f64, y: f64) {
+        self.count += 1.0;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+    }
+
+    /// Gain and offset; of what does not vary, an offset alone, and of nothing, none.
+    fn tone(self) -> [f64; 2] {
+        if self.count == 0.0 {
+            return [1.0, 0.0];
+        }
+        let (spread, both) = (self.count * self.xx - self.x * self.x, self.count * self.xy - self.x * self.y);
+        // Below a hundredth of a grey level there is nothing but rounding.
+        let varies = 1e-9 * self.count * self.count < spread;
+        let gain = if varies { (both / spread).clamp(1.0 / MOST, MOST) } else { 1.0 };
+        [gain, (self.y - gain * self.x) / self.count]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_found_and_what_says_nothing_changes_nothing() {
+        let mut fit = Fit::default();
+        assert_eq!(fit.tone(), [1.0, 0.0]);
+        [0.1, 0.4, 0.5].into_iter().for_each(|x| fit.add(x, 0.5 * x + 0.2));
+        let [gain, offset] = fit.tone();
+        assert!((gain - 0.5).abs() < 1e-9 && (offset - 0.2).abs() < 1e-9, "{gain} {offset}");
+        let mut flat = Fit::default();
+        (0..9).for_each(|_| flat.add(0.25, 0.75));
+        assert_eq!(flat.tone(), [1.0, 0.5]);
+        let mut unlike = Fit::default();
+        [(0.0, 1.0), (1.0, 0.0)].into_iter().for_each(|(x, y)| unlike.add(x, y));
+        assert_eq!(unlike.tone(), [0.25, 0.375]);
+    }
+}
