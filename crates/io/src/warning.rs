@@ -17,6 +17,9 @@ pub enum Warning {
     /// An animation, of which one frame was read.
     #[error("only the first frame of the animation is used")]
     FirstFrameOnly,
+    /// Frames of an animation that are shown longer than others.
+    #[error("some of its frames are shown longer than others; they become frames of one rate")]
+    UnevenDelays,
     /// A file with several pages, of which one was read.
     #[error("only the first page is used")]
     FirstPageOnly,

@@ -9,7 +9,8 @@ use selvedge_core::{Association, Domain, Grid, Plane, Samples};
 
 use super::info::{ClipInfo, Frames};
 use super::problem::ClipProblem;
-use super::rate::Rate;
+use super::range::Range;
+use super::rate::Delays;
 use crate::codec::{Context, guarded};
 use crate::error::{Error, Problem};
 use crate::header::Header;
@@ -27,18 +28,18 @@ pub(super) struct Animation {
     options: ReadOptions,
     alpha: bool,
     frames: Option<image::Frames<'static>>,
+    warnings: Vec<Warning>,
 }
 
 impl Animation {
-    /// Decodes a file once, to see what it holds: no header says how many frames there are and whether any of them is
-    /// transparent.
+    /// Decodes a file once, as far as its frames are wanted: no header says whether any of them is transparent.
     pub(super) fn open(
         path: &Path,
         file: &Arc<[u8]>,
         format: Format,
-        options: &ReadOptions,
+        (options, range): (&ReadOptions, Option<Range>),
     ) -> Result<(ClipInfo, Self), Error> {
-        let looked = guarded(format, || Self::looked_at(path, file, format, options));
+        let looked = guarded(format, || Self::looked_at(path, file, format, (options, range)));
         looked.map_err(|p| Error::new(path, p))
     }
 
@@ -46,18 +47,25 @@ impl Animation {
         path: &Path,
         file: &Arc<[u8]>,
         format: Format,
-        options: &ReadOptions,
+        (options, range): (&ReadOptions, Option<Range>),
     ) -> Result<(ClipInfo, Self), Problem> {
+        let wanted = range.map_or(u32::MAX, |range| range.last);
         let (path, file, options) = (path.to_path_buf(), file.clone(), options.clone());
-        let mut own = Self { path, file, format, options, alpha: true, frames: None };
+        let mut own = Self { path, file, format, options, alpha: true, frames: None, warnings: Vec::new() };
         let (header, metadata) = own.begin()?;
-        let (mut count, mut ticks, mut transparent) = (0_u32, 0_u64, false);
-        while let Some(frame) = own.decoded()? {
+        let there = if format == Format::Gif { gif::count(&own.file) } else { webp::count(&own.file) };
+        own.check(&header, there.min(wanted))?;
+        let (mut count, mut delays, mut transparent) = (0_u32, Delays::default(), false);
+        while let Some(frame) = if count < wanted { own.decoded()? } else { None } {
             let (num, den) = frame.delay().numer_denom_ms();
             count = count.saturating_add(1);
-            ticks = ticks.saturating_add(u64::from(num) / u64::from(den.max(1)));
+            delays.add(u64::from(num) / u64::from(den.max(1)));
             transparent |= frame.buffer().pixels().any(|p| p.0[3] != u8::MAX);
         }
+        // Hundredths of seconds in GIF: a rate that is none of them makes its delays differ by one.
+        own.warnings.extend(delays.uneven(if format == Format::Gif { 10 } else { 1 }));
+        // Frames that are not wanted may be damaged.
+        let count = if count < wanted { count } else { there.max(count) };
         if count == 0 {
             return Err(ClipProblem::Still.into());
         }
@@ -66,7 +74,7 @@ impl Animation {
             width: header.width as u32,
             height: header.height as u32,
             frames: count,
-            rate: Rate::of_ticks(count.into(), ticks, TICKS),
+            rate: delays.rate(TICKS),
             channels: 3 + usize::from(transparent),
             alpha: transparent,
             association: Association::Straight,
@@ -75,6 +83,19 @@ impl Animation {
             container: format.name().to_owned(),
         };
         Ok((info, own))
+    }
+
+    /// Refuses, before anything is decoded, more samples than a clip may have: a few bytes of a file can stand for a
+    /// whole frame.
+    fn check(&self, header: &Header, frames: u32) -> Result<(), Problem> {
+        let (width, height) = (header.width as u32, header.height as u32);
+        let samples = header.width.saturating_mul(header.height).saturating_mul(frames.into());
+        let limit = self.options.limits.samples.min(u64::from(u32::MAX) - 1);
+        if limit < samples {
+            Err(ClipProblem::Samples { frames, width, height, samples, limit }.into())
+        } else {
+            Ok(())
+        }
     }
 
     /// Begins to decode, with what the file claims checked first.
@@ -137,6 +158,6 @@ impl Frames for Animation {
     }
 
     fn warnings(&self) -> &[Warning] {
-        &[]
+        &self.warnings
     }
 }

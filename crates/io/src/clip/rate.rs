@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::problem::ClipProblem;
+use crate::Warning;
 
 /// Frames a second, as a fraction in its lowest terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +52,41 @@ impl Rate {
             (2 * ticks + u128::from(self.num)) / (2 * u128::from(self.num))
         };
         (begins(frame + 1) - begins(frame)) as u32
+    }
+}
+
+/// How long frames are shown, in ticks of a clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Delays {
+    frames: u64,
+    ticks: u64,
+    least: Option<u64>,
+    most: u64,
+}
+
+impl Delays {
+    /// One more frame.
+    pub(super) fn add(&mut self, ticks: u64) {
+        self.frames += 1;
+        self.ticks = self.ticks.saturating_add(ticks);
+        self.least = Some(self.least.map_or(ticks, |least| least.min(ticks)));
+        self.most = self.most.max(ticks);
+    }
+
+    /// How many there are.
+    pub(super) fn frames(&self) -> u32 {
+        u32::try_from(self.frames).unwrap_or(u32::MAX)
+    }
+
+    /// The rate in the mean.
+    pub(super) fn rate(&self, ticks_a_second: u64) -> Option<Rate> {
+        Rate::of_ticks(self.frames, self.ticks, ticks_a_second)
+    }
+
+    /// Says that frames are not shown equally long, by more than a tick of the format, which rounding explains.
+    pub(super) fn uneven(&self, tick: u64) -> Option<Warning> {
+        let least = self.least.unwrap_or(0);
+        (tick < self.most - least.min(self.most)).then_some(Warning::UnevenDelays)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Reading clips, frame by frame.
 
 use std::fmt;
-use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -50,24 +49,6 @@ pub struct ClipReader {
 }
 
 impl ClipReader {
-    /// Whether a name is that of a clip rather than of a picture: frames, or a file of several of them.
-    pub fn is_clip(path: impl AsRef<Path>) -> bool {
-        let path = path.as_ref();
-        if ClipName::parse(file_of(path)).is_some() {
-            return true;
-        }
-        let mut start = [0; 16];
-        let began = File::open(path).and_then(|mut file| file.read_exact(&mut start));
-        let read = |file: &mut Self| 1 < file.info.frames;
-        began.is_ok()
-            && match Container::of_content(&start) {
-                Some(Container::Y4m) => true,
-                // Pictures as well begin like this: how many frames follow has to be seen.
-                Some(_) => Self::open(path, &ClipOptions::default()).as_mut().is_ok_and(read),
-                None => false,
-            }
-    }
-
     /// Looks at a clip: all headers are read and compared.
     ///
     /// # Errors
@@ -108,8 +89,8 @@ impl ClipReader {
         }
         let file: Arc<[u8]> = bytes.into();
         let (info, frames): (ClipInfo, Box<dyn Frames>) = match container {
-            Some(Container::Gif) => boxed(Animation::open(path, &file, Format::Gif, frame)?),
-            Some(Container::Webp) => boxed(Animation::open(path, &file, Format::Webp, frame)?),
+            Some(Container::Gif) => boxed(Animation::open(path, &file, Format::Gif, (frame, options.range))?),
+            Some(Container::Webp) => boxed(Animation::open(path, &file, Format::Webp, (frame, options.range))?),
             Some(Container::Apng) => {
                 let still = || Error::new(path, ClipProblem::Still);
                 boxed(Apng::open(path, &file, frame)?.ok_or_else(still)?)

@@ -145,8 +145,15 @@ impl ClipWriter {
 
     /// Frames of a longer clip of this name, which nothing replaces.
     pub fn left_over(&self) -> Vec<PathBuf> {
-        let Target::Sequence(name @ ClipName::Sequence(_)) = &self.target else { return Vec::new() };
+        let Target::Sequence(name) = &self.target else { return Vec::new() };
         let found = name.found().unwrap_or_default();
+        // Of a folder all pictures are frames of its clip, whatever their names.
+        let own: Vec<PathBuf> = (1..=self.frames).filter_map(|number| name.file(number)).collect();
+        if let ClipName::Folder(_) = name {
+            let mut left: Vec<_> = found.into_iter().map(|(_, file)| file).filter(|file| !own.contains(file)).collect();
+            left.sort();
+            return left;
+        }
         let mut left: Vec<_> = found
             .into_iter()
             .filter_map(|(number, file)| Some((number?, file)))

@@ -67,6 +67,11 @@ fn frames(file: &[u8]) -> Vec<u64> {
     found
 }
 
+/// How many frames there are, as far as the file goes on as it should.
+pub(crate) fn count(file: &[u8]) -> u32 {
+    u32::try_from(frames(file).len()).unwrap_or(u32::MAX)
+}
+
 /// `None` where the file ends or is another one.
 fn walk(file: &[u8], found: &mut Vec<u64>) -> Option<()> {
     let table = |packed: u8| if packed & 0x80 == 0 { 0 } else { 3 << ((packed & 7) + 1) };

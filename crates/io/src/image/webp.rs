@@ -49,6 +49,17 @@ pub(crate) fn animation<R: BufRead + Seek>(
     Ok((decoder, description))
 }
 
+/// How many frames there are, as far as the file goes on as it should.
+pub(crate) fn count(file: &[u8]) -> u32 {
+    let (mut at, mut count) = (12, 0_u32);
+    while let Some([kind @ .., l0, l1, l2, l3]) = file.get(at..).and_then(|rest| rest.first_chunk::<8>()) {
+        count += u32::from(kind == b"ANMF");
+        // Chunks begin at even places.
+        at = at.saturating_add(8 + u32::from_le_bytes([*l0, *l1, *l2, *l3]).next_multiple_of(2) as usize);
+    }
+    count
+}
+
 /// Whether every chunk lies within the file. The decoder would take a chunk's claim at its word and ask for that much
 /// memory. Leaves the input at its start.
 fn is_whole(input: &mut dyn Input) -> io::Result<bool> {

@@ -191,6 +191,13 @@ fn what_a_longer_run_left_is_named_and_nothing_is_written_for_wrong_names() {
     write(&path, &written, ClipWriteOptions::default()).unwrap();
     let shorter = write(&path, &written[..2], ClipWriteOptions::default()).unwrap();
     assert_eq!(shorter.left_over(), [folder.path("a.03.png"), folder.path("a.04.png")]);
+    // A folder's are its own, whatever their names.
+    let whole = folder.path("whole");
+    std::fs::create_dir(&whole).unwrap();
+    write(&whole, &written, ClipWriteOptions::default()).unwrap();
+    std::fs::copy(whole.join("0001.png"), whole.join("other.png")).unwrap();
+    let shorter = write(&whole, &written[..2], ClipWriteOptions::default()).unwrap();
+    assert_eq!(shorter.left_over(), ["0003.png", "0004.png", "other.png"].map(|name| whole.join(name)));
     let line = write(&folder.path("a.*.png"), &written, ClipWriteOptions::default()).unwrap_err().to_string();
     assert!(line.contains("is the name of no clip"), "{line}");
     let line = write(&folder.path("a.##.xyz"), &written, ClipWriteOptions::default()).unwrap_err().to_string();

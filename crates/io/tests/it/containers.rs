@@ -257,7 +257,43 @@ fn ranges_choose_frames_by_place() {
     reader.rewind().unwrap();
     assert_eq!(all(&mut reader).len(), 3);
     assert!(some("5-8").unwrap_err().to_string().contains("frame 8 is missing after 7"));
-    assert!(ClipReader::is_clip(&path) && !ClipReader::is_clip(folder.path("b.png")));
+    // Of a GIF no more is decoded than is wanted, and no more than a clip may have.
+    let path = folder.path("a.gif");
+    write(&path, &few(7, 3, false), rate("25")).unwrap().finish().unwrap();
+    let opened = |range: Option<&str>, samples: u64| {
+        let limits = selvedge_core::Limits { samples, ..Default::default() };
+        let frame = ReadOptions { limits, ..ReadOptions::default() };
+        let range = range.and_then(|range| range.parse().ok());
+        ClipReader::open(&path, &ClipOptions { range, frame, ..ClipOptions::default() })
+    };
+    let info = opened(None, u64::MAX).unwrap().info().clone();
+    assert_eq!(info.frames, 7);
+    let frame = u64::from(info.width) * u64::from(info.height);
+    let refused = opened(None, 7 * frame - 1).unwrap_err().to_string();
+    assert!(refused.contains("7 frames of") && refused.contains("over the cap"), "{refused}");
+    let mut three = opened(Some("1-3"), 7 * frame - 1).unwrap();
+    assert_eq!(all(&mut three).len(), 3);
+    assert!(three.warnings().is_empty());
+    assert!(opened(Some("5-8"), u64::MAX).unwrap_err().to_string().contains("frame 8 is missing after 7"));
+}
+
+#[test]
+fn frames_that_are_shown_longer_than_others_are_told() {
+    let folder = Folder::new("uneven");
+    let write = |delays: &[u16]| {
+        let mut file = Vec::new();
+        let mut encoder = gif::Encoder::new(&mut file, 1, 1, &[0, 0, 0, 90, 90, 90]).unwrap();
+        for &delay in delays {
+            let buffer = std::borrow::Cow::Owned(vec![1]);
+            encoder.write_frame(&gif::Frame { width: 1, height: 1, delay, buffer, ..gif::Frame::default() }).unwrap();
+        }
+        drop(encoder);
+        std::fs::write(folder.path("a.gif"), &file).unwrap();
+        let reader = ClipReader::open(folder.path("a.gif"), &ClipOptions::default()).unwrap();
+        reader.warnings().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert!(write(&[3, 3, 4]).is_empty(), "30 a second, rounded");
+    assert!(write(&[10, 10, 200])[0].contains("shown longer than others"));
 }
 
 #[test]

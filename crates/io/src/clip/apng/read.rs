@@ -9,7 +9,7 @@ use selvedge_core::{Association, Plane, Samples, try_vec};
 
 use super::blend::{Canvas, Part};
 use crate::clip::info::{ClipInfo, Frames};
-use crate::clip::rate::Rate;
+use crate::clip::rate::Delays;
 use crate::codec::{Context, METADATA_BYTES, guarded};
 use crate::error::{Error, Problem};
 use crate::header::Header;
@@ -36,6 +36,7 @@ pub(in crate::clip) struct Apng {
     last: Option<(Part, DisposeOp, Vec<u16>)>,
     frames: u32,
     at: u32,
+    warnings: Vec<Warning>,
 }
 
 impl Apng {
@@ -53,7 +54,8 @@ impl Apng {
         if reader.info().animation_control.is_none() {
             return Ok(None);
         }
-        let (frames, ticks) = delays(file)?;
+        let delays = delays(file)?;
+        let frames = delays.frames();
         let (header, metadata) = (header(reader.info()), metadata(reader.info()));
         let interlaced = reader.info().interlaced;
         let len = reader.output_buffer_size().unwrap_or(usize::MAX);
@@ -69,7 +71,7 @@ impl Apng {
             width: header.width as u32,
             height: header.height as u32,
             frames,
-            rate: Rate::of_ticks(frames.into(), ticks, TICKS),
+            rate: delays.rate(TICKS),
             channels: header.channels,
             alpha: header.alpha,
             association: Association::Straight,
@@ -81,8 +83,9 @@ impl Apng {
         let (width, channels) = (header.width as usize, header.channels);
         let canvas = Canvas { width, channels, samples: try_vec(header.domain().len() * channels, 0)?, opaque };
         let (path, file, options) = (path.to_path_buf(), file.clone(), options.clone());
-        let reader = Some(reader);
-        Ok(Some((info, Self { path, file, options, header, interlaced, reader, canvas, last: None, frames, at: 0 })))
+        let (reader, warnings) = (Some(reader), delays.uneven(TICKS / 1000).into_iter().collect());
+        let own = Self { path, file, options, header, interlaced, reader, canvas, last: None, frames, at: 0, warnings };
+        Ok(Some((info, own)))
     }
 
     fn decoded(&mut self) -> Result<Plane<2>, Problem> {
@@ -183,7 +186,7 @@ impl Frames for Apng {
     }
 
     fn warnings(&self) -> &[Warning] {
-        &[]
+        &self.warnings
     }
 }
 
@@ -204,9 +207,9 @@ fn open(file: &Arc<[u8]>, options: &ReadOptions) -> Result<Reader<File>, Problem
     Ok(reader)
 }
 
-/// How many frames there are, and how long all of them last: what stands in the frames' own chunks, up to the end.
-fn delays(file: &[u8]) -> Result<(u32, u64), Problem> {
-    let (mut at, mut frames, mut ticks) = (8, 0_u32, 0_u64);
+/// How long the frames are shown: what stands in the frames' own chunks, up to the end.
+fn delays(file: &[u8]) -> Result<Delays, Problem> {
+    let (mut at, mut delays) = (8, Delays::default());
     loop {
         let ends = || Problem::ends_early(Format::Png);
         let head: &[u8; 8] = file.get(at..).and_then(|rest| rest.first_chunk()).ok_or_else(ends)?;
@@ -218,10 +221,9 @@ fn delays(file: &[u8]) -> Result<(u32, u64), Problem> {
                 let word = |at: usize| data.get(at..at + 2).map_or(0, |w| u64::from(u16::from_be_bytes([w[0], w[1]])));
                 // A denominator of 0 stands for hundredths.
                 let (num, den) = (word(20), if word(22) == 0 { 100 } else { word(22) });
-                frames = frames.saturating_add(1);
-                ticks = ticks.saturating_add(num * TICKS / den);
+                delays.add(num * TICKS / den);
             }
-            b"IEND" if at + 12 <= file.len() => return Ok((frames, ticks)),
+            b"IEND" if at + 12 <= file.len() => return Ok(delays),
             _ => {}
         }
         at = at + 12 + len;
