@@ -40,7 +40,9 @@ pub(crate) fn region_sides<const D: usize>(
     let side = largest_region(most).min(structure.saturating_mul(STRUCTURES)).max(most.min(LEAST)).max(1);
     let mut sides = [side; D];
     if D == CLIP {
-        sides[0] = exemplars.sources().iter().map(|s| duration(s, exemplars.weights())).max().unwrap_or(1);
+        // Of the clips that count for space the least, so that each of them holds a region.
+        let counts = exemplars.sources().iter().filter(|s| most <= self::shortest(s.domain().shape));
+        sides[0] = counts.map(|s| duration(s, exemplars.weights())).min().unwrap_or(1);
     }
     Ok(sides)
 }

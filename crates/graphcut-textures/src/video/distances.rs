@@ -1,6 +1,6 @@
 //! How alike frames are.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Run, Source, par};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, Source, par};
 
 use super::the_clip;
 use crate::error::Error;
@@ -12,8 +12,9 @@ pub struct DistanceOptions {}
 
 /// Sums of squared differences between all frames of a clip, exact.
 ///
-/// Differences are of features, channels weighed. A sample that may be used in one of two frames alone differs as much
-/// as samples can, one that may be used in neither not at all.
+/// Differences are of features, channels weighed. A sample that may not be used in one of two frames, or in both,
+/// differs as much as samples can: what is masked there is shown all the same. A pixel that no frame may use does not
+/// count.
 #[derive(Clone, Debug)]
 pub struct FrameDistances {
     frames: u32,
@@ -36,8 +37,12 @@ impl FrameDistances {
     /// Time `O(frames^2 samples)`, space `O(frames^2)`.
     pub fn new(exemplars: &Exemplars<3>, _options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
         let clip = the_clip(exemplars)?;
-        let frames = Frames { clip, weights: exemplars.weights() };
         let [n, height, width] = clip.domain().shape;
+        let pixels = height as usize * width as usize;
+        let used =
+            |v: &Grid<bool, 3>| (0..pixels).map(|i| v.plane(0)[i..].iter().step_by(pixels).any(|v| *v)).collect();
+        let used = clip.valid.as_ref().map_or(Vec::new(), used);
+        let frames = Frames { clip, weights: exemplars.weights(), used };
         // Eight bytes a pair here, and a jump of 24 that `best` ranks.
         run.limits.admit(Domain::open([n, height, width]), Bytes(u64::from(n) * u64::from(n) * 16))?;
         let row = |i: usize| {
@@ -108,6 +113,8 @@ const BLOCK: usize = 16;
 struct Frames<'a> {
     clip: &'a Source<3>,
     weights: &'a [u8],
+    /// By pixel of a masked clip, whether any frame may use it.
+    used: Vec<bool>,
 }
 
 impl Frames<'_> {
@@ -145,8 +152,8 @@ impl Frames<'_> {
                 };
                 self.weights.iter().enumerate().map(of).sum()
             }
-            (false, false) => 0,
-            _ => most,
+            _ if self.used[from + i] => most,
+            _ => 0,
         };
         (0..len).map(sample).sum()
     }
@@ -172,7 +179,7 @@ impl Frames<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Grid, Origin, Seed, Transform};
+    use selvedge_core::{Origin, Seed, Transform};
 
     #[test]
     fn a_clip_closes_where_steps_over_its_end_are_usual() {

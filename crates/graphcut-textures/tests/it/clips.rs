@@ -1,6 +1,8 @@
 //! Clips woven of patches, moved in time alone or in space as well.
 
-use selvedge_core::{Domain, Error as CoreError, Grid, Run, SampleId, SeamCosts, SeamMeasure, Seed, SourceMap};
+use selvedge_core::{
+    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, Seed, SourceMap,
+};
 use selvedge_graphcut_textures::video::{Ends, Jump, LoopOptions, hold_still, looped};
 use selvedge_graphcut_textures::{Error, Options, Placement, graphcut, graphcut_from};
 
@@ -71,6 +73,21 @@ fn between_ends_that_are_the_same_a_clip_loops() {
     for wrong in [Ends::of_clip(&e, 24).map(drop), Ends::of_clip(&e, 0).map(drop), ends.start(3).map(drop)] {
         assert!(matches!(wrong, Err(Error::Core(CoreError::Range { option: "keep", .. }))), "{wrong:?}");
     }
+}
+
+#[test]
+fn a_region_of_several_clips_fits_into_those_that_count() {
+    // The long one is too small to count for space, and so it does for time.
+    let (long, wide) = (changing([60, 12, 12], 3, 2), changing([8, 64, 64], 4, 2));
+    let both = Exemplars::of(&[std::slice::from_ref(&long), std::slice::from_ref(&wide)]).unwrap();
+    let woven = graphcut(
+        &both,
+        Domain::open([10, 70, 70]),
+        &Options { refine: Some(0), ..Options::default() },
+        &Run::seeded(0),
+    );
+    let [frames, height, width] = woven.unwrap().stats.region;
+    assert!(frames <= 8 && 8 < height.min(width), "{frames}x{height}x{width}");
 }
 
 #[test]
