@@ -31,6 +31,7 @@
 mod averaging;
 mod bytes;
 mod coherence;
+mod crop;
 mod domain;
 mod encoder;
 mod error;
@@ -69,6 +70,7 @@ mod window;
 pub use averaging::Averaging;
 pub use bytes::Bytes;
 pub use coherence::Coherence;
+pub use crop::ValidBoxes;
 pub use domain::Domain;
 pub use encoder::{Encoder, srgb_decode, srgb_encode};
 pub use error::{Error, ErrorKind};

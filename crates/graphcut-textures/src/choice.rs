@@ -115,11 +115,13 @@ impl<const D: usize> Weaver<'_, D> {
 
     /// Patches that cover a region, anywhere; if none was found that was not used before, some that were.
     fn random(&self, here: &Here<'_, D>, step: u64) -> Vec<Candidate<D>> {
-        let (samples, region) = (self.canvas.exemplars.table().len(), here.region);
+        let (samples, region) = (self.boxes.len(), here.region);
         let mut rng = self.run.seed.derive("graphcut/random", step).rng();
         let (mut fresh, mut used) = (Vec::new(), Vec::new());
         for _ in 0..MOST_DRAWS {
-            let Some(mut candidate) = self.showing(SampleId::new(rng.below(samples)), region.start) else { continue };
+            let Some(mut candidate) = self.showing(self.boxes.sample(rng.below(samples)), region.start) else {
+                continue;
+            };
             (0..D).filter(|&a| !self.options.free[a]).for_each(|a| candidate.patch.offset[a] = 0);
             let source = self.canvas.exemplars.sources()[candidate.patch.source].domain();
             let end = std::array::from_fn::<_, D, _>(|a| region.end(a) - candidate.patch.offset[a]);
@@ -136,9 +138,8 @@ impl<const D: usize> Weaver<'_, D> {
 
     /// Every patch that shows anything at a position.
     fn everything(&self, at: [i32; D]) -> Vec<Candidate<D>> {
-        let samples = self.canvas.exemplars.table().len();
         let lies = |c: &Candidate<D>| (0..D).all(|a| self.options.free[a] || c.patch.offset[a] == 0);
-        (0..samples).filter_map(|id| self.showing(SampleId::new(id), at)).filter(lies).collect()
+        (0..self.boxes.len()).filter_map(|number| self.showing(self.boxes.sample(number), at)).filter(lies).collect()
     }
 
     /// The patch that shows a sample at a position.

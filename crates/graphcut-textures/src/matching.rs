@@ -1,5 +1,7 @@
 //! Where exemplars fit: every translation that covers the error region, with its cost. `[Kwatra03 4]`
 
+use std::sync::Arc;
+
 use selvedge_core::{Exemplars, Look, Patch, SimdLevel, Source, SourceMap, Window};
 use selvedge_fft_ssd::{Costs, Options as SearchOptions, Placement, Scratch, SsdSearcher, Template};
 
@@ -8,21 +10,37 @@ use crate::error::Error;
 use crate::sliding::slide;
 use crate::usable::Usable;
 
-/// One source as exemplars of its own.
+/// One source as exemplars of its own, as far as it may be used.
 #[derive(Debug)]
 pub(crate) struct Single<const D: usize> {
     source: usize,
+    /// The first of its positions that are there.
+    start: [i32; D],
     exemplars: Exemplars<D>,
 }
 
-/// Each source alone, so that it can be searched without the others. Those without a valid sample are left out.
+/// Each source alone, so that it can be searched without the others, if that is `wanted` or if masks leave a part of
+/// one: a search pays for all that it is shown, and of a mask of few samples hardly any can be laid. Those without a
+/// valid sample are left out.
 ///
 /// # Errors
 /// [`Error::Core`] if memory is short.
-pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Single<D>>, Error> {
-    let usable = |source: &Source<D>| source.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
-    let all = (0..exemplars.sources().len()).filter(|&source| usable(&exemplars.sources()[source]));
-    all.map(|source| Ok(Single { source, exemplars: exemplars.only([source])? })).collect()
+pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>, wanted: bool) -> Result<Vec<Single<D>>, Error> {
+    let boxes: Vec<Window<D>> = exemplars.sources().iter().map(|source| source.valid_box()).collect();
+    let whole = |(source, valid): (&Arc<Source<D>>, &Window<D>)| valid.shape == source.domain().shape;
+    if !wanted && exemplars.sources().iter().zip(&boxes).all(whole) {
+        return Ok(Vec::new());
+    }
+    let single = |(number, valid): (usize, &Window<D>)| {
+        let source = &exemplars.sources()[number];
+        let exemplars = if whole((source, valid)) {
+            exemplars.only([number])?
+        } else {
+            Exemplars::from_sources(vec![source.cropped(valid)?], exemplars.weights().to_vec())?
+        };
+        Ok(Single { source: number, start: valid.start, exemplars })
+    };
+    boxes.iter().enumerate().filter(|(_, valid)| !valid.is_empty()).map(single).collect()
 }
 
 /// Finds patches by what they agree with.
@@ -39,6 +57,8 @@ pub(crate) struct Matcher<'e, const D: usize> {
 struct Part<'e, const D: usize> {
     /// The number of the first of them.
     first: usize,
+    /// Where in each of them its searcher's positions begin.
+    start: [i32; D],
     searcher: SsdSearcher<'e, D>,
 }
 
@@ -70,15 +90,16 @@ impl<'e, const D: usize> Matcher<'e, D> {
         simd: SimdLevel,
     ) -> Result<Self, Error> {
         let options = SearchOptions { simd, ..SearchOptions::default() };
-        let part =
-            |first, exemplars, options| Ok(Part { first, searcher: SsdSearcher::with_options(exemplars, options)? });
+        let part = |first, start, exemplars, options| {
+            Ok(Part { first, start, searcher: SsdSearcher::with_options(exemplars, options)? })
+        };
         let parts = if free.contains(&false) {
             Vec::new()
         } else if singles.is_empty() {
-            vec![part(0, exemplars, options)?]
+            vec![part(0, [0; D], exemplars, options)?]
         } else {
             let options = SearchOptions { cache: options.cache / singles.len() as u64, ..options };
-            singles.iter().map(|s| part(s.source, &s.exemplars, options)).collect::<Result<_, Error>>()?
+            singles.iter().map(|s| part(s.source, s.start, &s.exemplars, options)).collect::<Result<_, Error>>()?
         };
         Ok(Self { exemplars, parts, free })
     }
@@ -115,7 +136,7 @@ impl<'e, const D: usize> Matcher<'e, D> {
         let template = Template::new(window.shape, to.look.features()).masked(to.look.known());
         let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
         to.spare.extend(to.costs.drain(..).flatten());
-        for Part { first, searcher } in &self.parts {
+        for Part { first, searcher, .. } in &self.parts {
             let mut costs = usable.has(*first).then(|| to.spare.pop().unwrap_or_default());
             if let Some(costs) = &mut costs {
                 if window == region {
@@ -133,9 +154,12 @@ impl<'e, const D: usize> Matcher<'e, D> {
     pub(crate) fn found(&self, matches: &Matches<D>) -> impl Iterator<Item = Candidate<D>> {
         let searched = self.parts.iter().zip(&matches.costs);
         let found =
-            searched.flat_map(|(part, costs)| costs.iter().flat_map(|c| c.iter().map(|c| (part.first + c.source, c))));
-        let moved = found.map(|(source, c)| Candidate {
-            patch: Patch { source, offset: std::array::from_fn(|a| matches.start[a] - c.position[a]) },
+            searched.flat_map(|(part, costs)| costs.iter().flat_map(move |costs| costs.iter().map(move |c| (part, c))));
+        let moved = found.map(|(part, c)| Candidate {
+            patch: Patch {
+                source: part.first + c.source,
+                offset: std::array::from_fn(|a| matches.start[a] - part.start[a] - c.position[a]),
+            },
             cost: c.error as f64 / c.samples.max(1) as f64,
         });
         moved.chain(matches.slid.iter().copied())

@@ -2,7 +2,7 @@
 //! draws.
 
 use selvedge_analysis::Texture;
-use selvedge_core::{Domain, Exemplars, Grid};
+use selvedge_core::{Domain, Exemplars, Grid, ValidBoxes};
 
 use crate::candidates::variance;
 use crate::error::Error;
@@ -82,7 +82,7 @@ const FEW_COPIES: u64 = 6;
 /// regions is laid by regions; of clips nothing was ranked.
 fn shows_few_copies<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> bool {
     let samples = |domain: Domain<D>| domain.shape.iter().fold(1, |n: u64, &side| n.saturating_mul(side.into()));
-    let largest = exemplars.sources().iter().map(|source| samples(source.domain())).max().unwrap_or(0);
+    let largest = ValidBoxes::of(exemplars).domains().map(samples).max().unwrap_or(0);
     D == 2
         && options.region.is_none()
         && options.reach.is_none()
@@ -111,7 +111,7 @@ impl<const D: usize> Plan<D> {
         };
         let regularity = measured.iter().map(|t| t.lattice.map_or(0, |l| l.strength)).max();
         let sides = region_sides(exemplars, &measured, options)?;
-        let reach = reach(options, placement, sides, longest(exemplars.sources().iter().map(|s| s.domain())));
+        let reach = reach(options, placement, sides, longest(ValidBoxes::of(exemplars).domains()));
         // At most far beyond any output, and still far from the end of positions.
         let reach = reach.map(|n| n.min(1 << 24));
         let scale = options.randomness * variance(exemplars);

@@ -1,7 +1,7 @@
 //! How large error regions are where nobody says.
 
 use selvedge_analysis::{Texture, feature_size};
-use selvedge_core::{Exemplars, Source};
+use selvedge_core::{Exemplars, Source, ValidBoxes};
 
 use crate::error::Error;
 use crate::options::Options;
@@ -25,7 +25,7 @@ pub(crate) fn region_sides<const D: usize>(
     if let Some(region) = options.region {
         return held(exemplars, region).map(|()| region);
     }
-    let shortest: Vec<u32> = exemplars.sources().iter().map(|s| shortest(s.domain().shape)).collect();
+    let shortest: Vec<u32> = ValidBoxes::of(exemplars).domains().map(|domain| shortest(domain.shape)).collect();
     let largest = shortest.iter().copied().max().unwrap_or(0);
     let most = shortest.into_iter().filter(|side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
     let known = measured.iter().map(|t| t.feature_size).max();

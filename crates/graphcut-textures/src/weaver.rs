@@ -1,6 +1,8 @@
 //! A run of the method: cover the output, then refine it. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Event, Exemplars, Patch, Run, SeamCosts, SourceMap, Start, Window, Woven, par};
+use selvedge_core::{
+    Domain, Event, Exemplars, Patch, Run, SeamCosts, SourceMap, Start, ValidBoxes, Window, Woven, par,
+};
 use selvedge_expansion::Scratch;
 
 use crate::canvas::Canvas;
@@ -23,6 +25,8 @@ pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) reach: [u32; D],
     /// The longest sides of sources; of one that tiles without end.
     longest: [u32; D],
+    /// What of each source may be used at most.
+    pub(crate) boxes: ValidBoxes<'a, D>,
     /// `k sigma^2`.
     pub(crate) scale: f64,
     pub(crate) variety: f64,
@@ -62,7 +66,7 @@ pub(crate) fn weave_at<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    let singles = if start.sources.is_some() { singles(exemplars)? } else { Vec::new() };
+    let singles = singles(exemplars, start.sources.is_some())?;
     let mut weaver = Weaver::new(exemplars, &singles, plan, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
@@ -87,6 +91,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let output = start.map.domain();
         let region = region_of(plan.region, options.free, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
+        let boxes = ValidBoxes::of(exemplars);
         let cells =
             std::array::from_fn(|a| if options.free[a] { plan.region[a] / CELLS_A_REGION } else { output.shape[a] });
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
@@ -98,7 +103,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
             placement: plan.placement,
             region,
             reach: plan.reach,
-            longest: longest(exemplars.sources().iter().map(|s| s.domain())),
+            longest: longest(boxes.domains()),
+            boxes,
             scale: plan.scale,
             variety: plan.variety,
             history: History::default(),

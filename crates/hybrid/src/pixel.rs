@@ -1,7 +1,7 @@
 //! The choice of single samples: of its candidates the one whose neighborhood agrees best with what is known around.
 //! `[Ding 3.3]`
 
-use selvedge_core::{Coherence, Error, Exemplars, Grid, SampleId, par, reserve, try_vec};
+use selvedge_core::{Coherence, Error, Exemplars, Grid, SampleId, ValidBoxes, par, reserve, try_vec};
 
 use crate::canvas::Canvas;
 use crate::dilation;
@@ -31,6 +31,7 @@ struct Neighbor {
 /// Chooses samples for places.
 pub(crate) struct Pixels<'e> {
     exemplars: &'e Exemplars<2>,
+    boxes: ValidBoxes<'e, 2>,
     coherence: Coherence<'e, 2>,
     search: PixelSearch,
     /// By source, whether its samples may be chosen.
@@ -66,6 +67,7 @@ impl<'e> Pixels<'e> {
         }
         Ok(Self {
             exemplars,
+            boxes: ValidBoxes::of(exemplars),
             coherence: Coherence::new(exemplars),
             search,
             allowed,
@@ -117,14 +119,13 @@ impl<'e> Pixels<'e> {
     pub(crate) fn exact(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
         self.look(canvas, place)?;
         let this = &*self;
-        let n = this.exemplars.table().len() as usize;
         let best = par::fold_blocks(
-            n,
+            this.boxes.len() as usize,
             TOGETHER,
             |range| {
                 let mut best: Option<Choice> = None;
-                for id in range.map(|i| SampleId::new(i as u32)).filter(|&id| this.is_allowed(id) && this.is_valid(id))
-                {
+                let ids = range.map(|number| this.boxes.sample(number as u32));
+                for id in ids.filter(|&id| this.is_allowed(id) && this.is_valid(id)) {
                     let bound = best.map_or(u64::MAX, |b| b.error);
                     best = this.error(id, bound).map(|error| Choice { error, id }).or(best);
                 }

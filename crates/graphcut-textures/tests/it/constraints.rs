@@ -1,8 +1,8 @@
 //! What must not be used, must stay, or may show in places only: masks, fixed samples, fields of sources.
 
 use crate::common::{PLACEMENTS, blobs, of, weave};
-use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Run, SampleId, Seed, SourceMap, Transform};
-use selvedge_graphcut_textures::{Error, Options, Start, graphcut_from};
+use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Limits, Run, SampleId, Seed, SourceMap, Transform};
+use selvedge_graphcut_textures::{Error, Options, Placement, Start, graphcut_from, plan};
 
 #[test]
 fn masks_do_not_make_patches_of_single_samples() {
@@ -162,4 +162,22 @@ fn what_may_not_be_laid_is_not_measured_and_small_sources_are_refined_as_well() 
     let start = Start { map: SourceMap::unassigned(&e, output).unwrap(), fixed: None, sources: Some(field) };
     let woven = graphcut_from(&e, start, &large, &Run::seeded(1)).unwrap();
     assert!(10 < woven.stats.improvements, "{}", woven.stats.improvements);
+}
+
+#[test]
+fn a_mask_of_one_sample_is_laid_everywhere_at_once() {
+    let plane = blobs([64, 64], 1);
+    let only = |at: [u32; 2]| at == [20, 30];
+    let domain = plane.domain();
+    let mask = Grid::from_vec(domain, 1, domain.positions().map(only).collect()).unwrap();
+    let planes = std::slice::from_ref(&plane);
+    let e = Exemplars::new(&Encoder::fit(&[planes]).unwrap(), &[Exemplar::new(planes).masked(Some(&mask))]).unwrap();
+    // One position fits, and it is known without a search of all others.
+    let plan = plan(&e, Domain::open([40, 40]), None, &Options::default(), &Limits::default()).unwrap();
+    assert_eq!((plan.region, plan.reach), ([1; 2], [1; 2]));
+    for placement in [Placement::Random, Placement::Sub, Placement::Entire] {
+        let options = Options { placement, ..Options::default() };
+        let map = weave(&e, Domain::open([40, 40]), &options).0;
+        assert!(map.ids.plane(0).iter().all(|&id| e.locate(id) == Some((0, [20, 30]))));
+    }
 }
