@@ -2,7 +2,7 @@
 
 use selvedge_core::{Averaging, Bytes, Domain, Error, Patch, Payload, Plane, SampleId, Window, par};
 
-use crate::laid::Laid;
+use crate::map_view::MapView;
 use crate::near::near_seams;
 use crate::region::{Shown, rows, shown};
 
@@ -15,7 +15,7 @@ const TOGETHER: usize = 16;
 
 /// Part of an output, what is around it, and the positions in it that are to be blended.
 pub(crate) struct Part<'a, const D: usize> {
-    pub(crate) laid: &'a Laid<'a, D>,
+    pub(crate) laid: &'a MapView<'a, D>,
     payload: &'a Payload<'a, D>,
     averaging: &'a Averaging,
     /// The box around all that is wanted.
@@ -87,7 +87,7 @@ pub(crate) struct Blend {
 
 /// Renders a map, and what `blend` makes of the positions that have a seam within `reach` along every axis.
 pub(crate) fn render<const D: usize>(
-    laid: &Laid<'_, D>,
+    laid: &MapView<'_, D>,
     planes: &[&Plane<D>],
     reach: u32,
     blend: impl Fn(&Part<'_, D>) -> Blend + Sync,
@@ -149,7 +149,7 @@ fn boxes<const D: usize>(output: Domain<D>) -> Vec<Window<D>> {
 
 /// What is to be blended in a box; `None` for nothing.
 fn part<'a, const D: usize>(
-    (laid, payload, averaging): (&'a Laid<'a, D>, &'a Payload<'a, D>, &'a Averaging),
+    (laid, payload, averaging): (&'a MapView<'a, D>, &'a Payload<'a, D>, &'a Averaging),
     whole: &Window<D>,
     near: &[bool],
     reach: u32,

@@ -3,7 +3,7 @@
 use selvedge_core::{Bytes, Domain, Error, Grid, Plane, Render, SourceMap, Window};
 
 use crate::boxes::{Blend, Part, bytes, render};
-use crate::laid::Laid;
+use crate::map_view::MapView;
 use crate::region::{Shown, grown, rows};
 
 /// A source map whose seams are feathered with a Gaussian kernel.
@@ -13,7 +13,7 @@ use crate::region::{Shown, grown, rows};
 /// colours weighed by their alpha; normals keep their length.
 #[derive(Clone, Debug)]
 pub struct Feathered<'m, const D: usize> {
-    laid: Laid<'m, D>,
+    laid: MapView<'m, D>,
     reach: u32,
     /// The kernel along each axis, `2 * reach + 1` weights.
     kernel: Vec<f64>,
@@ -33,7 +33,7 @@ impl<'m, const D: usize> Feathered<'m, D> {
     pub fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>, sigma: f64) -> Result<Self, crate::Error> {
         Self::validate(sigma)?;
         let reach = reach(sigma);
-        Ok(Self { laid: Laid::new(map, valid)?, reach, kernel: gaussian(sigma, reach) })
+        Ok(Self { laid: MapView::new(map, valid)?, reach, kernel: gaussian(sigma, reach) })
     }
 
     /// Checks a sigma.

@@ -5,7 +5,7 @@
 use selvedge_core::{Averaging, Bytes, Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap, par, try_vec};
 
 use crate::conjugate::Held;
-use crate::laid::Laid;
+use crate::map_view::MapView;
 use crate::near::near_seams;
 use crate::poisson::Poisson;
 
@@ -31,7 +31,7 @@ const TOLERANCE: f64 = 1e-4 / 255.0;
 /// keep their length. Where nothing changes samples are copied bit for bit.
 #[derive(Clone, Debug)]
 pub struct Fused<'m, const D: usize> {
-    laid: Laid<'m, D>,
+    laid: MapView<'m, D>,
     reach: Option<u32>,
     stronger: bool,
 }
@@ -43,7 +43,7 @@ impl<'m, const D: usize> Fused<'m, D> {
     /// [`selvedge_core::Error::UnknownSample`] if the map names one, [`crate::Error::Shape`] for validity of other
     /// shapes than the sources.
     pub fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>) -> Result<Self, crate::Error> {
-        Ok(Self { laid: Laid::new(map, valid)?, reach: None, stronger: false })
+        Ok(Self { laid: MapView::new(map, valid)?, reach: None, stronger: false })
     }
 
     /// The same, but positions where `kept` is true are copied, and what is around them follows.

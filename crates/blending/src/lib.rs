@@ -43,7 +43,7 @@ mod error;
 mod feather;
 mod fourier;
 mod fused;
-mod laid;
+mod map_view;
 mod near;
 mod poisson;
 mod region;

@@ -7,7 +7,7 @@ use selvedge_core::{Bytes, Domain, Error, Grid, Plane, Render, SourceMap};
 
 use crate::bands::{Bands, reach};
 use crate::boxes::{Blend, Part, bytes, render};
-use crate::laid::Laid;
+use crate::map_view::MapView;
 use crate::region::{Shown, grown, rows};
 
 /// A source map whose seams are splined: each band of detail is blended over a width of its own.
@@ -17,7 +17,7 @@ use crate::region::{Shown, grown, rows};
 /// normals keep their length.
 #[derive(Clone, Debug)]
 pub struct Splined<'m, const D: usize> {
-    laid: Laid<'m, D>,
+    laid: MapView<'m, D>,
     levels: u32,
 }
 
@@ -38,7 +38,7 @@ impl<'m, const D: usize> Splined<'m, D> {
         levels: u32,
     ) -> Result<Self, crate::Error> {
         Self::validate(levels)?;
-        Ok(Self { laid: Laid::new(map, valid)?, levels })
+        Ok(Self { laid: MapView::new(map, valid)?, levels })
     }
 
     /// Bands that carry a difference of shade across a map's patches: the coarsest is blended over no more than half of

@@ -6,7 +6,7 @@ use crate::Error;
 
 /// A map, what of its sources may show, and where it is copied.
 #[derive(Clone, Debug)]
-pub(crate) struct Laid<'m, const D: usize> {
+pub(crate) struct MapView<'m, const D: usize> {
     pub(crate) map: &'m SourceMap<D>,
     /// By source: which of its samples may show.
     valid: Vec<Option<&'m Grid<bool, D>>>,
@@ -14,7 +14,7 @@ pub(crate) struct Laid<'m, const D: usize> {
     pub(crate) kept: Option<&'m Grid<bool, D>>,
 }
 
-impl<'m, const D: usize> Laid<'m, D> {
+impl<'m, const D: usize> MapView<'m, D> {
     pub(crate) fn new(map: &'m SourceMap<D>, valid: Vec<Option<&'m Grid<bool, D>>>) -> Result<Self, Error> {
         if map.ids.channels() != 1 {
             return Err(selvedge_core::Error::Channels { what: "map", found: map.ids.channels() }.into());
