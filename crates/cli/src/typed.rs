@@ -229,15 +229,21 @@ mod tests {
     }
 
     /// A value for an option that differs from its default.
-    fn other(arg: &clap::Arg) -> String {
+    fn other(command: &str, arg: &clap::Arg) -> String {
         let long = arg.get_long().unwrap_or_default();
         let default: Vec<&std::ffi::OsStr> = arg.get_default_values().iter().map(|d| d.as_os_str()).collect();
         let possible = arg.get_possible_values();
         match (long, possible.iter().find(|v| !default.contains(&std::ffi::OsStr::new(v.get_name())))) {
+            ("size" | "region" | "reach", _) if command == "video" => "7x9x5".into(),
             ("size", _) => "7x9".into(),
+            ("init", _) => "quilt".into(),
+            ("schedule", _) => "2:8,1:8".into(),
+            ("jump" | "center", _) => "9,3".into(),
+            ("range", _) => "1-3".into(),
+            ("flipbook" | "from-flipbook", _) => "2x3".into(),
             ("at", _) => "3,4".into(),
             ("color", _) => "#ffff00=1 --strokes f".into(),
-            ("keep", _) => "1 f".into(),
+            ("keep", _) if command == "merge" => "1 f".into(),
             ("ignore-light", _) => "0.5".into(),
             ("scale-range", _) => "0.5..3".into(),
             ("correspondence", _) => "orientation=3".into(),
@@ -292,31 +298,57 @@ mod tests {
             }
         };
         let mut seen = 0;
-        for (name, rest) in [
+        let lines = [
             ("synthesize", "a -o b"),
             ("quilt", "a -o b"),
             ("transfer", "a -o b"),
             ("graphcut", "a -o b"),
             ("hybrid", "a -o b"),
+            ("optimize", "a -o b"),
+            ("analogy", "a b c -o d"),
+            ("numbers", "a --labels b --target c -o d"),
+            ("detail", "a --low b --scale 2 -o c"),
+            ("animate", "a --flow sink -o b.####.png"),
+            ("video", "a -o b"),
             ("merge", "a b -o c"),
             ("fill", "a -o b"),
+            ("extend", "a --size 9 -o b"),
             ("extend", "a --size 2x -o b"),
             ("tile", "a -o b"),
             ("apply", "m a -o b"),
             ("compare", "a b"),
-        ] {
+        ];
+        // Pictures carry how they were made; `again` and `random-labels` have no options of their own.
+        let weaves = |c: &clap::Command| c.get_arguments().any(|a| a.get_long() == Some("output"));
+        for command in program.get_subcommands().filter(|c| weaves(c)) {
+            let name = command.get_name();
+            assert!(["again", "random-labels"].contains(&name) || lines.iter().any(|(of, _)| *of == name), "{name}");
+        }
+        for (name, rest) in lines {
             let command = program.find_subcommand(name).unwrap();
             let plain = used(&format!("selvedge {name} {rest}"));
             for arg in command.get_arguments().filter(|a| !a.is_positional() && !a.is_global_set()) {
                 let long = arg.get_long().unwrap();
-                if !crate::used::is_used(long) {
+                if !crate::used::is_used(long) || rest.contains(&format!("--{long} ")) {
                     continue;
                 }
-                let value = if arg.get_action().takes_values() { format!(" {}", other(arg)) } else { String::new() };
-                let more = if long == "scale-range" { " --scale-field f" } else { "" };
+                let value =
+                    if arg.get_action().takes_values() { format!(" {}", other(name, arg)) } else { String::new() };
+                // What only says how another option acts needs that one.
+                let more = match long {
+                    "scale-range" => " --scale-field f",
+                    "want-where" => " --want f",
+                    "guide-where" => " --guide x y",
+                    "from-pad" => " --from-flipbook 2x3",
+                    "pad" => " --flipbook 2x3",
+                    "play" => " --frames 9",
+                    "surface-from" => " --jump 9,3",
+                    "still-frame" => " --fixed f",
+                    _ => "",
+                };
                 let value = if long == "guide" { " x y".to_owned() } else { value };
                 // A clip is compared with itself.
-                let rest = if long == "loop" { "a" } else { rest };
+                let rest = if (name, long) == ("compare", "loop") { "a" } else { rest };
                 let changed = used(&format!("selvedge {name} {rest} --{long}{value}{more}"));
                 assert_ne!(changed, plain, "{name} --{long}{value}");
                 seen += 1;
