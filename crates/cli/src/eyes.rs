@@ -57,7 +57,9 @@ fn lit(plane: &Plane<2>) -> Result<Grid<u8, 2>, Failure> {
     Ok(grid)
 }
 
-/// Where light begins to be pressed together, and how bright half of a picture may be.
+/// Where light begins to be pressed together, and how bright half of a picture may be. Both are choices: what is
+/// darker than the knee is shown as it is, so that an HDR picture looks like its 8-bit one wherever that has room; a
+/// picture whose half is above middle light is shown darker, or all of it would lie beyond the knee.
 const KNEE: f64 = 0.8;
 const GREY: f64 = 0.5;
 

@@ -33,12 +33,14 @@ pub(crate) struct Failure {
     pub(crate) message: String,
     /// What to do.
     pub(crate) remedy: Option<String>,
+    /// If a signal ended the run: what is left of it.
+    pub(crate) left: Option<String>,
 }
 
 impl Failure {
     /// What is wrong; a remedy goes beside it, since either may hold any sign.
     pub(crate) fn new(exit: u8, message: impl Into<String>) -> Self {
-        Self { exit, path: None, message: message.into(), remedy: None }
+        Self { exit, path: None, message: message.into(), remedy: None, left: None }
     }
 
     /// The same, about a file.
@@ -75,24 +77,26 @@ impl Failure {
     /// The run was ended by a signal.
     pub(crate) fn interrupted(signal: u8) -> Self {
         // There is nothing to mend.
-        Self { exit: 128 + signal, path: None, message: "interrupted; nothing was written".into(), remedy: None }
+        Self::new(128 + signal, "interrupted; nothing was written")
     }
 
     /// The run was ended by a signal when its files had their names.
     pub(crate) fn late(signal: u8) -> Self {
-        Self { message: "interrupted; the files were written".into(), ..Self::interrupted(signal) }
+        Self::leaving(signal, "the files were written".into())
     }
 
     /// The run was ended by a signal, and what there was is in a file.
     pub(crate) fn kept(signal: u8, partial: &Path) -> Self {
-        let message = format!("interrupted; the best so far is in '{}'", shown(partial));
-        Self { message, ..Self::interrupted(signal) }
+        Self::leaving(signal, format!("the best so far is in '{}'", shown(partial)))
+    }
+
+    fn leaving(signal: u8, left: String) -> Self {
+        Self { left: Some(left.clone()), ..Self::new(128 + signal, format!("interrupted; {left}")) }
     }
 
     /// The same where so many runs before it are written.
     pub(crate) fn after(self, runs: usize) -> Self {
-        let rest = self.message.strip_prefix("interrupted; ").filter(|rest| *rest != "nothing was written");
-        let rest = rest.map_or(String::new(), |rest| format!(", and {rest}"));
+        let rest = self.left.as_ref().map_or(String::new(), |left| format!(", and {left}"));
         let (runs, were) = (n("run", runs), if runs == 1 { "was" } else { "were" });
         let message = format!("interrupted; {runs} before {were} written{rest}");
         Self { message, ..self }
@@ -104,7 +108,7 @@ impl Failure {
         let (text, version) = (text.unwrap_or("no message"), env!("CARGO_PKG_VERSION"));
         let place = PLACE.get().map_or(String::new(), |place| format!(" at {place}"));
         let message = format!("internal error in version {version}{place}: {text}");
-        Self { exit: 70, path: None, message, remedy: None }.remedy("please report it with the command and its input")
+        Self::new(70, message).remedy("please report it with the command and its input")
     }
 
     /// Standard output took nothing more.
@@ -133,6 +137,7 @@ impl Failure {
             path: self.path.as_ref().map(|text| cut(text, path)),
             message: cut(&self.message, message),
             remedy: self.remedy.as_ref().map(|text| cut(text, remedy)),
+            left: None,
         }
     }
 

@@ -126,6 +126,8 @@ impl<const D: usize> ErrorCells<D> {
             let size = self.output.strides()[axis] as u32 * self.sides[axis];
             let mut along: Vec<usize> =
                 window.along(self.output, axis).flatten().map(|p| (p / size) as usize * stride).collect();
+            // A window that wraps comes back to the cell that it began in: twice in the list it would only cost its sum
+            // once more.
             along.sort_unstable();
             along.dedup();
             found = found.iter().flat_map(|f| along.iter().map(move |a| f + a)).collect();

@@ -4,6 +4,8 @@ use selvedge_core::{Domain, Error as CoreError, Grid};
 
 use crate::error::Error;
 
+/// Scales that a field may ask for. Beyond them a sample of one source covers more than a whole region of another, and
+/// sources grow with the square of the scale: at 16 an exemplar of 256 px has 16 million samples.
 const LEAST: f64 = 1.0 / 16.0;
 const MOST: f64 = 16.0;
 

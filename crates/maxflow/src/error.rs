@@ -144,6 +144,25 @@ pub enum ErrorKind {
 }
 
 impl MaxflowError {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Shape { .. } => "use one to three axes, none of them empty",
+            Self::TooLarge { .. } => "solve it in parts",
+            Self::NoSuchArc { .. } | Self::ForeignArc { .. } => "use the name that `arc` gave for this graph",
+            Self::NodeOutOfRange { .. } => "count nodes from 0",
+            Self::NoNeighbour { .. } => "link along the axes and diagonals that the grid was made with, inside of it",
+            Self::NegativeCapacity { .. } => "give capacities of at least 0, and take back no more than there is",
+            Self::CapacityTooLarge { .. } | Self::Cost { .. } => "scale all capacities down alike",
+            Self::MaskTooLate { .. } => "mask nodes first",
+            Self::LabellingSize { .. } | Self::Count { .. } => "give one value a node",
+            Self::NotSolved => "solve it first",
+            Self::Dimacs { .. } => "mend that line",
+            Self::OutOfMemory { .. } => "solve a smaller graph, or allow more memory",
+            Self::Cancelled => "solve again to go on",
+        }
+    }
+
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
