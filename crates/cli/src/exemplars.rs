@@ -15,7 +15,7 @@ use crate::harmonise::{
 };
 use crate::inputs::{self, Input};
 use crate::light::LightArgs;
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::outputs;
 use crate::planes::check_size;
 use crate::report::Report;
@@ -227,10 +227,9 @@ impl Headers {
         self.each_source(transforms).map(|(transform, domain)| transform.domain(domain)).collect()
     }
 
-    /// The domain of each source that is resampled.
-    pub(crate) fn resampled(&self, transforms: &[Transform]) -> Vec<Domain<2>> {
-        let resampled = |(t, _): &(Transform, Domain<2>)| matches!(t, Transform::Resampled { .. });
-        self.each_source(transforms).filter(resampled).map(|(transform, domain)| transform.domain(domain)).collect()
+    /// How each source is shown, and its domain.
+    pub(crate) fn shown(&self, transforms: &[Transform]) -> Vec<(Transform, Domain<2>)> {
+        self.each_source(transforms).map(|(transform, domain)| (transform, transform.domain(domain))).collect()
     }
 
     /// How each source is made, and of what.
@@ -252,7 +251,7 @@ impl Headers {
         session: &Session<'_>,
         transforms: &[Transform],
         report: &mut Report,
-    ) -> Result<Loaded, Failure> {
+    ) -> Result<ExemplarSet, Failure> {
         let (mut planes, mut fingerprints, mut metadata) = (Vec::new(), Vec::new(), Vec::<Metadata>::new());
         let association = common_association(self.infos.iter().map(|info| (info.alpha, info.association)));
         for input in &self.inputs {
@@ -283,7 +282,7 @@ impl Headers {
             payload.map(|((path, plane), tags)| converted(session, path, plane, self.depth, (tags, self.exposure)));
         let payload = alike(session, &paths, payload.collect::<Result<_, _>>()?)?;
         let first = metadata.swap_remove(0).converted(depths[0], self.depth);
-        Ok(Loaded {
+        Ok(ExemplarSet {
             exemplars,
             encoder,
             payload,

@@ -9,7 +9,7 @@ use selvedge_io::{Fingerprint, MapFile, MaskChannel};
 use crate::backdrop::{Backdrop, eroded};
 use crate::failure::{Failure, shown};
 use crate::inputs::{Input, ReadMap};
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::loom::{Before, Loom};
 use crate::session::Session;
 use crate::weaving::{Sizing, Weaving};
@@ -177,7 +177,7 @@ pub(crate) fn check_size(
 }
 
 /// A map by the numbers that its samples have in this run; what is masked now is a hole.
-fn rebased(file: &MapFile, loaded: &Loaded) -> Result<SourceMap<2>, Failure> {
+fn rebased(file: &MapFile, loaded: &ExemplarSet) -> Result<SourceMap<2>, Failure> {
     let table = loaded.exemplars.table();
     let found: Vec<Option<usize>> = (0..file.map.table.sources().len()).map(|s| find(table, file, s, loaded)).collect();
     file.map.rebased(&loaded.exemplars, &found).map_err(|error| match error {
@@ -188,7 +188,7 @@ fn rebased(file: &MapFile, loaded: &Loaded) -> Result<SourceMap<2>, Failure> {
 
 /// The run's source that is the same as one of a map: of an exemplar with the same content, made in the same way. If an
 /// exemplar is given twice, that of the same number.
-fn find(table: &SourceTable<2>, file: &MapFile, source: usize, loaded: &Loaded) -> Option<usize> {
+fn find(table: &SourceTable<2>, file: &MapFile, source: usize, loaded: &ExemplarSet) -> Option<usize> {
     let (origin, domain) = file.map.table.sources()[source];
     let made_of = &file.exemplars[usize::from(origin.exemplar)];
     let same = |s: &usize| {
@@ -202,7 +202,7 @@ fn find(table: &SourceTable<2>, file: &MapFile, source: usize, loaded: &Loaded) 
 }
 
 /// Says which exemplar, or which way to turn it, a map was made with and this run has not.
-fn missing(file: &MapFile, source: usize, loaded: &Loaded) -> Failure {
+fn missing(file: &MapFile, source: usize, loaded: &ExemplarSet) -> Failure {
     let (origin, _) = file.map.table.sources()[source];
     let Fingerprint { name, blake3 } = &file.exemplars[usize::from(origin.exemplar)];
     if loaded.fingerprints.iter().all(|f| f.blake3 != *blake3) {

@@ -8,7 +8,7 @@ use selvedge_io::{Fingerprint, Metadata};
 use crate::failure::Failure;
 
 /// Exemplars as methods see them, and what is rendered from them.
-pub(crate) struct Loaded {
+pub(crate) struct ExemplarSet {
     pub(crate) exemplars: Exemplars<2>,
     /// What made their features: other pictures that are compared with them go through it.
     pub(crate) encoder: Encoder,
@@ -27,7 +27,7 @@ pub(crate) struct Loaded {
     pub(crate) metadata: Metadata,
 }
 
-impl Loaded {
+impl ExemplarSet {
     /// Names of what was given as exemplars.
     pub(crate) fn given(&self) -> &[PathBuf] {
         &self.paths[..self.given]

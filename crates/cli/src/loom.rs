@@ -14,7 +14,7 @@ use crate::eyes;
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, OPAQUE, widened};
 use crate::inputs::{self, Input, ReadMap};
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::made;
 use crate::memory;
 use crate::outcome::{MadeBy, Outcome};
@@ -38,7 +38,7 @@ pub(crate) struct Loom<'a> {
     pub(crate) written: Written,
     pub(crate) format: Format,
     pub(crate) report: Report,
-    pub(crate) loaded: Loaded,
+    pub(crate) loaded: ExemplarSet,
     /// Planes of --with.
     pub(crate) layers: Vec<Ready>,
     /// Shape and topology of the output.

@@ -12,16 +12,7 @@ pub(crate) const PROGRAM: Bytes = Bytes(18 << 20);
 
 /// Bytes of the samples of a picture or clip.
 pub(crate) fn picture<const D: usize>(domain: Domain<D>, channels: usize, depth: Depth) -> Bytes {
-    Bytes::of_samples(domain, bytes_of(depth)) * channels as u64
-}
-
-/// Bytes of one sample.
-fn bytes_of(depth: Depth) -> u64 {
-    match depth {
-        Depth::U8 => 1,
-        Depth::U16 | Depth::F16 => 2,
-        Depth::F32 => 4,
-    }
+    Bytes::of_samples(domain, depth.bytes()) * channels as u64
 }
 
 /// An upper bound of what pictures take that are kept: of so many channels, in a depth that each is converted to by
@@ -64,11 +55,6 @@ pub(crate) fn making(sources: &[Domain<2>], channels: usize) -> Bytes {
 
 fn source<const D: usize>(domain: Domain<D>, channels: usize) -> Bytes {
     Bytes::of_samples(domain, channels as u64 + 1)
-}
-
-/// An upper bound of what resampled sources take while a map is rendered: their samples, in the depth of the output.
-pub(crate) fn shown(resampled: &[Domain<2>], channels: usize, depth: Depth) -> Bytes {
-    resampled.iter().map(|domain| picture(*domain, channels, depth)).sum()
 }
 
 /// Bytes of a source map.
@@ -144,7 +130,7 @@ pub(crate) fn check(
 
 /// Refuses what exceeds the budget where only the input can be made smaller.
 pub(crate) fn check_fixed(limits: &Limits, needed: Bytes) -> Result<(), Failure> {
-    limits.admit(Domain::open([1, 1]), needed).map_err(|refused| exceeded(refused, "smaller pictures"))
+    limits.afford(needed).map_err(|refused| exceeded(refused, "smaller pictures"))
 }
 
 fn exceeded(refused: Error, smaller: &str) -> Failure {

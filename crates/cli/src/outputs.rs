@@ -88,12 +88,12 @@ pub(crate) fn check_held(
 /// Files that are made, to be written once all of them are.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
-    made: Vec<Made>,
+    made: Vec<OutputFile>,
     quality: Option<u8>,
 }
 
 #[derive(Clone, Debug)]
-struct Made {
+struct OutputFile {
     path: PathBuf,
     bytes: Vec<u8>,
     /// Width and height.
@@ -124,7 +124,7 @@ impl Outputs {
         let bytes = selvedge_io::encode(plane, metadata, path, &options)?;
         let [height, width] = plane.domain().shape;
         let told = selvedge_io::changes(plane, metadata, format);
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: Some([width, height]), told, clip: None });
+        self.made.push(OutputFile { path: path.to_path_buf(), bytes, size: Some([width, height]), told, clip: None });
         Ok(())
     }
 
@@ -132,7 +132,7 @@ impl Outputs {
     pub(crate) fn map(&mut self, path: &Path, file: &MapFile) -> Result<(), Failure> {
         let bytes = selvedge_io::encode_map(file, path)?;
         let [height, width] = file.map.domain().shape;
-        self.made.push(Made {
+        self.made.push(OutputFile {
             path: path.to_path_buf(),
             bytes,
             size: Some([width, height]),
@@ -157,14 +157,14 @@ impl Outputs {
             let plane = frame(t)?;
             size = plane.domain().shape;
             if let Some((path, bytes)) = writer.encoded(&plane)? {
-                self.made.push(Made { path, bytes, size: None, told: Vec::new(), clip: Some(Value::Null) });
+                self.made.push(OutputFile { path, bytes, size: None, told: Vec::new(), clip: Some(Value::Null) });
             }
         }
         let [height, width] = size;
         let mut ended = writer.ended()?;
         let (last, bytes) = ended.swap_remove(0);
         let more = ended.into_iter();
-        self.made.extend(more.map(|(path, bytes)| Made {
+        self.made.extend(more.map(|(path, bytes)| OutputFile {
             path,
             bytes,
             size: None,
@@ -180,7 +180,7 @@ impl Outputs {
             "period": period,
             "rate": rate.map(|rate| rate.to_string()),
         });
-        self.made.push(Made { path: last, bytes, size: None, told: Vec::new(), clip: Some(noted) });
+        self.made.push(OutputFile { path: last, bytes, size: None, told: Vec::new(), clip: Some(noted) });
         Ok(())
     }
 
@@ -196,18 +196,18 @@ impl Outputs {
 
     /// The first picture as its file has it.
     pub(crate) fn first(&self) -> Result<Option<Plane<2>>, Failure> {
-        let read = |made: &Made| selvedge_io::decode(&made.bytes, &made.path, &ReadOptions::default());
+        let read = |made: &OutputFile| selvedge_io::decode(&made.bytes, &made.path, &ReadOptions::default());
         Ok(self.made.first().map(read).transpose()?.map(|picture| picture.plane))
     }
 
     /// Adds a file that is no picture.
     pub(crate) fn bytes(&mut self, path: &Path, bytes: Vec<u8>) {
-        self.made.push(Made { path: path.to_path_buf(), bytes, size: None, told: Vec::new(), clip: None });
+        self.made.push(OutputFile { path: path.to_path_buf(), bytes, size: None, told: Vec::new(), clip: None });
     }
 
     /// What the report will say of them.
     pub(crate) fn noted(&self) -> Vec<Value> {
-        self.made.iter().map(Made::noted).filter(|noted| !noted.is_null()).collect()
+        self.made.iter().map(OutputFile::noted).filter(|noted| !noted.is_null()).collect()
     }
 
     /// Writes all of them, or none if one of them cannot be written.
@@ -221,7 +221,8 @@ impl Outputs {
         for (made, warning) in self.made.iter().flat_map(|made| made.told.iter().map(move |w| (made, w))) {
             session.warn(&made.path, warning);
         }
-        let (streams, files): (Vec<&Made>, Vec<&Made>) = self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
+        let (streams, files): (Vec<&OutputFile>, Vec<&OutputFile>) =
+            self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
         let (no_clobber, inputs) = (session.global.no_clobber, session.inputs());
         let staged = files.iter().map(|made| StagedFile::beside(&made.path, &made.bytes, no_clobber, &inputs));
         let mut staged = staged.collect::<Result<Vec<_>, _>>()?;
@@ -232,7 +233,7 @@ impl Outputs {
     }
 }
 
-impl Made {
+impl OutputFile {
     fn noted(&self) -> Value {
         if let Some(noted) = &self.clip {
             return noted.clone();

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Render, Role, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Payload, Plane, Render, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, Metadata};
 
 use crate::args::{NonFiniteArg, RoleArg, typed_name};
@@ -44,7 +44,7 @@ pub(crate) struct Layer {
 }
 
 /// One output whose planes' headers were read.
-pub(crate) struct Looked {
+pub(crate) struct PlaneHeaders {
     pub(crate) layer: Layer,
     inputs: Vec<Input>,
     infos: Vec<Info>,
@@ -117,7 +117,7 @@ impl Laying<'_> {
         mut layer: Layer,
         shape: [u32; 2],
         fits: &dyn Fn(usize, &Path, &Info) -> Result<(), Failure>,
-    ) -> Result<Looked, Failure> {
+    ) -> Result<PlaneHeaders, Failure> {
         let inputs = layer.planes.iter().map(|path| Input::new(session, path)).collect::<Result<Vec<_>, Failure>>()?;
         let options = |role: Role| inputs::options(session.limits, role, self.nonfinite);
         let infos = inputs.iter().zip(&layer.roles).map(|(input, role)| input.probe(&options(*role)));
@@ -141,7 +141,7 @@ impl Laying<'_> {
         }
         outputs::check_held(output, shape, (layout, depth), None)?;
         let (exposure, nonfinite) = (self.exposure, self.nonfinite);
-        Ok(Looked { layer, inputs, infos, depth, layout, exposure, nonfinite })
+        Ok(PlaneHeaders { layer, inputs, infos, depth, layout, exposure, nonfinite })
     }
 }
 
@@ -174,7 +174,7 @@ fn role_name(role: Role) -> String {
     })
 }
 
-impl Looked {
+impl PlaneHeaders {
     /// An upper bound of what its planes take once they are read.
     pub(crate) fn read_bytes(&self) -> Bytes {
         memory::pictures(&self.infos, self.layout.channels(), self.depth)
@@ -185,10 +185,10 @@ impl Looked {
         memory::reading(&self.infos)
     }
 
-    /// An upper bound of what laying a weave over them takes: sources that are resampled, and blending.
-    pub(crate) fn laid_bytes(&self, output: Domain<2>, resampled: &[Domain<2>], kept: bool) -> Bytes {
+    /// An upper bound of what laying a weave over them takes: what turned and resampled sources hold, and blending.
+    pub(crate) fn laid_bytes(&self, output: Domain<2>, sources: &[(Transform, Domain<2>)], kept: bool) -> Bytes {
         let channels = self.layout.channels();
-        memory::shown(resampled, channels, self.depth) + self.layer.blending.bytes(output, channels, kept)
+        Payload::bytes(sources, channels, self.depth) + self.layer.blending.bytes(output, channels, kept)
     }
 
     /// An upper bound of what its output takes until it is written.

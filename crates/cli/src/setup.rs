@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use selvedge_analysis::Texture;
-use selvedge_core::{Bytes, Depth, Domain, Transform};
+use selvedge_core::{Bytes, Depth, Domain, Payload, Transform};
 use selvedge_io::Format;
 
 use crate::backdrop::Backdrop;
@@ -15,10 +15,10 @@ use crate::failure::Failure;
 use crate::ground::{Ground, StartArgs};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::loom::{Before, Loom};
 use crate::memory::{self, Resized};
-use crate::planes::{Laying, Looked, is_upright, warn_of_normals};
+use crate::planes::{Laying, PlaneHeaders, is_upright, warn_of_normals};
 use crate::repairing::Repairing;
 use crate::report::Report;
 use crate::session::Session;
@@ -26,7 +26,7 @@ use crate::weaving::{Sizing, Weaving};
 use crate::{explain, eyes, names, outputs, page};
 
 /// How a command lays all exemplars.
-type Laid<'a> = Box<dyn Fn(&[Domain<2>]) -> Domain<2> + 'a>;
+type Arrangement<'a> = Box<dyn Fn(&[Domain<2>]) -> Domain<2> + 'a>;
 
 /// What the size of an output follows from.
 pub(crate) enum OutputSize<'a> {
@@ -35,7 +35,7 @@ pub(crate) enum OutputSize<'a> {
     /// A picture, of which the header is read, so many times larger.
     Picture(Input, u32),
     /// All exemplars, as a command lays them.
-    Laid(Laid<'a>),
+    Arranged(Arrangement<'a>),
     /// What was there before, with which the size typed must agree.
     Ground(Box<Ground>, Sizing),
 }
@@ -80,7 +80,7 @@ impl OutputSize<'_> {
                 let info = picture.probe(&weaving.read_options(session))?;
                 Ok(weaving.tiled([info.height, info.width].map(|side| side.saturating_mul(*times))))
             }
-            Self::Laid(laid) => Ok(laid(exemplars)),
+            Self::Arranged(laid) => Ok(laid(exemplars)),
             Self::Ground(ground, sizing) => ground.domain(exemplars, *sizing, weaving),
         }
     }
@@ -95,7 +95,7 @@ impl OutputSize<'_> {
         match self {
             Self::Exemplar(sizing) => sizing.is_multiple(),
             Self::Picture(..) => false,
-            Self::Laid(_) => true,
+            Self::Arranged(_) => true,
             Self::Ground(ground, sizing) => ground.is_bare() && sizing.is_multiple(),
         }
     }
@@ -197,7 +197,7 @@ impl<'a> Setup<'a> {
                 warn_of_normals(session, path, plane, "weave another plane, and lay this one --with it");
             }
         }
-        let read = |looked: Looked| {
+        let read = |looked: PlaneHeaders| {
             let ready = looked.read(session, &mut report, &|_, _, _| {})?;
             ready.warn_of_normals(session, &self.transforms);
             Ok(ready)
@@ -209,7 +209,7 @@ impl<'a> Setup<'a> {
         let (before, picture) = match self.size {
             OutputSize::Ground(ground, _) => (Some(ground as Box<dyn Before>), None),
             OutputSize::Picture(picture, _) => (None, Some(picture)),
-            OutputSize::Exemplar(_) | OutputSize::Laid(_) => (None, None),
+            OutputSize::Exemplar(_) | OutputSize::Arranged(_) => (None, None),
         };
         Ok(Loom {
             session,
@@ -233,12 +233,12 @@ impl<'a> Setup<'a> {
     /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in
     /// pixels stays, and the nearest that closes is named; any other becomes the next smaller one that does, which is
     /// told.
-    fn closed(&self, session: &Session<'_>, loaded: &Loaded, domain: Domain<2>) -> Result<Domain<2>, Failure> {
+    fn closed(&self, session: &Session<'_>, loaded: &ExemplarSet, domain: Domain<2>) -> Result<Domain<2>, Failure> {
         let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
         let free = match self.size {
             OutputSize::Exemplar(_) => true,
             OutputSize::Ground(ref ground, _) => ground.is_bare(),
-            OutputSize::Picture(..) | OutputSize::Laid(_) => false,
+            OutputSize::Picture(..) | OutputSize::Arranged(_) => false,
         };
         if domain.periodic == [false; 2] || !as_it_is || !free {
             return Ok(domain);
@@ -280,8 +280,8 @@ impl<'a> Setup<'a> {
         }
     }
 
-    fn need(&self, headers: &Headers, layers: &[Looked], estimate: Estimate<'_>, domain: Domain<2>) -> Bytes {
-        let (sources, resampled) = (headers.sources(&self.transforms), headers.resampled(&self.transforms));
+    fn need(&self, headers: &Headers, layers: &[PlaneHeaders], estimate: Estimate<'_>, domain: Domain<2>) -> Bytes {
+        let (sources, shown) = (headers.sources(&self.transforms), headers.shown(&self.transforms));
         let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
         let matched: Vec<_> = headers.matched_infos().cloned().collect();
         // Planes that decide may have four channels, and depths of their own.
@@ -289,11 +289,11 @@ impl<'a> Setup<'a> {
             matched.iter().map(|info| memory::pictures(std::slice::from_ref(info), 4, info.depth)).sum();
         let kept = memory::pictures(&headers.infos, channels, depth)
             + memory::masks(&headers.mask_infos)
-            + memory::shown(&resampled, channels, depth)
-            + layers.iter().map(Looked::read_bytes).sum();
+            + Payload::bytes(&shown, channels, depth)
+            + layers.iter().map(PlaneHeaders::read_bytes).sum();
         // Exemplars are read before they become sources, and a method begins when all are made.
         let read = memory::reading(headers.infos.iter().chain(&headers.mask_infos).chain(&matched))
-            .max(layers.iter().map(Looked::reading_bytes).max().unwrap_or_default());
+            .max(layers.iter().map(PlaneHeaders::reading_bytes).max().unwrap_or_default());
         let making = memory::making(&sources, features) + matched_held + headers.light_bytes(&sources);
         let args = &self.weaving;
         let explained = [args.explain.is_some(), args.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
@@ -301,8 +301,7 @@ impl<'a> Setup<'a> {
         let shown_twice = if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };
         let blended = self.blending.bytes(domain, headers.layout.colors + 1, self.keeps);
         let method = estimate(&sources, features, domain) + blended;
-        let laid =
-            layers.iter().map(|layer| layer.laid_bytes(domain, &resampled, self.keeps)).max().unwrap_or_default();
+        let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &shown, self.keeps)).max().unwrap_or_default();
         let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
         let written =
             memory::outputs(domain, channels, depth, args.map.is_some()) + explained + laid + made + shown_twice;

@@ -9,7 +9,7 @@ use selvedge_io::Info;
 use crate::args::RoleArg;
 use crate::exemplars::Headers;
 use crate::failure::{Failure, n};
-use crate::planes::{Laying, Looked, check_size};
+use crate::planes::{Laying, PlaneHeaders, check_size};
 use crate::session::Session;
 use crate::used::Used;
 
@@ -89,7 +89,7 @@ impl With {
         headers: &Headers,
         pattern: &std::path::Path,
         output: Domain<2>,
-    ) -> Result<Vec<Looked>, Failure> {
+    ) -> Result<Vec<PlaneHeaders>, Failure> {
         if self.with.is_empty() {
             return Ok(Vec::new());
         }

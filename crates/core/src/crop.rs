@@ -3,8 +3,8 @@
 use crate::{Domain, Error, Exemplars, Grid, SampleId, Source, SourceTable, Window};
 
 impl<const D: usize> Source<D> {
-    /// The smallest box that holds every valid sample; all of the source along axes on which it is periodic. Empty where
-    /// no sample is valid. Takes a look at every sample of a mask.
+    /// The smallest box that holds every valid sample; all of the source along axes on which it is periodic. Empty
+    /// where no sample is valid. Takes a look at every sample of a mask.
     pub fn valid_box(&self) -> Window<D> {
         let domain = self.domain();
         let Some(valid) = &self.valid else { return Window::all(domain) };

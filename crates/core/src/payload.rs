@@ -5,7 +5,9 @@ use half::f16;
 use crate::plane::Plane;
 use crate::resample;
 use crate::source_table::SourceTable;
-use crate::{Domain, Error, Grid, NormalCoding, Origin, Role, SampleId, Samples, Transform, par, try_vec};
+use crate::{
+    Bytes, Depth, Domain, Error, Grid, NormalCoding, Origin, Role, SampleId, Samples, Transform, par, try_vec,
+};
 
 /// Samples that one task looks up: enough that starting it costs nothing beside them.
 const TOGETHER: usize = 1 << 14;
@@ -31,6 +33,18 @@ impl<'a, const D: usize> Payload<'a, D> {
         let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
         let turned = turned.collect::<Result<_, _>>()?;
         Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes)?, turned })
+    }
+
+    /// An upper bound of the bytes that it holds beside the planes: for sources of these transforms and shapes, of
+    /// planes of so many channels in that depth. Resampled sources have samples of their own, turned ones numbers of
+    /// the exemplar's.
+    pub fn bytes(sources: &[(Transform, Domain<D>)], channels: usize, depth: Depth) -> Bytes {
+        let of = |&(transform, domain): &(Transform, Domain<D>)| match transform {
+            Transform::IDENTITY => Bytes(0),
+            Transform::Exact { .. } => Bytes::of_samples(domain, size_of::<u32>() as u64),
+            Transform::Resampled { .. } => Bytes::of_samples(domain, depth.bytes()) * channels as u64,
+        };
+        sources.iter().map(of).sum()
     }
 
     /// The planes, as they were given.

@@ -51,6 +51,15 @@ impl Depth {
         }
     }
 
+    /// Bytes of one sample.
+    pub const fn bytes(self) -> u64 {
+        match self {
+            Self::U8 => 1,
+            Self::U16 | Self::F16 => 2,
+            Self::F32 => 4,
+        }
+    }
+
     /// What full light and full alpha are as numbers: the greatest integer, or 1.
     pub const fn full(self) -> f64 {
         match self {

@@ -31,6 +31,14 @@ impl Limits {
         if over || self.samples < Bytes::of_samples(output, 1).0 {
             return Err(Error::OverCaps { shape: output.shape.to_vec(), side: self.side, samples: self.samples });
         }
+        self.afford(needed)
+    }
+
+    /// The half of [`admit`](Self::admit) that is about memory: for runs without an output of their own.
+    ///
+    /// # Errors
+    /// [`Error::OverBudget`].
+    pub fn afford(&self, needed: Bytes) -> Result<(), Error> {
         let budget = Bytes(self.memory);
         if needed <= budget { Ok(()) } else { Err(Error::OverBudget { needed, budget }) }
     }

@@ -1,6 +1,6 @@
 //! What a seam costs: the price of two patches meeting between neighbours, in integers.
 
-use crate::{Error, Exemplars, SampleId, SourceMap, SourceTable, try_vec};
+use crate::{Bytes, Error, Exemplars, SampleId, SourceMap, SourceTable, try_vec};
 
 /// See [`SeamCosts::SCALE`].
 const SCALE: u32 = 16;
@@ -54,6 +54,11 @@ impl<const D: usize> SeamCosts<D> {
     pub const RATIO: u32 = 1024;
     /// No seam costs more: a link of a cut holds two prices in `2^27`, max-flow's bound.
     pub const MAX: i32 = 1 << 26;
+
+    /// The bytes that prices of exemplars of so many samples and channels hold, whatever their measure.
+    pub fn bytes(samples: Bytes, channels: usize) -> Bytes {
+        samples * (channels as u64 + 1 + 4 * D as u64)
+    }
 
     /// Prepares the samples of all sources: about `channels + 1` bytes a sample, and `4 D` more for gradients.
     ///

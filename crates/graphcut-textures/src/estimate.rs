@@ -1,6 +1,6 @@
 //! How much memory a run needs.
 
-use selvedge_core::{Bytes, Domain};
+use selvedge_core::{Bytes, Domain, SeamCosts};
 use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes};
 
 use crate::error_cells::CELLS_A_REGION;
@@ -28,8 +28,8 @@ const A_VECTOR: u64 = 64;
 const A_CARRIED: u64 = 4 + 1 + 4 + 4;
 /// Samples of tiles that are decided together, where two lie beside each other along an axis.
 const A_TILES_SAMPLES: u64 = 512 * 64 * 64 / 4;
-/// What a run takes however small it is.
-const A_RUN: u64 = 1 << 20;
+/// What a run takes however small it is. With half of it, 16x16 from 16x16 held 1.72 MB where 1.18 were told.
+const A_RUN: u64 = 2 << 20;
 
 /// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
 /// the domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose,
@@ -99,9 +99,9 @@ fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain
     // The map, and the costs of its seams by cells.
     let cell = len(sides.map(|n| (n / CELLS_A_REGION).max(1)));
     let map = Bytes::of_samples(output, 5) + Bytes(len(output.shape) / cell) * 42;
-    let seams = samples * (channels as u64 + 1 + 4 * D as u64 + A_CANDIDATE);
-    // Each source once more, to be searched alone.
-    let singles = if 1 < sources.len() { samples * (channels as u64 + 1) } else { Bytes(0) };
+    let seams = SeamCosts::<D>::bytes(samples, channels) + samples * A_CANDIDATE;
+    // Each source once more, if a mask leaves a part of it: that part is searched alone.
+    let singles = samples * (channels as u64 + 1);
     let shown = |s: &Domain<D>| Bytes(len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a]))));
     let nodes = sources.iter().map(shown).max().unwrap_or_default();
     // What each region of a batch waits to lay, and what it takes on a thread of its own.
@@ -161,10 +161,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_least_run_takes_a_mebibyte() {
+    fn the_least_run_takes_two_mebibytes() {
         let one = Domain::open([1, 1]);
         let least = estimate(&[one], 1, one, &Options { region: Some([1; 2]), ..Options::default() }).0;
-        assert!((1 << 20..3 << 19).contains(&least), "{least}");
+        assert!((2 << 20..3 << 20).contains(&least), "{least}");
     }
 
     #[test]

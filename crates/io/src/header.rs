@@ -52,12 +52,8 @@ impl Header {
 
     /// Bytes of the samples.
     pub(crate) fn bytes(&self) -> u64 {
-        let sample = match self.depth {
-            Depth::U8 => 1,
-            Depth::U16 | Depth::F16 => 2,
-            Depth::F32 => 4,
-        };
-        self.width.saturating_mul(self.height).saturating_mul(self.channels as u64).saturating_mul(sample)
+        let pixels = self.width.saturating_mul(self.height);
+        pixels.saturating_mul(self.channels as u64).saturating_mul(self.depth.bytes())
     }
 }
 

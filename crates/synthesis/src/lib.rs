@@ -103,6 +103,8 @@ pub fn synthesize(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let [drafts, finished] = options.steps()?;
+    let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+    run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options, par::threads()))?;
     let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
     let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
     let judge = match is_compared.then(|| Judge::new(sizes.small(exemplars), run.simd)).transpose() {

@@ -13,7 +13,7 @@ use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::stops;
 use crate::inputs::{self, Input, ReadMap};
 use crate::outputs::{self, Outputs};
-use crate::planes::{Layer, Laying, Looked, roles_typed};
+use crate::planes::{Layer, Laying, PlaneHeaders, roles_typed};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
@@ -187,19 +187,18 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Reads the headers of one output's planes.
-    fn look(&self, layer: Layer) -> Result<Looked, Failure> {
+    fn look(&self, layer: Layer) -> Result<PlaneHeaders, Failure> {
         let fits = |exemplar: usize, path: &Path, info: &Info| self.check_size(exemplar, path, info);
         self.args.laying().look(self.session, layer, self.file.map.domain().shape, &fits)
     }
 
     /// An upper bound of what it takes: the planes of one output at a time, and all outputs until they are written.
-    fn need(&self, looked: &[Looked]) -> Bytes {
+    fn need(&self, looked: &[PlaneHeaders]) -> Bytes {
         let domain = self.file.map.domain();
         let sources = self.file.map.table.sources().iter();
-        let resampled = sources.filter(|(o, _)| matches!(o.transform, Transform::Resampled { .. })).map(|(_, d)| *d);
-        let resampled: Vec<Domain<2>> = resampled.collect();
+        let shown: Vec<_> = sources.map(|(origin, domain)| (origin.transform, *domain)).collect();
         let kept = self.masks.fixed.is_some() || 0 < self.file.map.holes();
-        let laid = |one: &Looked| one.read_bytes() + one.reading_bytes() + one.laid_bytes(domain, &resampled, kept);
+        let laid = |one: &PlaneHeaders| one.read_bytes() + one.reading_bytes() + one.laid_bytes(domain, &shown, kept);
         let read = looked.iter().map(laid).max().unwrap_or_default();
         let made = looked.iter().map(|one| one.made_bytes(domain)).sum();
         memory::PROGRAM + self.masks.held + memory::places(domain) + read + made
@@ -216,7 +215,7 @@ impl Run<'_> {
     }
 
     /// Reads the planes of one output and renders it.
-    fn lay(&mut self, looked: Looked, to: &mut Outputs) -> Result<(), Failure> {
+    fn lay(&mut self, looked: PlaneHeaders, to: &mut Outputs) -> Result<(), Failure> {
         let mut report = std::mem::replace(&mut self.report, Report::new("apply"));
         let ready = looked.read(self.session, &mut report, &|e, path, found| self.check_content(e, path, found));
         self.report = report;

@@ -1,6 +1,6 @@
 //! Labels decided by expansions.
 
-use selvedge_core::{Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::labels::label::Label;
@@ -47,7 +47,16 @@ pub fn expand<const D: usize>(
     }
     options.validate(labels, exemplars.sources().len(), start.map.domain())?;
     start.check(exemplars)?;
+    let (domains, output) = (exemplars.sources().iter().map(|source| source.domain()), start.map.domain());
+    run.limits.admit(output, estimate_labels(&domains.collect::<Vec<_>>(), exemplars.channels(), output))?;
     expand_by(exemplars, &SeamCosts::new(exemplars, options.seam)?, start, labels, options, run)
+}
+
+/// An upper bound of the bytes that [`expand`](crate::labels::expand) holds besides the exemplars themselves.
+pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> Bytes {
+    let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
+    // Prices of seams; the map, its labels, and an expansion over all of it.
+    SeamCosts::<D>::bytes(samples, channels) + Bytes::of_samples(output, 150) + Bytes(1 << 20)
 }
 
 /// [`expand`], of what was checked, with prices that are known.

@@ -14,7 +14,7 @@ use selvedge_core::{reserve, try_vec};
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::graphcut::graphcut_from;
-use crate::labels::expand::expand_by;
+use crate::labels::expand::{estimate_labels, expand_by};
 use crate::labels::label::{Label, MOST_LABELS};
 use crate::labels::offsets::{OffsetOptions, continuing, dominant_offsets};
 use crate::labels::options::LabelOptions;
@@ -159,13 +159,6 @@ pub fn estimate_fill<const D: usize>(
     let compared = samples * (5 * channels as u64 + 4);
     let labels = estimate_labels(sources, channels, output) + compared;
     graphcut.max(labels) + pyramid
-}
-
-/// An upper bound of the bytes that [`expand`](crate::labels::expand) holds besides the exemplars themselves.
-pub fn estimate_labels<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> Bytes {
-    let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
-    // Prices of seams; the map, its labels, and an expansion over all of it.
-    samples * (channels as u64 + 1 + 4 * D as u64) + Bytes::of_samples(output, 150) + Bytes(1 << 20)
 }
 
 /// The pyramid, down to where sides are short, or no patch is left that could look for its like: of many small holes

@@ -22,9 +22,9 @@ mod tile;
 mod two;
 mod windows;
 
-pub use expand::expand;
+pub use expand::{estimate_labels, expand};
 pub use extend::extend;
-pub use fill::{FillOptions, FillStats, estimate_fill, estimate_labels, fill};
+pub use fill::{FillOptions, FillStats, estimate_fill, fill};
 pub use label::{Label, MOST_LABELS};
 pub use merge::{Merge, StrokeDelta};
 pub use offsets::{OffsetOptions, dominant_offsets};

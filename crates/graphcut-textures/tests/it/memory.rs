@@ -29,6 +29,7 @@ fn cases() -> Vec<Case> {
         case([64, 64], [110, 110], Options { reach: Some([0; 2]), ..of(Placement::Random, 2) }),
         case([64, 64], [300, 300], of(Placement::Sub, 5)),
         case([192, 192], [512, 512], options),
+        case([16, 16], [16, 16], options),
         case([160, 160], [200, 200], Options { reach: Some([u32::MAX; 2]), tries: 8, ..of(Placement::Entire, 48) }),
         case([100, 300], [330, 420], Options { region: Some([8, 150]), reach: Some([0, 40]), ..of(Placement::Sub, 1) }),
         Case { sources: 12, field: true, ..case([128, 128], [200, 200], of(Placement::Entire, 24)) },

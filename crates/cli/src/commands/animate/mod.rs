@@ -18,7 +18,7 @@ use super::optimize::{Init, Levels, init, levels, typed};
 use crate::clips;
 use crate::exemplars::{ExemplarArgs, Headers};
 use crate::failure::{Failure, n, shown};
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::memory::Resized;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
@@ -233,7 +233,7 @@ impl Animate {
     fn frames(
         &self,
         session: &Session<'_>,
-        loaded: &Loaded,
+        loaded: &ExemplarSet,
         first: SourceMap<2>,
         (flows, frames, options): (&Flows, u32, &Animation),
         report: &mut Report,
@@ -273,7 +273,7 @@ impl Animate {
 /// A full synthesis. `[Kwatra05 4.1]`
 fn first_frame(
     session: &Session<'_>,
-    loaded: &Loaded,
+    loaded: &ExemplarSet,
     output: Domain<2>,
     (init, options): (&Init, &Options),
 ) -> Result<SourceMap<2>, Failure> {

@@ -49,7 +49,7 @@ pub(crate) struct Fill {
 
 impl Method for Fill {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        let size = OutputSize::Laid(Box::new(|sources| self.weaving.tiled(sources[0].shape)));
+        let size = OutputSize::Arranged(Box::new(|sources| self.weaving.tiled(sources[0].shape)));
         Ok(Setup {
             weaving: Cow::Owned(self.all()?),
             transforms: self.turning.transforms(),

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::placed::shows;
 use crate::failure::Failure;
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::loom::Loom;
 
 /// A gain beyond this or its inverse is no other exposure: the pictures show other things there, and least squares
@@ -20,7 +20,7 @@ pub(super) type Tones = Vec<Vec<[f64; 2]>>;
 /// as it is.
 pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Failure> {
     let tones = tones(&loom.loaded, loom.domain, labels)?;
-    let Loaded { payload, masks, encoder, exemplars, .. } = &mut loom.loaded;
+    let ExemplarSet { payload, masks, encoder, exemplars, .. } = &mut loom.loaded;
     for (plane, tones) in payload.iter_mut().zip(&tones) {
         *plane = plane.toned(tones);
     }
@@ -38,7 +38,7 @@ pub(super) fn told(tones: &Tones) -> Value {
     part(0).zip(part(1)).map(|(gain, offset)| json!({ "gain": gain, "offset": offset })).collect()
 }
 
-fn tones(loaded: &Loaded, output: Domain<2>, labels: &[Label<2>]) -> Result<Tones, Failure> {
+fn tones(loaded: &ExemplarSet, output: Domain<2>, labels: &[Label<2>]) -> Result<Tones, Failure> {
     let first = &loaded.payload[0];
     let (channels, full) = (first.color_channels(), first.samples.depth().full());
     let mut shown = Grid::try_filled(output, 1, 0_u64)?;

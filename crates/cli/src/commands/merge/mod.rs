@@ -84,7 +84,7 @@ impl Method for Merge {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         self.validate()?;
         let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
-        let size = OutputSize::Laid(Box::new(|sources| self.extent(sources)));
+        let size = OutputSize::Arranged(Box::new(|sources| self.extent(sources)));
         Ok(Setup {
             others: self.strokes.iter().cloned().chain(kept).collect(),
             writes: self.label_map.iter().cloned().collect(),

@@ -7,7 +7,7 @@ use super::Optimize;
 use super::init::Init;
 use super::levels::typed;
 use crate::failure::{Failure, n};
-use crate::loaded::Loaded;
+use crate::loaded::ExemplarSet;
 use crate::loom::Loom;
 use crate::used::Used;
 use crate::values::counts;
@@ -58,7 +58,7 @@ pub(super) fn how(init: &Init, stats: &Stats) -> String {
 }
 
 /// Errors about exemplars name the file, and options by their flags.
-pub(in crate::commands) fn failure(loaded: &Loaded, error: Error) -> Failure {
+pub(in crate::commands) fn failure(loaded: &ExemplarSet, error: Error) -> Failure {
     match &error {
         Error::NothingFits { output: false, .. } => {
             let remedy = "use a larger exemplar, mask less, or add a smaller size to --schedule, such as 1:4";

@@ -75,7 +75,7 @@ impl Method for TileCommand {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         self.validate()?;
         // The picture's own size is the most that it can have; what an overlap takes off is known once it is read.
-        let size = OutputSize::Laid(Box::new(|sources| Tile::domain(Some(self.axes()), sources[0].shape)));
+        let size = OutputSize::Arranged(Box::new(|sources| Tile::domain(Some(self.axes()), sources[0].shape)));
         Ok(Setup { blending: self.blending, keeps: true, ..Setup::new("tile", &self.weaving, size) })
     }
 
