@@ -15,6 +15,10 @@ use crate::options::Options;
 /// second. Whether a colour or an edge is there at all is seen at that size as well.
 const SAMPLES: usize = 12_000;
 
+/// More products of samples are not compared: where neighborhoods are too large for a picture to be halved, what
+/// would be compared grows with the square of its samples. About two seconds.
+const MOST: u64 = 1 << 32;
+
 /// Of this share of its own neighborhoods the nearest other one is no farther than the limit.
 const SHARE: f64 = 0.99;
 
@@ -22,8 +26,9 @@ const SHARE: f64 = 0.99;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitness {
     /// What of the target is like nothing under the exemplars: the share of its neighborhoods that differ from the most
-    /// similar one by more than `limit`, 0 to 1.
-    pub uncovered: f64,
+    /// similar one by more than `limit`, 0 to 1; `None` where nothing tells: exemplars that hold no second neighborhood,
+    /// or more samples than are compared.
+    pub uncovered: Option<f64>,
     /// Up to which root mean square difference, in 8-bit steps, `Q`'s own neighborhoods have a like elsewhere in it.
     pub limit: f64,
     /// By neighborhood of the target, how much it differs from the most similar one, in the same unit. They stand side
@@ -49,7 +54,8 @@ impl Fitness {
 /// What [`Plan::new`](crate::Plan::new) refuses of options and constraints; no memory.
 ///
 /// # Complexity
-/// At most 12,000 samples of each exemplar are compared with as many of the target, and with those of all exemplars.
+/// At most 12,000 samples of each exemplar are compared with as many of the target, and with those of all exemplars,
+/// where neighborhoods leave room to halve them; else at most 2^32 pairs of samples.
 pub fn fitness(exemplars: &Exemplars<2>, constraints: &[Constraint], options: &Options) -> Result<Vec<Fitness>, Error> {
     options.validate()?;
     let first = constraints.first().ok_or(Error::NoConstraint)?;
@@ -80,17 +86,25 @@ fn of(constraint: &Constraint, options: &Options) -> Result<Fitness, Error> {
 }
 
 fn compared(guide: &Guide<2>, side: u32, factor: u32) -> Result<Fitness, Error> {
+    let own: u64 = guide.exemplars().firsts().map(|source| source.domain().len() as u64).sum();
+    let all = u64::from(guide.exemplars().table().len());
+    let pairs = own.saturating_mul(own).saturating_add(all.saturating_mul(guide.target().domain().len() as u64));
+    if MOST < pairs {
+        let differences = Grid::try_filled(Domain::open([0; 2]), 1, 0.0)?;
+        return Ok(Fitness { uncovered: None, limit: f64::INFINITY, differences, side: side * factor });
+    }
     let (windows, weights) = (Windows { side, step: side }, guide.weights());
     let taps = f64::from(side) * f64::from(side) * weights.iter().map(|&w| f64::from(w)).sum::<f64>().max(1.0);
     let root = |error: u64| (error as f64 / taps).sqrt();
-    let limit = limit(guide, windows)?.map_or(f64::INFINITY, root);
+    let known = limit(guide, windows)?.map(root);
+    let limit = known.unwrap_or(f64::INFINITY);
     let target = Field { features: guide.target(), valid: guide.asked() };
     let found = nearest(target, &Field::all(guide.exemplars()), weights, windows, SimdLevel::default())?;
     let mut differences = Grid::try_filled(found.domain(), 1, 0.0)?;
-    let roots = found.plane(0).iter().map(|n| n.map_or(0.0, |n| root(n.error)));
+    let roots = found.plane(0).iter().map(|n| n.map_or(f64::INFINITY, |n| root(n.error)));
     differences.plane_mut(0).iter_mut().zip(roots).for_each(|(to, root)| *to = root);
     let far = differences.plane(0).iter().filter(|&&d| limit < d).count();
-    let uncovered = far as f64 / differences.domain().len().max(1) as f64;
+    let uncovered = known.map(|_| far as f64 / differences.domain().len().max(1) as f64);
     Ok(Fitness { uncovered, limit, differences, side: side * factor })
 }
 
@@ -173,18 +187,18 @@ mod tests {
         let shown = |at: [u32; 2]| map.get(0, [at[0] + 9, at[1] + 13]);
         let of = |f: &dyn Fn([u32; 2]) -> u8| Grid::from_vec(part, 1, part.positions().map(f).collect()).unwrap();
         let same = fit(&exemplars, &map, of(&shown), 2);
-        assert_eq!((same.uncovered, same.side), (0.0, 5));
+        assert_eq!((same.uncovered, same.side), (Some(0.0), 5));
         assert!(same.differences.plane(0).iter().all(|&d| d == 0.0) && 0.0 < same.limit);
         // The right half is brighter than anything that is there.
         let half = fit(&exemplars, &map, of(&|at| if at[1] < 20 { shown(at) } else { 255 }), 2);
-        assert_eq!(half.uncovered, 0.5);
+        assert_eq!(half.uncovered, Some(0.5));
         assert!(!half.is_uncovered([19, 19]) && half.is_uncovered([0, 20]) && half.is_uncovered([19, 39]));
         // Where nothing is asked for, nothing is missing.
         let guide = Guide::new(&exemplars, &[map.map(|v| v).unwrap()], of(&|_| 255)).unwrap();
         let asked = Grid::from_vec(part, 1, part.positions().map(|at| at[0] < 10).collect()).unwrap();
         let constraint = Constraint::new(guide.asking(asked).unwrap());
         let options = Options { neighborhood: 2, ..Options::paper() };
-        assert_eq!(fitness(&exemplars, &[constraint], &options).unwrap()[0].uncovered, 0.5);
+        assert_eq!(fitness(&exemplars, &[constraint], &options).unwrap()[0].uncovered, Some(0.5));
     }
 
     #[test]

@@ -18,7 +18,7 @@ const UNCOVERED: [u8; 3] = [255, 40, 40];
 
 /// Warns where much of a target is like nothing under the exemplars.
 pub(in crate::commands) fn warn(session: &Session<'_>, path: &Path, fitness: &Fitness) {
-    if TOLD <= fitness.uncovered {
+    if fitness.uncovered.is_some_and(|share| TOLD <= share) {
         let what = "use pictures that are alike (analogy has --luminance), more exemplars or a smaller -N";
         session.warn(path, &format!("{}: {what}", told(fitness)));
     }
@@ -26,8 +26,13 @@ pub(in crate::commands) fn warn(session: &Session<'_>, path: &Path, fitness: &Fi
 
 /// In words.
 pub(in crate::commands) fn told(fitness: &Fitness) -> String {
-    let share = 100.0 * fitness.uncovered;
-    format!("{share:.0} % of it is like nothing under the exemplars ({} px squares are compared)", fitness.side)
+    let side = fitness.side;
+    match fitness.uncovered.map(|share| 100.0 * share) {
+        Some(share) => {
+            format!("{share:.0} % of it is like nothing under the exemplars ({side} px squares are compared)")
+        }
+        None => format!("whether it is like what lies under the exemplars cannot be told ({side} px squares)"),
+    }
 }
 
 /// Of a run's JSON.
@@ -35,7 +40,7 @@ pub(in crate::commands) fn json(fitness: &Fitness) -> Value {
     // Thousandths of a share and of a grey level.
     let rounded = |v: f64| if v.is_finite() { Value::from((v * 1e3).round() / 1e3) } else { Value::Null };
     serde_json::json!({
-        "uncovered": rounded(fitness.uncovered), "limit": rounded(fitness.limit), "side": fitness.side,
+        "uncovered": fitness.uncovered.map(rounded), "limit": rounded(fitness.limit), "side": fitness.side,
     })
 }
 
@@ -62,7 +67,7 @@ mod tests {
     fn what_nothing_is_like_is_red() {
         let target = Grid::from_vec(Domain::open([1, 4]), 1, vec![10; 4]).unwrap();
         let differences = Grid::from_vec(Domain::open([1, 2]), 1, vec![1.0, 9.0]).unwrap();
-        let fitness = Fitness { uncovered: 0.5, limit: 5.0, differences, side: 2 };
+        let fitness = Fitness { uncovered: Some(0.5), limit: 5.0, differences, side: 2 };
         let Thumbnail { picture, caption } = drawn(Path::new("a/b.png"), &target, &fitness).unwrap();
         let Samples::U8(grid) = picture.samples else { unreachable!() };
         assert_eq!([1, 2].map(|x| [0, 1, 2].map(|c| grid.get(c, [0, x]))), [[10; 3], [130, 22, 22]]);
