@@ -14,7 +14,7 @@ use crate::turns::Seeds;
 #[command(next_help_heading = "Options of every command")]
 pub(crate) struct Global {
     /// The same seed gives the same picture, on any number of threads. 1..4 or 1,2,3 are as many runs, whose outputs
-    /// have '{seed}' or '{n}' in their names.
+    /// have '{seed}', or an n in such braces, in their names.
     #[arg(long, global = true, value_name = "N", default_value = "0")]
     pub(crate) seed: Seeds,
     /// Threads to work on; 0 means all cores.

@@ -13,17 +13,16 @@ use crate::wrong::Wrong;
 
 /// How seams are hidden. Samples that no seam is near are exact.
 #[derive(Args, Clone, Copy, Debug, Default)]
-#[command(next_help_heading = "How seams are hidden")]
 pub(crate) struct Blending {
     /// Feather seams with a Gaussian kernel of this many pixels (its sigma), up to 16.
-    #[arg(long, value_name = "SIGMA", conflicts_with_all = ["spline", "fuse"])]
+    #[arg(help_heading = "How seams are hidden", long, value_name = "SIGMA", conflicts_with_all = ["spline", "fuse"])]
     feather: Option<f64>,
     /// Spline seams over this many bands of detail, up to 5, or 'auto': coarse detail is blended widely, fine detail
     /// closely.
-    #[arg(long, value_name = "BANDS", conflicts_with = "fuse")]
+    #[arg(help_heading = "How seams are hidden", long, value_name = "BANDS", conflicts_with = "fuse")]
     spline: Option<Bands>,
     /// Fuse patches: they are raised and lowered until they meet, and keep their detail.
-    #[arg(long)]
+    #[arg(help_heading = "How seams are hidden", long)]
     fuse: bool,
     /// Whether it is told how seams are hidden where they are not.
     #[arg(skip)]

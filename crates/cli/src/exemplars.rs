@@ -261,8 +261,9 @@ impl Headers {
             let plane = widened(picture.plane, self.layout)?;
             planes.push(associated(session, &input.path, plane, association)?);
         }
-        if metadata.iter().any(|m| (&m.icc, m.gamma) != (&metadata[0].icc, metadata[0].gamma)) {
-            session.warn(&self.inputs[0].path, &"its colour profile is kept, but another exemplar has another one");
+        let first = &metadata[0];
+        if metadata.iter().any(|m| (&m.icc, m.gamma, m.cicp) != (&first.icc, first.gamma, first.cicp)) {
+            session.warn(&self.inputs[0].path, &"its colour tags are kept, but another exemplar has others");
         }
         let (mut masks, mut other_fingerprints) = self.read_masks(session, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();

@@ -16,23 +16,22 @@ use crate::weaving::{Sizing, Weaving};
 
 /// Options about what is there before the first patch.
 #[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "What is there before")]
 pub(crate) struct StartArgs {
     /// Go on from a source map of the same exemplars: its holes are filled, its seams made better.
-    #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "What is there before", long, value_name = "MAP.exr", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
     /// Go on from a picture: its samples stay to the bit where they are, and patches are woven in where it is
     /// transparent, or where --fixed is black. An exemplar that is the same picture without holes gives nothing from
     /// their places.
-    #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "What is there before", long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     over: Option<PathBuf>,
     /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the samples
     /// of
     /// --start may become better ones, and those of --over are holes to fill.
-    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "What is there before", long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
     /// Let patches cut into a band of so many pixels around the holes of --over, for seams that show less.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(help_heading = "What is there before", long, value_name = "N", default_value_t = 0)]
     blend_in: u32,
 }
 

@@ -42,8 +42,8 @@ const WORDS: [(Role, &[&str]); 4] = [
     ),
 ];
 
-/// Words that say that y points down, or up.
-const DOWN: [&str; 3] = ["dx", "directx", "normaldx"];
+/// Words that say that y points down.
+const DOWN: [&str; 2] = ["dx", "normaldx"];
 
 /// What the channels of a file mean by its name; `None` if that says nothing.
 pub(crate) fn of_name(path: &Path) -> Option<Role> {
@@ -51,7 +51,9 @@ pub(crate) fn of_name(path: &Path) -> Option<Role> {
     let words = words(&stem);
     let says = |word: &String| WORDS.iter().find(|(_, all)| all.contains(&word.as_str())).map(|(role, _)| *role);
     let role = words.iter().rev().find_map(says)?;
-    let down = role == Role::Normal && words.iter().any(|word| DOWN.contains(&word.as_str()));
+    // A capital parts the last letter from the others.
+    let whole = stem.to_lowercase().contains("directx");
+    let down = role == Role::Normal && (whole || words.iter().any(|word| DOWN.contains(&word.as_str())));
     Some(if down { Role::NormalDown } else { role })
 }
 
@@ -112,6 +114,10 @@ mod tests {
         for (name, role) in [
             ("Bricks059_1K-PNG_NormalGL.png", Some(Role::Normal)),
             ("Bricks059_1K-PNG_NormalDX.png", Some(Role::NormalDown)),
+            ("wood_Normal_DirectX.png", Some(Role::NormalDown)),
+            ("T_WoodNormalDirectX.tga", Some(Role::NormalDown)),
+            ("wood_normal_directx.png", Some(Role::NormalDown)),
+            ("directx_diffuse.png", Some(Role::Color)),
             ("Bricks059_1K-PNG_Color.png", Some(Role::Color)),
             ("Bricks059_1K-PNG_AmbientOcclusion.png", Some(Role::Scalar)),
             ("rock_wall_10_nor_gl_2k.exr", Some(Role::Normal)),

@@ -48,8 +48,8 @@ pub(crate) struct Weaving {
     /// --each.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(crate) sheet: Option<PathBuf>,
-    /// Weave from each exemplar alone, one after the other; '{stem}', '{name}' or '{n}' in names tell their outputs
-    /// apart.
+    /// Weave from each exemplar alone, one after the other; '{stem}', '{name}' or an n in such braces in names tell
+    /// their outputs apart.
     #[arg(long)]
     pub(crate) each: bool,
     /// Write a page about the run with its pictures inside: DIR/index.html. That of graphcut also shows what seams cost

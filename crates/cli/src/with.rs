@@ -15,26 +15,31 @@ use crate::used::Used;
 
 /// Options about other planes of the exemplars.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Other planes of the exemplars")]
 pub(crate) struct With {
     /// Lay the same weave over other planes of the exemplars, such as the normals and heights of a material: a plane
     /// for each exemplar, in order (and for the picture of --over, after them); more of them make more outputs.
     /// '{name}' and '{stem}' in OUT stand for the name of exemplar and plane, with and without extension.
-    #[arg(long, value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Other planes of the exemplars", long, value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
     pub(crate) with: Vec<PathBuf>,
     /// What the channels of the planes of --with mean: one for all, or one for each. By default names tell, as in
     /// wood_normal.png. Normals are turned with their samples, heights fused.
-    #[arg(long, value_enum, value_name = "ROLE", value_delimiter = ',')]
+    #[arg(
+        help_heading = "Other planes of the exemplars",
+        long,
+        value_enum,
+        value_name = "ROLE",
+        value_delimiter = ','
+    )]
     pub(crate) role: Vec<RoleArg>,
     /// Copy heights of --with sample by sample as well: by default they are fused, or every seam would be a step.
-    #[arg(long)]
+    #[arg(help_heading = "Other planes of the exemplars", long)]
     pub(crate) copy: bool,
     /// Let other planes of the exemplars decide with them where samples go: a plane for each exemplar, in order.
-    #[arg(long = "match", value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Other planes of the exemplars", long = "match", value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
     pub(crate) matched: Vec<PathBuf>,
     /// How much each --match decides, in order, beside the exemplar's 1, however many channels it has; after the
     /// weights of each --guide, where there are any. Default: 1.
-    #[arg(long, value_name = "W", value_delimiter = ',')]
+    #[arg(help_heading = "Other planes of the exemplars", long, value_name = "W", value_delimiter = ',')]
     pub(crate) weight: Vec<f64>,
 }
 
@@ -56,7 +61,7 @@ impl With {
         if weights != 0 && weights != guides && weights != guides + layers {
             let matched = if layers == 0 { String::new() } else { format!(" and {}", n("match", layers)) };
             let (what, remedy) = if guides == 0 {
-                (n("--match", layers), "give one --weight for each --match, or none")
+                (format!("{layers} --match"), "give one --weight for each --match, or none")
             } else {
                 (format!("{}{matched}", n("guide", guides)), "give one --weight for each --guide, or none")
             };

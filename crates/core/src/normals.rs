@@ -12,15 +12,25 @@ pub struct NormalCoding {
 }
 
 impl NormalCoding {
-    /// The coding of planes of one depth: integers span -1..1, floats are signed if any x or y is below 0, else they
-    /// span 0..1.
+    /// The coding of planes of one depth: integers span -1..1, floats are signed if any x or y is below 0, or
+    /// if normals are nearer to the length 1 so than as if they spanned 0..1.
     pub fn of<const D: usize>(planes: &[&Plane<D>]) -> Self {
         match planes.first().map(|p| p.samples.depth()) {
             Some(Depth::U8) => Self { zero: 127.5, unit: 127.5 },
             Some(Depth::U16) => Self { zero: 32_767.5, unit: 32_767.5 },
-            _ if planes.iter().any(|p| has_negative(p)) => Self { zero: 0.0, unit: 1.0 },
-            _ => Self { zero: 0.5, unit: 0.5 },
+            _ if planes.iter().any(|p| has_negative(p)) => Self::SIGNED,
+            // A surface that leans one way alone has no negative components either.
+            _ if off(planes, Self::SIGNED) < off(planes, Self::SPANNING) => Self::SIGNED,
+            _ => Self::SPANNING,
         }
+    }
+
+    const SIGNED: Self = Self { zero: 0.0, unit: 1.0 };
+    const SPANNING: Self = Self { zero: 0.5, unit: 0.5 };
+
+    /// A stored component, turned round.
+    pub(crate) fn negated(self, stored: f32) -> f32 {
+        if self.zero == 0.0 { -stored } else { 1.0 - stored }
     }
 
     /// The stored components of the unit normal along a stored one. What has no direction stays as it is.
@@ -29,6 +39,16 @@ impl NormalCoding {
         let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
         if length < 1e-6 { stored } else { normal.map(|v| v / length * self.unit + self.zero) }
     }
+}
+
+/// How far normals are from the length 1, in all.
+fn off<const D: usize>(planes: &[&Plane<D>], coding: NormalCoding) -> f64 {
+    let squared = |p: &Plane<D>, i: usize| {
+        (0..p.color_channels().min(3))
+            .map(|c| ((p.samples.value(c, i) - coding.zero) / coding.unit).powi(2))
+            .sum::<f64>()
+    };
+    planes.iter().flat_map(|p| (0..p.domain().len()).map(move |i| (squared(p, i) - 1.0).abs())).sum()
 }
 
 fn has_negative<const D: usize>(plane: &Plane<D>) -> bool {

@@ -19,6 +19,8 @@ pub struct Payload<'a, const D: usize> {
     planes: Vec<&'a Plane<D>>,
     /// The plane of each source that is resampled.
     resampled: Vec<Option<Plane<D>>>,
+    /// How floats code normals: what is negated of those that span 0 to 1 is taken from 1.
+    coding: NormalCoding,
     /// For turned sources the exemplar's index of each sample; `None` where it is the sample's own.
     turned: Vec<Option<Vec<u32>>>,
 }
@@ -32,7 +34,8 @@ impl<'a, const D: usize> Payload<'a, D> {
         check(table, planes)?;
         let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
         let turned = turned.collect::<Result<_, _>>()?;
-        Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes)?, turned })
+        let coding = NormalCoding::of(planes);
+        Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes)?, coding, turned })
     }
 
     /// An upper bound of the bytes that it holds beside the planes: for sources of these transforms and shapes, of
@@ -77,8 +80,10 @@ impl<'a, const D: usize> Payload<'a, D> {
         let samples = match &first.samples {
             Samples::U8(_) => copied!(U8, |v| 255 - v),
             Samples::U16(_) => copied!(U16, |v| 65_535 - v),
-            Samples::F16(_) => copied!(F16, |v| v ^ 0x8000),
-            Samples::F32(_) => copied!(F32, |v: f32| -v),
+            Samples::F16(_) => {
+                copied!(F16, |v| f16::from_f32(self.coding.negated(f16::from_bits(v).to_f32())).to_bits())
+            }
+            Samples::F32(_) => copied!(F32, |v| self.coding.negated(v)),
         };
         Ok(Plane { role: first.role, samples, alpha: first.alpha, association: first.association })
     }
@@ -101,8 +106,11 @@ impl<'a, const D: usize> Payload<'a, D> {
         match &self.planes[0].samples {
             Samples::U8(_) => read!(U8, f64::from, |v| 255 - v),
             Samples::U16(_) => read!(U16, f64::from, |v| 65_535 - v),
-            Samples::F16(_) => read!(F16, |v| f16::from_bits(v).to_f64(), |v| v ^ 0x8000),
-            Samples::F32(_) => read!(F32, f64::from, |v: f32| -v),
+            Samples::F16(_) => read!(F16, |v| f16::from_bits(v).to_f64(), |v| f16::from_f32(
+                self.coding.negated(f16::from_bits(v).to_f32())
+            )
+            .to_bits()),
+            Samples::F32(_) => read!(F32, f64::from, |v| self.coding.negated(v)),
         }
     }
 
@@ -115,7 +123,9 @@ impl<'a, const D: usize> Payload<'a, D> {
     /// is.
     fn channel<T>(&self, c: usize, of: impl Fn(&Samples<D>) -> &Grid<T, D>) -> Vec<(&[T], bool)> {
         let one = |(source, (origin, _)): (usize, &(Origin, Domain<D>))| {
-            let (from, negated) = component(self.planes[0].role, origin.transform, c);
+            // What has one channel has no direction, whatever it is called.
+            let role = if self.planes[0].color_channels() < 2 { Role::Scalar } else { self.planes[0].role };
+            let (from, negated) = component(role, origin.transform, c);
             (of(&self.of_source(source).samples).plane(from), negated)
         };
         self.table.sources().iter().enumerate().map(one).collect()
@@ -213,6 +223,45 @@ fn origin_indices<const D: usize>(transform: Transform, source: Domain<D>) -> Re
 mod tests {
     use super::*;
     use crate::Seed;
+
+    #[test]
+    fn floats_that_span_0_to_1_are_turned_round_within_it() {
+        let domain = Domain::open([1, 2]);
+        let mirrored = Transform::Exact { quarter_turns: 0, mirror: true };
+        let table = SourceTable::new(vec![(Origin { exemplar: 0, transform: mirrored }, domain)]).unwrap();
+        let ids = Grid::from_vec(domain, 1, vec![SampleId::new(0), SampleId::new(1)]).unwrap();
+        let turned = |x: [f32; 2], depth: Depth| {
+            let samples = vec![x[0], x[1], 0.5, 0.5, 1.0, 1.0];
+            let samples = match depth {
+                Depth::F16 => {
+                    let bits = samples.into_iter().map(|v| f16::from_f32(v).to_bits()).collect();
+                    Samples::F16(Grid::from_vec(domain, 3, bits).unwrap())
+                }
+                _ => Samples::F32(Grid::from_vec(domain, 3, samples).unwrap()),
+            };
+            let plane = Plane::new(Role::Normal, samples);
+            let payload = Payload::new(&table, &[&plane]).unwrap();
+            let shown = payload.gather(&ids).unwrap();
+            let mut listed = [0.0; 2];
+            payload.numbers(0, ids.plane(0), &mut listed);
+            assert_eq!([0, 1].map(|i| shown.samples.value(0, i)), listed);
+            listed
+        };
+        for depth in [Depth::F16, Depth::F32] {
+            assert_eq!(turned([0.25, 0.5], depth), [0.5, 0.75]);
+            assert_eq!(turned([-0.5, 0.5], depth), [-0.5, 0.5]);
+        }
+    }
+
+    #[test]
+    fn one_channel_has_no_direction_whatever_it_is_called() {
+        let (domain, turned) = (Domain::open([2, 2]), Transform::Exact { quarter_turns: 1, mirror: false });
+        let table = SourceTable::new(vec![(Origin { exemplar: 0, transform: turned }, domain)]).unwrap();
+        let plane = |role| Plane::new(role, Samples::U8(Grid::from_vec(domain, 1, vec![1, 2, 3, 4]).unwrap()));
+        let ids = Grid::from_vec(domain, 1, (0..4).map(SampleId::new).collect()).unwrap();
+        let of = |role| Payload::new(&table, &[&plane(role)]).unwrap().gather(&ids).unwrap().samples;
+        assert_eq!(of(Role::Normal), of(Role::Scalar));
+    }
 
     #[test]
     fn lists_are_answered_as_grids_are() {

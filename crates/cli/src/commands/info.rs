@@ -139,6 +139,26 @@ fn used(map: &SourceMap<2>) -> Result<(usize, usize), Failure> {
     Ok((seen.len() - none, map.table.len() as usize))
 }
 
+/// Code points of a cICP chunk, the known ones by name. `[H.273]`
+fn code_points([primaries, transfer, matrix, full]: [u8; 4]) -> String {
+    let primaries = match primaries {
+        1 => "BT.709".into(),
+        9 => "BT.2020".into(),
+        12 => "Display P3".into(),
+        other => format!("primaries {other}"),
+    };
+    let transfer = match transfer {
+        1 => "BT.709".into(),
+        8 => "linear".into(),
+        13 => "sRGB".into(),
+        16 => "PQ".into(),
+        18 => "HLG".into(),
+        other => format!("transfer {other}"),
+    };
+    let range = if full == 0 { "narrow" } else { "full" };
+    format!("{primaries}, {transfer}, matrix {matrix}, {range} range")
+}
+
 /// What a file says besides its samples.
 fn carried(metadata: &Metadata) -> Facts {
     let density = metadata.density.map(|d| {
@@ -153,6 +173,7 @@ fn carried(metadata: &Metadata) -> Facts {
     let profile = metadata.icc.as_ref().map(|icc| format!("ICC, {} bytes", icc.len()));
     let mut facts: Facts = vec![
         ("profile", profile.into()),
+        ("cicp", metadata.cicp.map(code_points).into()),
         ("srgb intent", metadata.srgb.into()),
         ("gamma", metadata.gamma.map(|g| f64::from(g) / 100_000.0).into()),
         ("chromaticities", metadata.chromaticities.map(|c| format!("{c:?}")).into()),

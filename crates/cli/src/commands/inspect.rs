@@ -92,7 +92,7 @@ impl Inspect {
             format!("  kind: {}\n", described(&texture)),
             format!("  lattice: {}\n", words(texture.lattice.as_ref())),
             format!("  structures: up to about {} px; quilt's block: {block} px\n", texture.feature_size),
-            format!("  try: {command}\n"),
+            format!("  try: {}\n", selvedge_io::one_line(&command)),
         ];
         Ok(Done::answered(report, text.concat() + &pairs.into_iter().map(|(_, text)| text).collect::<String>()))
     }

@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 use selvedge_io::{Metadata, WriteOptions};
 
-use crate::program::Folder;
+use crate::program::{Folder, fixtures};
 
 fn write(folder: &Folder, name: &str, shape: [u32; 2], channels: usize, value: u8, alpha: bool) {
     let grid = Grid::try_filled(Domain::open(shape), channels, value).unwrap();
@@ -39,4 +39,33 @@ fn what_is_transparent_or_masked_throughout_is_refused() {
     folder.run("quilt white.png --mask black.png -o out.png").refused(3, &["'white.png'", what]);
     folder.run("inspect clear.png").refused(3, &["'clear.png'"]);
     folder.run("quilt black.png --mask white.png -o out.png").done();
+}
+
+#[cfg(unix)]
+#[test]
+fn names_and_tags_reach_the_terminal_escaped_and_named() {
+    let folder = Folder::new("told");
+    let file = std::fs::read(fixtures() + "/weave.png").unwrap();
+    std::fs::write(folder.path("a\u{1b}[31m.png"), &file).unwrap();
+    let said = folder.run_words(["inspect", "a\u{1b}[31m.png"]).done();
+    assert!(!said.stdout.contains(&0x1b), "{}", String::from_utf8_lossy(&said.stdout));
+    // Display P3, which another exemplar has not.
+    let mut tagged = file[..33].to_vec();
+    tagged.extend([0, 0, 0, 4]);
+    tagged.extend(b"cICP\x0c\x0d\x00\x01");
+    tagged.extend(crc(b"cICP\x0c\x0d\x00\x01").to_be_bytes());
+    tagged.extend(&file[33..]);
+    std::fs::write(folder.path("p3.png"), tagged).unwrap();
+    let said = folder.run("info p3.png").done();
+    let text = String::from_utf8(said.stdout).unwrap();
+    assert!(text.contains("Display P3, sRGB, matrix 0, full range"), "{text}");
+    let said = folder.run("quilt p3.png @/weave.png -o q.png --size 40 --block 12").done();
+    assert!(said.stderr.contains("its colour tags are kept, but another exemplar has others"), "{said:?}");
+}
+
+/// That of PNG's chunks.
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+    })
 }

@@ -309,10 +309,35 @@ fn reshape(samples: Samples<2>, header: &Header) -> Result<Samples<2>, Problem> 
     })
 }
 
+/// What a decoder does not support, of its sentence that says so: ours says it once more.
+fn subject(sentence: &str) -> &str {
+    let ends = [" is unsupported", " is not supported", " not supported"];
+    let sentence = sentence.trim_end_matches('.');
+    let sentence = ends.iter().find_map(|end| sentence.strip_suffix(end)).unwrap_or(sentence);
+    sentence.strip_prefix("unsupported ").unwrap_or(sentence)
+}
+
 fn complaint(error: TiffError) -> Problem {
     match error {
-        TiffError::UnsupportedError(e) => Problem::unsupported(Format::Tiff, e.to_string()),
+        TiffError::UnsupportedError(e) => Problem::unsupported(Format::Tiff, subject(&e.to_string())),
         TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(Format::Tiff),
         other => Problem::damaged(Format::Tiff, other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::subject;
+
+    #[test]
+    fn what_a_decoder_says_is_not_said_twice() {
+        for (sentence, what) in [
+            ("Photometric interpretation CIELab is unsupported", "Photometric interpretation CIELab"),
+            ("12 bits per channel not supported", "12 bits per channel"),
+            ("unsupported data type.", "data type"),
+            ("tile rows", "tile rows"),
+        ] {
+            assert_eq!(subject(sentence), what);
+        }
     }
 }
