@@ -11,7 +11,7 @@ use crate::blending::Blending;
 use crate::course::Course;
 use crate::explain::{LEGEND, explain};
 use crate::eyes;
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, n, shown};
 use crate::harmonise::{Layout, OPAQUE, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::ExemplarSet;
@@ -207,6 +207,22 @@ impl Loom<'_> {
         all.join(", ")
     }
 
+    /// Refuses outputs that cannot tell so many pixels that show nothing from black ones.
+    pub(crate) fn check_holes(&self, holes: usize) -> Result<(), Failure> {
+        let plane = &self.loaded.payload[0];
+        let own = (&self.written.output, self.format, plane);
+        let layers = self.layers.iter().map(|ready| (&ready.layer.output, ready.layer.format, &ready.planes[0]));
+        for (path, format, plane) in std::iter::once(own).chain(layers).filter(|_| 0 < holes) {
+            let (colors, depth) = (plane.color_channels(), plane.samples.depth());
+            if format.check(self.domain.shape, colors, true, depth).is_err() {
+                let what =
+                    format!("{} are in none of the pictures, and {format} holds no transparency", n("pixel", holes));
+                return Err(Failure::new(3, what).about(path).remedy("write a PNG file, or lay more pictures"));
+            }
+        }
+        Ok(())
+    }
+
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
         let Outcome { woven, kept, holes, complete, course, how, others, beside, .. } = outcome;
@@ -238,7 +254,10 @@ impl Loom<'_> {
         outputs.picture(&name(&self.written.output), self.format, &plane, &metadata)?;
         for mut ready in std::mem::take(&mut self.layers) {
             ready.layer.blending = if complete { ready.layer.blending } else { Blending::default() };
-            let laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
+            let mut laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
+            if let (true, Some(map)) = (holes || !complete, woven.as_map()) {
+                laid = transparent_holes(laid, map, ready.layer.format)?;
+            }
             let provenance = complete.then(|| self.provenance_of(&ready));
             let metadata = Metadata { provenance, ..ready.metadata };
             outputs.picture(&name(&ready.layer.output), ready.layer.format, &laid, &metadata)?;

@@ -130,9 +130,7 @@ impl<'e, const D: usize> Merge<'e, D> {
     /// changed. Those of [`expand`](crate::labels::expand).
     pub fn update(&mut self, stroke: &StrokeDelta, run: &Run<'_, D>) -> Result<bool, Error> {
         self.check(stroke)?;
-        if !self.solved && !self.settle(run)? {
-            return Ok(false);
-        }
+        let whole = !self.solved;
         let label = stroke.label.map_or(NONE, |label| label as u8);
         let mut step = Step::default();
         reserve(&mut step.strokes, stroke.places.len())?;
@@ -151,7 +149,12 @@ impl<'e, const D: usize> Merge<'e, D> {
                 self.show(place as usize, label);
             }
         }
-        self.around(stroke, run)
+        // What a cancelled call left is anywhere.
+        if whole {
+            return self.settle(run);
+        }
+        self.solved = self.around(stroke, run)?;
+        Ok(self.solved)
     }
 
     /// What a map would show near a stroke, without laying it: one expansion of its label in the box around it, so that

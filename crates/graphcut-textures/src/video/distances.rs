@@ -26,6 +26,11 @@ pub struct FrameDistances {
 }
 
 impl FrameDistances {
+    /// The bytes that distances of so many frames hold while they are ranked: 8 a pair, and a jump of 24 in a list.
+    pub fn bytes(frames: u32) -> Bytes {
+        Bytes(16) * u64::from(frames).saturating_mul(frames.into())
+    }
+
     /// Compares all frames.
     ///
     /// # Errors
@@ -43,8 +48,7 @@ impl FrameDistances {
             |v: &Grid<bool, 3>| (0..pixels).map(|i| v.plane(0)[i..].iter().step_by(pixels).any(|v| *v)).collect();
         let used = clip.valid.as_ref().map_or(Vec::new(), used);
         let frames = Frames { clip, weights: exemplars.weights(), used };
-        // Eight bytes a pair here, and a jump of 24 that `best` ranks.
-        run.limits.admit(Domain::open([n, height, width]), Bytes(u64::from(n) * u64::from(n) * 16))?;
+        run.limits.admit(Domain::open([n, height, width]), Self::bytes(n))?;
         let row = |i: usize| {
             if run.observer.cancelled() {
                 return None;

@@ -49,12 +49,14 @@ impl Animation {
         format: Format,
         (options, range): (&ReadOptions, Option<Range>),
     ) -> Result<(ClipInfo, Self), Problem> {
-        let wanted = range.map_or(u32::MAX, |range| range.last);
+        let wanted = range.as_ref().map_or(u32::MAX, |range| range.last);
         let (path, file, options) = (path.to_path_buf(), file.clone(), options.clone());
         let mut own = Self { path, file, format, options, alpha: true, frames: None, warnings: Vec::new() };
         let (header, metadata) = own.begin()?;
         let there = if format == Format::Gif { gif::count(&own.file) } else { webp::count(&own.file) };
-        own.check(&header, there.min(wanted))?;
+        // Others are decoded one by one and let go.
+        let kept = range.as_ref().map_or(there, |range| range.numbers().take_while(|&n| n <= there).count() as u32);
+        own.check(&header, kept)?;
         let (mut count, mut delays, mut transparent) = (0_u32, Delays::default(), false);
         while let Some(frame) = if count < wanted { own.decoded()? } else { None } {
             let (num, den) = frame.delay().numer_denom_ms();

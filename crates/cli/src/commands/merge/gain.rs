@@ -19,7 +19,7 @@ pub(super) type Tones = Vec<Vec<[f64; 2]>>;
 /// Evens the pictures: each in turn, that which overlaps those before it most, to what they show there. The first stays
 /// as it is.
 pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Failure> {
-    let tones = tones(&loom.loaded, loom.domain, labels)?;
+    let (tones, light) = (tones(&loom.loaded, loom.domain, labels)?, loom.args.input.light);
     let ExemplarSet { payload, masks, encoder, exemplars, .. } = &mut loom.loaded;
     for (plane, tones) in payload.iter_mut().zip(&tones) {
         *plane = plane.toned(tones);
@@ -28,7 +28,7 @@ pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Fa
     let shown = each.iter().zip(masks.iter()).map(|(plane, mask)| Exemplar::new(plane).masked(mask.as_ref()));
     let shown: Vec<Exemplar<'_, 2>> = shown.collect();
     *encoder = Encoder::fit(&each)?;
-    *exemplars = Exemplars::new(encoder, &shown)?;
+    *exemplars = light.ignore(Exemplars::new(encoder, &shown)?)?;
     Ok(tones)
 }
 

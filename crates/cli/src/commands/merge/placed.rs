@@ -6,7 +6,7 @@ use selvedge_core::{Domain, Exemplars};
 use selvedge_graphcut_textures::labels::{Label, aligned};
 
 use super::Merge;
-use crate::failure::{Failure, n};
+use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method;
 use crate::wrong::Wrong;
@@ -114,13 +114,7 @@ pub(super) fn shows(exemplars: &Exemplars<2>, label: &Label<2>, at: [u32; 2]) ->
 pub(super) fn bare(loom: &Loom<'_>, labels: &[Label<2>]) -> Result<usize, Failure> {
     let shown = |at: &[u32; 2]| labels.iter().any(|label| shows(&loom.loaded.exemplars, label, *at));
     let bare = loom.domain.positions().filter(|at| !shown(at)).count();
-    let plane = &loom.loaded.payload[0];
-    let (colors, depth) = (plane.color_channels(), plane.samples.depth());
-    if bare != 0 && loom.format.check(loom.domain.shape, colors, true, depth).is_err() {
-        let what =
-            format!("{} are in none of the pictures, and {} holds no transparency", n("pixel", bare), loom.format);
-        return Err(Failure::new(3, what).about(&loom.written.output).remedy("write a PNG file, or lay more pictures"));
-    }
+    loom.check_holes(bare)?;
     Ok(bare)
 }
 

@@ -185,13 +185,15 @@ impl TileCommand {
         if self.period.is_some() {
             let period = [0, 1].map(|a| loom.domain.periodic[a].then_some(widths[a]));
             let woven = close_period(exemplars, period, seam, &run).map_err(about)?;
-            let stats = json!({ "period": widths, "energy": woven.stats.energy });
+            loom.check_holes(woven.stats.holes)?;
+            let stats = json!({ "period": widths, "energy": woven.stats.energy, "holes": woven.stats.holes });
             let holes = 0 < woven.stats.holes;
             return Ok(Outcome { holes, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) });
         }
         if self.method == MethodArg::Overlap {
             let woven = close(exemplars, widths, seam, &run).map_err(about)?;
-            let stats = json!({ "overlap": widths, "energy": woven.stats.energy });
+            loom.check_holes(woven.stats.holes)?;
+            let stats = json!({ "overlap": widths, "energy": woven.stats.energy, "holes": woven.stats.holes });
             let holes = 0 < woven.stats.holes;
             return Ok(Outcome { holes, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) });
         }

@@ -38,11 +38,18 @@ impl FromStr for ClipSize {
     type Err = Wrong;
 
     fn from_str(text: &str) -> Result<Self, Wrong> {
-        let wrong = || Wrong::new(format!("'{text}' is no size of a clip"), "write 210x160x100, or 210x160");
+        let wrong = || {
+            Wrong::new(
+                format!("'{text}' is no size of a clip"),
+                "write 210x160x100, with 2 to 1000000 frames, or 210x160",
+            )
+        };
         let sides: Option<Vec<u32>> = text.split(['x', 'X']).map(|side| side.parse().ok().filter(|&n| 0 < n)).collect();
         match sides.as_deref() {
             Some(&[width, height]) => Ok(Self { frame: [height, width], frames: None }),
-            Some(&[width, height, frames]) => Ok(Self { frame: [height, width], frames: Some(frames) }),
+            Some(&[width, height, frames]) if (2..=1_000_000).contains(&frames) => {
+                Ok(Self { frame: [height, width], frames: Some(frames) })
+            }
             _ => Err(wrong()),
         }
     }

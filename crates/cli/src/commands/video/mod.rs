@@ -13,9 +13,10 @@ mod written;
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Plane, SourceMap};
+use selvedge_graphcut_textures::video::FrameDistances;
 use serde_json::Value;
 
-use self::modes::{ModeArgs, Way};
+use self::modes::{ModeArgs, PlayArg, Way};
 use self::read::ReadArgs;
 use self::still::{Still, StillArgs};
 use self::transition::TransitionArgs;
@@ -116,6 +117,10 @@ impl Video {
             let what = "--repeat and --closing-frame are for loops that are written whole";
             return Err(Failure::new(2, what).remedy("leave them out, or use --loop periodic without --play"));
         }
+        if let (Some(PlayArg::Random), Some(surface)) = (way.play, &self.write.surface) {
+            let failure = Failure::new(2, "a walk by several jumps has no one surface").about(surface);
+            return Err(failure.remedy("leave --surface out, or use --play loop"));
+        }
         if way.jumps() && way.play.is_none() && self.mode.frames().is_some() && self.transition.says_period() {
             let what = "--frames and --period or --jump both say how long the loop is";
             return Err(Failure::new(2, what).remedy("leave one of them out"));
@@ -172,7 +177,9 @@ impl Video {
         let mut work = Bytes(0);
         if way.jumps() {
             let window = frames.min(self.transition.window.into()).saturating_mul(height).saturating_mul(width);
-            work = Bytes(WINDOW) * window + Bytes(8) * frames.saturating_mul(frames);
+            work = Bytes(WINDOW) * window + FrameDistances::bytes(domain.shape[0]);
+            // A walk keeps the surface of each jump.
+            work += Bytes::of_samples(domain, 2) * u64::from(way.play.is_some());
         }
         if way.weaves() {
             let options = self.woven.options(way, self.transition.measure())?;

@@ -21,7 +21,7 @@ pub(super) struct ModeArgs {
     #[arg(long, value_name = "WxHxN")]
     pub(super) size: Option<ClipSize>,
     /// Play the loop again and again, or by several loops in turn, for so many frames as --frames says.
-    #[arg(long, value_enum, value_name = "HOW", requires = "frames")]
+    #[arg(long, value_enum, value_name = "HOW", requires = "frames", conflicts_with = "blend")]
     play: Option<PlayArg>,
     /// Make frames that tile along x, y or both.
     #[arg(long, value_enum, value_name = "AXES")]
@@ -127,6 +127,10 @@ impl ModeArgs {
     fn output(&self, clip: &ClipInput, filled: Option<u32>) -> Result<(u32, Domain<3>), Failure> {
         if self.frames.is_some() && self.size.is_some_and(|size| size.frames.is_some()) {
             return Err(Failure::new(2, "--frames and --size both say how many frames").remedy("leave one of them out"));
+        }
+        if let (Some(keep), false) = (self.keep, self.looping == LoopArg::Fixed) {
+            let what = format!("--keep {keep} says what --loop fixed begins and ends with");
+            return Err(Failure::new(2, what).remedy("leave it out, or give --loop fixed"));
         }
         let [has, height, width] = clip.domain().shape;
         let frames = self.frames().or(filled).unwrap_or(has.saturating_mul(2));

@@ -201,13 +201,14 @@ impl TransitionArgs {
         }
         let least = loops.iter().map(|(_, price)| *price).min().unwrap_or(0);
         loops.retain(|(_, price)| *price <= least.saturating_mul(DEAREST));
-        let taken: Vec<Loop> = loops.iter().map(|(result, _)| result.clone()).collect();
+        let (taken, prices): (Vec<Loop>, Vec<i64>) = loops.into_iter().unzip();
         let map = video::walk(exemplars, &taken, walk.frames, &session.run())?;
         let map = walk.still.map_or(Ok(map.clone()), |still| still.held(session, exemplars, &map, self.measure()))?;
         let output = features(exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
         let preview = walk.preview.then(|| Shown { output: &output, map: &map, jumps: None }.picture()).transpose()?;
-        let of_each = loops.iter().map(|(result, price)| json!({"jump": jump_json(&result.jump), "price": price}));
+        let of_each = taken.iter().zip(&prices);
+        let of_each = of_each.map(|(result, price)| json!({"jump": jump_json(&result.jump), "price": price}));
         let stats = json!({
             "mode": "transition",
             "play": "random",
