@@ -122,8 +122,11 @@ impl<'a> Exact<'a> {
         };
         let parts: Vec<[Range<usize>; 2]> = self.parts().filter(lacks).collect();
         self.listed = Some(listed);
-        let (neighbors, searched) = self.some(&seen, parts, found)?;
-        Ok(self.noted(seen, neighbors, (&[], None), searched))
+        // What came is no better known to be complete than what is found anew.
+        let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
+        let coverage = self.how.alpha.map(|_| self.coverage(&seen, &whole)).transpose()?;
+        let (neighbors, searched) = self.some(&seen, parts, found, coverage.as_ref())?;
+        Ok(self.noted(seen, neighbors, (&[], coverage.filter(|_| self.how.coherent)), searched))
     }
 
     fn listed(&mut self) -> Result<Listed<'a>, Error> {
@@ -177,18 +180,22 @@ impl<'a> Exact<'a> {
         neighbors: Vec<Option<Neighbor>>,
     ) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
         let parts = self.parts().filter(|part| self.changed(before, seen, part)).collect();
-        self.some(seen, parts, neighbors)
+        self.some(seen, parts, neighbors, None)
     }
 
-    /// All places for the neighborhoods of some parts.
+    /// All places for the neighborhoods of some parts, by their scores where `coverage` is known.
     fn some(
         &self,
         seen: &Grid<u8, 2>,
         parts: Vec<[Range<usize>; 2]>,
         mut neighbors: Vec<Option<Neighbor>>,
+        coverage: Option<&Coverage>,
     ) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
         let columns = self.all.shape()[1];
-        let found = par::map_indexed(parts.len(), |i| self.part(seen, parts[i].clone()));
+        let found = par::map_indexed(parts.len(), |i| match coverage.zip(self.how.alpha) {
+            Some(by) => self.complete(seen, parts[i].clone(), by),
+            None => self.part(seen, parts[i].clone()),
+        });
         let mut searched = 0;
         for (part, found) in parts.into_iter().zip(found) {
             let found = found?;

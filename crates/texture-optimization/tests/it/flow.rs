@@ -1,6 +1,9 @@
 //! Textures that flow.
 
-use selvedge_core::{Domain, Exemplars, Flow, Grid, Origin, Run, Seed, SimdLevel, Source, SourceMap, Transform};
+use selvedge_core::{
+    Domain, Exemplars, Flow, Grid, Origin, Role, Run, SampleId, Seed, SimdLevel, Source, SourceMap, Transform,
+};
+use selvedge_testkit::from_png;
 use selvedge_texture_optimization::{Animation, Animator, Error, Field, Motion};
 
 /// Smooth noise that tiles: no two neighborhoods of it are alike.
@@ -102,4 +105,34 @@ fn flows_that_do_not_lie_over_the_output_or_are_no_numbers_are_refused() {
     let options = Animation { lambda: -1.0, ..Animation::default() };
     let refused = Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &options, &run);
     assert!(matches!(refused, Err(Error::Lambda { .. })));
+}
+
+#[test]
+fn what_is_flat_in_the_exemplar_does_not_grow_where_a_texture_is_made_anew() {
+    // Scales, and a part of their mean alone: what is nearest to whatever is not decided yet.
+    let scales = from_png(Role::Color, include_bytes!("../../../../fixtures/scales.png")).unwrap();
+    let whole = Exemplars::of(&[std::slice::from_ref(&scales)]).unwrap();
+    let is_flat = |at: [u32; 2]| at.iter().all(|p| (8..28).contains(p));
+    let mut features = whole.sources()[0].features.clone();
+    for c in 0..features.channels() {
+        let sum: u64 = features.plane(c).iter().map(|&v| u64::from(v)).sum();
+        let mean = (sum / features.domain().len() as u64) as u8;
+        features.domain().positions().filter(|&at| is_flat(at)).for_each(|at| features.set(c, at, mean));
+    }
+    let exemplars = whole.with_features(vec![features], whole.weights().to_vec()).unwrap();
+    let output = Domain::open([40, 40]);
+    let run = Run::seeded(1);
+    let first = copied(&exemplars, output, [4, 12]);
+    let flat = |map: &SourceMap<2>| {
+        let is_flat = |id: &SampleId| is_flat(exemplars.locate(*id).unwrap().1);
+        map.ids.plane(0).iter().filter(|id| is_flat(id)).count() as f64 / output.len() as f64
+    };
+    let before = flat(&first);
+    let flow = Motion { field: Field::Source, speed: 1.5, center: None, angle: 0.0 }.flow(output, Seed(0)).unwrap();
+    let mut animator = Animator::new(&exemplars, first, &Animation::default(), &run).unwrap();
+    for _ in 0..16 {
+        animator.next(&flow, &run).unwrap();
+    }
+    let after = flat(animator.frame());
+    assert!(after < 1.5 * before, "{after} of the last frame is flat, and {before} of the first");
 }
