@@ -26,8 +26,8 @@ const SHARE: f64 = 0.99;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitness {
     /// What of the target is like nothing under the exemplars: the share of its neighborhoods that differ from the most
-    /// similar one by more than `limit`, 0 to 1; `None` where nothing tells: exemplars that hold no second neighborhood,
-    /// or more samples than are compared.
+    /// similar one by more than `limit`, 0 to 1; `None` where nothing tells: exemplars that hold no second
+    /// neighborhood, or more samples than are compared.
     pub uncovered: Option<f64>,
     /// Up to which root mean square difference, in 8-bit steps, `Q`'s own neighborhoods have a like elsewhere in it.
     pub limit: f64,

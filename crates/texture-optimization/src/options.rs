@@ -43,8 +43,8 @@ pub struct Options {
     /// as in the paper.
     pub robust: f64,
     /// `mu`: how much differences between samples beside each other count, where colours count 1; 0 for not at all, up
-    /// to 100. Default: 0; the paper's is 10, which costs three times as much time and, from what is a texture already,
-    /// brings nothing.
+    /// to 100. Default: 0; the paper's is 10, for which each step solves a system of equations. Whether it is worth
+    /// that from what is a texture already was not ranked.
     pub gradient: f64,
     /// Iterations at a level before it ends, if it does not end by itself. At least 1. Default: 5, as the paper
     /// found to be enough.

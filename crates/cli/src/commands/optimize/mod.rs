@@ -65,8 +65,8 @@ pub(crate) struct Optimize {
     /// Exponent of the robust energy, from above 0 to 2: the less it is, the less neighborhoods pull that fit badly.
     #[arg(long, value_name = "R", default_value_t = Options::default().robust)]
     robust: f64,
-    /// How much differences between pixels beside each other count, where colours count 1, up to 100. They take three
-    /// times as long.
+    /// How much differences between pixels beside each other count, where colours count 1, up to 100. Each step
+    /// takes longer for it.
     #[arg(long, value_name = "MU", default_value_t = Options::default().gradient, allow_negative_numbers = true)]
     gradient: f64,
     #[command(flatten)]
