@@ -43,11 +43,9 @@ impl NormalCoding {
 
 /// How far normals are from the length 1, in all.
 fn off<const D: usize>(planes: &[&Plane<D>], coding: NormalCoding) -> f64 {
-    let squared = |p: &Plane<D>, i: usize| {
-        (0..p.color_channels().min(3))
-            .map(|c| ((p.samples.value(c, i) - coding.zero) / coding.unit).powi(2))
-            .sum::<f64>()
-    };
+    let component = |p: &Plane<D>, c: usize, i: usize| (p.samples.value(c, i) - coding.zero) / coding.unit;
+    let squared =
+        |p: &Plane<D>, i: usize| (0..p.color_channels().min(3)).map(|c| component(p, c, i)).map(|v| v * v).sum::<f64>();
     planes.iter().flat_map(|p| (0..p.domain().len()).map(move |i| (squared(p, i) - 1.0).abs())).sum()
 }
 
