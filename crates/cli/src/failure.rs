@@ -211,6 +211,7 @@ fn by_option(problem: &Problem) -> Option<String> {
         }
         Problem::NotFinite { .. } => "use --nonfinite zero or --nonfinite clamp".into(),
         Problem::NotAMap { .. } => "give a file written with --map".into(),
+        Problem::Special => "give a regular file, or '-' for a stream".into(),
         Problem::Exists => "choose another name, or leave out --no-clobber".into(),
         Problem::Memory { .. } => "give a smaller picture, or raise --max-memory".into(),
         _ => return None,

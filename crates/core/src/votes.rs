@@ -1,6 +1,6 @@
 //! Several samples a place, each with a weight: what methods that average answer with.
 
-use crate::{Averaging, Domain, Error, Payload, Plane, Render, SampleId, SourceTable};
+use crate::{Averaging, Domain, Error, Payload, Plane, Render, SampleId, SourceTable, reserve};
 
 /// For each output sample the exemplar samples that are averaged there, and how much each weighs.
 ///
@@ -20,7 +20,7 @@ impl<const D: usize> Votes<D> {
     ///
     /// # Errors
     /// [`Error::UnknownSample`] if a vote is for a sample that no source holds, [`Error::Vote`] if a weight is negative
-    /// or not finite, [`Error::Length`] if there are more places or fewer.
+    /// or not finite, [`Error::Length`] if there are more places or fewer, [`Error::Allocation`].
     pub fn new<V: IntoIterator<Item = (SampleId, f32)>>(
         domain: Domain<D>,
         table: SourceTable<D>,
@@ -36,10 +36,13 @@ impl<const D: usize> Votes<D> {
                     return Err(Error::Vote { place: first.len() - 1, weight });
                 }
                 if weight != 0.0 {
+                    reserve(&mut ids, 1)?;
+                    reserve(&mut weights, 1)?;
                     ids.push(id);
                     weights.push(weight);
                 }
             }
+            reserve(&mut first, 1)?;
             first.push(ids.len());
         }
         let (expected, found) = (domain.checked_len().unwrap_or(usize::MAX), first.len() - 1);

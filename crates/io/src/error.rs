@@ -340,7 +340,7 @@ impl Problem {
             Self::ReadOnly => "write elsewhere",
             Self::WriteProtected => "make it writable, or choose another name",
             Self::Folder => "name a file in it",
-            Self::Special => "give a regular file, or '-' for a stream",
+            Self::Special => "give a regular file",
             Self::Exists | Self::IsInput { .. } => "choose another name",
             Self::FileSystem(_) => "check the path and the disk",
             Self::NoSpace { .. } => "free some, or write elsewhere",

@@ -13,7 +13,7 @@ mod written;
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Plane, SourceMap};
-use selvedge_graphcut_textures::video::FrameDistances;
+use selvedge_graphcut_textures::video::{self, FrameDistances};
 use serde_json::Value;
 
 use self::modes::{ModeArgs, PlayArg, Way};
@@ -167,17 +167,14 @@ impl Video {
 
     /// An upper bound of the memory of a run.
     fn need(&self, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
-        // For each voxel of the window: the graph, the prices of both sides of the seam, and features.
-        const WINDOW: u64 = 110;
         let (domain, info) = (clips[0].domain(), clips[0].info());
-        let [frames, height, width] = domain.shape.map(u64::from);
         let kept: Bytes = clips.iter().map(ClipInput::bytes).sum();
         let colors = info.channels - usize::from(info.alpha);
         let features = memory::sources(&[domain], colors);
         let mut work = Bytes(0);
         if way.jumps() {
-            let window = frames.min(self.transition.window.into()).saturating_mul(height).saturating_mul(width);
-            work = Bytes(WINDOW) * window + FrameDistances::bytes(domain.shape[0]);
+            let options = self.transition.options();
+            work = video::estimate(domain, colors, &options) + FrameDistances::bytes(domain.shape[0]);
             // A walk keeps the surface of each jump.
             work += Bytes::of_samples(domain, 2) * u64::from(way.play.is_some());
         }

@@ -181,8 +181,12 @@ impl TransitionArgs {
             let result = Loop::new(exemplars, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
             return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
         }
-        let options = LoopOptions { window: self.window, seam: self.seams.measure() };
-        Ok(looped(exemplars, jumps, &options, &session.run())?)
+        Ok(looped(exemplars, jumps, &self.options(), &session.run())?)
+    }
+
+    /// How jumps are cut.
+    pub(super) fn options(&self) -> LoopOptions {
+        LoopOptions { window: self.window, seam: self.seams.measure() }
     }
 
     /// Cuts all jumps, and walks from one to the next.
