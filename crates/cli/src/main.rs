@@ -42,6 +42,7 @@ mod sheet;
 mod size;
 mod stdio;
 mod steps;
+mod sweep;
 mod thumbnail;
 mod turns;
 mod typed;

@@ -83,21 +83,21 @@ fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
         if sheet.is_some()
             && let Some(picture) = one.outputs.first()?
         {
-            cells.push((sheet::cell(&picture)?, turn.label));
+            cells.push((sheet::cell(&picture)?, turn.label.clone()));
         }
         done.add(one, seed, global.dry_run);
     }
     if let Some((path, format)) = sheet.filter(|_| !cells.is_empty()) {
         let mut sheet = Outputs::default();
-        sheet.picture(path, format, &sheet::sheet(&cells)?, &Metadata::default())?;
+        sheet.picture(path, format, &sheet::sheet(&cells, turns.columns)?, &Metadata::default())?;
         done.report.outputs.extend(sheet.noted());
         done.outputs.extend(sheet);
     }
     Ok(done)
 }
 
-/// Refuses, before the first of several runs, what would end a later one: each exemplar is tried once, as a dry run
-/// does, since seeds change nothing of what is refused; then all names are.
+/// Refuses, before the first of several runs, what would end a later one: each exemplar, and each value of what is
+/// swept, is tried once, as a dry run does, since seeds change nothing of what is refused; then all names are.
 fn rehearse(session: &Session<'_>, turns: &Turns) -> Result<(), Failure> {
     let stream = turns.read.iter().find(|path| path.as_os_str() == STREAM || inputs::is_pipe(path));
     if let (true, Some(stream)) = (1 < turns.all.len(), stream) {
@@ -107,11 +107,9 @@ fn rehearse(session: &Session<'_>, turns: &Turns) -> Result<(), Failure> {
         return Err(if is_input { failure.named("standard input") } else { failure.about(stream) });
     }
     let dry = Global { dry_run: true, quiet: true, verbose: false, ..session.global.clone() };
-    if let Some((first, others)) = turns.all.split_first() {
-        // The first run refuses what is its own by itself, before it begins.
-        for turn in others.iter().filter(|turn| turn.exemplar != first.exemplar && turn.is_first) {
-            within(session, &dry, &turn.words, 0)?;
-        }
+    // The first run refuses what is its own by itself, before it begins.
+    for turn in turns.all.iter().skip(1).filter(|turn| turn.is_first) {
+        within(session, &dry, &turn.words, 0)?;
     }
     let files = turns.all.iter().flat_map(|turn| turn.names.iter().cloned()).chain(turns.sheet.clone());
     let files: Vec<PathBuf> = files.filter(|path| path.as_os_str() != STREAM).collect();

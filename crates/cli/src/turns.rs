@@ -1,5 +1,5 @@
-//! Several runs in one: `--seed 1..4` and `--each`. Each is the command line with one seed and its own exemplars, and
-//! with its names filled in, so that no command knows of the others.
+//! Several runs in one: `--seed 1..4`, `--each` and `--sweep`. Each is the command line with one seed, its own
+//! exemplars and one value of what is swept, and with its names filled in, so that no command knows of the others.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -9,6 +9,7 @@ use clap::{Arg, ArgMatches, Command, ValueHint};
 
 use crate::config::{self, was_typed};
 use crate::failure::{Failure, n};
+use crate::sweep::{self, Swept};
 use crate::wrong::Wrong;
 use crate::{names, page};
 
@@ -55,12 +56,10 @@ pub(crate) struct Turn {
     pub(crate) words: Vec<OsString>,
     /// All files that it writes.
     pub(crate) names: Vec<PathBuf>,
-    /// The exemplar that it uses, where each is woven alone.
-    pub(crate) exemplar: Option<usize>,
-    /// True for the first run of its exemplars.
+    /// True for the first run of its exemplars, and of what is swept.
     pub(crate) is_first: bool,
-    /// What is varied, for people: its seed, or its number where exemplars vary.
-    pub(crate) label: u64,
+    /// What is varied, for people: its seed, its number where exemplars vary, or the values of what is swept.
+    pub(crate) label: String,
 }
 
 /// Several runs, in order: all seeds of the first exemplar, then those of the next one.
@@ -71,6 +70,8 @@ pub(crate) struct Turns {
     pub(crate) read: Vec<PathBuf>,
     /// A picture of all of them.
     pub(crate) sheet: Option<PathBuf>,
+    /// Its columns, where it has to have so many.
+    pub(crate) columns: Option<usize>,
 }
 
 /// The runs that were typed; none where the command is one run, whose names are as they were typed.
@@ -95,21 +96,30 @@ pub(crate) fn turns(all: &Command, typed: &ArgMatches) -> Result<Turns, Failure>
     let sheet = matches.get_one::<PathBuf>("sheet").cloned();
     let named = |id: &str| values(matches, id).iter().any(|name| mentions_run(name));
     let of_run = WRITTEN.iter().any(|id| named(id));
-    if seeds.len() == 1 && !each && sheet.is_none() && !of_run {
+    let sweeps = sweep::all(matches)?;
+    if seeds.len() == 1 && !each && sheet.is_none() && !of_run && sweeps == [Swept::default()] {
         return Ok(Turns::default());
     }
     let runs = parts.iter().flat_map(|part| seeds.iter().map(move |seed| (*part, *seed)));
-    let picked = |(number, (part, seed)): (usize, (Option<usize>, u64))| {
-        let one = One { command: &command, matches, part, seed, number: number as u64 + 1, exemplars: exemplars.len() };
-        let label = if each { one.number } else { seed };
-        Turn { words: one.words(name), names: one.names(), exemplar: part, is_first: seed == seeds[0], label }
+    let runs = runs.flat_map(|(part, seed)| sweeps.iter().map(move |swept| (part, seed, swept)));
+    let total = parts.len() * seeds.len() * sweeps.len();
+    let picked = |(number, (part, seed, swept)): (usize, (Option<usize>, u64, &Swept))| {
+        let (number, exemplars) = (number as u64 + 1, exemplars.len());
+        let one = One { command: &command, matches, part, seed, number, exemplars, swept };
+        let label = match swept.label() {
+            Some(label) => label,
+            None if each => number.to_string(),
+            None => seed.to_string(),
+        };
+        let is_first = seed == seeds[0];
+        Turn { words: one.words(name), names: one.names(), is_first, label }
     };
     let mut taken: Vec<PathBuf> = sheet.iter().cloned().collect();
-    let mut turns = Turns { all: Vec::new(), read: read(&command, matches), sheet };
+    let mut turns = Turns { all: Vec::new(), read: read(&command, matches), sheet, columns: sweep::columns(matches) };
     for turn in runs.enumerate().map(picked) {
         for name in &turn.names {
             if taken.iter().any(|other| other == name || selvedge_io::same_file(other, name)) {
-                let what = format!("{} would write this name", n("run", parts.len() * seeds.len()));
+                let what = format!("{} would write this name", n("run", total));
                 return Err(Failure::new(2, what).about(name).remedy("use '{seed}', '{n}' or '{stem}' in it"));
             }
         }
@@ -148,6 +158,7 @@ struct One<'a> {
     number: u64,
     /// How many there are.
     exemplars: usize,
+    swept: &'a Swept,
 }
 
 impl One<'_> {
@@ -155,11 +166,14 @@ impl One<'_> {
     fn words(&self, name: &str) -> Vec<OsString> {
         let mut words: Vec<OsString> = vec!["selvedge".into(), name.into(), format!("--seed={}", self.seed).into()];
         let typed = self.command.get_arguments().filter(|arg| was_typed(arg, self.matches));
-        for arg in
-            typed.filter(|arg| !["seed", "each", "sheet", "config", "save_config"].contains(&arg.get_id().as_str()))
+        for arg in typed
+            .filter(|arg| !["seed", "each", "sheet", "sweep", "config", "save_config"].contains(&arg.get_id().as_str()))
         {
-            words.extend(self.option(arg));
+            if !self.swept.sets(arg) {
+                words.extend(self.option(arg));
+            }
         }
+        words.extend(self.swept.words());
         words.push("--".into());
         words.extend(self.values("exemplars"));
         words

@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 pub(crate) struct Used(Vec<(String, Value)>);
 
 /// Options that say where a run writes and what it is called, not what it makes.
-pub(crate) const BESIDE: [&str; 13] = [
+pub(crate) const BESIDE: [&str; 14] = [
     "output",
     "map",
     "explain",
@@ -20,6 +20,7 @@ pub(crate) const BESIDE: [&str; 13] = [
     "preview",
     "report",
     "sheet",
+    "sweep",
     "each",
     "diff",
     "format",

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod again;
+mod analogies;
 mod animate;
 mod blending;
 mod config;

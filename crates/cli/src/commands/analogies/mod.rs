@@ -27,6 +27,7 @@ use crate::outcome::Beside;
 use crate::pairs::{GuideArgs, Pair};
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
+use crate::sweep::Sweep;
 use crate::used::Used;
 use crate::values::{Auto, count};
 use crate::weaving::Weaving;
@@ -71,6 +72,10 @@ pub(crate) struct Knobs {
     /// exemplars allow. Large structures are placed where they are small.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     levels: Auto<u32>,
+    /// Make a run for each of several K, each of several N, or each pair of both, and show them by --sheet, a row for
+    /// each K, with K/N below each: K=.05,.2,1,5 N=1,3,5,9. '{n}' in names is the run's number.
+    #[arg(long, num_args = 1..=2, value_name = "LIST")]
+    sweep: Vec<Sweep>,
     /// Draw this many labels at random instead of searching for them, to compare with.
     #[arg(long, value_name = "N")]
     random_labels: Option<u32>,
