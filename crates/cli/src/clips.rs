@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Domain, Plane};
 use selvedge_io::Fingerprint;
-use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, Flipbook, Range, Rate, read_clip};
+use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip};
 use serde_json::json;
 
 use crate::failure::{Failure, n};
@@ -88,6 +88,15 @@ impl ClipInput {
             "blake3": fingerprint.blake3,
         }));
         Ok(Clip { path, info, plane, fingerprint, frames })
+    }
+}
+
+/// Tells of frames of a longer clip that nothing replaces.
+pub(crate) fn tell_left_over(session: &Session<'_>, writer: &ClipWriter) {
+    let left = writer.left_over();
+    if let Some((first, others)) = left.split_first() {
+        let others = if others.is_empty() { String::new() } else { format!(", as are {} more", others.len()) };
+        session.warn(first, &format!("is left over from a longer run{others}"));
     }
 }
 

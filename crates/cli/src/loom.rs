@@ -230,7 +230,7 @@ impl Loom<'_> {
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
         let provenance = complete.then(|| self.provenance());
-        let mut plane = match woven.as_map() {
+        let plane = match woven.as_map() {
             // Were holes black for the blend, they would darken what is around them.
             Some(map) if holes && !blending.is_none() && !payload[0].alpha => {
                 let layout = Layout { colors: payload[0].color_channels(), alpha: true };
@@ -243,9 +243,12 @@ impl Loom<'_> {
             None => woven.render(&payload)?,
         };
         // Black would be as good as any colour of the picture.
-        if let (true, Some(map)) = (holes || !complete, woven.as_map()) {
-            plane = transparent_holes(plane, map, self.format)?;
-        }
+        let bare = woven.as_map().filter(|_| holes || !complete);
+        let transparent = |plane, format| match bare {
+            Some(map) => transparent_holes(plane, map, format),
+            None => Ok(plane),
+        };
+        let plane = transparent(plane, self.format)?;
         self.report.stage("render");
         self.session.watch.busy("encode");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
@@ -254,10 +257,8 @@ impl Loom<'_> {
         outputs.picture(&name(&self.written.output), self.format, &plane, &metadata)?;
         for mut ready in std::mem::take(&mut self.layers) {
             ready.layer.blending = if complete { ready.layer.blending } else { Blending::default() };
-            let mut laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
-            if let (true, Some(map)) = (holes || !complete, woven.as_map()) {
-                laid = transparent_holes(laid, map, ready.layer.format)?;
-            }
+            let laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
+            let laid = transparent(laid, ready.layer.format)?;
             let provenance = complete.then(|| self.provenance_of(&ready));
             let metadata = Metadata { provenance, ..ready.metadata };
             outputs.picture(&name(&ready.layer.output), ready.layer.format, &laid, &metadata)?;

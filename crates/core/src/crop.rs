@@ -1,5 +1,7 @@
 //! The part of a source that may be used at all.
 
+use std::ops::Range;
+
 use crate::{Domain, Error, Exemplars, Grid, SampleId, Source, SourceTable, Window};
 
 impl<const D: usize> Source<D> {
@@ -72,6 +74,22 @@ impl<'e, const D: usize> ValidBoxes<'e, D> {
         self.len() == 0
     }
 
+    /// The samples of a range of numbers, in order: each a step from the one before.
+    pub fn samples(&self, range: Range<u32>) -> impl Iterator<Item = SampleId> {
+        let mut next = 0;
+        self.boxes.iter().filter(|valid| !valid.is_empty()).flat_map(move |valid| {
+            let (first, row) = (next, valid.shape[D - 1]);
+            next += valid.len() as u32;
+            let own = range.start.max(first)..range.end.min(next);
+            let rows = own.start.saturating_sub(first) / row..own.end.saturating_sub(first).div_ceil(row);
+            rows.flat_map(move |number| {
+                let of_row = own.start.max(first + number * row)..own.end.min(first + (number + 1) * row);
+                let id = self.sample(of_row.start).get();
+                (id..id + of_row.len() as u32).map(SampleId::new)
+            })
+        })
+    }
+
     /// A sample by its number in all boxes, in the order of (source, position).
     ///
     /// # Panics
@@ -136,6 +154,10 @@ mod tests {
             [0, 1, 2, 3, 4, 33].map(id),
             [(0, [2, 3]), (0, [2, 4]), (0, [3, 3]), (0, [3, 4]), (1, [0, 0]), (1, [4, 5])]
         );
+        for range in [0..34, 0..0, 1..3, 3..5, 7..30, 33..34] {
+            let one_by_one: Vec<SampleId> = range.clone().map(|number| boxes.sample(number)).collect();
+            assert_eq!(boxes.samples(range).collect::<Vec<_>>(), one_by_one);
+        }
         assert_eq!(boxes.domains().map(|d| d.shape).collect::<Vec<_>>(), [[2, 2], [5, 6]]);
     }
 

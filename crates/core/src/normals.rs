@@ -25,7 +25,7 @@ impl NormalCoding {
         }
     }
 
-    const SIGNED: Self = Self { zero: 0.0, unit: 1.0 };
+    pub(crate) const SIGNED: Self = Self { zero: 0.0, unit: 1.0 };
     const SPANNING: Self = Self { zero: 0.5, unit: 0.5 };
 
     /// A stored component, turned round.

@@ -34,8 +34,9 @@ impl<'a, const D: usize> Payload<'a, D> {
         check(table, planes)?;
         let turned = table.sources().iter().map(|&(origin, domain)| origin_indices(origin.transform, domain));
         let turned = turned.collect::<Result<_, _>>()?;
-        let coding = NormalCoding::of(planes);
-        Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes)?, coding, turned })
+        // Every sample of floats is looked at for it: not of what has no directions.
+        let coding = if planes[0].role.is_normal() { NormalCoding::of(planes) } else { NormalCoding::SIGNED };
+        Ok(Self { table, planes: planes.to_vec(), resampled: resampled(table, planes, coding)?, coding, turned })
     }
 
     /// An upper bound of the bytes that it holds beside the planes: for sources of these transforms and shapes, of
@@ -184,8 +185,11 @@ fn check<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result
 }
 
 /// The plane of each source that is resampled.
-fn resampled<const D: usize>(table: &SourceTable<D>, planes: &[&Plane<D>]) -> Result<Vec<Option<Plane<D>>>, Error> {
-    let normals = NormalCoding::of(planes);
+fn resampled<const D: usize>(
+    table: &SourceTable<D>,
+    planes: &[&Plane<D>],
+    normals: NormalCoding,
+) -> Result<Vec<Option<Plane<D>>>, Error> {
     let of = |(origin, _): &(Origin, Domain<D>)| {
         let plane = planes[usize::from(origin.exemplar)];
         origin.transform.resampling().map(|r| resample::plane(plane, r, normals)).transpose()

@@ -139,7 +139,7 @@ impl<const D: usize> Weaver<'_, D> {
     /// Every patch that shows anything at a position.
     fn everything(&self, at: [i32; D]) -> Vec<Candidate<D>> {
         let lies = |c: &Candidate<D>| (0..D).all(|a| self.options.free[a] || c.patch.offset[a] == 0);
-        (0..self.boxes.len()).filter_map(|number| self.showing(self.boxes.sample(number), at)).filter(lies).collect()
+        self.boxes.samples(0..self.boxes.len()).filter_map(|id| self.showing(id, at)).filter(lies).collect()
     }
 
     /// The patch that shows a sample at a position.

@@ -19,16 +19,19 @@ pub(crate) struct Single<const D: usize> {
     exemplars: Exemplars<D>,
 }
 
-/// Each source alone, so that it can be searched without the others, if that is `wanted` or if masks leave a part of
-/// one: a search pays for all that it is shown, and of a mask of few samples hardly any can be laid. Those without a
-/// valid sample are left out.
+/// Each source alone, as far as its box goes, so that it can be searched without the others, if that is `wanted` or if
+/// masks leave a part of one: a search pays for all that it is shown, and of a mask of few samples hardly any can be
+/// laid. Those without a valid sample are left out.
 ///
 /// # Errors
 /// [`Error::Core`] if memory is short.
-pub(crate) fn singles<const D: usize>(exemplars: &Exemplars<D>, wanted: bool) -> Result<Vec<Single<D>>, Error> {
-    let boxes: Vec<Window<D>> = exemplars.sources().iter().map(|source| source.valid_box()).collect();
+pub(crate) fn singles<const D: usize>(
+    exemplars: &Exemplars<D>,
+    boxes: &[Window<D>],
+    wanted: bool,
+) -> Result<Vec<Single<D>>, Error> {
     let whole = |(source, valid): (&Arc<Source<D>>, &Window<D>)| valid.shape == source.domain().shape;
-    if !wanted && exemplars.sources().iter().zip(&boxes).all(whole) {
+    if !wanted && exemplars.sources().iter().zip(boxes).all(whole) {
         return Ok(Vec::new());
     }
     let single = |(number, valid): (usize, &Window<D>)| {

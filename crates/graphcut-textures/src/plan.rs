@@ -66,7 +66,7 @@ fn unbound<const D: usize>(
     options: &Options<D>,
 ) -> Result<Plan<D>, Error> {
     let Some(field) = field else {
-        return Plan::new(exemplars, output, options, shows_few_copies(exemplars, output, options));
+        return Plan::new(exemplars, output, options, true);
     };
     let bits = field.plane(0).iter().fold(0, |all, bits| all | bits);
     let shown = exemplars.only((0..exemplars.sources().len()).filter(|number| bits >> number & 1 == 1))?;
@@ -80,9 +80,9 @@ const FEW_COPIES: u64 = 6;
 
 /// True where entire placement is chosen for an output that is hardly larger than its exemplar. What was asked for by
 /// regions is laid by regions; of clips nothing was ranked.
-fn shows_few_copies<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> bool {
+fn shows_few_copies<const D: usize>(boxes: &ValidBoxes<'_, D>, output: Domain<D>, options: &Options<D>) -> bool {
     let samples = |domain: Domain<D>| domain.shape.iter().fold(1, |n: u64, &side| n.saturating_mul(side.into()));
-    let largest = ValidBoxes::of(exemplars).domains().map(samples).max().unwrap_or(0);
+    let largest = boxes.domains().map(samples).max().unwrap_or(0);
     D == 2
         && options.region.is_none()
         && options.reach.is_none()
@@ -90,7 +90,8 @@ fn shows_few_copies<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>,
 }
 
 impl<const D: usize> Plan<D> {
-    /// Measures the sources that may be laid.
+    /// Measures the sources that may be laid. Only if `may_show_few` may an output be one that shows few copies of
+    /// them.
     ///
     /// # Errors
     /// [`Error::RegionExceedsExemplar`], and [`Error::Search`] if memory is short.
@@ -98,8 +99,10 @@ impl<const D: usize> Plan<D> {
         exemplars: &Exemplars<D>,
         output: Domain<D>,
         options: &Options<D>,
-        few_copies: bool,
+        may_show_few: bool,
     ) -> Result<Self, Error> {
+        let boxes = ValidBoxes::of(exemplars);
+        let few_copies = may_show_few && shows_few_copies(&boxes, output, options);
         let measured = match options.placement {
             Placement::Auto if D != CLIP => Texture::of_each(exemplars)?,
             _ => Vec::new(),
@@ -110,8 +113,8 @@ impl<const D: usize> Plan<D> {
             chosen => chosen,
         };
         let regularity = measured.iter().map(|t| t.lattice.map_or(0, |l| l.strength)).max();
-        let sides = region_sides(exemplars, &measured, options)?;
-        let reach = reach(options, placement, sides, longest(ValidBoxes::of(exemplars).domains()));
+        let sides = region_sides(exemplars, &boxes, &measured, options)?;
+        let reach = reach(options, placement, sides, longest(boxes.domains()));
         // At most far beyond any output, and still far from the end of positions.
         let reach = reach.map(|n| n.min(1 << 24));
         let scale = options.randomness * variance(exemplars);

@@ -19,13 +19,14 @@ const STRUCTURES: u32 = 4;
 /// frames are no measure of what is in them.
 pub(crate) fn region_sides<const D: usize>(
     exemplars: &Exemplars<D>,
+    boxes: &ValidBoxes<'_, D>,
     measured: &[Texture],
     options: &Options<D>,
 ) -> Result<[u32; D], Error> {
     if let Some(region) = options.region {
         return held(exemplars, region).map(|()| region);
     }
-    let shortest: Vec<u32> = ValidBoxes::of(exemplars).domains().map(|domain| shortest(domain.shape)).collect();
+    let shortest: Vec<u32> = boxes.domains().map(|domain| shortest(domain.shape)).collect();
     let largest = shortest.iter().copied().max().unwrap_or(0);
     let most = shortest.into_iter().filter(|side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
     let known = measured.iter().map(|t| t.feature_size).max();

@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use selvedge_core::{Domain, Exemplars, Grid, Source, try_vec};
+use selvedge_core::{Exemplars, Source, Window};
 
 use crate::error::Error;
 
@@ -15,14 +15,9 @@ pub(crate) fn stills<const D: usize>(clips: &Exemplars<D>) -> Result<Exemplars<D
         let (frames, pixels) = (domain.shape[0] as usize, domain.strides()[0]);
         let shown = |t: usize| clip.valid.as_ref().map_or(0, |v| shown(&v.plane(0)[t * pixels..][..pixels]));
         let middle = (0..frames).min_by_key(|&t| (Reverse(shown(t)), t.abs_diff(frames / 2))).unwrap_or(0);
-        let one = Domain { shape: std::array::from_fn(|a| if a == 0 { 1 } else { domain.shape[a] }), ..domain };
-        let one = Domain { periodic: std::array::from_fn(|a| 0 < a && domain.periodic[a]), ..one };
-        let part = |plane: &[u8]| plane[middle * pixels..][..pixels].to_vec();
-        let mut features = try_vec(0, 0_u8)?;
-        (0..clip.features.channels()).for_each(|c| features.extend(part(clip.features.plane(c))));
-        let valid = clip.valid.as_ref().map(|v| v.plane(0)[middle * pixels..][..pixels].to_vec());
-        let valid = valid.map(|valid| Grid::from_vec(one, 1, valid)).transpose()?;
-        Ok(Source { features: Grid::from_vec(one, clip.features.channels(), features)?, valid, origin: clip.origin })
+        let mut one = Window::all(domain);
+        (one.start[0], one.shape[0]) = (middle as i32, 1);
+        Ok(clip.cropped(&one)?)
     };
     let sources = clips.sources().iter().map(|clip| still(clip)).collect::<Result<_, Error>>()?;
     Ok(Exemplars::from_sources(sources, clips.weights().to_vec())?)

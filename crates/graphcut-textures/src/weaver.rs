@@ -66,8 +66,9 @@ pub(crate) fn weave_at<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    let singles = singles(exemplars, start.sources.is_some())?;
-    let mut weaver = Weaver::new(exemplars, &singles, plan, start, options, run)?;
+    let boxes = ValidBoxes::of(exemplars);
+    let singles = singles(exemplars, boxes.boxes(), start.sources.is_some())?;
+    let mut weaver = Weaver::new(exemplars, (boxes, &singles), plan, start, options, run)?;
     let outcome = weaver.weave();
     let complete = match outcome {
         Ok(complete) => complete,
@@ -82,7 +83,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
     /// Those of [`graphcut_from`](crate::graphcut_from), but for memory limits.
     pub(crate) fn new(
         exemplars: &'a Exemplars<D>,
-        singles: &'a [Single<D>],
+        (boxes, singles): (ValidBoxes<'a, D>, &'a [Single<D>]),
         plan: &Plan<D>,
         start: Start<D>,
         options: &'a Options<D>,
@@ -91,7 +92,6 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let output = start.map.domain();
         let region = region_of(plan.region, options.free, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
-        let boxes = ValidBoxes::of(exemplars);
         let cells =
             std::array::from_fn(|a| if options.free[a] { plan.region[a] / CELLS_A_REGION } else { output.shape[a] });
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);

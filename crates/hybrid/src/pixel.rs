@@ -124,7 +124,7 @@ impl<'e> Pixels<'e> {
             TOGETHER,
             |range| {
                 let mut best: Option<Choice> = None;
-                let ids = range.map(|number| this.boxes.sample(number as u32));
+                let ids = this.boxes.samples(range.start as u32..range.end as u32);
                 for id in ids.filter(|&id| this.is_allowed(id) && this.is_valid(id)) {
                     let bound = best.map_or(u64::MAX, |b| b.error);
                     best = this.error(id, bound).map(|error| Choice { error, id }).or(best);

@@ -24,7 +24,15 @@ fn weaver<'a>(
 ) -> Weaver<'a, 2> {
     let plan = Plan::new(exemplars, map.domain(), options, false).unwrap();
     assert_eq!(plan.scale, options.randomness * variance(exemplars));
-    Weaver::new(exemplars, &[], &plan, Start { map, fixed: None, sources: None }, options, run).unwrap()
+    Weaver::new(
+        exemplars,
+        (selvedge_core::ValidBoxes::of(exemplars), &[]),
+        &plan,
+        Start { map, fixed: None, sources: None },
+        options,
+        run,
+    )
+    .unwrap()
 }
 
 /// Small regions, and no refinement.

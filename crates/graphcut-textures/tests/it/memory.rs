@@ -39,20 +39,20 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-fn exemplars(case: &Case) -> Exemplars<2> {
-    let domain = Domain::open(case.exemplar);
+fn noise<const D: usize>(shape: [u32; D], sources: usize) -> Exemplars<D> {
+    let domain = Domain::open(shape);
     let source = |number: usize| {
         let mut rng = Seed(1).derive("source", number as u64).rng();
         let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
         let origin = Origin { exemplar: number as u16, transform: Transform::IDENTITY };
         Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: None, origin }
     };
-    Exemplars::from_sources((0..case.sources).map(source).collect(), vec![1; 3]).unwrap()
+    Exemplars::from_sources((0..sources).map(source).collect(), vec![1; 3]).unwrap()
 }
 
 /// Bytes that a run held at its peak; it prints them.
 fn measure(case: &Case) {
-    let exemplars = exemplars(case);
+    let exemplars = noise(case.exemplar, case.sources);
     let output = Domain::open(case.output);
     let before = memory::held();
     let map = SourceMap::unassigned(&exemplars, output).unwrap();
@@ -88,12 +88,7 @@ fn loops_stay_within_their_estimate() {
     let cases = [([12, 40, 50], 60), ([60, 90, 120], 20), ([90, 60, 80], 60), ([200, 16, 16], 80)];
     let options = |window: u32| LoopOptions { window, ..LoopOptions::default() };
     let run = |(shape, window): ([u32; 3], u32)| {
-        let mut rng = Seed(1).rng();
-        let domain = Domain::open(shape);
-        let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: None, origin };
-        let exemplars = Exemplars::from_sources(vec![source], vec![1; 3]).unwrap();
+        let exemplars = noise(shape, 1);
         let before = memory::held();
         let jump = Jump { from: shape[0] * 3 / 4 - 1, to: shape[0] / 4, error: 0.0 };
         looped(&exemplars, &[jump], &options(window), &Run::seeded(0)).unwrap();
@@ -124,12 +119,7 @@ fn clips_stay_within_their_estimate() {
         ([20, 40, 40], [30, 60, 50], Options { region: Some([8; 3]), reach: Some([4; 3]), ..sub }),
     ];
     let run = |(shape, output, options): ([u32; 3], [u32; 3], Options<3>)| {
-        let mut rng = Seed(1).rng();
-        let domain = Domain::open(shape);
-        let samples = (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect();
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: None, origin };
-        let exemplars = Exemplars::from_sources(vec![source], vec![1; 3]).unwrap();
+        let exemplars = noise(shape, 1);
         let before = memory::held();
         let output = Domain { shape: output, periodic: [true, false, false] };
         graphcut(&exemplars, output, &options, &Run::seeded(0)).unwrap();

@@ -1,5 +1,6 @@
 //! Writing clips, frame by frame.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::Plane;
@@ -148,8 +149,8 @@ impl ClipWriter {
         let Target::Sequence(name) = &self.target else { return Vec::new() };
         let found = name.found().unwrap_or_default();
         // Of a folder all pictures are frames of its clip, whatever their names.
-        let own: Vec<PathBuf> = (1..=self.frames).filter_map(|number| name.file(number)).collect();
         if let ClipName::Folder(_) = name {
+            let own: BTreeSet<PathBuf> = (1..=self.frames).filter_map(|number| name.file(number)).collect();
             let mut left: Vec<_> = found.into_iter().map(|(_, file)| file).filter(|file| !own.contains(file)).collect();
             left.sort();
             return left;

@@ -185,10 +185,7 @@ impl Animate {
         let layout = headers.layout;
         let held = writer.check((layout.channels(), layout.alpha), headers.depth, output.shape);
         held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
-        if let [first, .., _] = &writer.left_over()[..] {
-            session
-                .warn(first, &format!("is left over from a longer run, as are {} more", writer.left_over().len() - 1));
-        }
+        clips::tell_left_over(session, &writer);
         outputs::check(session, &writer.files(), read)
     }
 

@@ -182,20 +182,19 @@ impl TileCommand {
     fn weave(&self, loom: &Loom<'_>, widths: Widths, how: String) -> Result<Outcome, Failure> {
         let (exemplars, run, seam) = (&loom.loaded.exemplars, loom.session.run(), self.seams.measure());
         let about = |e| loom.loaded.about(Failure::from(e));
-        if self.period.is_some() {
-            let period = [0, 1].map(|a| loom.domain.periodic[a].then_some(widths[a]));
-            let woven = close_period(exemplars, period, seam, &run).map_err(about)?;
-            loom.check_holes(woven.stats.holes)?;
-            let stats = json!({ "period": widths, "energy": woven.stats.energy, "holes": woven.stats.holes });
-            let holes = 0 < woven.stats.holes;
-            return Ok(Outcome { holes, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) });
-        }
-        if self.method == MethodArg::Overlap {
-            let woven = close(exemplars, widths, seam, &run).map_err(about)?;
-            loom.check_holes(woven.stats.holes)?;
-            let stats = json!({ "overlap": widths, "energy": woven.stats.energy, "holes": woven.stats.holes });
-            let holes = 0 < woven.stats.holes;
-            return Ok(Outcome { holes, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) });
+        if self.period.is_some() || self.method == MethodArg::Overlap {
+            let (by, woven) = if self.period.is_some() {
+                let period = [0, 1].map(|a| loom.domain.periodic[a].then_some(widths[a]));
+                ("period", close_period(exemplars, period, seam, &run))
+            } else {
+                ("overlap", close(exemplars, widths, seam, &run))
+            };
+            let woven = woven.map_err(about)?;
+            let (holes, energy) = (woven.stats.holes, &woven.stats.energy);
+            loom.check_holes(holes)?;
+            let stats = json!({ by: widths, "energy": energy, "holes": holes });
+            let outcome = Outcome::new(Box::new(woven.result), woven.complete, stats, how);
+            return Ok(Outcome { holes: 0 < holes, ..outcome });
         }
         let (exemplars, start) = banded(exemplars, widths).map_err(about)?;
         let kept = start.fixed.clone();

@@ -115,10 +115,7 @@ impl WriteArgs {
             // The ends stand for all frames between.
             written.extend(made.first().cloned());
             written.extend((1 < made.len()).then(|| made.last().cloned()).flatten());
-            if let Some(left) = writer.left_over().first() {
-                let count = writer.left_over().len();
-                session.warn(left, &format!("is left over from a longer run, as are {} more", count - 1));
-            }
+            clips::tell_left_over(session, &writer);
             read.extend(files);
         }
         if let Some(name) = &self.map {
