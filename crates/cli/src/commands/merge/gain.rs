@@ -1,6 +1,6 @@
 //! `--gain`: pictures that have the light and the contrast of those that they overlap.
 
-use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane};
+use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Grid, Plane};
 use selvedge_graphcut_textures::labels::Label;
 use serde_json::{Value, json};
 
@@ -30,6 +30,14 @@ pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Fa
     *encoder = Encoder::fit(&each)?;
     *exemplars = light.ignore(Exemplars::new(encoder, &shown)?)?;
     Ok(tones)
+}
+
+/// An upper bound of what that takes: features are made again of pictures that were evened, one of which stands twice
+/// meanwhile.
+pub(super) fn bytes(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+    let of = |source: &Domain<2>| Bytes::of_samples(*source, channels as u64 + 1);
+    let largest = sources.iter().map(|source| Bytes::of_samples(*source, 16)).max().unwrap_or_default();
+    sources.iter().map(of).sum::<Bytes>() + largest + Bytes::of_samples(output, 8)
 }
 
 /// As they are told.

@@ -1,13 +1,15 @@
 //! `selvedge merge`: several pictures made one, cut along the seams that show least. `[Kwatra03 6B]`
 
+mod checks;
 mod gain;
 mod placed;
 mod strokes;
+mod told;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples, SourceMap, Start};
+use selvedge_core::{Bytes, Domain, Grid, SourceMap, Start};
 use selvedge_graphcut_textures::labels::{
     Label, LabelOptions, Prefer, estimate_aligned, estimate_labels, expand, preferred,
 };
@@ -16,16 +18,13 @@ use self::placed::{At, bare};
 use self::strokes::StrokeColor;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
-use crate::harmonise::Layout;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::Seams;
 use crate::outcome::Outcome;
-use crate::outputs;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
-use crate::used::Used;
-use crate::values::{choices, counts};
+use crate::values::choices;
 use crate::weaving::Weaving;
 
 /// Options of `merge`.
@@ -97,14 +96,7 @@ impl Method for Merge {
         let own = if self.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
         // What lies where it agrees is looked for before labels are decided.
         let found = self.found().map(|i| estimate_aligned(sources[0], sources[i], channels)).max().unwrap_or_default();
-        // Features are made again of pictures that were evened, one of which stands twice meanwhile.
-        let gained = if self.gain {
-            let of = |source: &Domain<2>| Bytes::of_samples(*source, channels as u64 + 1);
-            let largest = sources.iter().map(|source| Bytes::of_samples(*source, 16)).max().unwrap_or_default();
-            sources.iter().map(of).sum::<Bytes>() + largest + Bytes::of_samples(output, 8)
-        } else {
-            Bytes(0)
-        };
+        let gained = if self.gain { gain::bytes(sources, channels, output) } else { Bytes(0) };
         found.max(gained).max(estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4))
     }
 
@@ -112,7 +104,7 @@ impl Method for Merge {
         let labels = self.placed(loom)?;
         let tones = if self.gain { Some(gain::even(loom, &labels)?) } else { None };
         let (only, loom) = (self.only(loom, &labels)?, &*loom);
-        let how = format!("from {}{}", n("picture", labels.len()), transparent(bare(loom, &labels)?));
+        let how = format!("from {}{}", n("picture", labels.len()), told::transparent(bare(loom, &labels)?));
         Ok(Planned::new(self.used(loom, &labels), how, move || {
             let mut outcome = self.weave(loom, &labels, only)?;
             if let Some(tones) = &tones {
@@ -124,26 +116,6 @@ impl Method for Merge {
 }
 
 impl Merge {
-    fn validate(&self) -> Result<(), Failure> {
-        let (pictures, places) = (self.weaving.input.exemplars.len(), self.at.len());
-        if !(2..=64).contains(&pictures) {
-            return Err(Failure::new(2, format!("{} to merge", n("picture", pictures))).remedy("give from 2 to 64"));
-        }
-        if places != 0 && places != pictures - 1 {
-            let what = format!("{} of --at for {}", n("place", places), n("further picture", pictures - 1));
-            return Err(Failure::new(2, what).remedy("give one for each after the first"));
-        }
-        if let Some(path) = &self.label_map {
-            let numbers = (Layout { colors: 1, alpha: false }, Depth::U8);
-            outputs::check_held((path, outputs::format(path, None, None)?), [1, 1], numbers, None)?;
-        }
-        if self.gain && !self.weaving.with.matched.is_empty() {
-            let failure = Failure::new(2, "--gain would even the pictures and not the planes of --match");
-            return Err(failure.remedy("leave one of both out"));
-        }
-        self.check_numbers(pictures)
-    }
-
     fn weave(&self, loom: &Loom<'_>, labels: &[Label<2>], only: Option<Grid<u64, 2>>) -> Result<Outcome, Failure> {
         let exemplars = &loom.loaded.exemplars;
         let own = self.prefer.map(|prefer| preferred(exemplars, labels, loom.domain, prefer.into())).transpose()?;
@@ -152,36 +124,10 @@ impl Merge {
             LabelOptions { seam: self.seams.measure(), only, own, leave_holes: true, ..LabelOptions::default() };
         let start = Start { map: SourceMap::unassigned(exemplars, loom.domain)?, fixed: None, sources: None };
         let woven = expand(exemplars, start, labels, &options, &loom.session.run())?;
-        let stats = &woven.stats;
-        let mut counts = counts!(stats, shown, expansions, improvements, sweeps, holes, energy);
-        counts["at"] = labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>().into();
-        let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
-        let (how, holes) = (format!("from {shown} of {}", n("picture", labels.len())), stats.holes);
-        let how = how + &transparent(holes);
-        let others = self.label_map.iter().map(|path| Ok((path.clone(), numbered(&woven.result)?)));
+        let (counts, how) = (told::counts(&woven.stats, labels), told::how(&woven.stats));
+        let holes = 0 < woven.stats.holes;
+        let others = self.label_map.iter().map(|path| Ok((path.clone(), told::numbered(&woven.result)?)));
         let others = others.collect::<Result<_, Failure>>()?;
-        Ok(Outcome { holes: 0 < holes, others, ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
+        Ok(Outcome { holes, others, ..Outcome::new(Box::new(woven.result), woven.complete, counts, how) })
     }
-
-    /// The options as used.
-    fn used(&self, loom: &Loom<'_>, labels: &[Label<2>]) -> Used {
-        let first = labels[0].offset;
-        let place = |label: &Label<2>| format!("{},{}", label.offset[1] - first[1], label.offset[0] - first[0]);
-        let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
-        loom.used()
-            .set("at", labels[1..].iter().map(place).collect::<Vec<_>>())
-            .unless("gain", false)
-            .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
-    }
-}
-
-/// The numbers of the pictures that show; each has one label.
-fn numbered(map: &SourceMap<2>) -> Result<Plane<2>, Failure> {
-    let numbers = map.ids.map(|id| map.table.locate(id).map_or(0, |(source, _)| source as u8 + 1))?;
-    Ok(Plane::new(Role::Scalar, Samples::U8(numbers)))
-}
-
-/// How much of an output is in no picture, in words.
-fn transparent(pixels: usize) -> String {
-    if pixels == 0 { String::new() } else { format!(", {} in none of them and transparent", n("pixel", pixels)) }
 }

@@ -11,7 +11,7 @@ use selvedge_io::MaskChannel;
 
 use super::Merge;
 use super::placed::shows;
-use crate::failure::{Failure, n};
+use crate::failure::Failure;
 use crate::ground::check_size;
 use crate::inputs::Input;
 use crate::loom::Loom;
@@ -23,8 +23,8 @@ const TOLD: usize = 8;
 /// A colour, and the number of its picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct StrokeColor {
-    rgb: [u8; 3],
-    picture: usize,
+    pub(super) rgb: [u8; 3],
+    pub(super) picture: usize,
 }
 
 impl FromStr for StrokeColor {
@@ -46,38 +46,11 @@ impl fmt::Display for StrokeColor {
     }
 }
 
-fn hex([r, g, b]: [u8; 3]) -> String {
+pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 impl Merge {
-    /// Numbers of pictures are those of pictures that there are.
-    pub(super) fn check_numbers(&self, pictures: usize) -> Result<(), Failure> {
-        let colors = self.color.iter().map(|color| (color.picture, format!("--color '{color}'")));
-        let kept = self.keep.chunks(2).map(|pair| (pair[0].parse().unwrap_or(0), format!("--keep {}", pair[0])));
-        for (number, what) in colors.chain(kept) {
-            if !(1..=pictures).contains(&number) {
-                let what = format!("{what} is none of {}", n("picture", pictures));
-                return Err(Failure::new(2, what).remedy(format!("use a number from 1 to {pictures}")));
-            }
-        }
-        for (i, color) in self.color.iter().enumerate() {
-            if self.color[..i].iter().any(|other| other.rgb == color.rgb) {
-                let failure = Failure::new(2, format!("{} stands for two pictures", hex(color.rgb)));
-                return Err(failure.remedy("give each colour once"));
-            }
-            if color.rgb == [0; 3] {
-                let failure = Failure::new(2, "black is what may show any picture");
-                return Err(failure.remedy("paint with another colour"));
-            }
-        }
-        if self.strokes.is_some() && self.color.is_empty() {
-            let failure = Failure::new(2, "no colour of --strokes stands for a picture");
-            return Err(failure.remedy("give --color '#RRGGBB=N' for each"));
-        }
-        Ok(())
-    }
-
     /// By position, which pictures may show; none if all may everywhere.
     pub(super) fn only(&self, loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Option<Grid<u64, 2>>, Failure> {
         if self.strokes.is_none() && self.keep.is_empty() {

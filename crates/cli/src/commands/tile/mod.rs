@@ -1,15 +1,16 @@
 //! `selvedge tile`: a picture that tiles.
 
+mod told;
+mod widths;
+
 use clap::{Args, ValueEnum};
-use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Domain};
-use selvedge_graphcut_textures::labels::{
-    FillOptions, banded, check_band, check_overlap, close, close_period, estimate_fill, fill, overlaps,
-};
+use selvedge_graphcut_textures::labels::{FillOptions, banded, close, close_period, estimate_fill, fill};
 use serde_json::json;
 
+use self::widths::Widths;
 use crate::blending::Blending;
-use crate::failure::{Failure, n};
+use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::{Seams, option};
@@ -17,7 +18,6 @@ use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::size::Tile;
-use crate::used::Used;
 use crate::values::{Auto, auto, count, sides};
 use crate::weaving::Weaving;
 
@@ -59,17 +59,6 @@ enum MethodArg {
     /// A border is filled anew from the middle, which stays to the bit: the size stays.
     Band,
 }
-
-/// Sides of less have no border that could be closed.
-const LEAST: u32 = 4;
-
-/// How far a picture is laid over itself, or the width of its border, or its period, along each axis.
-type Widths = [u32; 2];
-
-/// Ways after which a lattice closes that are looked through for one of whole samples.
-const OFTEN: u32 = 4;
-/// What they may be off by to be whole, in parts of a sample.
-const WHOLE: f64 = 0.15;
 
 impl Method for TileCommand {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
@@ -114,71 +103,6 @@ impl TileCommand {
         given.map_or(Ok(()), |_| Err(Failure::new(2, other).remedy("leave it out, or change --method")))
     }
 
-    fn widths(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
-        let axes = Tile::domain(Some(self.axes()), [1, 1]).periodic;
-        let along = |n: u32| std::array::from_fn(|a| if axes[a] { n } else { 0 });
-        let (exemplars, shape) = (&loom.loaded.exemplars, loom.domain.shape);
-        let about = |e| loom.loaded.about(Failure::from(e));
-        if let Some(axis) = (0..2).find(|&a| axes[a] && shape[a] < LEAST) {
-            let what = format!(
-                "its {} is {}, and a picture of less than {LEAST} px has no border to close",
-                ["height", "width"][axis],
-                n("pixel", shape[axis] as usize)
-            );
-            return Err(loom
-                .loaded
-                .about(Failure::new(3, what).remedy("give a larger picture, or close the other axis")));
-        }
-        let widths = match (self.method, self.overlap.0, self.band.0) {
-            (MethodArg::Overlap, Some(n), _) | (MethodArg::Band, _, Some(n)) => along(n),
-            (MethodArg::Band, ..) => along((shape[0].min(shape[1]) / 8).max(1)),
-            (MethodArg::Overlap, ..) => {
-                overlaps(exemplars, axes, self.seams.measure(), &loom.session.run()).map_err(about)?
-            }
-        };
-        match self.method {
-            MethodArg::Overlap => check_overlap(shape, widths).map_err(about)?,
-            MethodArg::Band => check_band(shape, widths).map_err(about)?,
-        }
-        if self.method == MethodArg::Overlap {
-            loom.domain.shape = std::array::from_fn(|a| shape[a].saturating_sub(widths[a]).max(1));
-        }
-        Ok(widths)
-    }
-
-    /// The shape of one period, which the output has; along axes that are not closed all of the picture.
-    fn period(&self, loom: &mut Loom<'_>) -> Result<Widths, Failure> {
-        let (source, shape) = (&loom.loaded.exemplars.sources()[0], loom.domain.shape);
-        let about = |what: String| loom.loaded.about(Failure::new(3, what));
-        let mut period = match self.period {
-            Some(Auto(Some(period))) => period,
-            _ => {
-                let weights = loom.loaded.exemplars.weights();
-                let texture = Texture::of(&source.features, source.valid.as_ref(), weights)?;
-                let mut period = shape;
-                for axis in (0..2).filter(|&a| loom.domain.periodic[a]) {
-                    let along = texture.order().and_then(|lattice| lattice.along[axis]);
-                    let Some(along) = along else {
-                        let what = format!("it comes again nowhere straight {}", ["down", "across"][axis]);
-                        return Err(about(what).remedy("leave --period out, or say how long it is"));
-                    };
-                    period[axis] = whole(along);
-                }
-                period
-            }
-        };
-        for axis in 0..2 {
-            if !loom.domain.periodic[axis] {
-                period[axis] = shape[axis];
-            } else if period[axis] < 2 || shape[axis] < period[axis].saturating_add(2) {
-                let what = format!("a period of {} does not lie in its {}", period[axis], shape[axis]);
-                return Err(about(what).remedy("give a period of 2 px or more, and 2 less than the picture"));
-            }
-        }
-        loom.domain.shape = period;
-        Ok(period)
-    }
-
     fn weave(&self, loom: &Loom<'_>, widths: Widths, how: String) -> Result<Outcome, Failure> {
         let (exemplars, run, seam) = (&loom.loaded.exemplars, loom.session.run(), self.seams.measure());
         let about = |e| loom.loaded.about(Failure::from(e));
@@ -201,54 +125,5 @@ impl TileCommand {
         let woven = fill(&exemplars, start, &FillOptions { seam, ..FillOptions::default() }, &run).map_err(about)?;
         let stats = json!({ "band": widths, "filled": woven.stats.filled, "energy": woven.stats.energy });
         Ok(Outcome { kept, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) })
-    }
-
-    /// The options as used.
-    fn used(&self, loom: &Loom<'_>, widths: Widths) -> Used {
-        let width = widths.into_iter().max().unwrap_or(0);
-        // Overlaps that were chosen differ along the axes: chosen again, they are the same.
-        if self.period.is_some() {
-            return loom
-                .used()
-                .without("band")
-                .without("overlap")
-                .set("period", format!("{}x{}", widths[1], widths[0]));
-        }
-        match self.method {
-            MethodArg::Overlap => loom.used().without("band").without("period"),
-            MethodArg::Band => loom.used().without("overlap").without("period").set("band", width),
-        }
-    }
-
-    fn how(&self, [down, across]: Widths) -> String {
-        if self.period.is_some() {
-            return "that tile, one period of the picture".to_owned();
-        }
-        match self.method {
-            MethodArg::Overlap => format!("that tile, laid over themselves by {across} across and {down} down"),
-            MethodArg::Band => format!("that tile, a border of {} filled anew", n("pixel", down.max(across) as usize)),
-        }
-    }
-}
-
-/// A length after which what comes again `times` on `samples` does so after whole samples, nearly; of the first few the
-/// shortest, or the nearest to it.
-fn whole((samples, times): (u32, u32)) -> u32 {
-    let length = |often: u32| f64::from(often) * f64::from(samples) / f64::from(times);
-    let off = |often: u32| (length(often) - length(often).round()).abs();
-    let near = (1..=OFTEN).find(|&often| off(often) <= WHOLE);
-    let nearest = (1..=OFTEN).min_by(|&a, &b| off(a).total_cmp(&off(b)));
-    length(near.or(nearest).unwrap_or(1)).round() as u32
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn periods_of_part_samples_close_after_some() {
-        assert_eq!([(24, 1), (72, 3), (135, 2), (100, 3), (61, 4)].map(whole), [24, 24, 135, 100, 61]);
-        // Never within four: the second is nearest, 26.8.
-        assert_eq!(whole((67, 5)), 27);
     }
 }

@@ -1,5 +1,7 @@
 //! `selvedge video`: video textures.
 
+mod bytes;
+mod checks;
 mod choices;
 mod fade;
 mod look;
@@ -7,23 +9,23 @@ mod maps;
 mod modes;
 mod read;
 mod still;
+mod told;
 mod transition;
 mod woven;
 mod written;
 
 use clap::Args;
-use selvedge_core::{Bytes, Domain, Plane, SourceMap};
-use selvedge_graphcut_textures::video::{self, FrameDistances};
+use selvedge_core::{Bytes, Plane, SourceMap};
 use serde_json::Value;
 
-use self::modes::{ModeArgs, PlayArg, Way};
+use self::modes::{ModeArgs, Way};
 use self::read::ReadArgs;
 use self::still::{Still, StillArgs};
 use self::transition::TransitionArgs;
 use self::woven::WovenArgs;
 use self::written::WriteArgs;
-use crate::clips::{Clip, ClipInput};
-use crate::failure::{Failure, n, shown};
+use crate::clips::Clip;
+use crate::failure::{Failure, shown};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
@@ -108,26 +110,6 @@ impl Video {
         Ok(Done::made(report, line, outputs))
     }
 
-    /// Which way the clip goes on.
-    fn way(&self, clip: &ClipInput) -> Result<Way, Failure> {
-        let of_jumps = self.transition.typed().or(self.write.surface.is_some().then_some("--surface"));
-        let way = self.mode.way(clip, self.write.filled(), (of_jumps, self.woven.typed()))?;
-        self.still.check(clip, way.output)?;
-        if !way.loops() && (1 < self.write.repeat || self.write.closing_frame) {
-            let what = "--repeat and --closing-frame are for loops that are written whole";
-            return Err(Failure::new(2, what).remedy("leave them out, or use --loop periodic without --play"));
-        }
-        if let (Some(PlayArg::Random), Some(surface)) = (way.play, &self.write.surface) {
-            let failure = Failure::new(2, "a walk by several jumps has no one surface").about(surface);
-            return Err(failure.remedy("leave --surface out, or use --play loop"));
-        }
-        if way.jumps() && way.play.is_none() && self.mode.frames().is_some() && self.transition.says_period() {
-            let what = "--frames and --period or --jump both say how long the loop is";
-            return Err(Failure::new(2, what).remedy("leave one of them out"));
-        }
-        Ok(way)
-    }
-
     /// Goes that way; weaves where no jump closes, if it may.
     fn made(
         &self,
@@ -139,7 +121,7 @@ impl Video {
         let seam = self.transition.measure();
         if way.jumps() {
             let period = way.period(self.mode.frames().or(self.write.filled()).is_some());
-            let used = of_mode(used.clone(), true).without("mode");
+            let used = told::of_mode(used.clone(), true).without("mode");
             let used = if way.play.is_some() { used } else { used.without("play").without("frames") };
             let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
@@ -147,73 +129,12 @@ impl Video {
             way.fall_back(format!("the best jump makes steps {step:.2} times the largest that is usual"));
         }
         let [frames, height, width] = way.output.shape;
-        let used = of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
+        let used = told::of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
         let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
         self.woven.made(session, clip, (&way, seam, still), &self.write, used)
-    }
-
-    /// What a run would make, in words.
-    fn would(&self, clip: &ClipInput, way: &Way) -> String {
-        let [frames, h, w] = if way.jumps() { clip.domain().shape } else { way.output.shape };
-        if way.play.is_some() {
-            return format!("{} of {w}x{h} px by jumps", n("frame", way.output.shape[0] as usize));
-        }
-        match (way.jumps(), way.loops()) {
-            (true, _) => format!("a loop of at most {frames} frames of {w}x{h} px by a jump"),
-            (false, true) => format!("a loop of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
-            (false, false) => format!("a clip of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
-        }
-    }
-
-    /// An upper bound of the memory of a run.
-    fn need(&self, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
-        let (domain, info) = (clips[0].domain(), clips[0].info());
-        let kept: Bytes = clips.iter().map(ClipInput::bytes).sum();
-        let colors = info.channels - usize::from(info.alpha);
-        let features = memory::sources(&[domain], colors);
-        let mut work = Bytes(0);
-        if way.jumps() {
-            let options = self.transition.options();
-            work = video::estimate(domain, colors, &options) + FrameDistances::bytes(domain.shape[0]);
-            // A walk keeps the surface of each jump.
-            work += Bytes::of_samples(domain, 2) * u64::from(way.play.is_some());
-        }
-        if way.weaves() {
-            let options = self.woven.options(way, self.transition.measure())?;
-            work = work.max(self.woven.bytes(domain, colors, way, &options));
-        }
-        // The map, one rendered clip, and all of them as files that were not compressed.
-        let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);
-        work += self.still.bytes(longest);
-        let times = |bytes: Bytes| Bytes(bytes.0.saturating_mul(longest.0) / Bytes::of_samples(domain, 1).0.max(1));
-        let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
-        let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
-        let output = longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
-        Ok(memory::PROGRAM + kept + features * 2 + work.max(output))
     }
 }
 
 /// A jump closes if no step of a whole frame over its seam is larger than what is usual by more than this: less is not
 /// told from chance with a hundredth of some dozens of steps.
 const CLOSES: f64 = 1.05;
-
-/// Without the options that do nothing for what is cut at a jump, or for what is woven.
-fn of_mode(used: Used, jumps: bool) -> Used {
-    const OF_JUMPS: [&str; 7] = ["period", "window", "jumps", "jump", "surface-from", "blend", "play"];
-    const OF_WOVEN: [&str; 12] = [
-        "size",
-        "tile",
-        "loop",
-        "keep",
-        "placement",
-        "region",
-        "reach",
-        "randomness",
-        "variety",
-        "refine",
-        "patience",
-        "tries",
-    ];
-    let idle: &[&str] = if jumps { &OF_WOVEN } else { &OF_JUMPS };
-    idle.iter().fold(used, |used, option| used.without(option))
-}

@@ -1,0 +1,67 @@
+//! What `animate` is to make, and whether it can be.
+
+use std::path::PathBuf;
+
+use selvedge_core::Domain;
+use selvedge_io::Metadata;
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
+use selvedge_texture_optimization::{Animation, Options};
+
+use super::Animate;
+use super::flow::Flows;
+use crate::exemplars::Headers;
+use crate::failure::Failure;
+use crate::session::Session;
+use crate::size::{Size, Tile};
+use crate::{clips, names, outputs};
+
+impl Animate {
+    /// Options of the frames after the first one.
+    pub(super) fn options(&self) -> Result<Animation, Failure> {
+        let default = Animation::default();
+        let frame = Options { schedule: self.schedule.0.clone(), iterations: self.iterations, ..default.frame };
+        frame.validate()?;
+        if !(self.lambda.is_finite() && 0.0 <= self.lambda) {
+            let what = format!("a lambda of {} is out of range", self.lambda);
+            return Err(Failure::new(2, what).remedy("use 0 (no wish) or more"));
+        }
+        Ok(Animation { frame, lambda: self.lambda, ..default })
+    }
+
+    /// The frames' domain: that of the vectors, with which the size typed must agree.
+    pub(super) fn domain(&self, headers: &Headers, flows: Option<&Flows>) -> Result<Domain<2>, Failure> {
+        let first = headers.domains()[0].shape;
+        let typed = self.size.map(|size| size.shape(first));
+        let of_flow = flows.map(|flows| flows.after(0).domain().shape);
+        if let (Some([h, w]), Some([fh, fw])) = (typed, of_flow)
+            && [h, w] != [fh, fw]
+        {
+            let what = format!("the flow has {fw}x{fh} vectors, but --size asks for {w}x{h} px");
+            return Err(Failure::new(3, what).remedy("leave --size out, or give a flow of that size"));
+        }
+        let shape = of_flow.or(typed).unwrap_or_else(|| Size::Factor(2.0).shape(first));
+        Ok(Tile::domain(self.tile, shape))
+    }
+
+    /// How the clip is written.
+    pub(super) fn write_options(&self) -> ClipWriteOptions {
+        ClipWriteOptions { rate: self.rate, ..ClipWriteOptions::default() }
+    }
+
+    /// Refuses what could not be written, before any work.
+    pub(super) fn check_outputs(
+        &self,
+        session: &Session<'_>,
+        headers: &Headers,
+        (output, frames): (Domain<2>, u32),
+        read: &[PathBuf],
+    ) -> Result<(), Failure> {
+        let path = names::of_plane(&self.output, &self.input.exemplars[0]);
+        let writer = ClipWriter::create(&path, frames, Metadata::default(), self.write_options())?;
+        let layout = headers.layout;
+        let held = writer.check((layout.channels(), layout.alpha), headers.depth, output.shape);
+        held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
+        clips::tell_left_over(session, &writer);
+        outputs::check(session, &writer.files(), read)
+    }
+}

@@ -1,0 +1,48 @@
+//! What `merge` tells of a run.
+
+use selvedge_core::{Plane, Role, Samples, SourceMap};
+use selvedge_graphcut_textures::labels::{Label, LabelStats};
+use serde_json::Value;
+
+use super::Merge;
+use crate::failure::{Failure, n};
+use crate::loom::Loom;
+use crate::used::Used;
+use crate::values::counts;
+
+impl Merge {
+    /// The options as used.
+    pub(super) fn used(&self, loom: &Loom<'_>, labels: &[Label<2>]) -> Used {
+        let first = labels[0].offset;
+        let place = |label: &Label<2>| format!("{},{}", label.offset[1] - first[1], label.offset[0] - first[0]);
+        let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
+        loom.used()
+            .set("at", labels[1..].iter().map(place).collect::<Vec<_>>())
+            .unless("gain", false)
+            .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
+    }
+}
+
+/// Counts of a run.
+pub(super) fn counts(stats: &LabelStats, labels: &[Label<2>]) -> Value {
+    let mut counts = counts!(stats, shown, expansions, improvements, sweeps, holes, energy);
+    counts["at"] = labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>().into();
+    counts
+}
+
+/// How it was made, in words.
+pub(super) fn how(stats: &LabelStats) -> String {
+    let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
+    format!("from {shown} of {}{}", n("picture", stats.shown.len()), transparent(stats.holes))
+}
+
+/// The numbers of the pictures that show; each has one label.
+pub(super) fn numbered(map: &SourceMap<2>) -> Result<Plane<2>, Failure> {
+    let numbers = map.ids.map(|id| map.table.locate(id).map_or(0, |(source, _)| source as u8 + 1))?;
+    Ok(Plane::new(Role::Scalar, Samples::U8(numbers)))
+}
+
+/// How much of an output is in no picture, in words.
+pub(super) fn transparent(pixels: usize) -> String {
+    if pixels == 0 { String::new() } else { format!(", {} in none of them and transparent", n("pixel", pixels)) }
+}

@@ -1,0 +1,39 @@
+//! What `video` holds at once.
+
+use selvedge_core::{Bytes, Domain};
+use selvedge_graphcut_textures::video::{self, FrameDistances};
+
+use super::Video;
+use super::modes::Way;
+use crate::clips::ClipInput;
+use crate::failure::Failure;
+use crate::memory;
+
+impl Video {
+    /// An upper bound of the memory of a run.
+    pub(super) fn need(&self, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
+        let (domain, info) = (clips[0].domain(), clips[0].info());
+        let kept: Bytes = clips.iter().map(ClipInput::bytes).sum();
+        let colors = info.channels - usize::from(info.alpha);
+        let features = memory::sources(&[domain], colors);
+        let mut work = Bytes(0);
+        if way.jumps() {
+            let options = self.transition.options();
+            work = video::estimate(domain, colors, &options) + FrameDistances::bytes(domain.shape[0]);
+            // A walk keeps the surface of each jump.
+            work += Bytes::of_samples(domain, 2) * u64::from(way.play.is_some());
+        }
+        if way.weaves() {
+            let options = self.woven.options(way, self.transition.measure())?;
+            work = work.max(self.woven.bytes(domain, colors, way, &options));
+        }
+        // The map, one rendered clip, and all of them as files that were not compressed.
+        let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);
+        work += self.still.bytes(longest);
+        let times = |bytes: Bytes| Bytes(bytes.0.saturating_mul(longest.0) / Bytes::of_samples(domain, 1).0.max(1));
+        let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
+        let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
+        let output = longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
+        Ok(memory::PROGRAM + kept + features * 2 + work.max(output))
+    }
+}

@@ -1,0 +1,28 @@
+//! Which way `video` goes, and what options of it may not be.
+
+use super::Video;
+use super::modes::{PlayArg, Way};
+use crate::clips::ClipInput;
+use crate::failure::Failure;
+
+impl Video {
+    /// Which way the clip goes on.
+    pub(super) fn way(&self, clip: &ClipInput) -> Result<Way, Failure> {
+        let of_jumps = self.transition.typed().or(self.write.surface.is_some().then_some("--surface"));
+        let way = self.mode.way(clip, self.write.filled(), (of_jumps, self.woven.typed()))?;
+        self.still.check(clip, way.output)?;
+        if !way.loops() && (1 < self.write.repeat || self.write.closing_frame) {
+            let what = "--repeat and --closing-frame are for loops that are written whole";
+            return Err(Failure::new(2, what).remedy("leave them out, or use --loop periodic without --play"));
+        }
+        if let (Some(PlayArg::Random), Some(surface)) = (way.play, &self.write.surface) {
+            let failure = Failure::new(2, "a walk by several jumps has no one surface").about(surface);
+            return Err(failure.remedy("leave --surface out, or use --play loop"));
+        }
+        if way.jumps() && way.play.is_none() && self.mode.frames().is_some() && self.transition.says_period() {
+            let what = "--frames and --period or --jump both say how long the loop is";
+            return Err(Failure::new(2, what).remedy("leave one of them out"));
+        }
+        Ok(way)
+    }
+}
