@@ -12,8 +12,8 @@ use crate::options::Options;
 const OF_PLACE: u64 = 3 * 4 + 4 + 2 * 4 + 5 + (8 + 1 + 2) + 2 * 8;
 /// Bytes of a sample that neighborhoods are summed over: its value, and sums along one axis and both.
 const OF_SUMS: u64 = 3 * 8;
-/// Bytes of a sample of a label's window: its scaled sum and price, and the frame and network of a cut.
-const OF_WINDOW: u64 = 8 + 4 + 1 + 80;
+/// Bytes of a sample of a label's window besides its expansion: its scaled sum and price, and whether it may show.
+const OF_WINDOW: u64 = 8 + 4 + 1;
 
 /// The sizes of a run.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,9 @@ pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<Bytes, Error
     }
     let constraints = sizes.constraints.len() as u64;
     let standing = Bytes::of_samples(sizes.output, OF_PLACE + 8 * constraints) + summed(sides(&sizes.output));
-    let moving = windows().map(|shape| summed(shape) + Bytes::of_box(shape, OF_WINDOW)).max().unwrap_or_default();
+    let expanded = |shape: [u64; 2]| selvedge_expansion::estimate(shape.map(|n| n as u32));
+    let moved = |shape| summed(shape) + Bytes::of_box(shape, OF_WINDOW) + expanded(shape);
+    let moving = windows().map(moved).max().unwrap_or_default();
     // Features, masks, and the value of each label.
     let guided: u64 = sizes.constraints.iter().map(|c| c.0 as u64 + 1).sum();
     // Coarser ones of exemplars and constraints, a fourth each time, and the map that is carried up.

@@ -97,6 +97,7 @@
 mod band;
 mod choice;
 mod error;
+mod estimate;
 mod expand;
 mod frame;
 mod prices;
@@ -110,6 +111,7 @@ pub use selvedge_core as core;
 
 pub use choice::{Choice, Holes, Pin};
 pub use error::Error;
+pub use estimate::estimate;
 pub use expand::{Proposal, Scratch, expand};
 pub use frame::Frame;
 pub use prices::{Prices, Quad};

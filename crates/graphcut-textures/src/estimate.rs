@@ -15,8 +15,6 @@ use crate::weaver::{BATCH, at_once};
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
-/// Bytes of a frame, its graph and its cut for each sample that a patch may show.
-const A_NODE: u64 = 96;
 /// Bytes of a frame and what was taken of it for each such sample.
 const A_FRAME: u64 = 24;
 /// Bytes for each patch: where it was laid, and the price of all seams after it.
@@ -102,12 +100,13 @@ fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain
     let seams = SeamCosts::<D>::bytes(samples, channels) + samples * A_CANDIDATE;
     // Each source once more, if a mask leaves a part of it: that part is searched alone.
     let singles = samples * (channels as u64 + 1);
-    let shown = |s: &Domain<D>| Bytes(len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a]))));
-    let nodes = sources.iter().map(shown).max().unwrap_or_default();
+    let shown = |s: &Domain<D>| -> [u32; D] { std::array::from_fn(|a| s.shape[a].min(window[a])) };
+    let nodes = Bytes(sources.iter().map(|s| len(shown(s))).max().unwrap_or_default());
+    let cut = sources.iter().map(|s| selvedge_expansion::estimate(shown(s))).max().unwrap_or_default();
     // What each region of a batch waits to lay, and what it takes on a thread of its own.
     let batch = if options.refine == Some(0) { 1 } else { apart(output, region, window).min(BATCH as u64) };
     let threads = at_once(samples.0).min(batch);
-    let cuts = nodes * (A_NODE * threads + A_FRAME * batch);
+    let cuts = cut * threads + nodes * (A_FRAME * batch);
     let lists = samples * A_CANDIDATE * (threads - 1);
     let weights = vec![1; channels];
     let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box });
