@@ -5,7 +5,8 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
-use super::{Job, Knobs, Task};
+use super::job::Job;
+use super::{Knobs, Task};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method as _;

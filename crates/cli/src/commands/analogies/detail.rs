@@ -7,7 +7,8 @@ use selvedge_cms_analogies::{Constraint, low_resolution};
 use selvedge_core::Plane;
 use selvedge_guides::encode_together;
 
-use super::{Job, Knobs, Task};
+use super::job::Job;
+use super::{Knobs, Task};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method as _;

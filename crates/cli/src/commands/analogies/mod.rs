@@ -1,36 +1,23 @@
-//! What the commands of constrained synthesis share: knobs, the run, what is told of it. `[CMS]`
+//! What the commands of constrained synthesis share: knobs here, the run, its memory, what is told of it. `[CMS]`
 
 pub(crate) mod analogy;
+mod bytes;
 pub(crate) mod detail;
 pub(super) mod fit;
+mod job;
 pub(crate) mod numbers;
 pub(super) mod palette;
 pub(super) mod told;
-
-use std::path::{Path, PathBuf};
+mod used;
 
 use clap::Args;
-use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate, fitness};
-use selvedge_core::{Bytes, Domain};
-use serde_json::Value;
+use selvedge_cms_analogies::Options;
 
-use self::told::{failure, outcome};
 use crate::blending::Blending;
-use crate::failure::{Failure, n};
-use crate::inputs::Input;
-use crate::loom::Loom;
-use crate::memory;
-use crate::method::{Method, Planned};
-use crate::options::Turning;
-use crate::options::option;
-use crate::outcome::Beside;
-use crate::pairs::{GuideArgs, Pair};
-use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::options::{Turning, option};
+use crate::pairs::GuideArgs;
 use crate::sweep::Sweep;
-use crate::used::Used;
 use crate::values::{Auto, count};
-use crate::weaving::Weaving;
 
 /// Options of all commands of constrained synthesis.
 #[derive(Args, Debug)]
@@ -110,138 +97,5 @@ impl Knobs {
             levels: self.levels.0,
             random_labels: self.random_labels,
         }
-    }
-}
-
-/// Makes the constraint of a command.
-type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Constraint, Failure> + 'a;
-
-/// A command of constrained synthesis whose options were understood.
-struct Job<'a> {
-    name: &'static str,
-    weaving: &'a Weaving,
-    knobs: &'a Knobs,
-    task: Task,
-    options: Options,
-    /// The picture of the command's own constraint: the output has its size, or follows from it.
-    first: &'a Path,
-    /// How many times larger the output is than that.
-    ratio: u32,
-    /// Channels of its own constraint at most.
-    channels: usize,
-    /// All other files.
-    others: Vec<PathBuf>,
-    read: &'a Read<'a>,
-    /// What its canonical command has where other commands have their exemplars.
-    files: Option<Vec<PathBuf>>,
-}
-
-impl Method for Job<'_> {
-    fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        let pairs = self.knobs.guides.pairs(self.weaving)?;
-        self.options.validate()?;
-        let first = Input::new(session, self.first)?;
-        Ok(Setup {
-            others: self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect(),
-            transforms: self.knobs.turning(self.task).transforms(),
-            blending: self.knobs.blending,
-            guides: pairs.len(),
-            files: self.files.clone(),
-            ..Setup::new(self.name, self.weaving, OutputSize::Picture(first, self.ratio))
-        })
-    }
-
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        self.bytes_with(self.channels, sources, channels, output)
-    }
-
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
-        let mut followed = vec![self.first.to_path_buf()];
-        let mut constraints = vec![(self.read)(self, loom)?];
-        for pair in self.knobs.guides.pairs(self.weaving)? {
-            constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
-            followed.push(pair.target);
-        }
-        let loom = &*loom;
-        self.planned(loom, &constraints)?;
-        let fits = fitness(&loom.loaded.exemplars, &constraints, &self.options).map_err(failure)?;
-        followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
-        let how = format!("under {}", n("constraint", constraints.len()));
-        Ok(Planned::new(self.used(loom), how, move || {
-            let woven = self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?;
-            let mut outcome = outcome(woven);
-            outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
-            if loom.args.explain.is_some() || loom.args.report.is_some() {
-                let guides = followed.iter().zip(&constraints).zip(&fits);
-                let drawn = guides.map(|((path, constraint), fit)| fit::drawn(path, constraint.guide.target(), fit));
-                let pictures = drawn.collect::<Result<_, _>>()?;
-                outcome.beside =
-                    Beside { heading: "Followed, red where nothing under the exemplars is like it", pictures };
-            }
-            Ok(outcome)
-        }))
-    }
-}
-
-/// Bytes of a sample of the pictures that a constraint is made of: four channels of 16 bits, three of a map, and its
-/// label.
-const OF_PICTURE: u64 = 8 + 3 + 1;
-
-impl Job<'_> {
-    /// The method's memory where its own constraint has so many channels.
-    fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let constraints: Vec<_> =
-            std::iter::once((own, self.ratio)).chain((0..self.knobs.guides.len()).map(|_| (3, 1))).collect();
-        let sizes = Sizes { sources, channels, constraints: &constraints, output };
-        let orientations = self.knobs.turning(self.task).transforms().len();
-        // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.
-        let of = |domain: &Domain<2>, each: u64| Bytes::of_samples(*domain, each);
-        let maps = constraints.iter().map(|&(channels, _)| channels as u64).sum::<u64>();
-        let pictures = maps + OF_PICTURE * constraints.len() as u64;
-        let held: Bytes = sources.iter().chain(std::iter::once(&output)).map(|domain| of(domain, maps)).sum();
-        let made: Bytes = sources
-            .iter()
-            .step_by(orientations)
-            .chain(std::iter::once(&output))
-            .map(|domain| of(domain, pictures))
-            .sum();
-        estimate(&sizes, &self.options) + held + made
-    }
-
-    /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.
-    fn admit(&self, loom: &mut Loom<'_>, channels: usize) -> Result<(), Failure> {
-        let exemplars = &loom.loaded.exemplars;
-        let sources: Vec<Domain<2>> = exemplars.table().sources().iter().map(|s| s.1).collect();
-        let of = |own| self.bytes_with(own, &sources, exemplars.channels(), loom.domain);
-        let known = loom.report.estimate.unwrap_or_default();
-        let needed = known.saturating_add(of(channels).0.saturating_sub(of(self.channels).0));
-        memory::check_fixed(&loom.session.limits, Bytes(needed))?;
-        loom.report.estimate = Some(needed);
-        Ok(())
-    }
-
-    fn planned<'l>(&'l self, loom: &'l Loom<'_>, constraints: &'l [Constraint]) -> Result<Plan<'l>, Failure> {
-        Plan::new(&loom.loaded.exemplars, constraints, &self.options, &loom.session.run()).map_err(failure)
-    }
-
-    /// The options as used.
-    fn used(&self, loom: &Loom<'_>) -> Used {
-        let (knobs, options) = (self.knobs, &self.options);
-        let turn = knobs.turning(self.task).turn;
-        let used = if self.task.turn {
-            loom.used().set("no-turn", !turn).without("turn")
-        } else {
-            loom.used().set("turn", turn).without("no-turn")
-        };
-        let used = used
-            .set("constraint-weight", options.constraint_weight)
-            .set("neighborhood", options.neighborhood)
-            .set("spread", options.spread)
-            .set("levels", options.levels)
-            .unless("tolerance", Value::Null)
-            .unless("spread", 0.0)
-            .unless("levels", Value::Null)
-            .unless("random-labels", Value::Null);
-        knobs.guides.used(loom, used).unless("weight", Vec::<Value>::new())
     }
 }

@@ -7,8 +7,9 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide, Plane};
 use selvedge_guides::encode_together;
 
+use super::job::Job;
 use super::palette::Palette;
-use super::{Job, Knobs, Task};
+use super::{Knobs, Task};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method as _;

@@ -1,0 +1,47 @@
+//! Memory of a run of constrained synthesis.
+
+use selvedge_cms_analogies::{Sizes, estimate};
+use selvedge_core::{Bytes, Domain};
+
+use super::job::Job;
+use crate::failure::Failure;
+use crate::loom::Loom;
+use crate::memory;
+
+/// Bytes of a sample of the pictures that a constraint is made of: four channels of 16 bits, three of a map, and its
+/// label.
+const OF_PICTURE: u64 = 8 + 3 + 1;
+
+impl Job<'_> {
+    /// The method's memory where its own constraint has so many channels.
+    pub(super) fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let constraints: Vec<_> =
+            std::iter::once((own, self.ratio)).chain((0..self.knobs.guides.len()).map(|_| (3, 1))).collect();
+        let sizes = Sizes { sources, channels, constraints: &constraints, output };
+        let orientations = self.knobs.turning(self.task).transforms().len();
+        // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.
+        let of = |domain: &Domain<2>, each: u64| Bytes::of_samples(*domain, each);
+        let maps = constraints.iter().map(|&(channels, _)| channels as u64).sum::<u64>();
+        let pictures = maps + OF_PICTURE * constraints.len() as u64;
+        let held: Bytes = sources.iter().chain(std::iter::once(&output)).map(|domain| of(domain, maps)).sum();
+        let made: Bytes = sources
+            .iter()
+            .step_by(orientations)
+            .chain(std::iter::once(&output))
+            .map(|domain| of(domain, pictures))
+            .sum();
+        estimate(&sizes, &self.options) + held + made
+    }
+
+    /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.
+    pub(super) fn admit(&self, loom: &mut Loom<'_>, channels: usize) -> Result<(), Failure> {
+        let exemplars = &loom.loaded.exemplars;
+        let sources: Vec<Domain<2>> = exemplars.table().sources().iter().map(|s| s.1).collect();
+        let of = |own| self.bytes_with(own, &sources, exemplars.channels(), loom.domain);
+        let known = loom.report.estimate.unwrap_or_default();
+        let needed = known.saturating_add(of(channels).0.saturating_sub(of(self.channels).0));
+        memory::check_fixed(&loom.session.limits, Bytes(needed))?;
+        loom.report.estimate = Some(needed);
+        Ok(())
+    }
+}

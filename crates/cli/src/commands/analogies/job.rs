@@ -1,0 +1,95 @@
+//! A command of constrained synthesis whose options were understood: the run that all of them are.
+
+use std::path::{Path, PathBuf};
+
+use selvedge_cms_analogies::{Constraint, Options, Plan, fitness};
+use selvedge_core::{Bytes, Domain};
+
+use super::fit;
+use super::told::{failure, outcome};
+use super::{Knobs, Task};
+use crate::failure::{Failure, n};
+use crate::inputs::Input;
+use crate::loom::Loom;
+use crate::method::{Method, Planned};
+use crate::outcome::Beside;
+use crate::pairs::Pair;
+use crate::session::Session;
+use crate::setup::{OutputSize, Setup};
+use crate::weaving::Weaving;
+
+/// Makes the constraint of a command.
+pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Constraint, Failure> + 'a;
+
+/// A command of constrained synthesis whose options were understood.
+pub(super) struct Job<'a> {
+    pub(super) name: &'static str,
+    pub(super) weaving: &'a Weaving,
+    pub(super) knobs: &'a Knobs,
+    pub(super) task: Task,
+    pub(super) options: Options,
+    /// The picture of the command's own constraint: the output has its size, or follows from it.
+    pub(super) first: &'a Path,
+    /// How many times larger the output is than that.
+    pub(super) ratio: u32,
+    /// Channels of its own constraint at most.
+    pub(super) channels: usize,
+    /// All other files.
+    pub(super) others: Vec<PathBuf>,
+    pub(super) read: &'a Read<'a>,
+    /// What its canonical command has where other commands have their exemplars.
+    pub(super) files: Option<Vec<PathBuf>>,
+}
+
+impl Method for Job<'_> {
+    fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        let pairs = self.knobs.guides.pairs(self.weaving)?;
+        self.options.validate()?;
+        let first = Input::new(session, self.first)?;
+        Ok(Setup {
+            others: self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect(),
+            transforms: self.knobs.turning(self.task).transforms(),
+            blending: self.knobs.blending,
+            guides: pairs.len(),
+            files: self.files.clone(),
+            ..Setup::new(self.name, self.weaving, OutputSize::Picture(first, self.ratio))
+        })
+    }
+
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        self.bytes_with(self.channels, sources, channels, output)
+    }
+
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+        let mut followed = vec![self.first.to_path_buf()];
+        let mut constraints = vec![(self.read)(self, loom)?];
+        for pair in self.knobs.guides.pairs(self.weaving)? {
+            constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
+            followed.push(pair.target);
+        }
+        let loom = &*loom;
+        self.planned(loom, &constraints)?;
+        let fits = fitness(&loom.loaded.exemplars, &constraints, &self.options).map_err(failure)?;
+        followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
+        let how = format!("under {}", n("constraint", constraints.len()));
+        Ok(Planned::new(self.used(loom), how, move || {
+            let woven = self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?;
+            let mut outcome = outcome(woven);
+            outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
+            if loom.args.explain.is_some() || loom.args.report.is_some() {
+                let guides = followed.iter().zip(&constraints).zip(&fits);
+                let drawn = guides.map(|((path, constraint), fit)| fit::drawn(path, constraint.guide.target(), fit));
+                let pictures = drawn.collect::<Result<_, _>>()?;
+                outcome.beside =
+                    Beside { heading: "Followed, red where nothing under the exemplars is like it", pictures };
+            }
+            Ok(outcome)
+        }))
+    }
+}
+
+impl Job<'_> {
+    fn planned<'l>(&'l self, loom: &'l Loom<'_>, constraints: &'l [Constraint]) -> Result<Plan<'l>, Failure> {
+        Plan::new(&loom.loaded.exemplars, constraints, &self.options, &loom.session.run()).map_err(failure)
+    }
+}

@@ -1,0 +1,30 @@
+//! The options of constrained synthesis as a run used them.
+
+use serde_json::Value;
+
+use super::job::Job;
+use crate::loom::Loom;
+use crate::used::Used;
+
+impl Job<'_> {
+    /// The options as used.
+    pub(super) fn used(&self, loom: &Loom<'_>) -> Used {
+        let (knobs, options) = (self.knobs, &self.options);
+        let turn = knobs.turning(self.task).turn;
+        let used = if self.task.turn {
+            loom.used().set("no-turn", !turn).without("turn")
+        } else {
+            loom.used().set("turn", turn).without("no-turn")
+        };
+        let used = used
+            .set("constraint-weight", options.constraint_weight)
+            .set("neighborhood", options.neighborhood)
+            .set("spread", options.spread)
+            .set("levels", options.levels)
+            .unless("tolerance", Value::Null)
+            .unless("spread", 0.0)
+            .unless("levels", Value::Null)
+            .unless("random-labels", Value::Null);
+        knobs.guides.used(loom, used).unless("weight", Vec::<Value>::new())
+    }
+}
