@@ -1,6 +1,6 @@
 //! Linear systems of samples tied to their neighbours, by conjugate gradients.
 
-use selvedge_core::{Domain, par};
+use selvedge_core::{Domain, Error, par, try_vec};
 
 /// Steps at most: systems of textures need a few dozen, since each sample is held by its own colour as well.
 const STEPS: u32 = 1000;
@@ -20,9 +20,10 @@ pub(crate) struct System {
 
 impl System {
     /// One without ties.
-    pub(crate) fn new(domain: Domain<2>, own: Vec<f64>, right: Vec<f64>) -> Self {
+    pub(crate) fn new(domain: Domain<2>, own: &[f64], right: &[f64]) -> Result<Self, Error> {
         let n = own.len();
-        Self { domain, own, right, ties: [vec![0.0; n], vec![0.0; n]], fixed: vec![None; n] }
+        let ties = [try_vec(n, 0.0)?, try_vec(n, 0.0)?];
+        Ok(Self { domain, own: copied(own)?, right: copied(right)?, ties, fixed: try_vec(n, None)? })
     }
 
     /// Adds `mu (W (x_next - x)^2 - 2 B (x_next - x))` of an axis.
@@ -51,36 +52,43 @@ impl System {
     /// to others.
     ///
     /// Time `O(samples)` a step, in the caller's pool; sums are taken row by row.
-    pub(crate) fn solve(&self, x: &mut [f64], tolerance: f64) {
+    pub(crate) fn solve(&self, x: &mut [f64], tolerance: f64) -> Result<(), Error> {
         x.iter_mut().zip(&self.fixed).for_each(|(x, fixed)| *x = fixed.unwrap_or(*x));
-        let scale = self.diagonal();
-        let mut residual: Vec<f64> = self.times(x).iter().zip(&self.right).map(|(ax, b)| b - ax).collect();
+        let scale = self.diagonal()?;
+        let mut times = try_vec(x.len(), 0.0)?;
+        self.multiply(x, &mut times);
+        let mut residual = copied(&self.right)?;
+        residual.iter_mut().zip(&times).for_each(|(r, ax)| *r -= ax);
         residual.iter_mut().zip(&self.fixed).filter(|(_, fixed)| fixed.is_some()).for_each(|(r, _)| *r = 0.0);
-        let scaled = |residual: &[f64]| residual.iter().zip(&scale).map(|(r, d)| r / d).collect::<Vec<_>>();
-        let mut z = scaled(&residual);
-        let mut along = z.clone();
+        let mut z = try_vec(x.len(), 0.0)?;
+        let scaled = |residual: &[f64], z: &mut [f64]| {
+            z.iter_mut().zip(residual).zip(&scale).for_each(|((z, r), d)| *z = r / d);
+        };
+        scaled(&residual, &mut z);
+        let mut along = copied(&z)?;
         let mut length = self.dot(&residual, &z);
         let enough = tolerance * tolerance * scale.iter().sum::<f64>();
         for _ in 0..STEPS {
             if length <= enough {
                 break;
             }
-            let mut times = self.times(&along);
+            self.multiply(&along, &mut times);
             times.iter_mut().zip(&self.fixed).filter(|(_, fixed)| fixed.is_some()).for_each(|(v, _)| *v = 0.0);
             let by = length / self.dot(&along, &times);
             x.iter_mut().zip(&along).for_each(|(x, a)| *x += by * a);
             residual.iter_mut().zip(&times).for_each(|(r, t)| *r -= by * t);
-            z = scaled(&residual);
+            scaled(&residual, &mut z);
             let next = self.dot(&residual, &z);
             let kept = next / length;
             along.iter_mut().zip(&z).for_each(|(a, z)| *a = z + kept * *a);
             length = next;
         }
+        Ok(())
     }
 
     /// What stands on the diagonal.
-    fn diagonal(&self) -> Vec<f64> {
-        let mut diagonal = self.own.clone();
+    fn diagonal(&self) -> Result<Vec<f64>, Error> {
+        let mut diagonal = copied(&self.own)?;
         for at in self.domain.positions() {
             for (axis, next) in [[1, 0], [0, 1]].into_iter().map(|by| self.domain.step(at, by)).enumerate() {
                 let (i, Some(next)) = (self.domain.index(at), next.map(|p| self.domain.index(p))) else { continue };
@@ -88,14 +96,14 @@ impl System {
                 diagonal[next] += self.ties[axis][i];
             }
         }
-        diagonal
+        Ok(diagonal)
     }
 
-    fn times(&self, x: &[f64]) -> Vec<f64> {
+    /// The left side of the equations.
+    fn multiply(&self, x: &[f64], out: &mut [f64]) {
         let [height, width] = self.domain.shape.map(|n| n as usize);
-        let mut out = vec![0.0; x.len()];
         let periodic = self.domain.periodic;
-        par::for_rows(&mut out, width, |y, row| {
+        par::for_rows(out, width, |y, row| {
             let above = if y != 0 { Some(y - 1) } else { periodic[0].then_some(height - 1) };
             let below = if y + 1 != height { Some(y + 1) } else { periodic[0].then_some(0) };
             let (own, here) = (y * width, &x[y * width..][..width]);
@@ -124,7 +132,6 @@ impl System {
                 row[width - 1] -= by;
             }
         });
-        out
     }
 
     fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
@@ -135,6 +142,12 @@ impl System {
         };
         par::map_indexed(self.domain.shape[0] as usize, row).into_iter().sum()
     }
+}
+
+fn copied(from: &[f64]) -> Result<Vec<f64>, Error> {
+    let mut to = try_vec(from.len(), 0.0)?;
+    to.copy_from_slice(from);
+    Ok(to)
 }
 
 #[cfg(test)]
@@ -169,7 +182,7 @@ mod tests {
             let n = domain.len();
             let mut some = |most: u32| (0..n).map(|_| f64::from(1 + rng.below(most)) / 8.0).collect::<Vec<f64>>();
             let (own, right) = (some(40), some(9000));
-            let mut system = System::new(domain, own.clone(), right.clone());
+            let mut system = System::new(domain, &own, &right).unwrap();
             let mut matrix = vec![vec![0.0; n]; n];
             let mut b = right;
             (0..n).for_each(|i| matrix[i][i] = own[i]);
@@ -202,7 +215,7 @@ mod tests {
             }
             (matrix[n - 1][n - 1], b[n - 1]) = (1.0, 200.0);
             let mut x = vec![128.0; n];
-            system.solve(&mut x, 1e-10);
+            system.solve(&mut x, 1e-10).unwrap();
             for (x, y) in x.iter().zip(solved(matrix, b)) {
                 assert!((x - y).abs() < 1e-6, "{case}: {x}, and by factors {y}");
             }

@@ -1,6 +1,6 @@
 //! What an output has to follow besides looking like the exemplars. `[Kwatra05 4]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Guide, SourceMap};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guide, SourceMap};
 
 use crate::error::Error;
 use crate::picture;
@@ -58,6 +58,19 @@ impl Control {
     /// A guide that counts anything.
     pub(crate) fn followed(&self) -> Option<&Guidance> {
         self.guidance.as_ref().filter(|guidance| guidance.weight != 0.0)
+    }
+
+    /// What a run holds of this beside its [`estimate`](crate::estimate()), which counts the channels of a guide among
+    /// the exemplars': wishes at all resolutions, what is fixed of the start, and the exemplars with the guide beside
+    /// them.
+    pub fn bytes(&self, exemplars: &Exemplars<2>, output: Domain<2>) -> Bytes {
+        let guide = self.followed().map_or(0, |guidance| guidance.guide.weights().len());
+        let channels = (exemplars.channels() + guide) as u64;
+        let joined = if guide == 0 { 0 } else { channels + 1 };
+        let features = exemplars.sources().iter().map(|source| Bytes::of_samples(source.domain(), joined)).sum();
+        let wishes = if self.wanted.is_none() && self.fixed.is_none() && guide == 0 { 0 } else { 22 * channels };
+        let shown = if self.fixed.is_some() { 8 * channels } else { 0 };
+        Bytes::of_samples(output, wishes + shown) + features
     }
 
     /// As wishes at full resolution, with the map that fixed samples are taken from; `None` without any. The exemplars'

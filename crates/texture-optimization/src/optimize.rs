@@ -1,6 +1,6 @@
 //! Algorithm 1, level by level. `[Kwatra05 3]`
 
-use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
 
 use crate::control::{Control, Guidance, Wishes};
 use crate::error::Error;
@@ -38,10 +38,14 @@ impl<'e> Plan<'e> {
         if output.is_empty() {
             return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
         }
-        let domains: Vec<_> = exemplars.sources().iter().map(|s| s.domain()).collect();
-        run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
+        run.limits.admit(output, Self::bytes(exemplars, output, options))?;
         let schedule = Schedule::new(exemplars, output, &options.schedule)?;
         Ok(Self { exemplars, output, options: options.clone(), schedule })
+    }
+
+    fn bytes(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Bytes {
+        let domains: Vec<_> = exemplars.sources().iter().map(|s| s.domain()).collect();
+        estimate(&domains, exemplars.channels(), output, options)
     }
 
     /// The levels that fit, in their order.
@@ -59,7 +63,8 @@ impl<'e> Plan<'e> {
     /// # Errors
     /// [`Error::ForeignMap`], [`Error::MapShape`], [`Error::Holes`], [`Error::Masked`], constraints of another shape
     /// than the output ([`Error::Control`]) or out of range ([`Error::Lambda`], [`Error::NothingFixed`]), a guide of
-    /// other exemplars or with a weight that is no number from 0 on (the core's), or no memory.
+    /// other exemplars or with a weight that is no number from 0 on (the core's), control that is over the run's
+    /// memory, or no memory.
     pub fn weave(
         &self,
         start: Option<&SourceMap<2>>,
@@ -76,6 +81,9 @@ impl<'e> Plan<'e> {
             }
             None => self,
         };
+        let needed =
+            Self::bytes(plan.exemplars, self.output, &self.options) + control.bytes(self.exemplars, self.output);
+        run.limits.admit(self.output, needed)?;
         let begun = start.map(|map| plan.shown(map)).transpose()?;
         let wishes = control.wishes(plan.exemplars, self.output, start)?;
         let held = start.zip(control.fixed.as_ref()).map(|(map, fixed)| Held { map, fixed });

@@ -8,7 +8,7 @@ use crate::control::Wishes;
 use crate::error::Error;
 use crate::falloff::Falloff;
 use crate::flow::Carried;
-use crate::gradient::{self, Gradients};
+use crate::gradient;
 use crate::level::Level;
 use crate::neighborhoods::Neighborhoods;
 use crate::optimized::Pulls;
@@ -162,9 +162,8 @@ impl<'a> Weaver<'a> {
                 Some(x) => x,
                 None => average(self.exemplars, &self.all, places, weights, &self.falloff)?.0,
             };
-            let (exemplars, all, falloff) = (self.exemplars, &self.all, &self.falloff);
-            let gradients = Gradients { exemplars, all, falloff, mu: self.options.gradient, texture: self.texture() };
-            gradients.solve(&mut x, (places, weights), (self.wishes, &whole()))?;
+            let measure = self.measure(self.exemplars, &self.falloff);
+            measure.solve(&mut x, (places, weights), (self.wishes, &whole()))?;
             return Ok(x);
         }
         let (mut x, mut votes) = average(self.exemplars, &self.all, places, weights, &self.falloff)?;

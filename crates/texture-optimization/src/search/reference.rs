@@ -8,8 +8,8 @@ use crate::falloff::Falloff;
 use crate::neighborhoods::{Neighborhoods, places};
 use crate::robust;
 
-/// How far a neighborhood is from a place: the mean of `G W_c (x - z)^2` and of `mu` times as much of each difference
-/// between samples beside each other within it.
+/// What both steps weigh: how far a neighborhood is from a place, the mean of `G W_c (x - z)^2` and of `mu` times as
+/// much of each difference between samples beside each other within it.
 pub(crate) struct Measure<'a> {
     pub(crate) exemplars: &'a Exemplars<2>,
     pub(crate) all: &'a Neighborhoods,

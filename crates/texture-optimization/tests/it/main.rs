@@ -2,4 +2,5 @@
 
 mod bad_input;
 mod flow;
+mod memory;
 mod runs;
