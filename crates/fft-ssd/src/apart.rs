@@ -20,11 +20,14 @@ impl<const D: usize> Costs<D> {
     pub fn best_k(&self, k: usize, distance: u32) -> Result<Vec<Candidate<D>>, Error> {
         let mut taken: Vec<bool> = try_vec(self.len(), false)?;
         let mut chosen = Vec::new();
-        // The best of each run. A run whose best was taken since is looked at again.
+        // The best of each run. A run whose best was taken since is looked at again. Where errors alone tell the best,
+        // no place of a run is better than its first one with its least error: most are never looked at.
         let mut heap = Vec::new();
         for run in self.runs() {
-            if let Some(best) = self.best_of(run.places(), &taken) {
-                push(&mut heap, Reverse(Entry { best, run }))?;
+            let least = Pick { error: run.least, count: self.samples as u32, flat: run.start };
+            let best = if self.counts.is_empty() { Some(least) } else { self.best_of(run.places(), &taken) };
+            if let Some(best) = best {
+                push(&mut heap, Reverse(Entry { best, run, is_seen: !self.counts.is_empty() }))?;
             }
         }
         let mut heap = BinaryHeap::from(heap);
@@ -32,14 +35,14 @@ impl<const D: usize> Costs<D> {
             && let Some(Reverse(entry)) = heap.pop()
         {
             let flat = entry.best.flat as usize;
-            if !taken[flat] {
+            if entry.is_seen && !taken[flat] {
                 push(&mut chosen, candidate(&self.sources, entry.best))?;
                 let source = &self.sources[entry.run.source as usize];
                 take(source, flat - source.start, distance, &mut taken[source.start..source.start + source.len()]);
             }
             // One left, so there is room for one.
             let next = self.best_of(entry.run.places(), &taken);
-            heap.extend(next.map(|best| Reverse(Entry { best, ..entry })));
+            heap.extend(next.map(|best| Reverse(Entry { best, is_seen: true, ..entry })));
         }
         Ok(chosen)
     }
@@ -55,6 +58,8 @@ impl<const D: usize> Costs<D> {
 struct Entry {
     best: Pick,
     run: crate::pick::Run,
+    /// False for one that stands for a run that was not looked at.
+    is_seen: bool,
 }
 
 impl Ord for Entry {

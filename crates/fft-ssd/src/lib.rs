@@ -7,6 +7,7 @@
 //! 3. [`best`](Costs::best), [`best_k`](Costs::best_k) and [`within`](Costs::within) choose, each with a variant that
 //!    excludes positions; [`sum_of`](Costs::sum_of) sums the costs of several searches, and [`search_sum`] searches and
 //!    sums in one go.
+//! 4. [`compare`](SsdSearcher::compare) tells the error at single places, as far as it matters.
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples};
@@ -113,10 +114,12 @@ mod nearest;
 mod pack;
 mod pick;
 mod placement;
+mod places;
 mod prepared;
 mod scratch;
 mod searcher;
 mod source;
+mod stretch;
 mod sum;
 mod sums;
 mod taps;
@@ -133,6 +136,7 @@ pub use estimate::{Sizes, estimate};
 pub use nearest::{Coverage, Field, Neighbor, Windows, alike, nearest};
 pub use pick::Candidate;
 pub use placement::{Cover, Placement, Positions};
+pub use places::{Pattern, Place};
 pub use scratch::Scratch;
 pub use searcher::{Engine, Options, SsdSearcher};
 pub use sum::{SumScratch, Term, search_sum};

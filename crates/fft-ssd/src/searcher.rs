@@ -304,6 +304,14 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         self.options.engine
     }
 
+    pub(crate) fn source(&self, number: usize) -> SourceView<'e> {
+        self.sources[number]
+    }
+
+    pub(crate) fn weights(&self) -> &[u8] {
+        &self.weights
+    }
+
     pub(crate) fn kernel(&self) -> Kernel {
         self.kernel
     }

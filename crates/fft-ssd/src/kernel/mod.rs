@@ -8,6 +8,7 @@ mod scalar;
 mod x86;
 
 use crate::pack::{self, Packing};
+use crate::stretch::Stretch;
 use crate::taps::{ROWS, Taps};
 use crate::word::Word;
 use rustfft::num_complex::Complex;
@@ -181,6 +182,24 @@ impl Kernel {
             Level::Scalar => scalar::least(values),
             #[cfg(target_arch = "x86_64")]
             level => x86::least(level, values),
+        }
+    }
+
+    /// The sum of the squared differences of stretches of a template of a shape, of one channel: of its plane, and of
+    /// the source's from the place on, whose rows are `stride` bytes.
+    ///
+    /// # Panics
+    /// If the template reaches beyond either.
+    pub(crate) fn squares(self, own: &[u8], source: &[u8], stride: usize, shape: [usize; 2], all: &[Stretch]) -> u64 {
+        let [height, width] = shape;
+        let inside = |s: &Stretch| s.at[0] < height && s.at[1] + s.len <= width && s.own == s.at[0] * width + s.at[1];
+        debug_assert!(all.iter().all(inside), "stretches are rows of the template");
+        assert!(height * width <= own.len() && width <= stride, "a template has a value a sample");
+        assert!((height - 1) * stride + width <= source.len(), "templates lie inside of sources");
+        match self.0 {
+            Level::Scalar => scalar::squares(own, source, stride, all),
+            #[cfg(target_arch = "x86_64")]
+            level => x86::squares(level, own, source, stride, all),
         }
     }
 

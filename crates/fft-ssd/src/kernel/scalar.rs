@@ -1,6 +1,7 @@
 //! The definition of the kernels, in plain loops.
 
 use super::{Block, Cells, Lanes, Row, SHIFTS, Windows};
+use crate::stretch::Stretch;
 use crate::taps::{Phase, Tap};
 use crate::word::Word;
 use rustfft::num_complex::Complex;
@@ -117,6 +118,18 @@ pub(super) fn round<W: Word>(z: &[C64], scale: f64, to: &mut [[W; super::CHUNK];
 #[inline(always)]
 pub(super) fn least<W: Word>(values: &[W]) -> W {
     values.iter().fold(W::NONE, |least, &v| least.min(v))
+}
+
+/// See [`super::Kernel::squares`].
+pub(super) fn squares(own: &[u8], source: &[u8], stride: usize, all: &[Stretch]) -> u64 {
+    let of = |s: &Stretch| squares_of(&own[s.own..][..s.len], &source[s.at[0] * stride + s.at[1]..][..s.len]);
+    all.iter().map(of).sum()
+}
+
+/// Of so few bytes that 32 bits hold the sum.
+pub(super) fn squares_of(a: &[u8], b: &[u8]) -> u64 {
+    let square = |(&a, &b): (&u8, &u8)| u32::from(a.abs_diff(b)).pow(2);
+    a.iter().zip(b).map(square).sum::<u32>().into()
 }
 
 /// See [`super::Kernel::weigh`]. Compiled once for each level.

@@ -1,8 +1,10 @@
 //! The kernels for x86-64: AVX2, AVX2 with VNNI, AVX-512 with VNNI. The only unsafe code of the workspace.
 #![allow(unsafe_code, reason = "instructions beyond the baseline are called through unsafe functions")]
 
+mod squares;
 mod windows;
 
+pub(super) use squares::squares;
 pub(super) use windows::{cells, count, lower, lower_places, lower_scaled, slide};
 
 use super::{Block, CHUNK, Level, Row, scalar};
