@@ -3,7 +3,8 @@
 use selvedge_core::{Exemplars, Grid};
 use selvedge_fft_ssd::Error;
 
-use crate::periods::Strengths;
+use crate::memory::{CLOSELY, ROUGHLY};
+use crate::periods::{Period, Strengths, middle};
 
 /// A period counts from this strength on (of 1000): weaker ones are chance resemblances of a few large features.
 const STRONG: u32 = 300;
@@ -26,7 +27,12 @@ pub fn feature_size<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Err
 /// [period](crate::periods) if that is longer. At least 1, whatever the size of the texture.
 ///
 /// Distances are measured along the last two axes and their diagonals. The factors were chosen by eye on some fifty
-/// textures. Takes what [`periods`](crate::periods()) takes.
+/// textures.
+///
+/// Of more than 2^18 samples the middle is looked at; where structures fill more than a fourth of its sides, or none is
+/// seen, what is twice as large as well, at half the size, and so on. Of the whole, at a fraction of the size, at least
+/// periods are looked for that no middle held. Takes `O(samples)`, and for each look what
+/// [`periods`](crate::periods()) takes.
 ///
 /// # Errors
 /// Those of [`periods`](crate::periods()).
@@ -35,16 +41,49 @@ pub fn feature_size_of<const D: usize>(
     valid: Option<&Grid<bool, D>>,
     weights: &[u8],
 ) -> Result<u32, Error> {
-    Strengths::of(features, valid, weights)?.map_or(Ok(1), |strengths| of_strengths(&strengths))
+    Ok(of_largest(features, valid, weights, None)?.max(1))
 }
 
-/// See [`feature_size_of`].
-pub(crate) fn of_strengths<const D: usize>(strengths: &Strengths<D>) -> Result<u32, Error> {
-    let size = 5 * lost_likeness(strengths);
+/// The largest structures, 0 if there are none: of them all, or only of periods longer than so many samples.
+fn of_largest<const D: usize>(
+    features: &Grid<u8, D>,
+    valid: Option<&Grid<bool, D>>,
+    weights: &[u8],
+    longer: Option<u32>,
+) -> Result<u32, Error> {
+    let samples = features.domain().len();
+    let is_whole = samples <= if longer.is_none() { CLOSELY } else { ROUGHLY };
+    let (mut size, mut longer) = (0, longer);
+    if longer.is_none() || is_whole {
+        let part = middle(features, CLOSELY)?;
+        let valid = valid.map(|valid| middle(valid, CLOSELY)).transpose()?;
+        let side = part.domain().shape.into_iter().min().unwrap_or(0);
+        if let Some(strengths) = Strengths::of(&part, valid.as_ref(), weights)? {
+            let likeness = if longer.is_none() { 5 * lost_likeness(&strengths) } else { 0 };
+            size = likeness.max(of_periods(&strengths, longer.unwrap_or(0))?);
+        }
+        if is_whole {
+            return Ok(size);
+        }
+        // Of what is larger too little is seen: a few bodies resemble each other by chance.
+        if (1..=side / 4).contains(&size) {
+            longer = Some(side / 2);
+        } else {
+            size = 0;
+        }
+    }
+    let valid = valid.map(Grid::<bool, D>::coarser).transpose()?;
+    let coarse = of_largest(&features.coarser()?, valid.as_ref(), weights, longer.map(|n| n / 2))?;
+    Ok(size.max(coarse.saturating_mul(2)))
+}
+
+/// One and a quarter of the strongest period, if it is longer than so many samples (its multiples say nothing new);
+/// else 0.
+fn of_periods<const D: usize>(strengths: &Strengths<D>, longer: u32) -> Result<u32, Error> {
     let periods = strengths.periods()?;
-    let Some(strongest) = periods.first().filter(|p| STRONG <= p.strength) else { return Ok(size) };
-    let squared: i64 = strongest.vector.iter().map(|&v| i64::from(v).pow(2)).sum();
-    Ok(size.max(squared.isqrt() as u32 * 5 / 4))
+    let length = |p: &Period<D>| p.vector.iter().map(|&v| i64::from(v).pow(2)).sum::<i64>().isqrt() as u32;
+    let strongest = periods.first().filter(|p| STRONG <= p.strength && longer < length(p));
+    Ok(strongest.map_or(0, |p| length(p) * 5 / 4))
 }
 
 /// The distance from which on samples are unlike each other, in the mean over the directions; at most half the
@@ -92,6 +131,23 @@ mod tests {
         let spots = |size: u32| move |y: u32, x: u32| hash(y / size, x / size) as u8;
         let (fine, coarse) = (size_of([200, 200], spots(2)), size_of([200, 200], spots(14)));
         assert!(fine < 16 && (50..=80).contains(&coarse), "{fine} {coarse}");
+    }
+
+    #[test]
+    fn large_exemplars_have_the_sizes_of_small_ones() {
+        let hash = |y: u32, x: u32| {
+            (y.wrapping_mul(0x9e37_79b9) ^ x.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35) >> 24
+        };
+        let spots = |size: u32| move |y: u32, x: u32| hash(y / size, x / size) as u8;
+        // What is fine is seen in the middle, as it is; what is large, at half the size; no eye tells ten percent.
+        assert_eq!(size_of([800, 700], spots(3)), size_of([400, 450], spots(3)));
+        let [large, small] = [size_of([800, 700], spots(40)), 2 * size_of([400, 350], spots(20))];
+        assert!(large.abs_diff(small) * 10 <= small, "{large} {small}");
+        // Dots, farther apart than half of a middle: nothing but their period is large.
+        let dots = |y: u32, x: u32| if y % 300 < 8 && x % 300 < 8 { 255 } else { (hash(y, x) % 8) as u8 };
+        let size = size_of([1000, 1000], dots);
+        assert!((365..=385).contains(&size), "{size}");
+        assert_eq!(size_of([900, 900], |y, x| u8::from(y < 30 && x < 30) * 200) % 2, 0, "the middle is flat");
     }
 
     #[test]

@@ -22,7 +22,7 @@ mod texture;
 pub use feature_size::{feature_size, feature_size_of};
 pub use lattice::Lattice;
 pub use lines::Lines;
-pub use memory::estimate;
+pub use memory::{estimate, estimate_size};
 pub use periods::{Period, periods};
 /// What an analysis can fail with is what its searches can.
 pub use selvedge_fft_ssd::Error;

@@ -5,6 +5,10 @@ use selvedge_fft_ssd::Error;
 
 /// Of a texture at most so many samples around the centre are looked at.
 pub(crate) const SAMPLES: usize = 1 << 20;
+/// So many for their structures: some five looks at them take no longer than one at [`SAMPLES`].
+pub(crate) const CLOSELY: usize = 1 << 18;
+/// So many for what is larger than any middle.
+pub(crate) const ROUGHLY: usize = 1 << 16;
 
 /// Bytes of an analysis for each sample and channel, spectra above all: some 125 are seen of whole pictures of 2^20
 /// samples, 230 of masked ones, whose masks have spectra as well.
@@ -19,6 +23,15 @@ pub fn estimate<const D: usize>(domain: Domain<D>, channels: usize, masked: bool
     let each = if masked { A_MASKED_CHANNEL } else { A_CHANNEL };
     let samples = Bytes::of_samples(domain, 1).0.min(SAMPLES as u64);
     Bytes(samples) * each * channels as u64 + Bytes(CELLS)
+}
+
+/// An upper bound of the bytes that [`feature_size_of`](crate::feature_size_of) holds beside the features: no more than
+/// 2^18 samples are looked at closely, and the whole is halved.
+pub fn estimate_size<const D: usize>(domain: Domain<D>, channels: usize, masked: bool) -> Bytes {
+    let each = if masked { A_MASKED_CHANNEL } else { A_CHANNEL };
+    let samples = Bytes::of_samples(domain, 1);
+    let halves = if samples.0 <= CLOSELY as u64 { Bytes(0) } else { samples * (channels as u64 + u64::from(masked)) };
+    Bytes(samples.0.min(CLOSELY as u64)) * each * channels as u64 + Bytes(CELLS) + halves
 }
 
 /// All of an iterator.

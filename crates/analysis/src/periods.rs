@@ -101,8 +101,8 @@ impl<const D: usize> Strengths<D> {
             let (expected, found) = (features.channels(), weights.len());
             return Err(selvedge_core::Error::Weights { expected, found }.into());
         }
-        let features = &middle(features)?;
-        let valid = valid.map(middle).transpose()?;
+        let features = &middle(features, SAMPLES)?;
+        let valid = valid.map(|valid| middle(valid, SAMPLES)).transpose()?;
         Self::within(features, valid.as_ref(), weights, Reach::half(features.domain()))
     }
 
@@ -169,10 +169,10 @@ fn rank<const D: usize>(found: &mut [Period<D>]) {
     }
 }
 
-/// The middle of a grid, its longest side halved until it has at most [`SAMPLES`] samples.
-fn middle<T: Copy + Default, const D: usize>(grid: &Grid<T, D>) -> Result<Grid<T, D>, Error> {
+/// The middle of a grid, its longest side halved until it has at most so many samples.
+pub(crate) fn middle<T: Copy + Default, const D: usize>(grid: &Grid<T, D>, most: usize) -> Result<Grid<T, D>, Error> {
     let mut shape = grid.domain().shape;
-    while SAMPLES < Domain::open(shape).len() {
+    while most < Domain::open(shape).len() {
         let longest = (0..D).max_by_key(|&a| shape[a]).unwrap_or(0);
         shape[longest] = shape[longest].div_ceil(2);
     }

@@ -3,7 +3,7 @@
 use selvedge_core::{Exemplars, Grid};
 use selvedge_fft_ssd::Error;
 
-use crate::feature_size::{lost_likeness, of_strengths};
+use crate::feature_size::{feature_size_of, lost_likeness};
 use crate::lattice::Lattice;
 use crate::lines::{Lines, share};
 use crate::periods::Strengths;
@@ -81,7 +81,7 @@ impl Texture {
         weights: &[u8],
     ) -> Result<Self, Error> {
         let whole = Strengths::of(features, valid, weights)?;
-        let feature_size = whole.as_ref().map_or(Ok(1), of_strengths)?;
+        let feature_size = feature_size_of(features, valid, weights)?;
         let picture = Picture::of(features, valid)?;
         let lesser = picture.shape()[0].min(picture.shape()[1]);
         let low = picture.shade(lesser / 6)?;

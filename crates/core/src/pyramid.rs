@@ -45,6 +45,26 @@ pub(crate) fn mean<const D: usize>(grid: &Grid<u8, D>, coarse: Domain<D>) -> Res
     Ok(out)
 }
 
+impl<const D: usize> Grid<u8, D> {
+    /// Features of a source at half the size: means of what each sample stands for.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn coarser(&self) -> Result<Self, Error> {
+        mean(self, within(self.domain()))
+    }
+}
+
+impl<const D: usize> Grid<bool, D> {
+    /// The valid samples of a source at half the size: those that stand for valid ones alone.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn coarser(&self) -> Result<Self, Error> {
+        all(self, within(self.domain()))
+    }
+}
+
 impl Grid<u8, 2> {
     /// A picture whose longest side becomes `longest`, for eyes: each sample is the mean of what it covers, to the
     /// nearest. The answer is open; one that is no larger is the same.
@@ -100,9 +120,8 @@ impl<const D: usize> Exemplars<D> {
     /// [`Error::NothingValid`] if no whole block is, [`Error::Allocation`].
     pub fn coarser(&self) -> Result<Self, Error> {
         let coarse = |source: &Source<D>| {
-            let domain = within(source.domain());
-            let valid = source.valid.as_ref().map(|valid| all(valid, domain)).transpose()?;
-            Ok(Source { features: mean(&source.features, domain)?, valid, origin: source.origin })
+            let valid = source.valid.as_ref().map(Grid::<bool, D>::coarser).transpose()?;
+            Ok(Source { features: source.features.coarser()?, valid, origin: source.origin })
         };
         let sources = self.sources().iter().map(|source| coarse(source)).collect::<Result<_, Error>>()?;
         Self::from_sources(sources, self.weights().to_vec())

@@ -47,7 +47,7 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let woven = Bytes(blocks.all) * A_BLOCK + Bytes::of_samples(output, 4 + 1);
     let searched = search.bytes(channels) + search.lists(AN_ERROR) + search.blocks(channels);
     // Masks may come to exemplars that have no alpha.
-    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate(*e, channels, true)).max();
+    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate_size(*e, channels, true)).max();
     measured.filter(|_| options.block.is_none()).unwrap_or_default().then(Bytes(A_RUN) + searched + woven)
 }
 
