@@ -46,7 +46,7 @@ impl<'a, S: Search> Quilter<'a, S> {
         map: &'a mut SourceMap<2>,
     ) -> Result<Self, Error> {
         let (free, cloth) = (FreePlaces::new(pass.exemplars), Cloth::new(&pass, map)?);
-        let at_once = par::at_once(pass.exemplars.table().len().into()).min(par::threads() as u64);
+        let at_once = par::at_once(search.places()).min(par::threads() as u64);
         let workers = (0..at_once).map(|_| Worker::default()).collect();
         Ok(Self { search, pass, run, cloth, free, workers, counts: Counts::default() })
     }

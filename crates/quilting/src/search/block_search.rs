@@ -11,6 +11,7 @@ use crate::options::Error;
 pub struct BlockSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
+    places: u64,
 }
 
 /// Working memory of a [`BlockSearch`]; it serves search after search.
@@ -30,7 +31,7 @@ impl<'e> BlockSearch<'e> {
         let options = selvedge_fft_ssd::Options { simd, ..selvedge_fft_ssd::Options::default() };
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let guide = guide.map(|guide| SsdSearcher::of_guide(guide, options)).transpose()?;
-        Ok(Self { texture, guide })
+        Ok(Self { texture, guide, places: exemplars.table().len().into() })
     }
 
     /// Of all blocks whose error counts within the tolerance of the least, one by a uniform draw, and how many there
@@ -54,6 +55,11 @@ impl<'e> BlockSearch<'e> {
         draw(self, terms, preference, rng, scratch)
     }
 
+    /// Channels of the texture.
+    pub(super) fn channels(&self) -> usize {
+        self.texture.channels()
+    }
+
     /// The weighted sum of all terms.
     fn sum(&self, terms: &[Term<'_>], to: &mut BlockScratch) -> Result<(), Error> {
         let mut sum = Vec::with_capacity(terms.len());
@@ -70,6 +76,10 @@ impl<'e> BlockSearch<'e> {
 
 impl Search for BlockSearch<'_> {
     type Scratch = BlockScratch;
+
+    fn places(&self) -> u64 {
+        self.places
+    }
 
     fn near<'s>(
         &self,

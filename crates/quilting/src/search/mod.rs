@@ -98,6 +98,9 @@ pub(crate) trait Search: Sync {
     /// Working memory of one search after the other.
     type Scratch: Default + Send + Sync;
 
+    /// Places that a search holds an answer for at once: no more run beside each other than there is memory for.
+    fn places(&self) -> u64;
+
     /// Of all candidates that `avoid` lets pass (of all, if it lets none pass), those `within` a tolerance of the first
     /// by error, source and position, in the order of source and position. None if no valid block fits.
     ///

@@ -58,6 +58,10 @@ fn fits(source: &Source<2>, block: [u32; 2], at: [u32; 2]) -> bool {
 impl Search for PlainSearch<'_> {
     type Scratch = Vec<Candidate>;
 
+    fn places(&self) -> u64 {
+        self.exemplars.table().len().into()
+    }
+
     fn near<'s>(
         &self,
         terms: &[Term<'_>],

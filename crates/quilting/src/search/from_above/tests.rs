@@ -3,6 +3,7 @@
 use super::*;
 use crate::search::Space;
 use selvedge_core::{Domain, Grid, Origin, Plane, Rng, Role, Samples, Seed, Source, Transform};
+use selvedge_fft_ssd::Template;
 
 /// Smooth noise: structures of some twenty samples, finer ones upon them.
 fn noise(rng: &mut Rng, shape: [u32; 2]) -> Plane<2> {
@@ -95,4 +96,58 @@ fn what_is_small_thin_masked_or_tiled_is_searched_whole() {
     assert_eq!([8, 15, 16, 99].map(|overlap| of(source([800, 900], false, false), overlap)), [1, 1, 2, 2]);
     assert_eq!(of(source([800, 900], false, false), 7), 0);
     assert_eq!([of(source([800, 900], true, false), 99), of(source([800, 900], false, true), 99)], [0, 0]);
+}
+
+#[test]
+fn what_ends_early_is_what_does_not_matter() {
+    for case in 0..20 {
+        let mut rng = Seed(case).derive("early", 0).rng();
+        let plane = noise(&mut rng, [60, 70]);
+        let e = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let searcher = SsdSearcher::new(&e).unwrap();
+        let (features, mask) = overlap(&mut rng, &e, 30, 7);
+        let template = Template::new([30; 2], &features).masked(&mask);
+        let mut costs = Costs::new();
+        searcher.search(&template, Placement::INSIDE, &mut Scratch::new(), &mut costs).unwrap();
+        // Half of all places.
+        let all: Vec<Candidate> = costs.iter().map(Candidate::from).filter(|_| rng.below(2) == 0).collect();
+        let mut sorted = all.clone();
+        sorted.sort_unstable();
+        let compared = |to: &mut Vec<Place>| *to = all.iter().map(|c| Place::new(c.source, c.at)).collect();
+        let (mut places, mut found) = (Vec::new(), Vec::new());
+        for k in [1, 5, 32, 5000] {
+            compared(&mut places);
+            Compared::new(&searcher, template, &mut places).unwrap().least(k, &mut found).unwrap();
+            assert_eq!(found, sorted[..k.min(sorted.len())]);
+        }
+        for per_mille in [0, 210, 1500, u32::MAX] {
+            compared(&mut places);
+            Compared::new(&searcher, template, &mut places).unwrap().near(&|_| per_mille, &mut found).unwrap();
+            let most = u128::from(sorted[0].error) * (1000 + u128::from(per_mille));
+            let expected: Vec<_> = all.iter().copied().filter(|c| u128::from(c.error) * 1000 <= most).collect();
+            assert_eq!(found, expected, "{case} {per_mille}");
+        }
+    }
+}
+
+#[test]
+fn thin_pieces_are_never_halved_away() {
+    let mut rng = Seed(4).rng();
+    let plane = noise(&mut rng, [400, 420]);
+    let e = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+    let reduced = Reduced::times(&e, 1).unwrap();
+    let fast = FromAbove::new(&e, &reduced, SimdLevel::Auto).unwrap().unwrap();
+    for shape in [[1, 1], [1, 60], [60, 1], [3, 60], [15, 2], [60, 5]] {
+        // Cut out of the exemplar: whole, it is found again.
+        let at = [rng.below(400 - shape[0]), rng.below(420 - shape[1])];
+        let domain = Domain::open(shape);
+        let get = |c: usize, p: [u32; 2]| e.sources()[0].features.get(c, [at[0] + p[0], at[1] + p[1]]);
+        let features: Vec<u8> = (0..3).flat_map(|c| domain.positions().map(move |p| get(c, p))).collect();
+        let terms = [Term { space: Space::Texture, template: Template::new(shape, &features), weight: 1 }];
+        let mut scratch = AboveScratch::default();
+        let found = fast.near(&terms, &|_| 0, &|_, _| false, &mut scratch).unwrap()[0];
+        assert!(!scratch.places.is_empty(), "{shape:?} was looked for everywhere");
+        let samples = u64::from(shape[0] * shape[1]);
+        assert!(found.error <= 3 * 30 * samples, "{shape:?}: {} of {samples} samples", found.error);
+    }
 }
