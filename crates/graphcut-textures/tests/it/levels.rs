@@ -3,9 +3,9 @@
 use crate::common::{PLACEMENTS, blobs, of, weave};
 use selvedge_core::{
     Domain, Encoder, Error as CoreError, Event, Exemplar, Exemplars, Grid, Limits, Observer, Run, SeamCosts,
-    SeamMeasure, SourceMap, Start,
+    SeamMeasure, SimdLevel, SourceMap, Start,
 };
-use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from, plan};
+use selvedge_graphcut_textures::{Error, Options, estimate, graphcut, graphcut_from, plan};
 use std::sync::Mutex;
 
 /// Two exemplars of odd sides, the second with a masked disc.
@@ -139,4 +139,38 @@ fn what_stands_is_gone_on_from_at_one_size() {
             Err(Error::Core(CoreError::Range { option: "levels", .. }))
         ));
     }
+}
+
+#[test]
+fn carried_maps_do_not_depend_on_instructions_nor_on_limits_that_admit_them() {
+    let e = masked();
+    let (output, options) = (Domain::open([120, 140]), Options { levels: Some(2), ..Options::default() });
+    let on = |simd, limits| graphcut(&e, output, &options, &Run { simd, limits, ..Run::seeded(8) }).map(|w| w.result);
+    let first = on(SimdLevel::Auto, Limits::default()).unwrap();
+    for simd in [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni] {
+        assert_eq!(on(simd, Limits::default()).unwrap(), first, "{simd:?}");
+    }
+    let domains: Vec<_> = e.sources().iter().map(|s| s.domain()).collect();
+    let memory = estimate(&domains, 3, output, &options).0;
+    assert_eq!(on(SimdLevel::Auto, Limits { memory, ..Limits::default() }).unwrap(), first);
+    let refused = on(SimdLevel::Auto, Limits { memory: 1 << 20, ..Limits::default() });
+    assert!(matches!(refused, Err(Error::Core(CoreError::OverBudget { .. }))), "{refused:?}");
+}
+
+#[test]
+fn where_a_carried_map_closes_its_seam_is_priced() {
+    let e = of(&blobs([90, 96], 7));
+    let costs = SeamCosts::new(&e, SeamMeasure::Gradient).unwrap();
+    let options = Options { levels: Some(2), ..Options::default() };
+    // Odd around one axis, so that the last coarse sample stands for the last and the first one.
+    let closed = Domain { shape: [131, 140], periodic: [true; 2] };
+    let around = |map: &SourceMap<2>| {
+        let mut closed = SourceMap::unassigned(&e, closed).unwrap();
+        closed.ids.plane_mut(0).copy_from_slice(map.ids.plane(0));
+        costs.total(&closed)
+    };
+    let sum =
+        |output| (0..4).map(|seed| around(&graphcut(&e, output, &options, &Run::seeded(seed)).unwrap().result)).sum();
+    let [tiled, open]: [i64; 2] = [closed, Domain::open(closed.shape)].map(sum);
+    assert!(tiled * 4 < open * 3, "{tiled} tiled, {open} where ends meet by chance");
 }
