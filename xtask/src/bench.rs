@@ -8,7 +8,7 @@ use selvedge_core::Role;
 use selvedge_testkit::from_png;
 
 use crate::tree::Tree;
-use crate::{Outcome, fixtures, program};
+use crate::{Outcome, fixtures, large, program};
 
 /// One benchmark: tests/bench/NAME.toml.
 struct Bench {
@@ -21,9 +21,10 @@ struct Bench {
 const ROUNDS: usize = 5;
 
 /// Times the benchmarks whose names contain the pattern; `--against PROGRAM` times another build in turns with this
-/// one.
+/// one. `large` is not a pattern: see [`large`].
 pub(crate) fn run(args: &[String]) -> Outcome {
     let (pattern, other) = match args {
+        [pattern, rest @ ..] if pattern == "large" => return large::run(rest),
         [] => ("", None),
         [pattern] => (pattern.as_str(), None),
         [flag, other] if flag == "--against" => ("", Some(PathBuf::from(other))),

@@ -6,6 +6,7 @@ mod ci;
 mod fit;
 mod fixtures;
 mod gallery;
+mod large;
 mod program;
 mod readme;
 mod regress;
@@ -24,7 +25,7 @@ type Outcome = Result<(), String>;
 const CHORES: [Chore; 11] = [
     (
         "bench [PATTERN]",
-        "time whole runs of the program and check their answers; --against PROGRAM compares",
+        "time whole runs of the program and check their answers; --against PROGRAM compares; `large` times real sizes",
         bench::run,
     ),
     ("ci", "everything that has to pass: format, lints, documentation, tests, each crate bare, tidiness", ci::run),
