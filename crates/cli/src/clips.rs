@@ -106,6 +106,18 @@ pub(crate) fn plane_name(path: &Path) -> PathBuf {
     ClipName::parse(path).map_or_else(|| path.to_path_buf(), |name| name.without_number())
 }
 
+/// What tells files that belong together: that of the only one, or one of all.
+pub(crate) fn fingerprint(path: &Path, files: &[Fingerprint]) -> Fingerprint {
+    if let [only] = files {
+        return only.clone();
+    }
+    let mut hasher = blake3::Hasher::new();
+    files.iter().for_each(|file| {
+        hasher.update(file.blake3.as_bytes());
+    });
+    Fingerprint { name: selvedge_io::display_name(path), blake3: hasher.finalize().to_hex().to_string() }
+}
+
 /// The files of a clip that is read, so that none of them is written.
 pub(crate) fn files(path: &Path, range: Option<Range>) -> Result<Vec<PathBuf>, Failure> {
     if ClipName::parse(selvedge_io::file_of(path)).is_none() {

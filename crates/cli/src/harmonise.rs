@@ -80,6 +80,23 @@ pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> 
     Ok(Plane { samples, alpha: to.alpha, ..plane })
 }
 
+/// The same picture with alpha: nothing shows where it `hides`.
+pub(crate) fn hidden(plane: Plane<2>, hides: impl Fn(usize) -> bool) -> Result<Plane<2>, Failure> {
+    let colors = plane.color_channels();
+    let mut plane = widened(plane, Layout { colors, alpha: true })?;
+    match &mut plane.samples {
+        Samples::U8(grid) => fill(grid.plane_mut(colors), hides, 0),
+        Samples::U16(grid) | Samples::F16(grid) => fill(grid.plane_mut(colors), hides, 0),
+        Samples::F32(grid) => fill(grid.plane_mut(colors), hides, 0.0),
+    }
+    Ok(plane)
+}
+
+/// Sets samples to a value where it is to be.
+pub(crate) fn fill<T: Copy>(samples: &mut [T], at: impl Fn(usize) -> bool, value: T) {
+    samples.iter_mut().enumerate().filter(|(i, _)| at(*i)).for_each(|(_, v)| *v = value);
+}
+
 fn channels<T: Copy>(
     grid: &Grid<T, 2>,
     colors: usize,

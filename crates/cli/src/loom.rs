@@ -12,7 +12,7 @@ use crate::course::Course;
 use crate::explain::{LEGEND, explain};
 use crate::eyes;
 use crate::failure::{Failure, n, shown};
-use crate::harmonise::{Layout, OPAQUE, widened};
+use crate::harmonise::{Layout, OPAQUE, fill, hidden, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::ExemplarSet;
 use crate::made;
@@ -74,14 +74,7 @@ fn transparent_holes(plane: Plane<2>, map: &SourceMap<2>, format: Format) -> Res
     if format.check(shape, colors, true, depth).is_err() {
         return Ok(plane);
     }
-    let mut plane = widened(plane, Layout { colors, alpha: true })?;
-    let holes = |i: usize| !map.ids.plane(0)[i].is_assigned();
-    match &mut plane.samples {
-        Samples::U8(grid) => fill(grid.plane_mut(colors), holes, 0),
-        Samples::U16(grid) | Samples::F16(grid) => fill(grid.plane_mut(colors), holes, 0),
-        Samples::F32(grid) => fill(grid.plane_mut(colors), holes, 0.0),
-    }
-    Ok(plane)
+    hidden(plane, |i| !map.ids.plane(0)[i].is_assigned())
 }
 
 /// The same picture, opaque wherever something stands in the map.
@@ -94,10 +87,6 @@ fn opaque(mut plane: Plane<2>, map: &SourceMap<2>) -> Plane<2> {
         Samples::F32(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.3),
     }
     plane
-}
-
-fn fill<T: Copy>(alpha: &mut [T], wanted: impl Fn(usize) -> bool, value: T) {
-    alpha.iter_mut().enumerate().filter(|(i, _)| wanted(*i)).for_each(|(_, alpha)| *alpha = value);
 }
 
 /// Some methods answer with averages, which no map describes.

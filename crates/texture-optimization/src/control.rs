@@ -106,7 +106,8 @@ impl Control {
     }
 }
 
-fn check<T>(what: &'static str, grid: &Grid<T, 2>, output: Domain<2>, channels: usize) -> Result<(), Error> {
+/// Refuses what does not lie over the output.
+pub(crate) fn check<T>(what: &'static str, grid: &Grid<T, 2>, output: Domain<2>, channels: usize) -> Result<(), Error> {
     let (found, expected) = (grid.domain().shape, output.shape);
     if found != expected || grid.channels() != channels {
         let [found, expected] =

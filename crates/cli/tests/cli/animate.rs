@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::program::Folder;
+use crate::program::{Folder, fixtures};
 
 fn flo(width: i32, height: i32, vector: [f32; 2]) -> Vec<u8> {
     let mut bytes = b"PIEH".to_vec();
@@ -21,6 +21,9 @@ fn what_cannot_be_is_refused_with_what_can() {
     for (name, width) in [("v.1.flo", 40), ("v.2.flo", 41)] {
         fs::write(folder.path(name), flo(width, 32, [1.0, 0.0])).unwrap();
     }
+    for name in ["m.1.png", "m.2.png"] {
+        fs::copy(format!("{}/stars.png", fixtures()), folder.path(name)).unwrap();
+    }
     let refused = [
         ("--flow whirl", 2, "'whirl' is no flow; write sink"),
         ("--flow missing.flo", 4, "'missing.flo'"),
@@ -37,13 +40,16 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--flow sink --schedule 1:10", 2, "use a multiple of 4"),
         ("--flow sink --schedule 1:64 --size 32", 3, "no neighborhood of 64 px"),
         ("--flow sink --init map.exr", 2, "write auto, quilt"),
+        ("--flow sink --frames 5 --close 5", 2, "--close 5 leaves no frame as it is, of 5; use --close 4 or less"),
+        ("--flow sink --within @/stars.png", 3, "stars.png': 128x128 px, but the frames have 384x384 px"),
+        ("--flow sink --within m.#.png --frames 3", 3, "2 masks for 3 frames; use --frames 2"),
         ("--flow sink --seed 1..3", 2, "3 seeds for one clip"),
     ];
     for (options, exit, named) in refused {
         folder.run(&format!("animate @/scales.png -o a.##.png {options}")).refused(exit, &[named]);
     }
     folder.run("animate @/scales.png -o a.webp --flow sink").refused(2, &["webp"]);
-    assert_eq!(folder.names().len(), 5, "{:?}", folder.names());
+    assert_eq!(folder.names().len(), 7, "{:?}", folder.names());
 }
 
 #[test]

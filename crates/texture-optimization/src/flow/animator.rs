@@ -1,9 +1,11 @@
 //! Frame after frame. `[Kwatra05 4.1]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Flow, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Flow, Grid, Run, SourceMap, Woven};
 
 use super::carry::Carried;
-use super::origins::{Direction, origins};
+use super::closing::Closing;
+use super::origins::{Direction, Origin, origins};
+use crate::control;
 use crate::error::Error;
 use crate::level::Level;
 use crate::optimize::Plan;
@@ -55,6 +57,10 @@ pub struct Animator<'e> {
     /// The frame that is there.
     map: SourceMap<2>,
     carried: Carried,
+    /// What the first frame showed.
+    begun: Carried,
+    /// Frames that lead back to it, where they have begun.
+    closing: Option<Closing>,
     /// How far its neighborhoods were when they were looked for first, level by level.
     first: Vec<Vec<f64>>,
 }
@@ -78,7 +84,8 @@ impl<'e> Animator<'e> {
         let plan = Plan::new(exemplars, first.domain(), &options.frame, run)?;
         plan.shown(&first)?;
         let carried = Carried::of(&first);
-        Ok(Self { exemplars, options, plan, map: first, carried, first: Vec::new() })
+        let begun = carried.clone();
+        Ok(Self { exemplars, options, plan, map: first, carried, begun, closing: None, first: Vec::new() })
     }
 
     /// The frame that is there.
@@ -86,16 +93,51 @@ impl<'e> Animator<'e> {
         &self.map
     }
 
+    /// From now on leads back to the first frame: over as many frames as there are flows, of which the last leads from
+    /// the last frame to the first, which is not made again.
+    ///
+    /// # Errors
+    /// [`Error::FlowShape`], [`Error::FlowValue`], or no memory: as much as [`closing_bytes`] tells.
+    pub fn close<'f>(
+        &mut self,
+        flows: impl DoubleEndedIterator<Item = &'f Flow> + ExactSizeIterator + Clone,
+        run: &Run<'_, 2>,
+    ) -> Result<(), Error> {
+        let output = self.map.domain();
+        flows.clone().try_for_each(|flow| check(flow, output))?;
+        let direction = self.options.direction.reversed();
+        let back = flows.rev().map(|flow| origins(&flow_over(flow, output), direction));
+        self.closing = Some(Closing::new(&self.begun, output, back, run.seed)?);
+        Ok(())
+    }
+
     /// Makes the next frame: that which is there, moved, and what a texture makes of it. A run that was cancelled has
     /// nothing.
     ///
+    /// `within` is where a body that flows is in the frame that is there, if it does not fill it: what comes from
+    /// outside of it is made anew.
+    ///
     /// # Errors
-    /// [`Error::FlowShape`], [`Error::FlowValue`], or no memory.
-    pub fn next(&mut self, flow: &Flow, run: &Run<'_, 2>) -> Result<Woven<&SourceMap<2>, FrameStats>, Error> {
-        check(flow, self.map.domain())?;
-        let flow = Flow { by: flow.by.clone().with_periodic(self.map.domain().periodic), known: flow.known.clone() };
-        let origins = origins(&flow, self.options.direction);
-        let moved = self.carried.moved(&origins);
+    /// [`Error::FlowShape`], [`Error::FlowValue`], [`Error::Control`] for a body of another shape, or no memory.
+    pub fn next(
+        &mut self,
+        flow: &Flow,
+        within: Option<&Grid<bool, 2>>,
+        run: &Run<'_, 2>,
+    ) -> Result<Woven<&SourceMap<2>, FrameStats>, Error> {
+        let output = self.map.domain();
+        check(flow, output)?;
+        within.map_or(Ok(()), |within| control::check("body that flows", within, output, 1))?;
+        let mut origins = origins(&flow_over(flow, output), self.options.direction);
+        let came_from = |origin: &Origin, within: &Grid<bool, 2>| within.get(0, origin.nearest(output).0);
+        for origin in origins.iter_mut().filter(|origin| within.is_some_and(|within| !came_from(origin, within))) {
+            origin.is_sure = false;
+        }
+        let mut moved = self.carried.moved(&origins);
+        let mut closing = self.closing.take().filter(|closing| !closing.is_over());
+        if let Some(closing) = &mut closing {
+            closing.pass(output, &mut moved, &mut origins);
+        }
         let before = picture::shown(self.exemplars, &self.map)?;
         let wishes = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
         let sure = wishes.weights.plane(0).iter().filter(|weight| 0.0 < **weight).count();
@@ -106,11 +148,17 @@ impl<'e> Animator<'e> {
         if let Optimized::Map(map) = woven.result {
             self.carried = moved.settled(self.exemplars, &map);
             self.map = map;
+            self.closing = closing;
         }
         let mut stats = FrameStats { stats: woven.stats, carried };
         self.first = std::mem::take(&mut stats.stats.first);
         Ok(Woven { result: &self.map, stats, complete: woven.complete })
     }
+}
+
+/// A flow that goes around where the output does.
+fn flow_over(flow: &Flow, output: Domain<2>) -> Flow {
+    Flow { by: flow.by.clone().with_periodic(output.periodic), known: flow.known.clone() }
 }
 
 /// Refuses a flow that does not lie over the output, or says no numbers.
@@ -129,7 +177,14 @@ fn check(flow: &Flow, output: Domain<2>) -> Result<(), Error> {
 
 /// An upper bound of the bytes that an [`Animator`] holds beside the exemplars' features.
 pub fn animation_estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Animation) -> Bytes {
-    // Where samples come from, where they stand before and now, colours and weights of wishes, and three maps.
-    let each = 24 + 3 * 40 + 8 * 2 * channels as u64 + 3 * 4 + 16;
+    // Where samples come from, where they stand at first, before and now, colours and weights of wishes, and three
+    // maps.
+    let each = 24 + 4 * 40 + 8 * 2 * channels as u64 + 3 * 4 + 16;
     crate::estimate(exemplars, channels, output, &options.frame) + Bytes::of_samples(output, each)
+}
+
+/// An upper bound of the bytes that [`Animator::close`] takes besides, over so many frames.
+pub fn closing_bytes(output: Domain<2>, frames: u32) -> Bytes {
+    // Where samples stand, whether that is sure; where they come from, of one frame at a time.
+    Bytes::of_samples(output, 40 + 1) * u64::from(frames) + Bytes::of_samples(output, 24)
 }

@@ -49,6 +49,11 @@ impl Carried {
         Self { domain: self.domain, places: origins.iter().map(one).collect() }
     }
 
+    /// Shows at a place what another shows there.
+    pub(crate) fn take(&mut self, place: usize, other: &Self) {
+        self.places[place] = other.places[place];
+    }
+
     /// What is shown now, of what was carried here: the parts of samples that were lost in it are kept.
     pub(crate) fn settled(&self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Self {
         let mut settled = Self::of(map);

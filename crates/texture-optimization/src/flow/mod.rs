@@ -2,10 +2,11 @@
 
 mod animator;
 mod carry;
+mod closing;
 mod fields;
 mod origins;
 
-pub use animator::{Animation, Animator, FrameStats, animation_estimate};
+pub use animator::{Animation, Animator, FrameStats, animation_estimate, closing_bytes};
 pub(crate) use carry::Carried;
 pub use fields::{Field, Motion};
 pub use origins::Direction;

@@ -20,6 +20,16 @@ pub enum Direction {
     Backward,
 }
 
+impl Direction {
+    /// By the same vectors, the other way.
+    pub(crate) fn reversed(self) -> Self {
+        match self {
+            Self::Forward => Self::Backward,
+            Self::Backward => Self::Forward,
+        }
+    }
+}
+
 /// Where a sample comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Origin {

@@ -39,16 +39,58 @@ fn whole_steps_of_a_copy_are_the_copy_moved_to_the_bit() {
     let mut animator =
         Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
     for frame in 1..=5_u32 {
-        let woven = animator.next(&uniform(output, [2.0, -3.0]), &run).unwrap();
+        let woven = animator.next(&uniform(output, [2.0, -3.0]), None, &run).unwrap();
         assert_eq!(woven.stats.carried, 1.0);
         let from = [(5 * 24 - 2 * frame) % 24, 3 * frame];
         assert!(*woven.result == copied(&exemplars, output, from), "{frame}");
     }
     // By halves of samples it gets as far.
     for _ in 0..4 {
-        animator.next(&uniform(output, [-0.5, 0.25]), &run).unwrap();
+        animator.next(&uniform(output, [-0.5, 0.25]), None, &run).unwrap();
     }
     assert!(*animator.frame() == copied(&exemplars, output, [24 - 8, 15 - 1]));
+}
+
+#[test]
+fn an_animation_that_closes_leads_back_to_its_first_frame() {
+    let output = Domain::periodic([24, 80]);
+    let exemplars = exemplars(output.shape, true);
+    let run = Run::seeded(1);
+    // Twelve frames, of which the last six close: they do not come around by themselves.
+    let flows: Vec<Flow> = (0..12_u32).map(|frame| uniform(output, [0.0, 3.0 - (frame % 2) as f32])).collect();
+    let mut animator =
+        Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
+    let (mut gone, mut by) = (Vec::new(), 0);
+    for frame in 1..12_u32 {
+        if frame == 6 {
+            animator.close(flows[6..].iter(), &run).unwrap();
+        }
+        animator.next(&flows[frame as usize - 1], None, &run).unwrap();
+        by += 2 + frame % 2;
+        let on = copied(&exemplars, output, [0, 80 - by]);
+        let others = animator.frame().ids.plane(0).iter().zip(on.ids.plane(0)).filter(|(a, b)| a != b);
+        gone.push(others.count());
+    }
+    assert!(gone[..5].iter().all(|n| *n == 0) && 0 < gone[5] && gone[5..].is_sorted() && gone[5] < output.len() / 2);
+    // One step before what it began with.
+    assert!(*animator.frame() == copied(&exemplars, output, [0, 2]), "{gone:?}");
+    animator.next(&flows[11], None, &run).unwrap();
+    assert!(*animator.frame() == copied(&exemplars, output, [0, 0]));
+}
+
+#[test]
+fn nothing_flows_into_a_body_from_outside_of_it() {
+    let output = Domain::periodic([24, 32]);
+    let exemplars = exemplars(output.shape, true);
+    let run = Run::seeded(1);
+    let body = Grid::from_vec(output, 1, output.positions().map(|[_, x]| x < 20).collect()).unwrap();
+    let mut animator =
+        Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
+    let woven = animator.next(&uniform(output, [0.0, 4.0]), Some(&body), &run).unwrap();
+    assert_eq!(woven.stats.carried, 20.0 / 32.0);
+    let small = Grid::try_filled(Domain::periodic([24, 31]), 1, true).unwrap();
+    let refused = animator.next(&uniform(output, [0.0; 2]), Some(&small), &run).unwrap_err();
+    assert_eq!(refused.to_string(), "the body that flows is [24, 31, 1], and [24, 32, 1] is needed");
 }
 
 #[test]
@@ -59,7 +101,7 @@ fn what_flows_in_over_an_open_edge_goes_on_as_the_exemplar_does() {
     let mut animator =
         Animator::new(&exemplars, copied(&exemplars, output, [10, 12]), &Animation::default(), &run).unwrap();
     for frame in 1..=4 {
-        let woven = animator.next(&uniform(output, [1.0, 2.0]), &run).unwrap();
+        let woven = animator.next(&uniform(output, [1.0, 2.0]), None, &run).unwrap();
         assert!(woven.stats.carried < 0.9);
         assert!(*woven.result == copied(&exemplars, output, [10 - frame, 12 - 2 * frame]), "{frame}");
     }
@@ -71,13 +113,21 @@ fn threads_and_instructions_change_no_frame() {
     let output = Domain { shape: [29, 40], periodic: [false, true] };
     let motion = Motion { field: Field::Vortex, speed: 1.5, center: None, angle: 0.0 };
     let flow = motion.flow(output, Seed(0)).unwrap();
+    let body = Grid::from_vec(output, 1, output.positions().map(|[y, x]| y + x < 60).collect()).unwrap();
     let of = |threads: usize, simd| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let run = Run { simd, ..Run::seeded(5) };
         pool.install(|| {
             let first = copied(&exemplars, output, [0, 0]);
             let mut animator = Animator::new(&exemplars, first, &Animation::default(), &run).unwrap();
-            (0..3).map(|_| animator.next(&flow, &run).unwrap().result.clone()).collect::<Vec<_>>()
+            let mut frames = Vec::new();
+            for frame in 0..4 {
+                if frame == 1 {
+                    animator.close([&flow; 4].into_iter(), &run).unwrap();
+                }
+                frames.push(animator.next(&flow, Some(&body), &run).unwrap().result.clone());
+            }
+            frames
         })
     };
     let one = of(1, SimdLevel::Auto);
@@ -92,16 +142,16 @@ fn flows_that_do_not_lie_over_the_output_or_are_no_numbers_are_refused() {
     let run = Run::seeded(0);
     let mut animator =
         Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
-    let small = animator.next(&uniform(Domain::open([16, 17]), [0.0; 2]), &run).unwrap_err();
+    let small = animator.next(&uniform(Domain::open([16, 17]), [0.0; 2]), None, &run).unwrap_err();
     assert_eq!(small, Error::FlowShape { expected: [16, 18], found: [16, 17] });
     assert_eq!(small.to_string(), "the flow is 17x16 vectors, and the output 18x16 px");
     let mut odd = uniform(output, [0.0; 2]);
     odd.by.set(1, [3, 5], f32::NAN);
-    assert_eq!(animator.next(&odd, &run).unwrap_err(), Error::FlowValue { x: 5, y: 3 });
+    assert_eq!(animator.next(&odd, None, &run).unwrap_err(), Error::FlowValue { x: 5, y: 3 });
     let mut known = Grid::try_filled(output, 1, true).unwrap();
     known.set(0, [3, 5], false);
     odd.known = Some(known);
-    assert!(animator.next(&odd, &run).is_ok());
+    assert!(animator.next(&odd, None, &run).is_ok());
     let options = Animation { lambda: -1.0, ..Animation::default() };
     let refused = Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &options, &run);
     assert!(matches!(refused, Err(Error::Lambda { .. })));
@@ -131,7 +181,7 @@ fn what_is_flat_in_the_exemplar_does_not_grow_where_a_texture_is_made_anew() {
     let flow = Motion { field: Field::Source, speed: 1.5, center: None, angle: 0.0 }.flow(output, Seed(0)).unwrap();
     let mut animator = Animator::new(&exemplars, first, &Animation::default(), &run).unwrap();
     for _ in 0..16 {
-        animator.next(&flow, &run).unwrap();
+        animator.next(&flow, None, &run).unwrap();
     }
     let after = flat(animator.frame());
     assert!(after < 1.5 * before, "{after} of the last frame is flat, and {before} of the first");

@@ -7,10 +7,11 @@ use selvedge_io::Metadata;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
 use selvedge_texture_optimization::{Animation, Options};
 
-use super::Animate;
 use super::flow::Flows;
+use super::{Animate, FRAMES};
 use crate::exemplars::Headers;
 use crate::failure::Failure;
+use crate::harmonise::Layout;
 use crate::session::Session;
 use crate::size::{Size, Tile};
 use crate::{clips, names, outputs};
@@ -26,6 +27,21 @@ impl Animate {
             return Err(Failure::new(2, what).remedy("use 0 (no wish) or more"));
         }
         Ok(Animation { frame, lambda: self.lambda, ..default })
+    }
+
+    /// How many frames there are: those of vectors, and the first one, which comes again where the last flow leads to
+    /// it.
+    pub(super) fn count(&self, flows: Option<&Flows>) -> Result<u32, Failure> {
+        let of_flows = flows.map(Flows::len).filter(|len| 1 < *len);
+        let frames = self.frames.or(of_flows.map(|len| len + u32::from(self.close.is_none()))).unwrap_or(FRAMES);
+        match self.close.filter(|close| frames <= *close) {
+            Some(close) => {
+                let what = format!("--close {close} leaves no frame as it is, of {frames}");
+                Err(Failure::new(2, what)
+                    .remedy(format!("use --close {} or less, or more --frames", frames.max(2) - 1)))
+            }
+            None => Ok(frames),
+        }
     }
 
     /// The frames' domain: that of the vectors, with which the size typed must agree.
@@ -58,7 +74,7 @@ impl Animate {
     ) -> Result<(), Failure> {
         let path = names::of_plane(&self.output, &self.input.exemplars[0]);
         let writer = ClipWriter::create(&path, frames, Metadata::default(), self.write_options())?;
-        let layout = headers.layout;
+        let layout = Layout { alpha: headers.layout.alpha || self.body.is_some(), ..headers.layout };
         let held = writer.check((layout.channels(), layout.alpha), headers.depth, output.shape);
         held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
         clips::tell_left_over(session, &writer);

@@ -162,16 +162,8 @@ impl FlowArgs {
             read.flow.by.samples_mut().iter_mut().for_each(|v| *v *= scale);
             all.push(read);
         }
-        let fingerprint = match &all[..] {
-            [only] => only.fingerprint.clone(),
-            all => {
-                let mut hasher = blake3::Hasher::new();
-                for file in all {
-                    hasher.update(file.fingerprint.blake3.as_bytes());
-                }
-                Fingerprint { name: display_name(path), blake3: hasher.finalize().to_hex().to_string() }
-            }
-        };
+        let each: Vec<Fingerprint> = all.iter().map(|file| file.fingerprint.clone()).collect();
+        let fingerprint = clips::fingerprint(path, &each);
         let direction = match self.flow_direction {
             DirectionArg::Forward => Direction::Forward,
             DirectionArg::Backward => Direction::Backward,

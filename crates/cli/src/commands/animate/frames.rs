@@ -7,6 +7,7 @@ use selvedge_texture_optimization::{Animation, Animator, FrameStats, Optimized, 
 use serde_json::{Value, json};
 
 use super::Animate;
+use super::body::Body;
 use super::flow::Flows;
 use crate::commands::optimize::{self, Init};
 use crate::failure::Failure;
@@ -36,11 +37,12 @@ impl Animate {
         session: &Session<'_>,
         loaded: &ExemplarSet,
         first: SourceMap<2>,
-        (flows, frames, options): (&Flows, u32, &Animation),
+        (flows, body, frames, options): (&Flows, Option<&Body>, u32, &Animation),
         report: &mut Report,
     ) -> Result<Outputs, Failure> {
         let path = names::of_plane(&self.output, &self.input.exemplars[0]);
-        let fingerprints = loaded.all_fingerprints().into_iter().chain(flows.fingerprint.clone()).collect();
+        let others = flows.fingerprint.iter().chain(body.map(|body| &body.fingerprint)).cloned();
+        let fingerprints = loaded.all_fingerprints().into_iter().chain(others).collect();
         let own = ("animate", session.global.seed());
         let provenance = made::provenance(own, report.options.clone(), loaded.given(), fingerprints);
         let metadata = Metadata { provenance: Some(provenance), ..loaded.metadata.clone() };
@@ -51,12 +53,17 @@ impl Animate {
         let mut animator = Animator::new(&loaded.exemplars, first, options, &run)?;
         let mut counts = Vec::new();
         for frame in 0..frames {
+            if self.close.is_some_and(|close| frame + close == frames) {
+                animator.close((frame..frames).map(|frame| flows.after(frame)), &run)?;
+            }
             if 0 < frame {
-                let woven = animator.next(flows.after(frame - 1), &run)?;
+                let within = body.map(|body| body.at(frame - 1));
+                let woven = animator.next(flows.after(frame - 1), within, &run)?;
                 counts.push(count(&woven.stats));
             }
             session.check_signal()?;
-            let plane = animator.frame().render(&payload)?;
+            let whole = animator.frame().render(&payload)?;
+            let plane = if let Some(body) = body { body.shown(frame, whole)? } else { whole };
             if let Some((path, bytes)) = writer.encoded(&plane)? {
                 selvedge_io::write_bytes(&path, &bytes, session.global.no_clobber)?;
             }

@@ -1,5 +1,6 @@
 //! `selvedge animate`: a texture that flows. `[Kwatra05 4.1]`
 
+mod body;
 mod bytes;
 mod checks;
 mod flow;
@@ -12,6 +13,7 @@ use selvedge_core::{Bytes, Domain, Transform};
 use selvedge_io::clip::Rate;
 use selvedge_texture_optimization::{Animation, Options};
 
+use self::body::BodyArgs;
 use self::flow::{FlowArgs, Flows};
 use super::optimize::{Init, Levels, init, levels, typed};
 use crate::clips;
@@ -35,9 +37,15 @@ pub(crate) struct Animate {
     input: ExemplarArgs,
     #[command(flatten)]
     flow: FlowArgs,
-    /// Frames to make. Default: one more than there are files of vectors, or 60.
+    #[command(flatten)]
+    body: BodyArgs,
+    /// Frames to make. Default: one more than there are files of vectors, or as many with --close; else 60.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
+    /// Let the first frame follow the last one: over so many frames at the end, what is there gives way, part by part,
+    /// to what would flow into the first frame.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    close: Option<u32>,
     /// Size of the frames: 512, 512x384, or a factor of the first exemplar such as 2x. Default: that of the vectors, or
     /// 2x.
     #[arg(long, value_name = "SIZE")]
@@ -84,19 +92,19 @@ impl Animate {
         let mut report = Report::new("animate");
         self.flow.validate()?;
         let (first, options) = (Options::default(), self.options()?);
-        let files = self.flow.files()?;
-        let read: Vec<PathBuf> = self.input.files().into_iter().chain(files.iter().cloned()).collect();
+        let (files, masks) = (self.flow.files()?, self.body.files()?);
+        let read: Vec<PathBuf> = self.input.files().into_iter().chain(files.iter().chain(&masks).cloned()).collect();
         inputs::check_streams(&read)?;
         let headers = self.input.look(session, None)?;
         let flows = self.flow.read(&files, &session.limits)?;
         let output = self.domain(&headers, flows.as_ref())?;
-        let frames =
-            self.frames.unwrap_or_else(|| flows.as_ref().filter(|f| 1 < f.len()).map_or(FRAMES, |f| f.len() + 1));
+        let frames = self.count(flows.as_ref())?;
+        self.body.check(&masks, frames)?;
         memory::check_caps(&session.limits, output, Resized::Size)?;
         self.check_outputs(session, &headers, (output, frames), &read)?;
         // A field that is built in is one.
         let known = frames.min(flows.as_ref().map_or(1, Flows::len));
-        let need = |output| self.need(&headers, (&first, &options), (output, frames), known);
+        let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks.len()));
         let only = (self.input.exemplars.len() == 1).then(|| self.input.exemplars[0].as_path());
         let needed = memory::check(&session.limits, only, output, Resized::Size, &need)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
@@ -107,6 +115,7 @@ impl Animate {
         };
         let options = Animation { direction: flows.direction, ..options };
         let loaded = headers.load(session, &[Transform::IDENTITY], &mut report)?;
+        let body = self.body.read(session, &masks, (output, frames), &mut report)?;
         report.stage("read");
         let init = self.init.chosen(&loaded.exemplars)?;
         report.options = self.used(session, &init, (output, frames));
@@ -121,7 +130,7 @@ impl Animate {
         }
         let first = Options { schedule: init.suited(first.schedule), ..first };
         let map = frames::first_frame(session, &loaded, output, (&init, &first))?;
-        let outputs = self.frames(session, &loaded, map, (&flows, frames, &options), &mut report)?;
+        let outputs = self.frames(session, &loaded, map, (&flows, body.as_ref(), frames, &options), &mut report)?;
         session.watch.finish();
         let line = format!("{name}: {} of {w}x{h} px, in {:.2} s", n("frame", frames as usize), report.elapsed());
         Ok(Done::made(report, line, outputs))
