@@ -94,6 +94,24 @@ impl Ground {
         [0, 1].map(|axis| asked[axis] || of_map[axis])
     }
 
+    /// The output's domain where a picture that is followed decides its shape; map and picture must agree. Domains of
+    /// the exemplars, the picture last.
+    pub(crate) fn under(
+        &self,
+        exemplars: &[Domain<2>],
+        followed: (&Path, [u32; 2]),
+        weaving: &Weaving,
+    ) -> Result<Domain<2>, Failure> {
+        let of = format!("the output, as {} has it, is of", shown(followed.0));
+        if let Some((path, map)) = self.file() {
+            check_size(path, map.file.map.domain().shape, Some(followed.1), &of, "give a map of that size")?;
+        }
+        if let Some((path, domain)) = self.args.over.as_ref().zip(exemplars.last()) {
+            check_size(path, domain.shape, Some(followed.1), &of, "give a picture of that size")?;
+        }
+        Ok(Domain { shape: followed.1, periodic: self.topology(weaving) })
+    }
+
     /// The output's domain: that of the map or the picture, if the size that was typed agrees. Domains of the
     /// exemplars, the picture last.
     pub(crate) fn domain(
@@ -152,7 +170,8 @@ impl Before for Ground {
     }
 }
 
-fn mask(loom: &mut Loom<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
+/// What is white in a picture of the output's size.
+pub(crate) fn mask(loom: &mut Loom<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
     let plane = loom.read(&Input::new(loom.session, path)?)?;
     check_size(path, plane.domain().shape, Some(loom.domain.shape), "the output has", "give a mask of that size")?;
     selvedge_io::mask(&plane, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Guide, Plane};
+use selvedge_core::{Grid, Guide, Plane};
 use selvedge_guides::encode_together;
 
 use crate::failure::{Failure, n, shown};
@@ -73,9 +73,18 @@ impl Pair {
         check_shape(&self.target, &planes[self.sources.len()], loom.domain.shape, "the output")?;
         let mut maps =
             encode_together(&planes.iter().collect::<Vec<_>>()).map_err(|e| Failure::from(e).about(&self.target))?;
-        let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
-        Ok(Guide::new(&loom.loaded.exemplars, &maps, target)?)
+        let target = maps.pop().expect("the target's");
+        over_ground(loom, &mut maps, &target)?;
+        Ok(Guide::new(&loom.loaded.exemplars, &maps, target.with_periodic(loom.domain.periodic))?)
     }
+}
+
+/// Under a picture that is gone on from lies what is asked for there: what stands is right.
+pub(crate) fn over_ground(loom: &Loom<'_>, maps: &mut Vec<Grid<u8, 2>>, target: &Grid<u8, 2>) -> Result<(), Failure> {
+    while maps.len() < loom.loaded.payload.len() {
+        maps.push(target.map(|v| v)?);
+    }
+    Ok(())
 }
 
 /// The files of a list, one an exemplar; a name in it is that of a file where there is one exemplar. `asked` is what to

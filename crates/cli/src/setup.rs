@@ -34,6 +34,8 @@ pub(crate) enum OutputSize<'a> {
     Exemplar(Sizing),
     /// A picture, of which the header is read, so many times larger.
     Picture(Input, u32),
+    /// The same, and what was there before must have it.
+    Upon(Box<Ground>, Input, u32),
     /// All exemplars, as a command lays them.
     Arranged(Arrangement<'a>),
     /// What was there before, with which the size typed must agree.
@@ -76,9 +78,10 @@ impl OutputSize<'_> {
     fn domain(&self, session: &Session<'_>, weaving: &Weaving, exemplars: &[Domain<2>]) -> Result<Domain<2>, Failure> {
         match self {
             Self::Exemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
-            Self::Picture(picture, times) => {
-                let info = picture.probe(&weaving.read_options(session))?;
-                Ok(weaving.tiled([info.height, info.width].map(|side| side.saturating_mul(*times))))
+            Self::Picture(picture, times) => Ok(weaving.tiled(followed(session, weaving, picture, *times)?)),
+            Self::Upon(ground, picture, times) => {
+                let shape = followed(session, weaving, picture, *times)?;
+                ground.under(exemplars, (&picture.path, shape), weaving)
             }
             Self::Arranged(laid) => Ok(laid(exemplars)),
             Self::Ground(ground, sizing) => ground.domain(exemplars, *sizing, weaving),
@@ -87,18 +90,24 @@ impl OutputSize<'_> {
 
     /// How the user changes it.
     fn resized(&self) -> Resized {
-        if matches!(self, Self::Picture(..)) { Resized::Target } else { Resized::Size }
+        if matches!(self, Self::Picture(..) | Self::Upon(..)) { Resized::Target } else { Resized::Size }
     }
 
     /// True if another first exemplar would have another output.
     fn follows_exemplar(&self) -> bool {
         match self {
             Self::Exemplar(sizing) => sizing.is_multiple(),
-            Self::Picture(..) => false,
+            Self::Picture(..) | Self::Upon(..) => false,
             Self::Arranged(_) => true,
             Self::Ground(ground, sizing) => ground.is_bare() && sizing.is_multiple(),
         }
     }
+}
+
+/// The shape of a picture, so many times larger.
+fn followed(session: &Session<'_>, weaving: &Weaving, picture: &Input, times: u32) -> Result<[u32; 2], Failure> {
+    let info = picture.probe(&weaving.read_options(session))?;
+    Ok([info.height, info.width].map(|side| side.saturating_mul(times)))
 }
 
 impl<'a> Setup<'a> {
@@ -209,6 +218,7 @@ impl<'a> Setup<'a> {
         let (before, picture) = match self.size {
             OutputSize::Ground(ground, _) => (Some(ground as Box<dyn Before>), None),
             OutputSize::Picture(picture, _) => (None, Some(picture)),
+            OutputSize::Upon(ground, picture, _) => (Some(ground as Box<dyn Before>), Some(picture)),
             OutputSize::Exemplar(_) | OutputSize::Arranged(_) => (None, None),
         };
         Ok(Loom {
@@ -238,7 +248,7 @@ impl<'a> Setup<'a> {
         let free = match self.size {
             OutputSize::Exemplar(_) => true,
             OutputSize::Ground(ref ground, _) => ground.is_bare(),
-            OutputSize::Picture(..) | OutputSize::Arranged(_) => false,
+            OutputSize::Picture(..) | OutputSize::Upon(..) | OutputSize::Arranged(_) => false,
         };
         if domain.periodic == [false; 2] || !as_it_is || !free {
             return Ok(domain);

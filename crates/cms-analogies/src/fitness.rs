@@ -4,12 +4,13 @@
 //! is bad whatever `K` and `N`. How unlike is too unlike, `Q` itself tells: almost all of its own neighborhoods are
 //! nearer to another one of it than that.
 
-use selvedge_core::{Domain, Exemplars, Grid, Guide, SimdLevel, Source, reserve};
+use selvedge_core::{Domain, Exemplars, Grid, Guide, SimdLevel, Source, Start, reserve};
 use selvedge_fft_ssd::{Field, Windows, nearest};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
 use crate::options::Options;
+use crate::synthesis::allowed;
 
 /// Pictures are halved until none has more samples: all neighborhoods of both are compared, in about a tenth of a
 /// second. Whether a colour or an edge is there at all is seen at that size as well.
@@ -57,14 +58,36 @@ impl Fitness {
 /// At most 12,000 samples of each exemplar are compared with as many of the target, and with those of all exemplars,
 /// where neighborhoods leave room to halve them; else at most 2^32 pairs of samples.
 pub fn fitness(exemplars: &Exemplars<2>, constraints: &[Constraint], options: &Options) -> Result<Vec<Fitness>, Error> {
+    fitness_of(exemplars, constraints, &vec![true; exemplars.sources().len()], options)
+}
+
+/// The same of a run that goes on from what is there: what only stays where it is covers nothing.
+///
+/// # Errors
+/// Those of [`fitness`].
+pub fn fitness_from(
+    exemplars: &Exemplars<2>,
+    constraints: &[Constraint],
+    start: &Start<2>,
+    options: &Options,
+) -> Result<Vec<Fitness>, Error> {
+    fitness_of(exemplars, constraints, &allowed(exemplars, start), options)
+}
+
+fn fitness_of(
+    exemplars: &Exemplars<2>,
+    constraints: &[Constraint],
+    allowed: &[bool],
+    options: &Options,
+) -> Result<Vec<Fitness>, Error> {
     options.validate()?;
     let first = constraints.first().ok_or(Error::NoConstraint)?;
     constraints.iter().try_for_each(|constraint| constraint.check(exemplars, first, options))?;
-    constraints.iter().map(|constraint| of(constraint, options)).collect()
+    constraints.iter().map(|constraint| of(constraint, allowed, options)).collect()
 }
 
 /// At the size at which it is asked.
-fn of(constraint: &Constraint, options: &Options) -> Result<Fitness, Error> {
+fn of(constraint: &Constraint, allowed: &[bool], options: &Options) -> Result<Fitness, Error> {
     let side = |ratio: u32| 2 * options.neighborhood * ratio + 1;
     let (mut ratio, mut factor, mut coarser) = (constraint.ratio, 1, None::<Guide<2>>);
     loop {
@@ -74,20 +97,25 @@ fn of(constraint: &Constraint, options: &Options) -> Result<Fitness, Error> {
         let holds = domains().all(|d| d.shape.iter().all(|&n| 4 * side(next) <= n));
         // A constraint of low resolution tells no more than at its own.
         if !holds || ratio == 1 && domains().all(|d| d.len() <= SAMPLES) {
-            return compared(guide, side(ratio), factor);
+            return compared(guide, allowed, side(ratio), factor);
         }
         coarser = match guide.coarser() {
             // A mask leaves no whole block.
-            Err(selvedge_core::Error::NothingValid) => return compared(guide, side(ratio), factor),
+            Err(selvedge_core::Error::NothingValid) => return compared(guide, allowed, side(ratio), factor),
             guide => Some(guide?),
         };
         (ratio, factor) = (next, factor * 2);
     }
 }
 
-fn compared(guide: &Guide<2>, side: u32, factor: u32) -> Result<Fitness, Error> {
-    let own: u64 = guide.exemplars().firsts().map(|source| source.domain().len() as u64).sum();
-    let all = u64::from(guide.exemplars().table().len());
+fn compared(guide: &Guide<2>, allowed: &[bool], side: u32, factor: u32) -> Result<Fitness, Error> {
+    let sources: Vec<&Source<2>> =
+        guide.exemplars().sources().iter().zip(allowed).filter(|(_, used)| **used).map(|(s, _)| &**s).collect();
+    let is_used = |first: &&Source<2>| sources.iter().any(|source| std::ptr::eq(*source, *first));
+    let firsts: Vec<&Source<2>> = guide.exemplars().firsts().filter(is_used).collect();
+    let samples = |source: &Source<2>| source.domain().len() as u64;
+    let own: u64 = firsts.iter().map(|source| samples(source)).sum();
+    let all: u64 = sources.iter().map(|source| samples(source)).sum();
     let pairs = own.saturating_mul(own).saturating_add(all.saturating_mul(guide.target().domain().len() as u64));
     if MOST < pairs {
         let differences = Grid::try_filled(Domain::open([0; 2]), 1, 0.0)?;
@@ -96,10 +124,11 @@ fn compared(guide: &Guide<2>, side: u32, factor: u32) -> Result<Fitness, Error> 
     let (windows, weights) = (Windows { side, step: side }, guide.weights());
     let taps = f64::from(side) * f64::from(side) * weights.iter().map(|&w| f64::from(w)).sum::<f64>().max(1.0);
     let root = |error: u64| (error as f64 / taps).sqrt();
-    let known = limit(guide, windows)?.map(root);
+    let known = limit(&firsts, weights, windows)?.map(root);
     let limit = known.unwrap_or(f64::INFINITY);
     let target = Field { features: guide.target(), valid: guide.asked() };
-    let found = nearest(target, &Field::all(guide.exemplars()), weights, windows, SimdLevel::default())?;
+    let fields: Vec<Field<'_>> = sources.iter().map(|source| Field::of(source)).collect();
+    let found = nearest(target, &fields, weights, windows, SimdLevel::default())?;
     let mut differences = Grid::try_filled(found.domain(), 1, 0.0)?;
     let roots = found.plane(0).iter().map(|n| n.map_or(f64::INFINITY, |n| root(n.error)));
     differences.plane_mut(0).iter_mut().zip(roots).for_each(|(to, root)| *to = root);
@@ -109,8 +138,7 @@ fn compared(guide: &Guide<2>, side: u32, factor: u32) -> Result<Fitness, Error> 
 }
 
 /// The error up to which windows of the exemplars have a like that shares no row with them; `None` without any.
-fn limit(guide: &Guide<2>, windows: Windows) -> Result<Option<u64>, Error> {
-    let firsts: Vec<&Source<2>> = guide.exemplars().firsts().collect();
+fn limit(firsts: &[&Source<2>], weights: &[u8], windows: Windows) -> Result<Option<u64>, Error> {
     let mut errors = Vec::new();
     for (own, source) in firsts.iter().enumerate() {
         for first in (0..source.domain().shape[0] / windows.side).map(|band| band * windows.side) {
@@ -118,7 +146,7 @@ fn limit(guide: &Guide<2>, windows: Windows) -> Result<Option<u64>, Error> {
             let (band, elsewhere) = (band(source, &rows)?, without(source, &rows)?);
             let mut fields: Vec<Field<'_>> = firsts.iter().map(|source| Field::of(source)).collect();
             fields[own].valid = Some(&elsewhere);
-            let found = nearest(Field::new(&band), &fields, guide.weights(), windows, SimdLevel::default())?;
+            let found = nearest(Field::new(&band), &fields, weights, windows, SimdLevel::default())?;
             let wide = source.domain().shape[1];
             let is_whole = |window: usize| {
                 let columns = (0..windows.side).map(|x| (window as u32 * windows.side + x) % wide);

@@ -88,7 +88,7 @@ pub use selvedge_core as core;
 pub use constraint::Constraint;
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
-pub use fitness::{Fitness, fitness};
+pub use fitness::{Fitness, fitness, fitness_from};
 pub use low::low_resolution;
 pub use options::Options;
 pub use plan::Plan;

@@ -320,7 +320,7 @@ fn copied(map: &SourceMap<2>, exemplars: &Exemplars<2>) -> Result<SourceMap<2>, 
 }
 
 /// By source, whether it may be used. One that may not be used everywhere is used nowhere: labels are of whole sources.
-fn allowed(exemplars: &Exemplars<2>, start: &Start<2>) -> Vec<bool> {
+pub(crate) fn allowed(exemplars: &Exemplars<2>, start: &Start<2>) -> Vec<bool> {
     let everywhere = start.sources.as_ref().map(|s| s.plane(0).iter().fold(u64::MAX, |all, bits| all & bits));
     (0..exemplars.sources().len()).map(|s| everywhere.is_none_or(|bits| bits >> s & 1 == 1)).collect()
 }

@@ -30,7 +30,7 @@ impl Job<'_> {
             .chain(std::iter::once(&output))
             .map(|domain| of(domain, pictures))
             .sum();
-        estimate(&sizes, &self.options) + held + made
+        estimate(&sizes, &self.options) + held + made + self.knobs.start.bytes(output)
     }
 
     /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.

@@ -2,17 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_cms_analogies::{Constraint, Options, Plan, fitness};
+use selvedge_cms_analogies::{Constraint, Options, Plan, fitness_from};
 use selvedge_core::{Bytes, Domain};
 
 use super::fit;
 use super::told::{failure, outcome};
 use super::{Knobs, Task};
 use crate::failure::{Failure, n};
+use crate::ground;
 use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::outcome::Beside;
+use crate::outcome::{Beside, Outcome};
 use crate::pairs::Pair;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
@@ -46,13 +47,23 @@ impl Method for Job<'_> {
         let pairs = self.knobs.guides.pairs(self.weaving)?;
         self.options.validate()?;
         let first = Input::new(session, self.first)?;
+        let start = &self.knobs.start;
+        let ground = start.ground(session)?;
+        let keeps = !ground.is_bare();
+        let size = match keeps {
+            true => OutputSize::Upon(ground.into(), first, self.ratio),
+            false => OutputSize::Picture(first, self.ratio),
+        };
+        let followed = self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned();
         Ok(Setup {
-            others: self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect(),
+            others: followed.chain(self.knobs.follow_where.clone()).chain(start.files()).collect(),
+            backdrop: start.backdrop(),
+            keeps,
             transforms: self.knobs.turning(self.task).transforms(),
             blending: self.knobs.blending,
             guides: pairs.len(),
             files: self.files.clone(),
-            ..Setup::new(self.name, self.weaving, OutputSize::Picture(first, self.ratio))
+            ..Setup::new(self.name, self.weaving, size)
         })
     }
 
@@ -67,14 +78,20 @@ impl Method for Job<'_> {
             constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
             followed.push(pair.target);
         }
-        let loom = &*loom;
+        if let Some(path) = &self.knobs.follow_where {
+            let asked = ground::mask(loom, path)?;
+            let asking = |c: Constraint| Ok(Constraint { guide: c.guide.asking(asked.map(|v| v)?)?, ..c });
+            constraints = constraints.into_iter().map(asking).collect::<Result<_, Failure>>()?;
+        }
+        let (start, loom) = (loom.start()?, &*loom);
         self.planned(loom, &constraints)?;
-        let fits = fitness(&loom.loaded.exemplars, &constraints, &self.options).map_err(failure)?;
+        let exemplars = &loom.loaded.exemplars;
+        let fits = fitness_from(exemplars, &constraints, &start, &self.options).map_err(failure)?;
         followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {
-            let woven = self.planned(loom, &constraints)?.weave(&loom.session.run()).map_err(failure)?;
-            let mut outcome = outcome(woven);
+            let woven = self.planned(loom, &constraints)?.weave_from(&start, &loom.session.run()).map_err(failure)?;
+            let mut outcome = Outcome { kept: start.fixed, ..outcome(woven) };
             outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
             if loom.args.explain.is_some() || loom.args.report.is_some() {
                 let guides = followed.iter().zip(&constraints).zip(&fits);

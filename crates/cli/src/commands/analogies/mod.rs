@@ -10,10 +10,13 @@ pub(super) mod palette;
 pub(super) mod told;
 mod used;
 
-use clap::Args;
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
 use selvedge_cms_analogies::Options;
 
 use crate::blending::Blending;
+use crate::ground::StartArgs;
 use crate::options::{Turning, option};
 use crate::pairs::GuideArgs;
 use crate::sweep::Sweep;
@@ -34,6 +37,11 @@ pub(crate) struct Knobs {
     neighborhood: Option<u32>,
     #[command(flatten)]
     guides: GuideArgs,
+    /// Follow what is asked for only where this picture is white; elsewhere the texture goes on as it likes.
+    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
+    follow_where: Option<PathBuf>,
+    #[command(flatten)]
+    start: StartArgs,
     #[command(flatten)]
     turning: Turning,
     /// Use exemplars upright alone: detail turns them by quarter turns otherwise.

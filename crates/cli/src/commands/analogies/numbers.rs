@@ -13,7 +13,7 @@ use super::{Knobs, Task};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method as _;
-use crate::pairs::{check_under, listed};
+use crate::pairs::{check_under, listed, over_ground};
 use crate::report::Done;
 use crate::session::Session;
 use crate::weaving::Weaving;
@@ -95,8 +95,9 @@ impl Numbers {
             let what = "it or its labels have smoothed or compressed colours, which are compared by how near they are";
             session.warn(&self.target, &what);
         }
-        let target = snapped.pop().expect("the target's").with_periodic(loom.domain.periodic);
-        let guide = Guide::new(&loom.loaded.exemplars, &snapped, target)?;
+        let target = snapped.pop().expect("the target's");
+        over_ground(loom, &mut snapped, &target)?;
+        let guide = Guide::new(&loom.loaded.exemplars, &snapped, target.with_periodic(loom.domain.periodic))?;
         // Two channels differ between two labels, of as many as there are labels; K was made for three that do.
         let weight = if self.one_hot { have.len() as f64 / 2.0 } else { 1.0 };
         Ok(Constraint { guide, ratio: 1, weight })
