@@ -9,6 +9,7 @@ mod cli;
 mod clips;
 mod commands;
 mod config;
+mod correspondence;
 mod course;
 mod exemplars;
 mod explain;

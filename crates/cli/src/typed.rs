@@ -246,7 +246,7 @@ mod tests {
             ("keep", _) if command == "merge" => "1 f".into(),
             ("ignore-light", _) => "0.5".into(),
             ("scale-range", _) => "0.5..3".into(),
-            ("correspondence", _) => "orientation=3".into(),
+            ("correspondence" | "auto-guides", _) => "orientation=3".into(),
             (_, Some(value)) => value.get_name().into(),
             _ if default.contains(&std::ffi::OsStr::new("3")) => "4".into(),
             _ => "3".into(),

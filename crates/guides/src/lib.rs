@@ -1,8 +1,8 @@
 //! Maps that steer: what exemplars and target are compared by. `[Efros01 3]`
 //!
 //! "That quantity could include image intensity, blurred image intensity, local image orientation angles, or other
-//! derived quantities": [`luminance`], [`blur`], [`orientation`], or any pictures made registered by
-//! [`encode_together`]. A [`Guide`](selvedge_core::Guide) holds such maps under exemplars and output, and
+//! derived quantities": [`luminance`], [`blur`], [`orientation`], [`edge_distance`], [`position`], or any pictures made
+//! registered by [`encode_together`]. A [`Guide`](selvedge_core::Guide) holds such maps under exemplars and output, and
 //! [`match_histogram`] brings the one into the range of the other.
 //!
 //! ```
@@ -30,6 +30,7 @@
 //! `rayon` (default): rows are smoothed on the caller's pool; the result is the same without it.
 #![forbid(unsafe_code)]
 
+mod edges;
 mod error;
 mod gaussian;
 mod histogram;
@@ -44,6 +45,7 @@ use gaussian::Gaussian;
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;
 
+pub use edges::{edge_distance, position};
 pub use error::Error;
 pub use histogram::match_histogram;
 pub use orientation::orientation;

@@ -7,6 +7,7 @@ use selvedge_guides::luminance;
 
 use super::job::Job;
 use super::{Knobs, Task};
+use crate::correspondence::Correspondence;
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::Method as _;
@@ -32,6 +33,10 @@ pub(crate) struct Analogy {
     /// Compare luminance alone, B's brought to A's mean and spread: where their colours have nothing in common.
     #[arg(long)]
     luminance: bool,
+    /// Follow more of B, which is made from it as from A, each with its weight: luminance, blur (what is larger than a
+    /// stroke), orientation, edge (how far the nearest one is) or position (where in the picture).
+    #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',')]
+    auto_guides: Vec<Correspondence>,
     #[command(flatten)]
     knobs: Knobs,
 }
@@ -59,16 +64,22 @@ impl Analogy {
             first: target,
             ratio: 1,
             channels: 3,
+            derived: self.auto_guides.len(),
             others: pair.files().cloned().collect(),
-            read: &|_, loom| self.constraint(loom, &pair),
+            read: &|_, loom| self.constraints(loom, &pair),
             files: Some(files.clone()),
         }
         .run(session)
     }
 
-    fn constraint(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Constraint, Failure> {
+    /// The pair's, and those made from it.
+    fn constraints(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Vec<Constraint>, Failure> {
         let guide = pair.read(loom)?;
-        Ok(Constraint::new(if self.luminance { matched(&guide)? } else { guide }))
+        let guide = if self.luminance { matched(&guide)? } else { guide };
+        let light = guide.derive(luminance)?;
+        let derived = |c: &Correspondence| Ok(Constraint { weight: c.weight, ..Constraint::new(c.what.of(&light, 0.0)?) });
+        let all: Result<Vec<_>, Failure> = self.auto_guides.iter().map(derived).collect();
+        Ok(std::iter::once(Constraint::new(guide)).chain(all?).collect())
     }
 }
 

@@ -4,6 +4,7 @@ use selvedge_cms_analogies::{Sizes, estimate};
 use selvedge_core::{Bytes, Domain};
 
 use super::job::Job;
+use crate::correspondence::What;
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::memory;
@@ -16,7 +17,10 @@ impl Job<'_> {
     /// The method's memory where its own constraint has so many channels.
     pub(super) fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let constraints: Vec<_> =
-            std::iter::once((own, self.ratio)).chain((0..self.knobs.guides.len()).map(|_| (3, 1))).collect();
+            std::iter::once((own, self.ratio))
+            .chain((0..self.knobs.guides.len()).map(|_| (3, 1)))
+            .chain((0..self.derived).map(|_| (What::CHANNELS, 1)))
+            .collect();
         let sizes = Sizes { sources, channels, constraints: &constraints, output };
         let orientations = self.knobs.turning(self.task).transforms().len();
         // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.

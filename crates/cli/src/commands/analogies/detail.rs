@@ -47,8 +47,9 @@ impl Detail {
             first: &self.low,
             ratio: self.scale,
             channels: 3,
+            derived: 0,
             others: vec![self.low.clone()],
-            read: &|_, loom| self.constraint(loom),
+            read: &|_, loom| Ok(vec![self.constraint(loom)?]),
             files: None,
         }
         .run(session)

@@ -19,8 +19,8 @@ use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::weaving::Weaving;
 
-/// Makes the constraint of a command.
-pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Constraint, Failure> + 'a;
+/// Makes the constraints of a command: its own, and those made from it.
+pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> + 'a;
 
 /// A command of constrained synthesis whose options were understood.
 pub(super) struct Job<'a> {
@@ -35,6 +35,8 @@ pub(super) struct Job<'a> {
     pub(super) ratio: u32,
     /// Channels of its own constraint at most.
     pub(super) channels: usize,
+    /// How many are made from that.
+    pub(super) derived: usize,
     /// All other files.
     pub(super) others: Vec<PathBuf>,
     pub(super) read: &'a Read<'a>,
@@ -73,11 +75,13 @@ impl Method for Job<'_> {
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let mut followed = vec![self.first.to_path_buf()];
-        let mut constraints = vec![(self.read)(self, loom)?];
+        let mut constraints = (self.read)(self, loom)?;
+        let derived = constraints.split_off(1);
         for pair in self.knobs.guides.pairs(self.weaving)? {
             constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
             followed.push(pair.target);
         }
+        constraints.extend(derived);
         if let Some(path) = &self.knobs.follow_where {
             let asked = ground::mask(loom, path)?;
             let asking = |c: Constraint| Ok(Constraint { guide: c.guide.asking(asked.map(|v| v)?)?, ..c });
@@ -86,7 +90,7 @@ impl Method for Job<'_> {
         let (start, loom) = (loom.start()?, &*loom);
         self.planned(loom, &constraints)?;
         let exemplars = &loom.loaded.exemplars;
-        let fits = fitness_from(exemplars, &constraints, &start, &self.options).map_err(failure)?;
+        let fits = fitness_from(exemplars, &constraints[..followed.len()], &start, &self.options).map_err(failure)?;
         followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {

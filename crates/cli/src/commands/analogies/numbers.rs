@@ -59,8 +59,9 @@ impl Numbers {
             ratio: 1,
             // How many labels there are is known once they are read; two at least.
             channels: if self.one_hot { 2 } else { 3 },
+            derived: 0,
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
-            read: &|job, loom| self.constraint(job, loom, &sources),
+            read: &|job, loom| Ok(vec![self.constraint(job, loom, &sources)?]),
             files: None,
         }
         .run(session)

@@ -24,6 +24,11 @@ impl Job<'_> {
             .unless("tolerance", Value::Null)
             .unless("spread", 0.0)
             .unless("levels", Value::Null)
+            .unless("auto-guides", Value::Null)
+            .unless("follow-where", Value::Null)
+            .unless("start", Value::Null)
+            .unless("over", Value::Null)
+            .unless("fixed", Value::Null)
             .unless("random-labels", Value::Null);
         knobs.guides.used(loom, used).unless("weight", Vec::<Value>::new())
     }

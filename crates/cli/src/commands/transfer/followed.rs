@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Grid, Guide, Plane};
-use selvedge_guides::{blur, encode_together, luminance, match_histogram, orientation};
+use selvedge_guides::{blur, encode_together, luminance, match_histogram};
 
-use super::correspondence::{Correspondence, What};
+use crate::correspondence::{Correspondence, What};
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::loom::Loom;
@@ -16,9 +16,6 @@ use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
 use crate::weaving::Weaving;
 
-/// Samples over which gradients are averaged for orientation, where `--blur` does not say more.
-const LEAST_AVERAGE: f64 = 2.0;
-
 /// Options about what is followed.
 #[derive(Args, Debug)]
 pub(super) struct FollowArgs {
@@ -26,7 +23,8 @@ pub(super) struct FollowArgs {
     /// --guide.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     target: Option<PathBuf>,
-    /// What of the target to follow, each with its weight: luminance or orientation. Default: luminance.
+    /// What of the target to follow, each with its weight: luminance, blur (of what is larger than a grain),
+    /// orientation, edge (how far the nearest one is) or position (where in the picture). Default: luminance.
     #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',')]
     correspondence: Vec<Correspondence>,
     /// Blur what is followed by a Gaussian of this many pixels, in exemplar and target.
@@ -60,7 +58,7 @@ impl FollowArgs {
 
     /// Channels of all that is followed, at most.
     pub(super) fn channels(&self) -> usize {
-        self.followed().len() * 2 + self.guides.len() * 3
+        self.followed().len() * What::CHANNELS + self.guides.len() * 3
     }
 
     /// Everything that is followed, as one guide.
@@ -132,14 +130,9 @@ impl FollowArgs {
         }
         let light = Guide::new(&loom.loaded.exemplars, &maps, target)?;
         let of = |c: &Correspondence| -> Result<(Guide<2>, f64), Failure> {
-            let guide = match c.what {
-                What::Luminance => {
-                    let blurred = light.derive(|map| blur(map, self.blur))?;
-                    if self.match_histogram { match_histogram(blurred)? } else { blurred }
-                }
-                What::Orientation => light.derive(|map| orientation(map, self.blur.max(LEAST_AVERAGE)))?,
-            };
-            Ok((guide, c.weight))
+            let guide = c.what.of(&light, self.blur)?;
+            let matched = self.match_histogram && c.what == What::Luminance;
+            Ok((if matched { match_histogram(guide)? } else { guide }, c.weight))
         };
         self.followed().iter().map(of).collect()
     }

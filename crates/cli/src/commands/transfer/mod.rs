@@ -1,7 +1,6 @@
 //! `selvedge transfer`: texture transfer. `[Efros01 3]`
 
 mod by_cms;
-mod correspondence;
 mod followed;
 
 use clap::{Args, ValueEnum};
