@@ -1,7 +1,5 @@
 //! Samples as numbers that may be averaged, and back.
 
-use half::f16;
-
 use crate::{NormalCoding, Plane, Samples};
 
 /// The least part of the greatest alpha at which a colour is told from its product with it. Below, an average comes of
@@ -61,7 +59,7 @@ impl Averaging {
             [*x, *y, *z] = normals.unit_length([*x, *y, *z]);
         }
         for (c, (value, [low, high])) in values.iter().zip(&self.ranges).enumerate() {
-            store(samples, c, index, value.clamp(*low, *high));
+            samples.set_value(c, index, value.clamp(*low, *high));
         }
     }
 }
@@ -69,16 +67,6 @@ impl Averaging {
 fn range<const D: usize>(planes: &[&Plane<D>], channel: usize) -> [f64; 2] {
     let all = planes.iter().flat_map(|p| (0..p.domain().len()).map(move |i| p.samples.value(channel, i)));
     all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-}
-
-/// Sets a sample from a number: integers are rounded and held in their range.
-fn store<const D: usize>(samples: &mut Samples<D>, channel: usize, index: usize, value: f64) {
-    match samples {
-        Samples::U8(g) => g.plane_mut(channel)[index] = (value + 0.5) as u8,
-        Samples::U16(g) => g.plane_mut(channel)[index] = (value + 0.5) as u16,
-        Samples::F16(g) => g.plane_mut(channel)[index] = f16::from_f32(value as f32).to_bits(),
-        Samples::F32(g) => g.plane_mut(channel)[index] = value as f32,
-    }
 }
 
 #[cfg(test)]

@@ -126,6 +126,17 @@ impl<const D: usize> Samples<D> {
             Self::F32(g) => f64::from(g.plane(channel)[index]),
         }
     }
+
+    /// Sets a sample from a number: integers are rounded and held in their range.
+    #[inline]
+    pub fn set_value(&mut self, channel: usize, index: usize, value: f64) {
+        match self {
+            Self::U8(g) => g.plane_mut(channel)[index] = (value + 0.5) as u8,
+            Self::U16(g) => g.plane_mut(channel)[index] = (value + 0.5) as u16,
+            Self::F16(g) => g.plane_mut(channel)[index] = f16::from_f32(value as f32).to_bits(),
+            Self::F32(g) => g.plane_mut(channel)[index] = value as f32,
+        }
+    }
 }
 
 /// How colour and alpha of a sample go together.
