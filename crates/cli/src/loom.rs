@@ -214,7 +214,7 @@ impl Loom<'_> {
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
-        let Outcome { woven, kept, holes, complete, course, how, others, beside, .. } = outcome;
+        let Outcome { woven, kept, holes, complete, course, how, others, after, beside, .. } = outcome;
         // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
         // command makes it again.
         let blending = if complete { self.blending } else { Blending::default() };
@@ -237,7 +237,8 @@ impl Loom<'_> {
             Some(map) => transparent_holes(plane, map, format),
             None => Ok(plane),
         };
-        let plane = transparent(plane, self.format)?;
+        let mut plane = transparent(plane, self.format)?;
+        after.map_or(Ok(()), |after| after(&mut plane))?;
         self.report.stage("render");
         self.session.watch.busy("encode");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };

@@ -6,6 +6,7 @@ use selvedge_core::{Grid, Plane, Render};
 use serde_json::Value;
 
 use crate::course::Course;
+use crate::failure::Failure;
 use crate::thumbnail::Thumbnail;
 use crate::used::Used;
 
@@ -27,9 +28,14 @@ pub(crate) struct Outcome {
     pub(crate) made_by: Option<MadeBy>,
     /// Other pictures that are written.
     pub(crate) others: Vec<(PathBuf, Plane<2>)>,
+    /// What is done to the picture after all, but not to its map or other planes.
+    pub(crate) after: Option<After>,
     /// What else is shown by `--explain` and the page: what was made and not kept, or what was followed.
     pub(crate) beside: Beside,
 }
+
+/// Changes a rendered picture.
+pub(crate) type After = Box<dyn FnOnce(&mut Plane<2>) -> Result<(), Failure>>;
 
 /// A command that makes what another one answered with.
 pub(crate) struct MadeBy {
@@ -49,6 +55,18 @@ impl Outcome {
     /// Of a method that stood at the beginning of nothing, and tells no course.
     pub(crate) fn new(woven: Box<dyn Render<2>>, complete: bool, stats: Value, how: String) -> Self {
         let (others, beside) = (Vec::new(), Beside::default());
-        Self { woven, complete, stats, how, kept: None, holes: false, course: None, made_by: None, others, beside }
+        Self {
+            woven,
+            complete,
+            stats,
+            how,
+            kept: None,
+            holes: false,
+            course: None,
+            made_by: None,
+            others,
+            after: None,
+            beside,
+        }
     }
 }

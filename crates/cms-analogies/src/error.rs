@@ -17,6 +17,14 @@ pub enum Error {
         /// The other one's.
         found: Vec<u32>,
     },
+    /// A picture to match to one of low resolution has not a multiple of its size.
+    #[error("a picture of {found:?} is not {expected:?}, as the coarse one asks for")]
+    Low {
+        /// The shape that it should have, slowest axis first.
+        expected: Vec<u32>,
+        /// Its own.
+        found: Vec<u32>,
+    },
     /// Neighborhoods are larger than what they are compared in.
     #[error("neighborhoods of {side} samples a side do not fit into {what} of {shape:?}")]
     Neighborhood {
@@ -59,7 +67,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::NoConstraint => "give at least one",
-            Self::Target { .. } => "make all of one size",
+            Self::Target { .. } | Self::Low { .. } => "make all of one size",
             Self::Neighborhood { .. } => "use smaller neighborhoods or larger pictures",
             Self::Start { .. } => "give a map of the size of the constraints",
             Self::Cut(error) => return error.remedy(),

@@ -46,6 +46,12 @@
 //! numbers (256 x 256 samples, `K` 2, `N` 4) the energy ends at .66e9 with three levels and 2.39e9 with one, in 5.1 and
 //! 5.7 s of processor time. With a [`spread`](Options::spread) no part of an exemplar shows over and over.
 //!
+//! # Low resolution
+//! Taps of a constraint that is `r` times coarser lie `r` samples apart, so that `N` counts its samples. Reaching as
+//! far as the paper's 15 samples is enough: of chickpeas, bricks and dirt enlarged four- and eightfold, each from
+//! another part of its picture, the reduction is nearer to what was given with `N` 1 than with 3 by 1.2 to 2.4 dB, in
+//! half the time. [`match_low`] adds what is lacking still.
+//!
 //! # Determinism
 //! Prices are integers; the search runs on many threads, what is accepted is decided on one, in order.
 //!
@@ -77,6 +83,8 @@ mod stats;
 mod synthesis;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod turned_tests;
 mod uses;
 mod worst;
 
@@ -89,7 +97,7 @@ pub use constraint::Constraint;
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
 pub use fitness::{Fitness, fitness, fitness_from};
-pub use low::low_resolution;
+pub use low::{low_resolution, match_low};
 pub use options::Options;
 pub use plan::Plan;
 pub use stats::{Energy, Stats};

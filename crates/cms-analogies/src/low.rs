@@ -1,6 +1,6 @@
 //! Constraints of low resolution: what exemplars look like from as far away. `[CMS V-B]`
 
-use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Guide, Source, reserve};
+use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Guide, Plane, Source, reserve, try_vec};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
@@ -68,19 +68,11 @@ fn enlarged(low: &Grid<u8, 2>, ratio: u32) -> Result<Grid<u8, 2>, Error> {
     let side = |a: usize| from.shape[a].checked_mul(ratio).ok_or(CoreError::range("ratio", ratio, "less"));
     let domain = Domain { shape: [side(0)?, side(1)?], ..from };
     let mut out = Grid::try_filled(domain, low.channels(), 0)?;
-    // In units of half a sample of the output: the sample before, the one after, and how far it is between them.
-    let along = |p: u32, axis: usize| {
-        let twice = i64::from(2 * p + 1) - i64::from(ratio);
-        let (span, side) = (2 * i64::from(ratio), i64::from(from.shape[axis]));
-        let place = |i: i64| if from.periodic[axis] { i.rem_euclid(side) } else { i.clamp(0, side - 1) } as u32;
-        let first = twice.div_euclid(span);
-        ([place(first), place(first + 1)], twice.rem_euclid(span) as u64)
-    };
     let span = 2 * u64::from(ratio);
-    let columns: Vec<_> = (0..domain.shape[1]).map(|x| along(x, 1)).collect();
+    let columns: Vec<_> = (0..domain.shape[1]).map(|x| between(from, ratio, x, 1)).collect();
     for c in 0..low.channels() {
         for y in 0..domain.shape[0] {
-            let (ys, v) = along(y, 0);
+            let (ys, v) = between(from, ratio, y, 0);
             for (x, (xs, u)) in columns.iter().enumerate() {
                 let row =
                     |y: u32| u64::from(low.get(c, [y, xs[0]])) * (span - u) + u64::from(low.get(c, [y, xs[1]])) * u;
@@ -90,6 +82,68 @@ fn enlarged(low: &Grid<u8, 2>, ratio: u32) -> Result<Grid<u8, 2>, Error> {
         }
     }
     Ok(out)
+}
+
+/// The coarse samples before and after a place along an axis, and how far it is from the one to the other, in units of
+/// half a sample of the output.
+fn between(from: Domain<2>, ratio: u32, p: u32, axis: usize) -> ([u32; 2], u64) {
+    let twice = i64::from(2 * p + 1) - i64::from(ratio);
+    let (span, side) = (2 * i64::from(ratio), i64::from(from.shape[axis]));
+    let place = |i: i64| if from.periodic[axis] { i.rem_euclid(side) } else { i.clamp(0, side - 1) } as u32;
+    let first = twice.div_euclid(span);
+    ([place(first), place(first + 1)], twice.rem_euclid(span) as u64)
+}
+
+/// Adds to a picture what its means over squares of the ratio's side still lack of one of low resolution: light and
+/// colours of large parts are those of `low` then, details are the picture's own. What is lacking is added smoothly,
+/// again and again, so that no square is seen; where samples are at the end of their range some of it stays lacking.
+/// A grey `low` holds for all colours. Alpha and depth stay.
+///
+/// # Errors
+/// [`Error::Low`] if the picture is not `ratio` times as large, and no memory.
+///
+/// # Complexity
+/// `O(samples)` a channel, 12 times.
+pub fn match_low(picture: &mut Plane<2>, low: &Plane<2>, ratio: u32) -> Result<(), Error> {
+    let (fine, coarse) = (picture.domain(), low.domain());
+    let expected = coarse.shape.map(|side| side.saturating_mul(ratio));
+    if fine.shape != expected || fine.is_empty() {
+        return Err(Error::Low { expected: expected.to_vec(), found: fine.shape.to_vec() });
+    }
+    // What wraps for the output wraps for what it is compared with.
+    let coarse = Domain { periodic: fine.periodic, ..coarse };
+    let (full, of) = (picture.samples.depth().full(), low.samples.depth().full());
+    let (mut values, mut lacking) = (try_vec(fine.len(), 0.0)?, try_vec(coarse.len(), 0.0)?);
+    for c in 0..picture.color_channels() {
+        let wanted = |i: usize| low.samples.value(c.min(low.color_channels() - 1), i) / of * full;
+        values.iter_mut().enumerate().for_each(|(i, v)| *v = picture.samples.value(c, i));
+        for _ in 0..ROUNDS {
+            lacking.iter_mut().enumerate().for_each(|(i, l)| *l = wanted(i));
+            let share = 1.0 / (f64::from(ratio) * f64::from(ratio));
+            for (v, at) in values.iter().zip(fine.positions()) {
+                lacking[coarse.index(at.map(|p| p / ratio))] -= v * share;
+            }
+            add_enlarged(&mut values, fine, &lacking, coarse, ratio);
+            if 1.0 < full {
+                values.iter_mut().for_each(|v| *v = v.clamp(0.0, full));
+            }
+        }
+        values.iter().enumerate().for_each(|(i, &v)| picture.samples.set_value(c, i, v));
+    }
+    Ok(())
+}
+
+/// How often what is lacking is added: of noise against noise a hundredth of it is left.
+const ROUNDS: usize = 12;
+
+fn add_enlarged(values: &mut [f64], fine: Domain<2>, low: &[f64], coarse: Domain<2>, ratio: u32) {
+    let span = f64::from(2 * ratio);
+    for (v, at) in values.iter_mut().zip(fine.positions()) {
+        let [(ys, dy), (xs, dx)] = [0, 1].map(|a| between(coarse, ratio, at[a], a));
+        let [dy, dx] = [dy, dx].map(|d| d as f64 / span);
+        let row = |y: u32| low[coarse.index([y, xs[0]])] * (1.0 - dx) + low[coarse.index([y, xs[1]])] * dx;
+        *v += row(ys[0]) * (1.0 - dy) + row(ys[1]) * dy;
+    }
 }
 
 #[cfg(test)]
@@ -136,6 +190,31 @@ mod tests {
         assert_eq!(averaged(&map, 1, None), map);
         let around = averaged(&map.with_periodic([false, true]), 3, None);
         assert_eq!(around.samples()[0], 93);
+    }
+
+    #[test]
+    fn a_matched_picture_has_the_means_of_the_coarse_one_and_keeps_its_detail() {
+        use selvedge_core::{Role, Samples, Seed};
+        let (ratio, mut rng) = (4, Seed(3).rng());
+        for periodic in [[false; 2], [true, false]] {
+            let domain = Domain { shape: [16, 24], periodic };
+            let noise = (0..domain.len() as u32).map(|i| (60 + 100 * (i % 2) + rng.below(30)) as u16 * 200).collect();
+            let picture = Plane::new(Role::Color, Samples::U16(Grid::from_vec(domain, 1, noise).unwrap()));
+            let wanted: Vec<u8> = (0..24).map(|_| 90 + rng.below(40) as u8).collect();
+            let low = Plane::new(Role::Color, Samples::U8(grid([4, 6], &wanted)));
+            let mut matched = picture.clone();
+            match_low(&mut matched, &low, ratio).unwrap();
+            let value = |plane: &Plane<2>, at: [u32; 2]| plane.samples.value(0, domain.index(at));
+            for (i, at) in low.domain().positions().enumerate() {
+                let square = Domain::open([ratio; 2]).positions().map(|p| [0, 1].map(|a| at[a] * ratio + p[a]));
+                let mean = square.map(|p| value(&matched, p)).sum::<f64>() / 16.0;
+                assert!((mean / 257.0 - f64::from(wanted[i])).abs() < 1.0, "{mean} for {}", wanted[i]);
+            }
+            let step = |plane: &Plane<2>| value(plane, [5, 8]) - value(plane, [5, 9]);
+            // What is added is smooth: of a step from sample to sample three fourths are left at least.
+            assert!((step(&matched) / step(&picture) - 1.0).abs() < 0.25, "{} {}", step(&matched), step(&picture));
+            assert!(matches!(match_low(&mut matched, &low, 3), Err(Error::Low { .. })));
+        }
     }
 
     #[test]

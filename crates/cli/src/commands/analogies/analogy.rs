@@ -5,7 +5,7 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
-use super::job::Job;
+use super::job::{Asked, Job};
 use super::{Knobs, Task};
 use crate::correspondence::Correspondence;
 use crate::failure::Failure;
@@ -66,20 +66,21 @@ impl Analogy {
             channels: 3,
             derived: self.auto_guides.len(),
             others: pair.files().cloned().collect(),
-            read: &|_, loom| self.constraints(loom, &pair),
+            read: &|_, loom| self.asked(loom, &pair),
             files: Some(files.clone()),
         }
         .run(session)
     }
 
     /// The pair's, and those made from it.
-    fn constraints(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Vec<Constraint>, Failure> {
+    fn asked(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Asked, Failure> {
         let guide = pair.read(loom)?;
         let guide = if self.luminance { matched(&guide)? } else { guide };
         let light = guide.derive(luminance)?;
-        let derived = |c: &Correspondence| Ok(Constraint { weight: c.weight, ..Constraint::new(c.what.of(&light, 0.0)?) });
+        let derived =
+            |c: &Correspondence| Ok(Constraint { weight: c.weight, ..Constraint::new(c.what.of(&light, 0.0)?) });
         let all: Result<Vec<_>, Failure> = self.auto_guides.iter().map(derived).collect();
-        Ok(std::iter::once(Constraint::new(guide)).chain(all?).collect())
+        Ok(Asked { constraints: std::iter::once(Constraint::new(guide)).chain(all?).collect(), after: None })
     }
 }
 

@@ -16,8 +16,7 @@ const OF_PICTURE: u64 = 8 + 3 + 1;
 impl Job<'_> {
     /// The method's memory where its own constraint has so many channels.
     pub(super) fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let constraints: Vec<_> =
-            std::iter::once((own, self.ratio))
+        let constraints: Vec<_> = std::iter::once((own, self.ratio))
             .chain((0..self.knobs.guides.len()).map(|_| (3, 1)))
             .chain((0..self.derived).map(|_| (What::CHANNELS, 1)))
             .collect();

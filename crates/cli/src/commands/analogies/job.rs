@@ -13,14 +13,29 @@ use crate::ground;
 use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::outcome::{Beside, Outcome};
+use crate::outcome::{After, Beside, Outcome};
 use crate::pairs::Pair;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::weaving::Weaving;
 
-/// Makes the constraints of a command: its own, and those made from it.
-pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Vec<Constraint>, Failure> + 'a;
+/// Reads what a command asks for.
+pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Asked, Failure> + 'a;
+
+/// What a command asks for.
+pub(super) struct Asked {
+    /// Its own constraint, and those made from it.
+    pub(super) constraints: Vec<Constraint>,
+    /// What is done to the picture at the end.
+    pub(super) after: Option<After>,
+}
+
+impl Asked {
+    /// One constraint alone.
+    pub(super) fn one(constraint: Constraint) -> Self {
+        Self { constraints: vec![constraint], after: None }
+    }
+}
 
 /// A command of constrained synthesis whose options were understood.
 pub(super) struct Job<'a> {
@@ -75,7 +90,7 @@ impl Method for Job<'_> {
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let mut followed = vec![self.first.to_path_buf()];
-        let mut constraints = (self.read)(self, loom)?;
+        let Asked { mut constraints, after } = (self.read)(self, loom)?;
         let derived = constraints.split_off(1);
         for pair in self.knobs.guides.pairs(self.weaving)? {
             constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
@@ -95,7 +110,7 @@ impl Method for Job<'_> {
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {
             let woven = self.planned(loom, &constraints)?.weave_from(&start, &loom.session.run()).map_err(failure)?;
-            let mut outcome = Outcome { kept: start.fixed, ..outcome(woven) };
+            let mut outcome = Outcome { kept: start.fixed, after, ..outcome(woven) };
             outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
             if loom.args.explain.is_some() || loom.args.report.is_some() {
                 let guides = followed.iter().zip(&constraints).zip(&fits);
