@@ -87,6 +87,14 @@ impl Used {
         self
     }
 
+    /// Adds options before the first of some others, or at the end: where another command's help has them.
+    #[must_use]
+    pub(crate) fn before(mut self, others: &[&str], added: impl IntoIterator<Item = (String, Value)>) -> Self {
+        let at = self.0.iter().position(|(name, _)| others.contains(&name.as_str())).unwrap_or(self.0.len());
+        self.0.splice(at..at, added);
+        self
+    }
+
     /// As a JSON object.
     pub(crate) fn json(&self) -> Value {
         self.0.iter().map(|(name, value)| (name.clone(), value.clone())).collect::<Map<_, _>>().into()

@@ -6,6 +6,7 @@ use selvedge_metrics::Columns;
 use selvedge_synthesis::{Options, Stats, Trial, estimate, synthesize};
 use serde_json::{Value, json};
 
+use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
@@ -27,11 +28,14 @@ pub(crate) struct Synthesize {
     #[arg(long, value_name = "1..9", default_value_t = Options::default().effort,
         value_parser = clap::value_parser!(u8).range(1..=9))]
     effort: u8,
+    #[command(flatten)]
+    blending: Blending,
 }
 
 impl Method for Synthesize {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        Ok(Setup::new("synthesize", &self.weaving, OutputSize::Exemplar(self.sizing)))
+        let setup = Setup::new("synthesize", &self.weaving, OutputSize::Exemplar(self.sizing));
+        Ok(Setup { blending: self.blending, ..setup })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -66,7 +70,8 @@ impl Method for Synthesize {
 
 /// The options of the method that made what is kept: with its command and seed they make it again.
 fn used(loom: &Loom<'_>, kept: &Trial) -> Used {
-    kept.used.iter().fold(loom.used().without("effort"), |used, (name, text)| used.with(name, value(text)))
+    let own = kept.used.iter().map(|(name, text)| ((*name).to_owned(), value(text)));
+    loom.used().without("effort").before(&["feather", "spline", "fuse"], own)
 }
 
 /// A number where it is one.

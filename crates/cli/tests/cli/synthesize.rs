@@ -2,7 +2,17 @@
 
 use std::fs;
 
+use crate::graphcut::{map, samples};
 use crate::program::Folder;
+
+/// The command that a picture tells, of an exemplar among the fixtures.
+fn told(folder: &Folder, picture: &str) -> String {
+    let info = String::from_utf8(folder.run(&format!("info {picture} --json")).done().stdout).unwrap();
+    let start = info.find("selvedge ").expect("a picture tells its command");
+    let command: String = info[start + 9..].chars().take_while(|c| *c != '"').collect();
+    assert!(command.starts_with("graphcut "), "{command}");
+    command.replacen("graphcut ", "graphcut @/", 1)
+}
 
 #[test]
 fn the_kept_candidate_is_made_again_by_its_own_command() {
@@ -11,13 +21,27 @@ fn the_kept_candidate_is_made_again_by_its_own_command() {
     folder.run("synth @/weave.png -o b.png --map b.exr --size 80x64 --tile x --seed 5 -j 3").done();
     let read = |name: &str| fs::read(folder.path(name)).unwrap();
     assert_eq!((read("a.png"), read("a.exr")), (read("b.png"), read("b.exr")));
-    let info = String::from_utf8(folder.run("info a.png --json").done().stdout).unwrap();
-    let start = info.find("selvedge ").expect("a picture tells its command");
-    let command: String = info[start + 9..].chars().take_while(|c| *c != '"').collect();
-    assert!(command.starts_with("graphcut weave.png"), "{command}");
-    let again = command.replacen("weave.png", "@/weave.png", 1);
-    folder.run(&format!("{again} -o c.png --map c.exr")).done();
+    let command = told(&folder, "a.png");
+    folder.run(&format!("{command} -o c.png --map c.exr")).done();
     assert_eq!((read("a.png"), read("a.exr")), (read("c.png"), read("c.exr")), "{command}");
+}
+
+#[test]
+fn seams_are_hidden_of_what_is_kept_and_its_command_says_so() {
+    let folder = Folder::new("synthesize-blended");
+    let line = "synthesize @/cobbles.png --size 230x210 --effort 2 --ignore-light 0.5";
+    folder.run(&format!("{line} -o sharp.png --map sharp.exr")).done();
+    let read = |name: &str| fs::read(folder.path(name)).unwrap();
+    for blend in ["--feather 2.0", "--spline 2", "--spline auto", "--fuse"] {
+        folder.run(&format!("{line} {blend} -o soft.png --map soft.exr")).done();
+        let [sharp, soft] = ["sharp.exr", "soft.exr"].map(|name| map(&folder, name).map.ids);
+        assert!(sharp == soft && samples(&folder, "sharp.png") != samples(&folder, "soft.png"), "{blend}");
+        let command = told(&folder, "soft.png");
+        assert!(command.contains(blend) && command.contains("--ignore-light 0.5"), "{command}");
+        folder.run(&format!("{command} -o again.png")).done();
+        assert_eq!(read("soft.png"), read("again.png"), "{command}");
+    }
+    folder.run("synthesize @/cobbles.png -o a.png --feather 1 --spline 2").refused(2, &["--feather", "--spline"]);
 }
 
 #[test]
