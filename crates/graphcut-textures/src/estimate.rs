@@ -1,5 +1,7 @@
 //! How much memory a run needs.
 
+use std::ops::RangeInclusive;
+
 use selvedge_core::{Bytes, Domain, SeamCosts};
 use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes};
 
@@ -7,7 +9,7 @@ use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
 use crate::plan::{longest, reach};
 use crate::regions::{CLIP, largest_sides, shortest};
-use crate::sizes::{asked, levels};
+use crate::sizes::{asked, possible};
 use crate::weaver::{BATCH, at_once};
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never
@@ -15,6 +17,8 @@ use crate::weaver::{BATCH, at_once};
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
+/// Bytes of a frame, its graph and its cut for each sample that a patch may show.
+const A_NODE: u64 = 96;
 /// Bytes of a frame and what was taken of it for each such sample.
 const A_FRAME: u64 = 24;
 /// Bytes for each patch: where it was laid, and the price of all seams after it.
@@ -24,6 +28,8 @@ const A_VECTOR: u64 = 64;
 /// Bytes for each sample of an output that a map is carried up to: its own, a fourth of the coarser one's, the number
 /// of its patch, and 64 for each seam in lists that double, one for each 16 samples.
 const A_CARRIED: u64 = 4 + 1 + 4 + 4;
+/// Samples of a source from which on it is solved at a fraction of its size.
+const A_LARGE: u64 = 1 << 20;
 /// Samples of tiles that are decided together, where two lie beside each other along an axis.
 const A_TILES_SAMPLES: u64 = 512 * 64 * 64 / 4;
 /// What a run takes however small it is. With half of it, 16x16 from 16x16 held 1.72 MB where 1.18 were told.
@@ -31,22 +37,53 @@ const A_RUN: u64 = 2 << 20;
 
 /// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
 /// the domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose,
-/// the one that takes most counts: how many follow from what exemplars show.
+/// the one that takes most counts: how many follow from what exemplars show, and from their masks.
 pub fn estimate<const D: usize>(
     sources: &[Domain<D>],
     channels: usize,
     output: Domain<D>,
     options: &Options<D>,
 ) -> Bytes {
+    let most = options.levels.map_or(*possible(&sides(sources), output).end(), |asked| given(sources, asked));
+    of_levels(sources, channels, output, options, 1..=most, true)
+}
+
+/// The same for exemplars of which all samples are valid: no mask keeps large ones from being halved.
+pub fn estimate_whole<const D: usize>(
+    sources: &[Domain<D>],
+    channels: usize,
+    output: Domain<D>,
+    options: &Options<D>,
+) -> Bytes {
+    let given = options.levels.map(|asked| given(sources, asked)..=given(sources, asked));
+    let levels = given.unwrap_or_else(|| possible(&sides(sources), output));
+    of_levels(sources, channels, output, options, levels, false)
+}
+
+/// So many levels as were asked for, as far as exemplars can be halved.
+fn given<const D: usize>(sources: &[Domain<D>], levels: u32) -> u32 {
+    asked(sides(sources).into_iter().max().unwrap_or(0), levels)
+}
+
+fn sides<const D: usize>(sources: &[Domain<D>]) -> Vec<u32> {
+    sources.iter().map(|s| shortest(s.shape)).collect()
+}
+
+/// That of a run of one of so many levels; what may not move along an axis has one.
+fn of_levels<const D: usize>(
+    sources: &[Domain<D>],
+    channels: usize,
+    output: Domain<D>,
+    options: &Options<D>,
+    levels: RangeInclusive<u32>,
+    masked: bool,
+) -> Bytes {
     let of = |levels| at_levels(sources, channels, output, options, levels);
-    if options.free.contains(&false) {
-        return of(1);
-    }
-    let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
-    match options.levels {
-        Some(levels) => of(asked(largest, levels)),
-        None => (1..=levels(largest, u32::MAX, output)).map(of).max().unwrap_or_default(),
-    }
+    // What is measured first takes less than a run at the size of a source, but more than one at a fraction of it.
+    let measured = |s: &Domain<D>| selvedge_analysis::estimate(*s, channels, masked);
+    let measured = sources.iter().filter(|s| A_LARGE < len(s.shape)).map(measured).max().unwrap_or_default();
+    let run = if options.free.contains(&false) { of(1) } else { levels.map(of).max().unwrap_or_default() };
+    measured.then(run)
 }
 
 /// That of a run at so many levels: at the smallest one, or while its map is carried up, whichever is more.
@@ -100,13 +137,12 @@ fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain
     let seams = SeamCosts::<D>::bytes(samples, channels) + samples * A_CANDIDATE;
     // Each source once more, if a mask leaves a part of it: that part is searched alone.
     let singles = samples * (channels as u64 + 1);
-    let shown = |s: &Domain<D>| -> [u32; D] { std::array::from_fn(|a| s.shape[a].min(window[a])) };
-    let nodes = Bytes(sources.iter().map(|s| len(shown(s))).max().unwrap_or_default());
-    let cut = sources.iter().map(|s| selvedge_expansion::estimate(shown(s))).max().unwrap_or_default();
+    let shown = |s: &Domain<D>| Bytes(len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a]))));
+    let nodes = sources.iter().map(shown).max().unwrap_or_default();
     // What each region of a batch waits to lay, and what it takes on a thread of its own.
     let batch = if options.refine == Some(0) { 1 } else { apart(output, region, window).min(BATCH as u64) };
     let threads = at_once(samples.0).min(batch);
-    let cuts = cut * threads + nodes * (A_FRAME * batch);
+    let cuts = nodes * (A_NODE * threads + A_FRAME * batch);
     let lists = samples * A_CANDIDATE * (threads - 1);
     let weights = vec![1; channels];
     let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box });
@@ -164,6 +200,16 @@ mod tests {
         let one = Domain::open([1, 1]);
         let least = estimate(&[one], 1, one, &Options { region: Some([1; 2]), ..Options::default() }).0;
         assert!((2 << 20..3 << 20).contains(&least), "{least}");
+    }
+
+    #[test]
+    fn large_exemplars_take_what_a_quarter_of_their_size_does() {
+        let bytes = |estimate: fn(&[Domain<2>], usize, Domain<2>, &Options<2>) -> Bytes, side| {
+            estimate(&[Domain::open([side; 2])], 3, Domain::open([2 * side; 2]), &Options::default()).0 >> 20
+        };
+        let [small, large] = [1024, 4096].map(|side| bytes(estimate_whole, side));
+        assert!(large < 2 * small && large < 2200, "{small} and {large} MiB");
+        assert!(2 * large < bytes(estimate, 4096), "a mask may keep them whole");
     }
 
     #[test]

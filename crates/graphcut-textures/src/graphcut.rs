@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
-use crate::estimate::estimate;
+use crate::estimate::{estimate, estimate_whole};
 use crate::levels;
 use crate::options::Options;
 use crate::plan::{Plan, measured};
@@ -54,7 +54,7 @@ pub fn plan<const D: usize>(
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<Plan<D>, Error> {
-    check(exemplars, output, options, limits)?;
+    check(exemplars, output, field.is_none(), options, limits)?;
     measured(exemplars, output, field, options)
 }
 
@@ -62,13 +62,21 @@ pub fn plan<const D: usize>(
 fn check<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
+    is_fresh: bool,
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<(), Error> {
     options.validate()?;
     let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let is_whole = exemplars.sources().iter().all(|s| s.valid.is_none());
+    let estimate = if is_fresh && is_whole { estimate_whole } else { estimate };
     limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
     if output.is_empty() { Err(Error::EmptyOutput { shape: output.shape.to_vec() }) } else { Ok(()) }
+}
+
+/// True where nothing is there, or asked for, that a run at several sizes could not begin from.
+fn is_fresh<const D: usize>(start: &Start<D>) -> bool {
+    start.fixed.is_none() && start.sources.is_none() && start.map.holes() == start.map.domain().len()
 }
 
 /// Like [`graphcut`], going on from what is there.
@@ -82,7 +90,7 @@ pub fn graphcut_from<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     let output = start.map.domain();
-    check(exemplars, output, options, &run.limits)?;
+    check(exemplars, output, is_fresh(&start), options, &run.limits)?;
     start.check(exemplars)?;
     measured(exemplars, output, start.sources.as_ref(), options)?.weave(exemplars, start, options, run)
 }
@@ -104,12 +112,15 @@ impl<const D: usize> Plan<D> {
             return weave_at(exemplars, start, self, options, run);
         }
         let output = start.map.domain();
-        if start.fixed.is_none() && start.sources.is_none() && start.map.holes() == output.len() {
+        if is_fresh(&start) {
             return levels::weave(exemplars, output, self, options, run);
         }
         match options.levels {
             Some(levels) => Err(Error::LevelsOfStart { levels }),
-            None => weave_at(exemplars, start, &Self { levels: 1, ..*self }, options, run),
+            None => {
+                check(exemplars, output, false, options, &run.limits)?;
+                weave_at(exemplars, start, &Self { levels: 1, ..*self }, options, run)
+            }
         }
     }
 }

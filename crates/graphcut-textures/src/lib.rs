@@ -80,7 +80,7 @@ mod weaver;
 pub use selvedge_core as core;
 
 pub use error::Error;
-pub use estimate::estimate;
+pub use estimate::{estimate, estimate_whole};
 pub use graphcut::{graphcut, graphcut_from, plan};
 pub use options::{Options, Placement};
 pub use plan::Plan;

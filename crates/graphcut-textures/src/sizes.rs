@@ -17,13 +17,24 @@ const LEAST_SIDE: u32 = 192;
 /// better at twice and at four times its size: the same flowers stood in more of a lattice.
 const LEAST_STRUCTURE: u32 = 4;
 
+/// The sides that a coarse exemplar has at most, whatever it shows: at one size, searches of 2048^2 take gigabytes.
+const MOST_SIDE: u32 = 1024;
+
 /// How many levels pay off: exemplars whose shortest side is `side`, with structures of so many samples.
 pub(crate) fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D>) -> u32 {
-    let pays = |level: &u32| LEAST_SIDE <= side >> level && LEAST_STRUCTURE <= structure >> level;
+    let seen = |level: u32| LEAST_STRUCTURE <= structure >> level || MOST_SIDE < side >> (level - 1);
+    let pays = |level: &u32| LEAST_SIDE <= side >> level && seen(*level);
     // Around a side that is not a multiple, the last coarse sample would be half of one that the seam has to make up
     // for.
     let closes = |level: &u32| (0..D).all(|a| !output.periodic[a] || output.shape[a].is_multiple_of(1 << level));
     1 + (1..MOST_LEVELS).take_while(|level| D == 2 && pays(level) && closes(level)).last().unwrap_or(0)
+}
+
+/// The least and the most levels of exemplars with such shortest sides, whatever they show.
+pub(crate) fn possible<const D: usize>(sides: &[u32], output: Domain<D>) -> std::ops::RangeInclusive<u32> {
+    let largest = sides.iter().copied().max().unwrap_or(0);
+    let least = sides.iter().copied().filter(|&side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
+    levels(least, 0, output)..=levels(largest, u32::MAX, output)
 }
 
 /// How many of the levels that were asked for leave something of exemplars whose shortest side is `largest` at most.
@@ -114,9 +125,12 @@ mod tests {
             (1024, 16, 3),
             (1024, 15, 2),
             (1024, 7, 1),
+            (1025, 7, 2),
+            (4096, 1, 3),
         ] {
             assert_eq!(levels(side, structure, open), expected, "{side} {structure}");
         }
+        assert_eq!([possible(&[4096, 2000], open), possible(&[4096, 2048], open)], [3..=5, 2..=5]);
         let tiled = |side| Domain { shape: [side, 2048], periodic: [true, false] };
         assert_eq!([2048, 2046, 2047].map(|side| levels(1024, 100, tiled(side))), [3, 2, 1]);
         assert_eq!(levels(1024, 100, Domain::open([2048; 3])), 1, "of clips nothing was measured");

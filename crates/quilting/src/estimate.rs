@@ -5,7 +5,8 @@ use selvedge_core::{Bytes, Domain};
 use selvedge_fft_ssd::{Engine, Placement, Sizes};
 
 use crate::auto_block::largest_block;
-use crate::options::{Options, Stage};
+use crate::options::{Options, SearchBy, Stage};
+use crate::search::halvings_of;
 use crate::transfer_options::{TransferOptions, suggested};
 
 /// What a run takes however small it is: a searcher of its own for each thread.
@@ -24,31 +25,86 @@ const A_MAP: u64 = 64;
 const A_BLOCK: u64 = 48;
 /// Bytes for each sample of a block while it is cut.
 const A_CUT: u64 = 64;
+/// Bytes for each row of a block that is compared, which a mask parts in two.
+const A_ROW: u64 = 2 * 96;
 /// Bytes for each channel of a sample that is compared.
 const A_TAP: u64 = 40;
 
 /// An upper bound of the bytes that [`quilt`](crate::quilt()) holds beside the exemplars' features, known before
-/// anything is read: shapes of the exemplars, feature channels, the output. It holds for any number of threads, and for
-/// flat exemplars, of which every place is a candidate; of others less is held, on few threads several times less.
+/// anything is read: shapes of the exemplars, feature channels, the output. It holds for any number of threads, for any
+/// masks, and for flat exemplars, of which every place is a candidate; of others less is held, on few threads several
+/// times less.
 pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
-    let block = options.block.unwrap_or_else(|| largest(exemplars));
+    let exact = Options { search: SearchBy::Exact, ..*options };
+    of_blocks(exemplars, channels, output, &exact, true)
+}
+
+/// The same for exemplars of which all samples are valid: large ones are searched at a fraction of their size
+/// ([`SearchBy::Auto`]).
+pub fn estimate_whole(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
+    of_blocks(exemplars, channels, output, options, false)
+}
+
+/// For whatever block may be chosen, and how often exemplars are halved for it.
+fn of_blocks(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options, masked: bool) -> Bytes {
+    let largest = options.block.unwrap_or_else(|| largest(exemplars));
+    // Blocks of the automatic size hold at least 8 by 8 samples where the exemplar does.
+    let least = options.block.unwrap_or(8).min(largest);
     let overlap = |block: u32| match options.stage {
         Stage::Random => 0,
         _ => options.overlap_of(block).unwrap_or(block / 2),
     };
-    // Blocks of the automatic size hold at least 8 by 8 samples where the exemplar does.
-    let least = options.block.unwrap_or(8).min(block);
-    let step = if options.block.is_some() { least - overlap(least) } else { least.div_ceil(2) };
-    let blocks = Blocks::new(&output, least, step);
-    let template = Compared { side: block, samples: compared(&output, block, overlap(block)) };
-    let workers = at_once(places(exemplars)).min(blocks.at_once);
-    let search = Searches { exemplars, at_once: workers, templates: &[template] };
+    let halved = |block: u32| match options.search {
+        SearchBy::Auto => halvings_of(exemplars, overlap(block)),
+        SearchBy::Exact => 0,
+    };
+    // Larger blocks have wider overlaps.
+    let (mut first, mut most) = (least, Bytes(0));
+    while first <= largest {
+        let halvings = halved(first);
+        let last = (first..=largest).take_while(|&block| halved(block) == halvings).last().unwrap_or(first);
+        let laid = Laid { least: first, largest: last, overlap: overlap(last) };
+        most = most.max(of_laid(exemplars, channels, output, &laid, halvings));
+        first = last + 1;
+    }
+    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate_size(*e, channels, masked)).max();
+    measured.filter(|_| options.block.is_none()).unwrap_or_default().then(Bytes(A_RUN) + most)
+}
+
+/// The blocks that a run may lay, and the overlap of the largest.
+struct Laid {
+    least: u32,
+    largest: u32,
+    overlap: u32,
+}
+
+/// For blocks that are searched for in exemplars that were halved so often.
+fn of_laid(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, laid: &Laid, halvings: u32) -> Bytes {
+    let step = if laid.least == laid.largest { laid.least - laid.overlap } else { laid.least.div_ceil(2) };
+    let blocks = Blocks::new(&output, laid.least, step);
+    let mut small = exemplars.to_vec();
+    let mut halves = Bytes(0);
+    for _ in 0..halvings {
+        small.iter_mut().for_each(|e| e.shape = e.shape.map(|side| (side / 2).max(side.min(1))));
+        halves += small.iter().map(|e| Bytes::of_samples(*e, channels as u64)).sum();
+    }
+    let whole = Compared { side: laid.largest, samples: compared(&output, laid.largest, laid.overlap) };
+    // A sample on an edge may be one more.
+    let side = (whole.side >> halvings) + 1;
+    let samples = (whole.samples >> (2 * halvings)) + 4 * u64::from(side);
+    let template = Compared { side, samples: if halvings == 0 { whole.samples } else { samples } };
+    let workers = at_once(places(&small)).min(blocks.at_once);
+    let search = Searches { exemplars: &small, at_once: workers, templates: &[template] };
+    // The block itself, and what is compared of it at each size.
+    let pieces = if halvings == 0 { Bytes(0) } else { of_pieces(whole.side, channels) * workers };
     // The map, and where the blocks of a wave show.
     let woven = Bytes(blocks.all) * A_BLOCK + Bytes::of_samples(output, 4 + 1);
-    let searched = search.bytes(channels) + search.lists(AN_ERROR) + search.blocks(channels);
-    // Masks may come to exemplars that have no alpha.
-    let measured = exemplars.iter().map(|e| selvedge_analysis::estimate_size(*e, channels, true)).max();
-    measured.filter(|_| options.block.is_none()).unwrap_or_default().then(Bytes(A_RUN) + searched + woven)
+    search.bytes(channels) + search.lists(AN_ERROR) + search.blocks(channels) + halves + pieces + woven
+}
+
+/// A block and its halves: features, masks, stretches; and its cut.
+fn of_pieces(side: u32, channels: usize) -> Bytes {
+    Bytes(u64::from(side).pow(2)) * (A_CUT + 3 * channels as u64 + 3) + Bytes(u64::from(side)) * A_ROW
 }
 
 /// An upper bound of the bytes that [`transfer`](crate::transfer) holds beside the exemplars' features, known before
@@ -180,4 +236,21 @@ fn largest(exemplars: &[Domain<2>]) -> u32 {
 
 fn places(exemplars: &[Domain<2>]) -> u64 {
     exemplars.iter().map(|domain| Bytes::of_samples(*domain, 1)).sum::<Bytes>().0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_exemplars_take_less_than_searches_of_their_full_size() {
+        let (exemplar, output) = (Domain::open([4096; 2]), Domain::open([8192; 2]));
+        let of = |block: Option<u32>, estimate: fn(&[Domain<2>], usize, Domain<2>, &Options) -> Bytes| {
+            estimate(&[exemplar], 3, output, &Options { block, ..Options::default() }).0 >> 20
+        };
+        // The map alone has 256 MiB.
+        let [auto, some] = [None, Some(1536)].map(|block| of(block, estimate_whole));
+        assert!(256 < some && some < auto && auto < 1800, "{some} and {auto} MiB");
+        assert!(4000 < of(None, estimate), "masked ones are not halved");
+    }
 }

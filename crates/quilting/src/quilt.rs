@@ -4,12 +4,12 @@ use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
-use crate::estimate::estimate;
+use crate::estimate::{estimate, estimate_whole};
 use crate::fit::{check_fit, check_places, domains};
 use crate::options::{Error, Options, SearchBy, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
-use crate::search::{BlockSearch, FromAbove, Reduced, Search, halvings};
+use crate::search::{BlockSearch, FromAbove, Reduced, Search, halvings, is_whole};
 
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -157,6 +157,7 @@ impl<'e> Plan<'e> {
 }
 
 fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Bytes {
+    let estimate = if is_whole(exemplars) { estimate_whole } else { estimate };
     estimate(&domains(exemplars), exemplars.channels(), output, options)
 }
 

@@ -4,11 +4,12 @@
 mod compared;
 mod piece;
 
-use selvedge_core::{Exemplars, SimdLevel, reserve};
+use selvedge_core::{Domain, Exemplars, SimdLevel, reserve};
 use selvedge_fft_ssd::{Costs, Place, Placement, Scratch, SsdSearcher};
 
 use super::block_search::near;
 use super::{Avoid, BlockScratch, BlockSearch, Candidate, Search, Term, Within};
+use crate::fit::domains;
 use crate::options::Error;
 use compared::Compared;
 use piece::Piece;
@@ -17,6 +18,9 @@ use piece::Piece;
 const LEAST_SIDE: u32 = 192;
 /// Samples that are left of overlaps at least. In fewer, too much of what has to fit is mean.
 const LEAST_OVERLAP: u32 = 4;
+/// The sides from which on thinner overlaps are halved as well, while anything is left of them: to compare narrow
+/// blocks with all places of 2048^2 takes a gigabyte, and for an output of twice its sides hours.
+const MOST_SIDE: u32 = 1024;
 /// Places that are followed from one size to the next.
 const FOLLOWED: usize = 32;
 /// Of these, at the smallest size, so many are the best; the others are spread over all that may be near the best at
@@ -55,12 +59,22 @@ impl Reduced {
 
 /// How often exemplars are halved for blocks with such an overlap.
 pub(crate) fn halvings(exemplars: &Exemplars<2>, overlap: u32) -> u32 {
-    let sources = exemplars.sources();
-    if sources.iter().any(|s| s.valid.is_some() || s.domain().periodic != [false; 2]) {
+    if !is_whole(exemplars) {
         return 0;
     }
-    let side = sources.iter().flat_map(|s| s.domain().shape).min().unwrap_or(0);
-    (1..16).take_while(|n| LEAST_SIDE <= side >> n && LEAST_OVERLAP <= overlap >> n).last().unwrap_or(0)
+    halvings_of(&domains(exemplars), overlap)
+}
+
+/// True if no sample of any is masked, and none tiles.
+pub(crate) fn is_whole(exemplars: &Exemplars<2>) -> bool {
+    exemplars.sources().iter().all(|s| s.valid.is_none() && s.domain().periodic == [false; 2])
+}
+
+/// The same for exemplars of these shapes, if they [are whole](is_whole).
+pub(crate) fn halvings_of(exemplars: &[Domain<2>], overlap: u32) -> u32 {
+    let side = exemplars.iter().flat_map(|e| e.shape).min().unwrap_or(0);
+    let is_seen = |n: u32| LEAST_OVERLAP <= overlap >> n || MOST_SIDE < side >> (n - 1) && 0 < overlap >> n;
+    (1..16).take_while(|&n| LEAST_SIDE <= side >> n && is_seen(n)).last().unwrap_or(0)
 }
 
 /// Searches the smallest size everywhere, and the larger ones around what is best there.

@@ -36,7 +36,7 @@ use crate::options::Error;
 
 pub use block_search::{BlockScratch, BlockSearch};
 pub use continued::Successor;
-pub(crate) use from_above::{FromAbove, Reduced, halvings};
+pub(crate) use from_above::{FromAbove, Reduced, halvings, halvings_of, is_whole};
 
 /// Which features are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,9 @@
 //! case held would count in the next.
 
 use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Seed, Source, Transform};
-use selvedge_quilting::{Options, Stage, TransferOptions, estimate, estimate_transfer, quilt, transfer};
+use selvedge_quilting::{
+    Options, Stage, TransferOptions, estimate, estimate_transfer, estimate_whole, quilt, transfer,
+};
 use selvedge_testkit::memory;
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
@@ -35,6 +37,10 @@ fn cases() -> Vec<Case> {
         case([256, 256], Domain::open([300, 300]), quilt(None)),
         case([64, 64], Domain::open([1500, 1500]), random),
         case([128, 96], Domain::open([128, 128]), transfer),
+        // Looked for at half and at a fourth of the size.
+        case([600, 500], Domain::open([700, 900]), quilt(Some(60))),
+        case([800, 900], Domain::open([900, 1000]), quilt(Some(200))),
+        case([800, 900], Domain::open([900, 1000]), quilt(None)),
         Case { levels: 1, ..case([192, 192], Domain::open([300, 300]), quilt(Some(24))) },
         Case { masked: true, ..case([192, 192], Domain::open([300, 300]), quilt(Some(24))) },
         Case { masked: true, levels: 1, ..case([96, 96], Domain::open([100, 90]), transfer) },
@@ -73,7 +79,8 @@ fn runs_stay_within_their_estimates() {
         let case = &cases[number];
         let domains = [Domain::open(case.exemplar)];
         let estimate = match case.method {
-            Method::Quilt(options) => estimate(&domains, 3, case.output, &options),
+            Method::Quilt(options) if case.masked => estimate(&domains, 3, case.output, &options),
+            Method::Quilt(options) => estimate_whole(&domains, 3, case.output, &options),
             Method::Transfer(options) => estimate_transfer(&domains, 3, 1, case.output, &options),
         }
         .0;

@@ -95,6 +95,8 @@ fn what_is_small_thin_masked_or_tiled_is_searched_whole() {
     assert_eq!(of(source([383, 999], false, false), 99), 0);
     assert_eq!([8, 15, 16, 99].map(|overlap| of(source([800, 900], false, false), overlap)), [1, 1, 2, 2]);
     assert_eq!(of(source([800, 900], false, false), 7), 0);
+    // Larger ones are halved while anything is left.
+    assert_eq!([0, 1, 2, 4, 99].map(|overlap| of(source([1030, 1200], false, false), overlap)), [0, 0, 1, 1, 2]);
     assert_eq!([of(source([800, 900], true, false), 99), of(source([800, 900], false, true), 99)], [0, 0]);
 }
 
