@@ -19,13 +19,21 @@ pub(crate) trait Method {
     /// An upper bound of its own memory: domains of the sources, feature channels, output.
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes;
 
+    /// The same where all samples of the exemplars are valid.
+    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        self.bytes(sources, channels, output)
+    }
+
     /// Reads what it needs besides the exemplars; all that is chosen before the work, which a dry run tells, and the
     /// work.
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure>;
 
     /// Runs the command.
     fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let estimate = |sources: &[_], channels, output| self.bytes(sources, channels, output);
+        let estimate = |sources: &[_], channels, output, masked| match masked {
+            true => self.bytes(sources, channels, output),
+            false => self.bytes_of_whole(sources, channels, output),
+        };
         let mut loom = self.setup(session)?.begin(session, &estimate)?;
         let Planned { used, how, work } = self.plan(&mut loom)?;
         if session.global.dry_run {

@@ -71,7 +71,7 @@ pub(crate) struct Setup<'a> {
 }
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
-pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>) -> Bytes;
+pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>, bool) -> Bytes;
 
 impl OutputSize<'_> {
     /// Shape and topology for exemplars of these domains, the backdrop last.
@@ -310,7 +310,8 @@ impl<'a> Setup<'a> {
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
         let shown_twice = if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };
         let blended = self.blending.bytes(domain, headers.layout.colors + 1, self.keeps);
-        let method = estimate(&sources, features, domain) + blended;
+        let masked = headers.layout.alpha || !headers.mask_infos.is_empty();
+        let method = estimate(&sources, features, domain, masked) + blended;
         let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &shown, self.keeps)).max().unwrap_or_default();
         let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
         let written =

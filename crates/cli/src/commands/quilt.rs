@@ -2,7 +2,7 @@
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain};
-use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, estimate};
+use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, estimate, estimate_whole};
 use serde_json::Value;
 
 use crate::blending::Blending;
@@ -88,6 +88,11 @@ impl Method for Quilt {
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let method = estimate(sources, channels, output, &self.options());
+        method + self.repairing.bytes(sources, channels, output)
+    }
+
+    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let method = estimate_whole(sources, channels, output, &self.options());
         method + self.repairing.bytes(sources, channels, output)
     }
 

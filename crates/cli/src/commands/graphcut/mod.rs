@@ -6,7 +6,7 @@ mod told;
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Observer, Run};
-use selvedge_graphcut_textures::{Options, Placement, estimate, plan};
+use selvedge_graphcut_textures::{Options, Placement, estimate, estimate_whole, plan};
 
 use self::sources::SourceArgs;
 use crate::blending::Blending;
@@ -107,11 +107,15 @@ impl Method for Graphcut {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        // A bit for each source at each place.
-        let field = if self.sources.have_field() { Bytes::of_samples(output, 8) } else { self.start.bytes(output) };
-        let film = if self.is_filmed() { course::memory(sources, channels, output) } else { Bytes(0) };
         let method = estimate(sources, channels, output, &self.options());
-        method + field + film + self.repairing.bytes(sources, channels, output)
+        method + self.bytes_beside(sources, channels, output)
+    }
+
+    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        // What shows in parts of the output alone is solved at one size.
+        let estimate = if self.sources.have_field() { estimate } else { estimate_whole };
+        let method = estimate(sources, channels, output, &self.options());
+        method + self.bytes_beside(sources, channels, output)
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
@@ -137,6 +141,14 @@ impl Method for Graphcut {
 }
 
 impl Graphcut {
+    /// What is held beside the method's own.
+    fn bytes_beside(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        // A bit for each source at each place.
+        let field = if self.sources.have_field() { Bytes::of_samples(output, 8) } else { self.start.bytes(output) };
+        let film = if self.is_filmed() { course::memory(sources, channels, output) } else { Bytes(0) };
+        field + film + self.repairing.bytes(sources, channels, output)
+    }
+
     fn options(&self) -> Options<2> {
         // What begins with something in it has one.
         let starts = self.sources.have_field() || !self.start.files().is_empty();
