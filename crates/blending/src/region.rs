@@ -46,11 +46,8 @@ pub(crate) fn shown<const D: usize>(map: &SourceMap<D>, window: &Window<D>) -> V
             left = 0;
             let Some((source, from)) = map.table.locate(id) else { continue };
             let domain = map.table.sources()[source].1;
-            let offset = std::array::from_fn(|a| {
-                let offset = at[a] - from[a] as i32;
-                // A source that repeats itself is one patch however often it does.
-                if domain.periodic[a] { offset.rem_euclid(domain.shape[a] as i32) } else { offset }
-            });
+            // A source that repeats itself is one patch however often it does.
+            let offset = domain.wrapped(std::array::from_fn(|a| at[a] - from[a] as i32));
             let patch = Patch { source, offset };
             left = domain.shape[D - 1] - from[D - 1];
             // Neighbours mostly belong to the patch found last.

@@ -95,6 +95,23 @@ impl<const D: usize> Domain<D> {
         Some(to)
     }
 
+    /// The sample of an axis at a place on it: around a periodic axis, else the outermost where the place is beyond.
+    ///
+    /// # Panics
+    /// If the axis has no sample.
+    #[inline]
+    pub fn nearest(&self, axis: usize, place: i64) -> u32 {
+        let side = i64::from(self.shape[axis]);
+        (if self.periodic[axis] { place.rem_euclid(side) } else { place.clamp(0, side - 1) }) as u32
+    }
+
+    /// A place or an offset in the first turn of periodic axes; as it is along open ones.
+    #[inline]
+    pub fn wrapped(&self, place: [i32; D]) -> [i32; D] {
+        let along = |a: usize| if self.periodic[a] { place[a].rem_euclid(self.shape[a] as i32) } else { place[a] };
+        std::array::from_fn(along)
+    }
+
     /// The position one step further along an axis; see [`step`](Self::step).
     #[inline]
     pub fn next(&self, at: [u32; D], axis: usize) -> Option<[u32; D]> {
@@ -113,6 +130,14 @@ impl<const D: usize> Domain<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_beyond_an_axis_are_wrapped_or_its_ends() {
+        let d = Domain { shape: [3, 4], periodic: [false, true] };
+        assert_eq!([-5, 0, 2, 3, 9].map(|p| d.nearest(0, p)), [0, 0, 2, 2, 2]);
+        assert_eq!([-5, -1, 3, 4, 9].map(|p| d.nearest(1, p)), [3, 3, 3, 0, 1]);
+        assert_eq!([[-5, -5], [7, 7]].map(|p| d.wrapped(p)), [[-5, 3], [7, 3]]);
+    }
 
     #[test]
     fn index_and_position_are_inverse() {

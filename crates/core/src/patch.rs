@@ -79,10 +79,7 @@ impl<const D: usize> SourceMap<D> {
         for (i, place) in window.places(self.domain()).enumerate() {
             let Some((source, from)) = place.and_then(|place| self.table.locate(ids[place])) else { continue };
             let (at, domain) = (local.position(i), self.table.sources()[source].1);
-            let offset = std::array::from_fn(|a| {
-                let offset = window.start[a] + at[a] as i32 - from[a] as i32;
-                if domain.periodic[a] { offset.rem_euclid(domain.shape[a] as i32) } else { offset }
-            });
+            let offset = domain.wrapped(std::array::from_fn(|a| window.start[a] + at[a] as i32 - from[a] as i32));
             let patch = Patch { source, offset };
             // Neighbours mostly belong to the patch found last.
             if !found.iter().rev().any(|f| *f == patch) {

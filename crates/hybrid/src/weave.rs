@@ -168,12 +168,9 @@ impl<'a> Weaver<'a> {
         let patches = self.canvas.map.patches(window);
         let go_on = |patch: &Patch<2>| {
             let source = self.exemplars.sources()[patch.source].domain();
-            let at = |a: usize| {
-                let at = i64::from(window.start[a]) - i64::from(patch.offset[a]);
-                if source.periodic[a] { at.rem_euclid(source.shape[a].into()) } else { at }
-            };
+            let at = source.wrapped([0, 1].map(|a| window.start[a] - patch.offset[a])).map(i64::from);
             let number = self.numbers.iter().position(|&s| s == patch.source)?;
-            Some(Successor { source: number, at: [at(0), at(1)] })
+            Some(Successor { source: number, at })
         };
         patches.iter().filter_map(go_on).collect()
     }

@@ -42,10 +42,7 @@ pub(crate) fn finer(x: &Grid<f64, 2>, output: Domain<2>) -> Result<Grid<f64, 2>,
     // A fine sample lies a fourth of a coarse one from the middle of its own, towards a neighbour.
     let beside = |at: [u32; 2], axis: usize| {
         let by = if at[axis].is_multiple_of(2) { -1 } else { 1 };
-        let p = i64::from(at[axis] / 2) + by;
-        let n = i64::from(coarse.shape[axis]);
-        let p = if coarse.periodic[axis] { p.rem_euclid(n) } else { p.clamp(0, n - 1) };
-        [at[axis] / 2, p as u32]
+        [at[axis] / 2, coarse.nearest(axis, i64::from(at[axis] / 2) + by)]
     };
     for c in 0..x.channels() {
         for (to, at) in out.plane_mut(c).iter_mut().zip(output.positions()) {
