@@ -55,15 +55,19 @@ const WRITTEN: u32 = 200;
 const LINED: u32 = 120;
 /// So much of the variance in one direction is no lattice, however it repeats itself: planks.
 const MOSTLY_LINES: u32 = 400;
-/// Differences along the lines of more than that share: signs; of less than this one: lines.
+/// Differences along the lines of more than that share: signs.
 const SIGNS: u32 = 524;
+/// Of less than this one: lines.
 const STRAIGHT: u32 = 286;
 /// From this strength on a lattice is what the texture is made of;
 const REGULAR: u32 = 650;
 /// from this one on patches are better laid by it.
 const ORDERLY: u32 = 400;
+/// Means over a third of the side with more of the variance than this are uneven light.
 const UNEVEN: u32 = 150;
+/// Bodies of more than a tenth of the lesser side, lit unevenly, are a scene: few of them are in it.
 const FEW: u32 = 100;
+/// Where neighbours differ by less than this share of the variance, samples belong to bodies.
 const SMOOTH: u32 = 250;
 
 impl Texture {

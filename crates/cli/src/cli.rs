@@ -27,7 +27,7 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// A larger texture without knobs: several methods make it, and the best is kept.
+    /// A larger texture without knobs: it is made in several ways, and the best is kept.
     #[command(visible_alias = "synth", after_help = SYNTHESIZE)]
     Synthesize(commands::synthesize::Synthesize),
     /// Image quilting: a larger texture from overlapping blocks of exemplars.

@@ -25,9 +25,8 @@ pub(crate) struct StartArgs {
     /// their places.
     #[arg(help_heading = "What is there before", long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     over: Option<PathBuf>,
-    /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the samples
-    /// of
-    /// --start may become better ones, and those of --over are holes to fill.
+    /// Where this picture is white, what --start or --over has there stays to the bit. Where it is black, the
+    /// samples of --start may become better ones, and those of --over are holes to fill.
     #[arg(help_heading = "What is there before", long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
     /// Let patches cut into a band of so many pixels around the holes of --over, for seams that show less.

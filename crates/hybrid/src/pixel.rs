@@ -11,7 +11,7 @@ use crate::thresholds::{Limit, Of};
 
 /// Neighborhoods reach so far on each side: 7 by 7 samples.
 pub(crate) const REACH: i32 = 3;
-/// Candidates continue neighbours up to so far away. Further ones mostly belong to the same patches.
+/// Candidates continue neighbours up to so far away. A guess: further ones mostly belong to the same patches.
 const COHERENT: u32 = 2;
 /// What the difference at a neighbour counts, by the squared distance: near `48 / (1 + d^2)`, so that the eight next
 /// neighbours count about as much as all others together.

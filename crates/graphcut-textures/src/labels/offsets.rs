@@ -148,7 +148,7 @@ pub(super) fn continuing<const D: usize>(
     Ok(labels)
 }
 
-/// Room for smoothing around all offsets.
+/// Room around all offsets: smoothing reaches two further, and a peak has neighbours.
 const MARGIN: u32 = 3;
 
 /// Where patches start that stand whole: half of them near holes, the others from the rest.

@@ -6,7 +6,7 @@ use selvedge_core::{Domain, Error, Flow, Grid, Seed};
 
 /// Waves whose sum is the potential of curl noise: with fewer they show one by one, more average each other away.
 const WAVES: u64 = 12;
-/// Periods of the fastest wave over the shorter side.
+/// Periods of the fastest wave over the shorter side: whirls stay larger than the texture. A guess.
 const FASTEST: u32 = 3;
 /// The part of the shorter side within which sinks and vortices are slower: without it their middles would tear.
 const MIDDLE: f64 = 0.125;

@@ -37,8 +37,7 @@ pub(crate) struct Hybrid {
     /// auto: 75%. Default: auto.
     #[arg(long, value_name = "D|P%|auto", value_parser = error)]
     max_error: Option<choices::Error>,
-    /// Re-synthesise pixels with a larger error, written in the same way; auto: 12%.
-    /// Default: auto.
+    /// Re-synthesise pixels with a larger error, written in the same way; auto: 12%. Default: auto.
     #[arg(long, value_name = "D|P%|auto", value_parser = error)]
     pixel_error: Option<choices::Error>,
     /// Blocks are cut where their error is below this part of --max-error, else re-synthesised: 1 never, 0 always.
@@ -65,8 +64,7 @@ pub(crate) struct Hybrid {
     #[arg(long)]
     circular: bool,
     /// The paper to the letter: --block 32 --max-error 0.04 --pixel-error 0.02, where they are not given, and --search
-    /// exact
-    /// --resynthesize overlap --tolerance 0 --spread 0 --continuation avoid --circular.
+    /// exact --resynthesize overlap --tolerance 0 --spread 0 --continuation avoid --circular.
     #[arg(long)]
     paper: bool,
     #[command(flatten)]

@@ -15,9 +15,10 @@ const LEAST: u32 = 4;
 /// How far a picture is laid over itself, or the width of its border, or its period, along each axis.
 pub(super) type Widths = [u32; 2];
 
-/// Ways after which a lattice closes that are looked through for one of whole samples.
+/// Ways after which a lattice closes that are looked through for one of whole samples: a tile of more would be most of
+/// a picture.
 const OFTEN: u32 = 4;
-/// What they may be off by to be whole, in parts of a sample.
+/// What they may be off by to be whole, in parts of a sample: a seam takes that, and few lattices are nearer. A guess.
 const WHOLE: f64 = 0.15;
 
 impl TileCommand {
