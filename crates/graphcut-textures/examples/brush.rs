@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = Run::seeded(0);
 
     let begun = Instant::now();
-    let mut merge = Merge::new(&exemplars, Domain::open([side; 2]), labels, LabelOptions::default())?;
+    let mut merge = Merge::new(&exemplars, Domain::open([side; 2]), labels, LabelOptions::default(), &run)?;
     // The first picture at the left, the last one at the right.
     let column = |x: u32| (0..side).map(|y| y * side + x).collect();
     merge.update(&StrokeDelta { places: column(0), label: Some(0) }, &run)?;

@@ -6,12 +6,6 @@ use selvedge_core::ErrorKind;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The output has no samples.
-    #[error("an output of shape {shape:?} holds nothing")]
-    EmptyOutput {
-        /// The shape asked for, slowest axis first.
-        shape: Vec<u32>,
-    },
     /// No exemplar holds an error region.
     #[error("no exemplar holds a region of {} (the largest is {largest:?})", sides(region))]
     RegionExceedsExemplar {
@@ -137,9 +131,7 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::EmptyOutput { .. } | Self::NoJumps | Self::Jump { .. } | Self::LevelsOfStart { .. } => {
-                ErrorKind::Option
-            }
+            Self::NoJumps | Self::Jump { .. } | Self::LevelsOfStart { .. } => ErrorKind::Option,
             Self::Cancelled => ErrorKind::Internal,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -151,7 +143,6 @@ impl Error {
     /// What to do about it, in terms of the data.
     pub fn remedy(&self) -> String {
         match self {
-            Self::EmptyOutput { .. } => "give every side at least 1",
             Self::LevelsOfStart { .. } => "use 1 level",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
             Self::OneClip { .. } => "give one clip, neither turned nor mirrored",
@@ -187,7 +178,7 @@ mod tests {
     #[test]
     fn no_error_but_a_wish_to_stop_leaves_a_run_incomplete() {
         let core = selvedge_core::Error::Allocation { bytes: 7 };
-        for error in [Error::Cut(core.clone().into()), Error::Core(core), Error::EmptyOutput { shape: vec![0, 2] }] {
+        for error in [Error::Cut(core.clone().into()), Error::Core(core), Error::NoJumps] {
             assert!(!error.is_cancelled(), "{error}");
         }
     }

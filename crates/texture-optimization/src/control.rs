@@ -1,6 +1,6 @@
 //! What an output has to follow besides looking like the exemplars. `[Kwatra05 4]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guide, SourceMap};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Grid, Guide, SourceMap};
 
 use crate::error::Error;
 use crate::picture;
@@ -28,6 +28,17 @@ pub struct Wanted {
     /// `lambda`: how much each sample's wish counts, where all neighborhoods over it together count about 1; 0 for no
     /// wish.
     pub weight: Grid<f32, 2>,
+}
+
+impl Wanted {
+    /// Refuses a weight that is less than nothing, or no number.
+    ///
+    /// # Errors
+    /// Of the core [`Amount`](CoreError::Amount).
+    pub fn check_lambda(lambda: f64) -> Result<(), Error> {
+        let is_weight = lambda.is_finite() && 0.0 <= lambda;
+        if is_weight { Ok(()) } else { Err(CoreError::amount("a lambda", lambda, "0 (no wish) or more").into()) }
+    }
 }
 
 /// A guide that is followed: further channels of the exemplars, which in the output are known. `[Kwatra05 6]`
@@ -123,9 +134,7 @@ impl Wishes {
         let (output, channels) = (self.colors.domain(), self.texture);
         check("picture that is wanted", features, output, channels)?;
         check("weights of what is wanted", weight, output, 1)?;
-        if let Some(&lambda) = weight.samples().iter().find(|v| !(v.is_finite() && 0.0 <= **v)) {
-            return Err(Error::Lambda { lambda });
-        }
+        weight.samples().iter().try_for_each(|&lambda| Wanted::check_lambda(lambda.into()))?;
         for c in 0..channels {
             self.colors.plane_mut(c).iter_mut().zip(features.plane(c)).for_each(|(v, &color)| *v = color.into());
             self.weights.plane_mut(c).iter_mut().zip(weight.samples()).for_each(|(v, &lambda)| *v = lambda.into());

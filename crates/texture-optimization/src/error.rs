@@ -22,12 +22,6 @@ pub enum Error {
     /// Levels that do not lead to the full resolution.
     #[error("the schedule does not go from coarse to fine and end at full resolution")]
     Schedule,
-    /// A wish that weighs less than nothing, or no number.
-    #[error("a wish with a lambda of {lambda} is out of range")]
-    Lambda {
-        /// The weight asked for.
-        lambda: f32,
-    },
     /// A constraint of another shape than the output.
     #[error("the {what} is {found:?}, and {expected:?} is needed")]
     Control {
@@ -107,12 +101,9 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Size { .. }
-            | Self::Scale { .. }
-            | Self::Schedule
-            | Self::Lambda { .. }
-            | Self::NothingFixed
-            | Self::Iterations => ErrorKind::Option,
+            Self::Size { .. } | Self::Scale { .. } | Self::Schedule | Self::NothingFixed | Self::Iterations => {
+                ErrorKind::Option
+            }
             Self::NothingFits { .. }
             | Self::Masked { .. }
             | Self::Control { .. }
@@ -132,7 +123,6 @@ impl Error {
             Self::Size { .. } => "use a multiple of 4 from 4 to 256".into(),
             Self::Scale { .. } => "use 1, 2, 4, 8, 16, 32 or 64".into(),
             Self::Schedule => "let no level be coarser than the one before, and the last have a scale of 1".into(),
-            Self::Lambda { .. } => "use 0 (no wish) or more".into(),
             Self::Control { .. } => "give one of the output's size".into(),
             Self::NothingFixed => "start from a map".into(),
             Self::Iterations => "use at least 1".into(),

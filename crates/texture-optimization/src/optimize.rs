@@ -62,7 +62,7 @@ impl<'e> Plan<'e> {
     ///
     /// # Errors
     /// [`Error::ForeignMap`], [`Error::MapShape`], [`Error::Holes`], [`Error::Masked`], constraints of another shape
-    /// than the output ([`Error::Control`]) or out of range ([`Error::Lambda`], [`Error::NothingFixed`]), a guide of
+    /// than the output ([`Error::Control`]) or out of range (the core's `Amount`, [`Error::NothingFixed`]), a guide of
     /// other exemplars or with a weight that is no number from 0 on (the core's), control that is over the run's
     /// memory, or no memory.
     pub fn weave(

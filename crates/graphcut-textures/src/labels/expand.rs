@@ -1,6 +1,6 @@
 //! Labels decided by expansions.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::labels::label::Label;
@@ -43,7 +43,7 @@ pub fn expand<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
     if start.map.domain().is_empty() {
-        return Err(Error::EmptyOutput { shape: start.map.domain().shape.to_vec() });
+        return Err(CoreError::EmptyOutput { shape: start.map.domain().shape.to_vec() }.into());
     }
     options.validate(labels, exemplars.sources().len(), start.map.domain())?;
     start.check(exemplars)?;

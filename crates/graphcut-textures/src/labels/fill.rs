@@ -117,7 +117,7 @@ pub fn fill<const D: usize>(
 ) -> Result<Woven<SourceMap<D>, FillStats>, Error> {
     let output = start.map.domain();
     if output.is_empty() {
-        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+        return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
     }
     start.check(exemplars)?;
     options.offsets.validate()?;
@@ -335,10 +335,7 @@ fn shown<const D: usize>(map: &SourceMap<D>, standing: &SourceMap<D>) -> Result<
     for (i, id) in map.ids.plane(0).iter().enumerate().filter(|(i, _)| !standing.ids.plane(0)[*i].is_assigned()) {
         let Some((source, from)) = map.table.locate(*id) else { continue };
         let at = domain.position(i);
-        let offset = std::array::from_fn(|a| {
-            let offset = at[a] as i32 - from[a] as i32;
-            if domain.periodic[a] { offset.rem_euclid(domain.shape[a] as i32) } else { offset }
-        });
+        let offset = domain.wrapped(std::array::from_fn(|a| at[a] as i32 - from[a] as i32));
         all.push(Label { source, offset });
     }
     all.sort_unstable();

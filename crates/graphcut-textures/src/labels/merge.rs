@@ -1,9 +1,12 @@
 //! A merge under a brush: strokes say what must show, and each is answered from where the last one ended.
 //! `[Kwatra03 6B]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap, Start, Window, reserve, try_vec};
+use selvedge_core::{
+    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap, Start, Window, reserve, try_vec,
+};
 
 use crate::error::Error;
+use crate::labels::expand::estimate_labels;
 use crate::labels::label::Label;
 use crate::labels::options::LabelOptions;
 use crate::labels::prices::NONE;
@@ -20,7 +23,8 @@ pub struct StrokeDelta {
     pub label: Option<usize>,
 }
 
-/// Samples that a preview looks at around a stroke, at least.
+/// Samples that a preview looks at around a stroke, at least: a brush of one sample has room for a seam to turn. A
+/// guess.
 const AROUND: u32 = 32;
 
 /// Labels that are decided again and again while strokes come and go.
@@ -41,8 +45,8 @@ const AROUND: u32 = 32;
 /// let (a, b) = (a?, b?);
 /// let exemplars = Exemplars::of(&[std::slice::from_ref(&a), std::slice::from_ref(&b)])?;
 /// let labels = vec![Label { source: 0, offset: [0, 0] }, Label { source: 1, offset: [0, 0] }];
-/// let mut merge = Merge::new(&exemplars, Domain::open([1, 12]), labels, LabelOptions::default())?;
 /// let run = Run::seeded(0);
+/// let mut merge = Merge::new(&exemplars, Domain::open([1, 12]), labels, LabelOptions::default(), &run)?;
 /// merge.solve(&run)?;
 /// merge.update(&StrokeDelta { places: vec![0, 1], label: Some(0) }, &run)?;
 /// merge.update(&StrokeDelta { places: vec![11], label: Some(1) }, &run)?;
@@ -88,11 +92,14 @@ impl<'e, const D: usize> Merge<'e, D> {
         output: Domain<D>,
         labels: Vec<Label<D>>,
         options: LabelOptions<D>,
+        run: &Run<'_, D>,
     ) -> Result<Self, Error> {
         if output.is_empty() {
-            return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+            return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
         }
         options.validate(&labels, exemplars.sources().len(), output)?;
+        let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+        run.limits.admit(output, estimate_labels(&domains, exemplars.channels(), output))?;
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let map = SourceMap::unassigned(exemplars, output)?;
         let (standing, strokes) = (try_vec(output.len(), NONE)?, try_vec(output.len(), NONE)?);

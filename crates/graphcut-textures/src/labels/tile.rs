@@ -13,9 +13,10 @@ use crate::labels::options::{LabelOptions, LabelStats};
 /// cheaper and cheaper beyond, and tiles small.
 const LEAST: u32 = 16;
 const MOST: u32 = 3;
-/// Those whose samples agree best are cut, and a fourth of the side: how well seams run is not seen before.
+/// Those whose samples agree best are cut, and a fourth of the side: how well seams run is not seen before. A guess:
+/// each takes a cut.
 const TRIED: usize = 6;
-/// Places along each axis at which one period of a picture is cut out.
+/// Places along each axis at which one period of a picture is cut out: both ends and the middle.
 const PLACES: u32 = 3;
 
 /// A picture closed over itself: it is laid beside itself so that `overlap` samples lie over each other along each axis
@@ -105,7 +106,7 @@ pub fn close_period<const D: usize>(
             }
         }
     }
-    best.ok_or(Error::EmptyOutput { shape: side.to_vec() })
+    best.ok_or_else(|| CoreError::EmptyOutput { shape: side.to_vec() }.into())
 }
 
 /// Refuses overlaps over which a picture of a shape cannot be [closed](close).

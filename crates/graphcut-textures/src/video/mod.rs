@@ -50,7 +50,7 @@ pub use ends::Ends;
 pub use jumps::{Jump, JumpOptions};
 pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;
-pub use still::hold_still;
+pub use still::{estimate_still, hold_still};
 pub use surface::Surface;
 
 use selvedge_core::{Exemplars, Source};

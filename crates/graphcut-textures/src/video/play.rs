@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, reserve};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SourceMap, reserve};
 
 use super::looping::Loop;
 use super::the_clip;
@@ -16,7 +16,7 @@ use crate::error::Error;
 /// took turns would come again as one longer loop does.
 ///
 /// # Errors
-/// [`Error::NoJumps`], [`Error::EmptyOutput`], [`Error::Surface`] for a loop of another clip, [`Error::OneClip`],
+/// [`Error::NoJumps`], [`Error::Surface`] for a loop of another clip, [`Error::OneClip`],
 /// [`Error::Frames`], and what [`Limits::admit`](selvedge_core::Limits::admit) refuses.
 ///
 /// # Determinism
@@ -29,7 +29,7 @@ pub fn walk(exemplars: &Exemplars<3>, loops: &[Loop], frames: u32, run: &Run<'_,
         return Err(Error::NoJumps);
     }
     if frames == 0 {
-        return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+        return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
     }
     loops.iter().try_for_each(|looped| looped.surface.check(&looped.jump, clip))?;
     run.limits.admit(output, Bytes::of_samples(output, size_of::<SampleId>() as u64))?;

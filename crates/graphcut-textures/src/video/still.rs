@@ -1,10 +1,19 @@
 //! Parts of a clip that stand still.
 
-use selvedge_core::{Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Window};
+use selvedge_core::{
+    Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Window,
+};
 use selvedge_expansion::{Frame, Holes, Pin, Scratch, expand};
 
 use super::the_clip;
 use crate::error::Error;
+
+/// An upper bound of the bytes that [`hold_still`] holds besides the clip's features and the map: two maps, prices of
+/// seams over a clip that the map shows at least once, and a move over all of the map.
+pub fn estimate_still(channels: usize, map: Domain<3>) -> Bytes {
+    let two = Bytes::of_samples(map, 8);
+    two + SeamCosts::<3>::bytes(Bytes::of_samples(map, 1), channels) + selvedge_expansion::estimate(map.shape)
+}
 
 /// Shows one frame of the clip for good where `mask` is true, and around it where that makes seams cheaper: the cut
 /// finds where stillness ends. All else stays as the map has it. The map's frames have the clip's size.
@@ -41,6 +50,7 @@ pub fn hold_still(
             return Err(CoreError::StartShape { what, expected: vec![height, width], found: found.into() }.into());
         }
     }
+    run.limits.admit(map.domain(), estimate_still(exemplars.channels(), map.domain()))?;
     let still = |place: usize| SampleId::new(frame * pixels + place as u32 % pixels);
     let pinned = |place: usize| mask.plane(0)[place % pixels as usize];
     let costs = SeamCosts::new(exemplars, seam)?;

@@ -254,7 +254,7 @@ fn wrong_input_is_an_error_with_its_numbers() {
     let region = fails(output, &Options { region: Some([17; 2]), ..options });
     assert_eq!(region, Error::RegionExceedsExemplar { region: vec![17; 2], largest: vec![16, 20] });
     assert_eq!(region.kind(), ErrorKind::Input);
-    assert!(matches!(fails(Domain::open([0, 5]), &options), Error::EmptyOutput { .. }));
+    assert!(matches!(fails(Domain::open([0, 5]), &options), Error::Core(selvedge_core::Error::EmptyOutput { .. })));
     for wrong in [
         Options { randomness: f64::NAN, ..options },
         Options { randomness: -1.0, ..options },

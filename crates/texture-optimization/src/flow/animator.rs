@@ -5,7 +5,7 @@ use selvedge_core::{Bytes, Domain, Exemplars, Flow, Grid, Run, SourceMap, Woven}
 use super::carry::Carried;
 use super::closing::Closing;
 use super::origins::{Direction, Origin, origins};
-use crate::control;
+use crate::control::{self, Wanted};
 use crate::error::Error;
 use crate::level::Level;
 use crate::optimize::Plan;
@@ -39,6 +39,17 @@ impl Default for Animation {
     }
 }
 
+impl Animation {
+    /// Checks what can be checked without an exemplar.
+    ///
+    /// # Errors
+    /// Those of [`Options::validate`], and of the core [`Amount`](selvedge_core::Error::Amount).
+    pub fn validate(&self) -> Result<(), Error> {
+        self.frame.validate()?;
+        Wanted::check_lambda(self.lambda)
+    }
+}
+
 /// Counts of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameStats {
@@ -69,16 +80,18 @@ impl<'e> Animator<'e> {
     /// Begins with a frame that is there, a map of the same exemplars.
     ///
     /// # Errors
-    /// Those of [`Plan::new`] with the options of frames, [`Error::Lambda`], [`Error::ForeignMap`], [`Error::Holes`].
+    /// Those of [`Animation::validate`] and [`Plan::new`], one over the run's limits (its [`animation_estimate`]
+    /// counts), [`Error::ForeignMap`], [`Error::Holes`].
     pub fn new(
         exemplars: &'e Exemplars<2>,
         first: SourceMap<2>,
         options: &Animation,
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
-        if !(options.lambda.is_finite() && 0.0 <= options.lambda) {
-            return Err(Error::Lambda { lambda: options.lambda as f32 });
-        }
+        options.validate()?;
+        let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+        let needed = animation_estimate(&domains, exemplars.channels(), first.domain(), options);
+        run.limits.admit(first.domain(), needed)?;
         let mut options = options.clone();
         options.frame.finish = Finish::Coherent;
         let plan = Plan::new(exemplars, first.domain(), &options.frame, run)?;

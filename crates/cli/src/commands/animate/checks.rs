@@ -21,12 +21,9 @@ impl Animate {
     pub(super) fn options(&self) -> Result<Animation, Failure> {
         let default = Animation::default();
         let frame = Options { schedule: self.schedule.0.clone(), iterations: self.iterations, ..default.frame };
-        frame.validate()?;
-        if !(self.lambda.is_finite() && 0.0 <= self.lambda) {
-            let what = format!("a lambda of {} is out of range", self.lambda);
-            return Err(Failure::new(2, what).remedy("use 0 (no wish) or more"));
-        }
-        Ok(Animation { frame, lambda: self.lambda, ..default })
+        let options = Animation { frame, lambda: self.lambda, ..default };
+        options.validate()?;
+        Ok(options)
     }
 
     /// How many frames there are: those of vectors, and the first one, which comes again where the last flow leads to

@@ -91,11 +91,7 @@ impl ControlArgs {
             let failure = Failure::new(2, "--lambda says how much what is wanted counts, and nothing is");
             return Err(failure.remedy("leave it out, or give --want PICTURE"));
         }
-        if !(self.lambda.is_finite() && 0.0 <= self.lambda) {
-            let what = format!("a lambda of {} is out of range", self.lambda);
-            return Err(Failure::new(2, what).remedy("use 0 (no wish) or more"));
-        }
-        Ok(())
+        Ok(Wanted::check_lambda(self.lambda)?)
     }
 
     /// Reads them.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, Role, SeamMeasure, SourceMap};
-use selvedge_graphcut_textures::video::hold_still;
+use selvedge_graphcut_textures::video::{estimate_still, hold_still};
 use selvedge_io::MaskChannel;
 
 use crate::args::NonFiniteArg;
@@ -55,8 +55,8 @@ impl StillArgs {
     }
 
     /// Bytes beside those of the map.
-    pub(super) fn bytes(&self, output: Bytes) -> Bytes {
-        if self.fixed.is_some() { output * 120 } else { Bytes(0) }
+    pub(super) fn bytes(&self, channels: usize, output: Domain<3>) -> Bytes {
+        if self.fixed.is_some() { estimate_still(channels, output) } else { Bytes(0) }
     }
 
     /// Reads the mask.

@@ -39,7 +39,9 @@ fn stroke(rng: &mut Rng, merge: &Merge<'_, 2>) -> StrokeDelta {
 
 /// The same strokes in a merge made anew.
 fn anew<'e>(merge: &Merge<'e, 2>, run: &Run<'_, 2>) -> Merge<'e, 2> {
-    let mut new = Merge::new(merge.exemplars, merge.domain(), merge.labels.clone(), merge.options.clone()).unwrap();
+    let mut new =
+        Merge::new(merge.exemplars, merge.domain(), merge.labels.clone(), merge.options.clone(), &Run::seeded(0))
+            .unwrap();
     new.strokes.clone_from(&merge.strokes);
     if new.two.is_none() {
         for place in 0..new.strokes.len() {
@@ -66,7 +68,7 @@ fn two_labels_are_cut_as_if_made_anew_whatever_came_before() {
         let seam = if case % 2 == 0 { SeamMeasure::Difference } else { SeamMeasure::Gradient };
         let options = LabelOptions { seam, own, ..LabelOptions::default() };
         let run = Run::seeded(0);
-        let mut merge = Merge::new(&e, Domain::open(shape), labels(2), options).unwrap();
+        let mut merge = Merge::new(&e, Domain::open(shape), labels(2), options, &Run::seeded(0)).unwrap();
         assert!(merge.two.is_some() && merge.solve(&run).unwrap());
         let mut before = vec![merge.map.clone()];
         for _ in 0..6 {
@@ -101,7 +103,7 @@ fn two_labels_are_those_of_expansions() {
         let bits = (0..shape[0] * shape[1]).map(|_| [1, 2, 3, 3, 3][rng.below(5) as usize]).collect();
         let only = Some(Grid::from_vec(Domain::open(shape), 1, bits).unwrap());
         let options = LabelOptions { only, seam: SeamMeasure::Difference, ..LabelOptions::default() };
-        let mut merge = Merge::new(&e, Domain::open(shape), labels(2), options.clone()).unwrap();
+        let mut merge = Merge::new(&e, Domain::open(shape), labels(2), options.clone(), &Run::seeded(0)).unwrap();
         merge.solve(&Run::seeded(0)).unwrap();
         let start = Start { map: SourceMap::unassigned(&e, Domain::open(shape)).unwrap(), fixed: None, sources: None };
         let woven = expand(&e, start, &labels(2), &options, &Run::seeded(0)).unwrap();
@@ -123,7 +125,7 @@ fn more_labels_never_cost_more_than_the_stroke_laid_over_them() {
             Grid::from_vec(Domain::open(shape), 3, prices).unwrap()
         });
         let options = LabelOptions { own, ..LabelOptions::default() };
-        let mut merge = Merge::new(&e, Domain::open(shape), labels(3), options).unwrap();
+        let mut merge = Merge::new(&e, Domain::open(shape), labels(3), options, &Run::seeded(0)).unwrap();
         let run = Run::seeded(0);
         assert!(merge.solve(&run).unwrap());
         let mut before = vec![merge.map.clone()];
@@ -157,7 +159,8 @@ fn previews_change_nothing_and_show_the_stroke() {
     for count in [2, 3] {
         let e = pictures(&mut rng, [60, 70], count, false);
         let run = Run::seeded(0);
-        let mut merge = Merge::new(&e, Domain::open([60, 70]), labels(count), LabelOptions::default()).unwrap();
+        let mut merge =
+            Merge::new(&e, Domain::open([60, 70]), labels(count), LabelOptions::default(), &Run::seeded(0)).unwrap();
         merge.solve(&run).unwrap();
         let (map, price) = (merge.map.clone(), merge.price());
         let stroke = StrokeDelta { places: (0..5).map(|x| 70 * 30 + 40 + x).collect(), label: Some(1) };
@@ -184,7 +187,8 @@ fn wrong_strokes_change_nothing_and_cancelled_ones_are_gone_on_with() {
     let run = Run::seeded(0);
     for count in [2, 3] {
         let e = pictures(&mut Seed(9).rng(), [20, 30], count, false);
-        let mut merge = Merge::new(&e, Domain::open([20, 30]), labels(count), LabelOptions::default()).unwrap();
+        let mut merge =
+            Merge::new(&e, Domain::open([20, 30]), labels(count), LabelOptions::default(), &Run::seeded(0)).unwrap();
         merge.solve(&run).unwrap();
         for (place, label) in [(600, Some(0)), (600, None), (3, Some(count))] {
             let places = if label == Some(count) { vec![place] } else { vec![0, place] };
