@@ -88,10 +88,9 @@ fn enlarged(low: &Grid<u8, 2>, ratio: u32) -> Result<Grid<u8, 2>, Error> {
 /// half a sample of the output.
 fn between(from: Domain<2>, ratio: u32, p: u32, axis: usize) -> ([u32; 2], u64) {
     let twice = i64::from(2 * p + 1) - i64::from(ratio);
-    let (span, side) = (2 * i64::from(ratio), i64::from(from.shape[axis]));
-    let place = |i: i64| if from.periodic[axis] { i.rem_euclid(side) } else { i.clamp(0, side - 1) } as u32;
+    let span = 2 * i64::from(ratio);
     let first = twice.div_euclid(span);
-    ([place(first), place(first + 1)], twice.rem_euclid(span) as u64)
+    ([first, first + 1].map(|place| from.nearest(axis, place)), twice.rem_euclid(span) as u64)
 }
 
 /// Adds to a picture what its means over squares of the ratio's side still lack of one of low resolution: light and
