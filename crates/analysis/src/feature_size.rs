@@ -3,8 +3,8 @@
 use selvedge_core::{Exemplars, Grid};
 use selvedge_fft_ssd::Error;
 
-use crate::memory::{CLOSELY, ROUGHLY};
 use crate::periods::{Period, Strengths, middle};
+use crate::reach::{CLOSELY, ROUGHLY};
 
 /// A period counts from this strength on (of 1000): weaker ones are chance resemblances of a few large features.
 const STRONG: u32 = 300;

@@ -1,10 +1,12 @@
 //! Two translations that a texture is made of.
 
+use selvedge_core::Domain;
 use selvedge_fft_ssd::Error;
 
 use crate::memory::collected;
-use crate::periods::{Reach, Strengths};
+use crate::periods::Strengths;
 use crate::picture::Picture;
+use crate::reach::Reach;
 
 /// From this share of a picture on an overlap counts in full; resemblance over less of it may be chance.
 const FULL: u64 = 300;
@@ -123,8 +125,8 @@ impl Lattice {
     }
 
     /// How far translations reach that [`of`](Self::of) looks at.
-    pub(crate) fn reach(picture: &Picture) -> Reach<2> {
-        Reach { most: picture.shape().map(|n| n * 4 / 5), one_in: 7 }
+    pub(crate) fn reach(cells: Domain<2>) -> Reach<2> {
+        Reach { most: cells.shape.map(|n| n * 4 / 5), one_in: 7 }
     }
 }
 

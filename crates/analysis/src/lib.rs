@@ -11,18 +11,20 @@
 //! `rayon` (default): searches are split over the caller's pool; the result is the same without it.
 #![forbid(unsafe_code)]
 
+mod estimate;
 mod feature_size;
 mod lattice;
 mod lines;
 mod memory;
 mod periods;
 mod picture;
+mod reach;
 mod texture;
 
+pub use estimate::{estimate, estimate_size};
 pub use feature_size::{feature_size, feature_size_of};
 pub use lattice::Lattice;
 pub use lines::Lines;
-pub use memory::{estimate, estimate_size};
 pub use periods::{Period, periods};
 /// What an analysis can fail with is what its searches can.
 pub use selvedge_fft_ssd::Error;

@@ -1,9 +1,10 @@
 //! Translations under which an exemplar resembles itself: its periods.
 
 use selvedge_core::{Domain, Grid, try_vec};
-use selvedge_fft_ssd::{Costs, Error, Options, Scratch, SsdSearcher, Template};
+use selvedge_fft_ssd::{Costs, Error, Scratch, SsdSearcher, Template};
 
-use crate::memory::{SAMPLES, collected};
+use crate::memory::collected;
+use crate::reach::{Reach, SAMPLES, asked_once, shape_of_middle};
 
 /// A translation under which an exemplar resembles itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,22 +35,6 @@ pub fn periods<const D: usize>(
     strengths.map_or_else(|| Ok(Vec::new()), |s| s.periods())
 }
 
-/// How far a grid is moved over itself.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach<const D: usize> {
-    /// The most along each axis, to both sides.
-    pub(crate) most: [u32; D],
-    /// One in so many samples must overlap: few resemble each other by chance.
-    pub(crate) one_in: usize,
-}
-
-impl<const D: usize> Reach<D> {
-    /// Half of all sides.
-    pub(crate) fn half(domain: Domain<D>) -> Self {
-        Self { most: domain.shape.map(|n| n / 2), one_in: 8 }
-    }
-}
-
 /// The sums of squared differences of a grid and itself, where it is valid, at
 /// one of each pair of opposite translations within `reach`.
 fn differences<const D: usize>(
@@ -58,11 +43,11 @@ fn differences<const D: usize>(
     weights: &[u8],
     reach: Reach<D>,
 ) -> Result<Costs<D>, Error> {
-    let searcher = SsdSearcher::of_grid(features, valid, weights, Options::default())?;
+    let options = asked_once(features.domain(), weights, valid.is_some(), reach)?;
+    let searcher = SsdSearcher::of_grid(features, valid, weights, options)?;
     let template = valid.map_or(Template::of(features), |v| Template::of(features).masked(v.samples()));
     let samples = valid.map_or(features.domain().len(), |v| v.samples().iter().filter(|&&v| v).count());
-    let (mut first, mut count) = (reach.most.map(|r| -(r as i32)), reach.most.map(|r| 2 * r + 1));
-    (first[0], count[0]) = (0, reach.most[0] + 1);
+    let (first, count) = reach.positions();
     let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
     searcher.search_box(&template, first, count, (samples / reach.one_in) as u64, &mut scratch, &mut costs)?;
     Ok(costs)
@@ -171,11 +156,7 @@ fn rank<const D: usize>(found: &mut [Period<D>]) {
 
 /// The middle of a grid, its longest side halved until it has at most so many samples.
 pub(crate) fn middle<T: Copy + Default, const D: usize>(grid: &Grid<T, D>, most: usize) -> Result<Grid<T, D>, Error> {
-    let mut shape = grid.domain().shape;
-    while most < Domain::open(shape).len() {
-        let longest = (0..D).max_by_key(|&a| shape[a]).unwrap_or(0);
-        shape[longest] = shape[longest].div_ceil(2);
-    }
+    let shape = shape_of_middle(grid.domain().shape, most);
     let (from, to) = (grid.domain(), Domain::open(shape));
     let first: [u32; D] = std::array::from_fn(|a| (from.shape[a] - shape[a]) / 2);
     let mut samples = try_vec(to.len() * grid.channels(), T::default())?;

@@ -20,15 +20,24 @@ pub(crate) struct Picture {
     pub(crate) known: Grid<bool, 2>,
 }
 
+/// The last two axes.
+pub(crate) fn frame<const D: usize>(domain: Domain<D>) -> Domain<2> {
+    Domain::open([if D < 2 { 1 } else { domain.shape[D - 2] }, domain.shape[D - 1]])
+}
+
+/// The side of the cells of a frame, and how many there are.
+pub(crate) fn cells(frame: Domain<2>) -> (u32, Domain<2>) {
+    let [height, width] = frame.shape;
+    let side = height.max(width).div_ceil(SIDE).max(1);
+    (side, Domain::open(frame.shape.map(|n| n.div_ceil(side))))
+}
+
 impl Picture {
     /// Of the last two axes, in the middle of the others.
     pub(crate) fn of<const D: usize>(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>) -> Result<Self, Error> {
-        let shape = features.domain().shape;
-        let plane = [if D < 2 { 1 } else { shape[D - 2] }, shape[D - 1]];
-        let side = plane[0].max(plane[1]).div_ceil(SIDE).max(1);
-        let fine = Domain::open(plane);
+        let fine = frame(features.domain());
         let first = features.domain().len() / fine.len().max(1) / 2 * fine.len();
-        let cells = Domain::open(plane.map(|n| n.div_ceil(side)));
+        let (side, cells) = cells(fine);
         let mut sums = try_vec(cells.len() * features.channels(), 0_i64)?;
         let mut counts = try_vec(cells.len(), 0_i64)?;
         for (i, at) in fine.positions().enumerate().filter(|&(i, _)| valid.is_none_or(|v| v.samples()[first + i])) {
@@ -43,9 +52,14 @@ impl Picture {
         Ok(Self { side, means, known: Grid::from_vec(cells, 1, collected(counts.iter().map(|&n| n != 0))?)? })
     }
 
+    /// All cells.
+    pub(crate) fn domain(&self) -> Domain<2> {
+        self.known.domain()
+    }
+
     /// Height and width in cells.
     pub(crate) fn shape(&self) -> [u32; 2] {
-        self.known.domain().shape
+        self.domain().shape
     }
 
     /// The shade: means over boxes that reach `radius` cells to each side, taken twice.

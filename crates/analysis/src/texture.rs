@@ -92,7 +92,8 @@ impl Texture {
         let even = picture.without(&low)?;
         let fine = picture.without(&picture.shade((lesser / 16).max(2))?)?;
         let lines = Lines::of(&fine, weights);
-        let strengths = Strengths::within(&even.features()?, Some(&even.known), weights, Lattice::reach(&even))?;
+        let strengths =
+            Strengths::within(&even.features()?, Some(&even.known), weights, Lattice::reach(even.domain()))?;
         let lattice = strengths.as_ref().map(|s| Lattice::of(s, &even)).transpose()?.flatten();
         // Shade draws likeness towards the short ways: where cells are samples, what was found without it is as fine.
         let lattice = lattice.map(|l| match &whole {

@@ -32,6 +32,18 @@ pub struct Sizes<'a, const D: usize> {
     pub noisy_masks: bool,
 }
 
+/// What searches of some sizes hold beside the features and the template, by who owns it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Held {
+    /// Tables and copies of the sources, which the searcher keeps, whatever the template.
+    pub tables: Bytes,
+    /// Spectra of the sources, which it keeps as far as [`Options::cache`] goes; templates of other shapes may have
+    /// others.
+    pub spectra: Bytes,
+    /// Scratch and costs: of each search that runs beside others.
+    pub working: Bytes,
+}
+
 /// Bytes that a searcher, its scratch and its costs hold during and after searches of these sizes, beside the features
 /// and the template: at least what they do hold, and at most half as much again where that is more than some MiB.
 /// Candidates within a tolerance come on top, 16 bytes each; and, where heavy weights and strong contrasts make a large
@@ -40,18 +52,52 @@ pub struct Sizes<'a, const D: usize> {
 /// # Errors
 /// [`Error::TooLarge`] if the positions cannot be addressed.
 pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<Bytes, Error> {
+    let Held { tables, spectra, working } = held(sizes, placement, options)?;
+    Ok(tables + spectra + working)
+}
+
+/// The same by owners, for runs with several searches at once, or of several templates.
+///
+/// # Errors
+/// Those of [`estimate`].
+pub fn held<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<Held, Error> {
+    let template: Shape = lift(sizes.template.map(|n| n as usize), 1);
+    let range = |shape: Shape, periodic: [bool; 3]| Range::new(placement.positions, shape, periodic, template);
+    held_at(sizes, &range, placement.cover, options)
+}
+
+/// The same of [`search_box`](crate::SsdSearcher::search_box), at the positions of a box.
+///
+/// # Errors
+/// Those of [`estimate`].
+pub fn held_in_box<const D: usize>(
+    sizes: &Sizes<'_, D>,
+    first: [i32; D],
+    count: [u32; D],
+    options: &Options,
+) -> Result<Held, Error> {
+    let (first, count) = (lift(first, 0).map(|n| n as isize), lift(count, 1).map(|n| n as usize));
+    held_at(sizes, &|_, _| Range { first, count, wraps: [false; 3] }, Cover::AtLeast(1), options)
+}
+
+fn held_at<const D: usize>(
+    sizes: &Sizes<'_, D>,
+    range: &dyn Fn(Shape, [bool; 3]) -> Range,
+    cover: Cover,
+    options: &Options,
+) -> Result<Held, Error> {
     let template: Shape = lift(sizes.template.map(|n| n as usize), 1);
     let samples = sizes.samples;
     let weight: u64 = sizes.weights.iter().map(|&w| u64::from(w)).sum();
     let wide = u128::from(u32::MAX) <= u128::from(samples) * u128::from(weight) * 65_025;
-    let counted = matches!(placement.cover, Cover::AtLeast(_));
+    let counted = matches!(cover, Cover::AtLeast(_));
     let of_position = if wide { 8 } else { 4 } + if counted { 4 } else { 0 };
-    let (mut costs, mut kept, mut working) = (0_u64, 0_u64, 0_u64);
+    let (mut costs, mut all) = (0_u64, Held::default());
     for (number, domain) in sizes.sources.iter().enumerate() {
         let shape = lift(domain.shape.map(|n| n as usize), 1);
         let valid: Option<&[bool]> = sizes.holes.then_some(&[]);
         let source = SourceView { shape, periodic: lift(domain.periodic, false), features: &[], valid };
-        let range = Range::new(placement.positions, shape, source.periodic, template);
+        let range = range(shape, source.periodic);
         let positions = range.checked_len().ok_or(Error::TooLarge { positions: u64::MAX })?;
         if positions == 0 {
             continue;
@@ -67,23 +113,25 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
             prepared: &prepared,
             template: &template,
             range,
-            cover: placement.cover,
+            cover,
             kernel,
             cache: &cache,
             budget: options.cache,
         };
-        let (of_source, of_search) = of_job(&job, sizes.noisy_masks, if wide { 8 } else { 4 }, options);
-        kept += of_source;
-        working = working.max(of_search);
+        let of_source = of_job(&job, sizes.noisy_masks, if wide { 8 } else { 4 }, options);
+        all.tables += of_source.tables;
+        all.spectra += of_source.spectra;
+        all.working = all.working.max(of_source.working);
     }
-    // What is kept is dropped beyond the budget, but never what the running search needs.
-    let all = costs + working + kept;
-    // Allocators round up, and small buffers are not listed.
-    Ok(Bytes(all) + Bytes(all / 16))
+    all.working += Bytes(costs);
+    // Allocators round up, and small buffers are not listed. What is kept is dropped beyond the budget, but never what
+    // the running search needs.
+    let rounded = |bytes: Bytes| bytes + Bytes(bytes.0 / 16);
+    Ok(Held { tables: rounded(all.tables), spectra: rounded(all.spectra), working: rounded(all.working) })
 }
 
-/// Bytes kept for a source, and bytes that a search of it works in.
-fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> (u64, u64) {
+/// What is kept for a source, and what a search of it works in but for its costs.
+fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> Held {
     let extension = &job.prepared.extension;
     let (shape, channels) = (extension.shape, job.weights.len());
     let table = Table::<u32>::shape(shape).iter().map(|&n| n as u64).product::<u64>();
@@ -93,12 +141,13 @@ fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> (u64, u6
     if crate::searcher::prefers_fft(job, options.engine) {
         let (kept, working) = fft::bytes(job, noisy, par::threads());
         let table = if noisy { 0 } else { width * table };
-        (kept + table + valid, working)
+        Held { tables: Bytes(table + valid), spectra: Bytes(kept), working: Bytes(working) }
     } else {
         let words = Packed::len(extension.len(), shape[2], channels, job.kernel.lanes());
         let taps = job.template.len() * channels * 40;
         let looked_at = if varies && !is_box { extension.len() } else { 0 };
-        (4 * words as u64 + width * table + valid, (taps + looked_at) as u64)
+        let tables = 4 * words as u64 + width * table + valid;
+        Held { tables: Bytes(tables), spectra: Bytes(0), working: Bytes((taps + looked_at) as u64) }
     }
 }
 
