@@ -72,11 +72,37 @@ fn take_names(steps: &impl Steps, staged: &[StagedFile<'_>], made: &mut Vec<Path
     for one in staged {
         one.still_free().map_err(|e| one.problem(e))?;
     }
+    let mut taken: Vec<(&StagedFile<'_>, Before)> = Vec::new();
     for one in staged {
-        one.take_name(steps).map_err(|e| one.problem(e))?;
-        FINISHED.store(true, Ordering::Relaxed);
+        // Of one file there is nothing that could be taken back.
+        let before = if staged.len() == 1 { Before::Lost } else { one.before(steps) };
+        if let Err(e) = one.take_name(steps) {
+            before.forget();
+            taken.into_iter().rev().for_each(|(one, before)| one.give_back(before));
+            return Err(one.problem(e));
+        }
+        taken.push((one, before));
     }
+    taken.iter().for_each(|(_, before)| before.forget());
+    FINISHED.store(!staged.is_empty() || FINISHED.load(Ordering::Relaxed), Ordering::Relaxed);
     Ok(())
+}
+
+/// What a name led to before it was taken, for as long as others of its set may still fail.
+enum Before {
+    Nothing,
+    /// The old file, under a name that is swept like a part's.
+    Kept(PathBuf),
+    /// A file of which no second name could be made.
+    Lost,
+}
+
+impl Before {
+    fn forget(&self) {
+        if let Self::Kept(old) = self {
+            let _ = fs::remove_file(old);
+        }
+    }
 }
 
 /// Opens and locks each of these folders once, however often and in however many spellings it is named: a second lock
@@ -165,6 +191,29 @@ impl<'a> StagedFile<'a> {
         self.part.as_ref().map_or(Ok(()), |part| steps.take_name(&part.part, &part.path, self.no_clobber))
     }
 
+    /// Keeps what its name leads to under a second one.
+    fn before(&self, steps: &impl Steps) -> Before {
+        let Some(part) = &self.part else { return Before::Lost };
+        if fs::symlink_metadata(&part.path).is_err() {
+            return Before::Nothing;
+        }
+        let kept = part.part.with_extension("0.part");
+        match steps.link(&part.path, &kept) {
+            Ok(()) => Before::Kept(kept),
+            Err(_) => Before::Lost,
+        }
+    }
+
+    /// Takes back that it took its name.
+    fn give_back(&self, before: Before) {
+        let Some(part) = &self.part else { return };
+        let _ = match before {
+            Before::Nothing => fs::remove_file(&part.path),
+            Before::Kept(old) => fs::rename(old, &part.path),
+            Before::Lost => Ok(()),
+        };
+    }
+
     /// Makes the folders that its name needs, outermost first.
     fn make_folders(&self, made: &mut Vec<PathBuf>) -> io::Result<()> {
         let Some(part) = &self.part else { return Ok(()) };
@@ -247,5 +296,7 @@ fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs
     steps.sync(file)
 }
 
+#[cfg(test)]
+mod given_back;
 #[cfg(test)]
 pub(crate) mod tests;

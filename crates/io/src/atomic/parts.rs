@@ -152,7 +152,8 @@ pub(super) fn sweep(steps: &impl Steps, path: &Path) {
         let Some(middle) = bytes.strip_prefix(prefix.as_encoded_bytes()).and_then(|r| r.strip_suffix(b".part")) else {
             continue;
         };
-        if middle.iter().all(|b| b.is_ascii_digit() || *b == b'-') {
+        // What was kept of the old file has a point in its number.
+        if middle.iter().all(|b| b.is_ascii_digit() || matches!(b, b'-' | b'.')) {
             remove_unlocked(steps, &entry.path());
         }
     }
