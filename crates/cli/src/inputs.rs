@@ -61,7 +61,7 @@ impl Input {
             None => selvedge_io::read(&self.path, options),
         }?;
         for warning in &picture.warnings {
-            session.warn(&self.path, warning);
+            session.warn(&self.path, &warning.of(&self.path));
         }
         let [height, width] = picture.plane.domain().shape;
         let samples = &picture.plane.samples;
@@ -108,7 +108,7 @@ impl Input {
         }
         let header = header?;
         for warning in &header.warnings {
-            session.warn(&self.path, warning);
+            session.warn(&self.path, &warning.of(&self.path));
         }
         let size = [header.width, header.height];
         report.inputs.push(noted(&self.path, size, header.channels, header.depth.name(), &self.hash()));

@@ -65,6 +65,17 @@ pub(crate) fn straight(plane: &Plane<2>) -> Result<impl Fn(usize, usize) -> f64 
     })
 }
 
+/// Pixels of integers whose colours are more than the alpha that they were multiplied by. Of floats such a pixel is
+/// light, and as it should be.
+pub(crate) fn beyond_alpha(plane: &Plane<2>) -> u64 {
+    if !plane.is_premultiplied() || matches!(plane.samples.depth(), Depth::F16 | Depth::F32) {
+        return 0;
+    }
+    let (colors, value) = (plane.color_channels(), |c: usize, i: usize| plane.samples.value(c, i));
+    let beyond = |i: &usize| (0..colors).any(|c| value(colors, *i) < value(c, *i));
+    (0..plane.domain().len()).filter(beyond).count() as u64
+}
+
 /// Alpha from 0 to 1.
 fn alpha(plane: &Plane<2>, i: usize) -> f64 {
     let max = match plane.samples.depth() {
@@ -99,6 +110,12 @@ mod tests {
         assert_eq!(back.plane, associated);
         let beyond = associate(&rgba(Association::Premultiplied, [200, 0, 0, 100]), Association::Straight).unwrap();
         assert_eq!((values(&beyond.plane)[0], beyond.clipped), (255.0, 1));
+        let counts = [
+            rgba(Association::Premultiplied, [200, 0, 0, 100]),
+            rgba(Association::Premultiplied, [100, 0, 99, 100]),
+            rgba(Association::Straight, [200, 0, 0, 100]),
+        ];
+        assert_eq!(counts.map(|plane| beyond_alpha(&plane)), [1, 0, 0]);
     }
 
     #[test]

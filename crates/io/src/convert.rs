@@ -15,7 +15,7 @@ use crate::metadata::Metadata;
 /// - u8 to u16: times 257. u16 to u8: divided by 257, rounded to the nearest, so u8 to u16 and back changes nothing.
 /// - Half to float: exact. Float to half: to the nearest, ties to even.
 /// - Integers to floats: 0..1; colour is decoded into linear light as the file's tags say (sRGB where they say
-///   nothing), alpha and other roles are not.
+///   nothing; of narrow range, from its black to its white), alpha and other roles are not.
 /// - Floats to integers: the reverse, to sRGB, clipped to 0..1, rounded to the nearest, halves up; what is no number
 ///   becomes 0. Normals that go below 0 are taken as -1..1 and moved to 0..1 first.
 ///
@@ -44,7 +44,10 @@ pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conve
         return Ok(Conversion { plane: same(samples), clipped, warnings: Vec::new() });
     }
     let straight = straight(plane)?;
-    let (curves, warnings) = Curves::new(plane, metadata);
+    let (curves, mut warnings) = Curves::new(plane, metadata);
+    if plane.is_premultiplied() {
+        warnings.push(Warning::Unmultiplied);
+    }
     let samples = match to {
         Depth::U8 => {
             Samples::U8(each(plane, |c, i| (curves.encode(c, straight(c, i), &mut clipped) * 255.0 + 0.5) as u8)?)
@@ -68,6 +71,8 @@ struct Curves {
     signed: bool,
     /// How integers become light.
     linear: Linear,
+    /// Black and the steps up to white, where those are not 0 and the greatest integer.
+    narrow: Option<(f64, f64)>,
 }
 
 impl Curves {
@@ -85,14 +90,23 @@ impl Curves {
             Some(_) if plane.role == Role::Color => Linear::of(metadata, encoded),
             _ => Linear::of(&Metadata::default(), encoded),
         };
-        (Self { encoded, max, signed, linear }, warning.into_iter().collect())
+        let is_narrow = plane.role == Role::Color && metadata.cicp.is_some_and(|[.., full]| full == 0);
+        // 16 to 235 of eight bits, and as many bits more of all others. `[H.273 8.3]`
+        let narrow = max.filter(|_| is_narrow).map(|max| (max + 1.0) / 256.0).map(|one| (16.0 * one, 219.0 * one));
+        let mut warnings: Vec<Warning> = warning.into_iter().collect();
+        warnings.extend(narrow.map(|_| Warning::NarrowRange));
+        (Self { encoded, max, signed, linear, narrow }, warnings)
     }
 
     /// Integers to floats; floats stay.
     fn decode(&self, channel: usize, value: impl Fn(usize) -> f64) -> f64 {
         match self.max {
             None => value(channel),
-            Some(max) if channel < self.encoded => self.linear.light(channel, |c| value(c) / max),
+            Some(max) if channel < self.encoded => {
+                let (black, steps) = self.narrow.unwrap_or((0.0, max));
+                // No curve says what is below black.
+                self.linear.light(channel, |c| ((value(c) - black) / steps).max(0.0))
+            }
             Some(max) => value(channel) / max,
         }
     }
@@ -113,6 +127,45 @@ mod tests {
     use selvedge_core::Domain;
 
     use super::*;
+
+    #[test]
+    fn narrow_range_ends_at_its_own_black_and_white() {
+        let narrow = Metadata { cicp: Some([1, 8, 0, 0]), ..Metadata::default() };
+        let full = Metadata { cicp: Some([1, 8, 0, 1]), ..Metadata::default() };
+        let floats = |samples, metadata: &Metadata| {
+            let light = convert(&plane(Role::Color, samples), Depth::F32, metadata).unwrap();
+            let Samples::F32(grid) = light.plane.samples else { panic!("floats") };
+            (grid.samples().to_vec(), light.warnings)
+        };
+        let of = |values: Vec<u8>| Samples::U8(Grid::from_vec(Domain::open([1, 4]), 1, values).unwrap());
+        let (light, warnings) = floats(of(vec![0, 16, 235, 255]), &narrow);
+        assert_eq!((light[0], light[1], light[2]), (0.0, 0.0, 1.0));
+        assert!(1.0 < light[3], "brighter than white");
+        assert_eq!(warnings, [Warning::NarrowRange]);
+        let deep = Samples::U16(Grid::from_vec(Domain::open([1, 2]), 1, vec![16 << 8, 235 << 8]).unwrap());
+        assert_eq!(floats(deep, &narrow).0, [0.0, 1.0]);
+        assert_eq!(floats(of(vec![0, 0, 255, 255]), &full), (vec![0.0, 0.0, 1.0, 1.0], vec![]));
+        // As integers they stay as they are, with their tag where it has a place.
+        let kept = convert(&plane(Role::Color, of(vec![16, 0, 0, 0])), Depth::U8, &narrow).unwrap();
+        assert!(kept.warnings.is_empty());
+        assert_eq!(
+            Metadata { cicp: Some([1, 13, 0, 0]), ..Metadata::default() }.left_out(crate::Format::Tiff, 1),
+            ["cicp tag"]
+        );
+        assert!(
+            Metadata { cicp: Some([1, 13, 0, 1]), ..Metadata::default() }.left_out(crate::Format::Tiff, 1).is_empty()
+        );
+    }
+
+    #[test]
+    fn a_change_of_alphas_way_is_told() {
+        let grid = Grid::from_vec(Domain::open([1, 1]), 4, vec![56, 52, 44, 128]).unwrap();
+        let straight = Plane::with_alpha(Role::Color, Samples::U8(grid));
+        let premultiplied = Plane { association: Association::Premultiplied, ..straight.clone() };
+        let warnings = |plane: &Plane<2>, to| convert(plane, to, &Metadata::default()).unwrap().warnings;
+        assert_eq!(warnings(&premultiplied, Depth::F32), [Warning::Unmultiplied]);
+        assert!(warnings(&premultiplied, Depth::U16).is_empty() && warnings(&straight, Depth::F32).is_empty());
+    }
 
     fn plane(role: Role, samples: Samples<2>) -> Plane<2> {
         Plane { alpha: samples.channels() == 2, ..Plane::new(role, samples) }

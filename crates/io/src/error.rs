@@ -12,7 +12,8 @@ use crate::{Depth, Format};
 
 mod words;
 
-use self::words::plain;
+pub(crate) use self::words::WriteProtected;
+use self::words::{chosen_by, plain};
 
 /// A file and what is wrong with it. Shown as one line: `'dir/a.png': 0x7 px has no samples; give a larger picture`.
 #[derive(Debug)]
@@ -35,8 +36,7 @@ impl Error {
 
     /// What is wrong, without file and remedy, in one line.
     pub fn message(&self) -> String {
-        // A file may have names without end.
-        const SIGNS: usize = 300;
+        const SIGNS: usize = 300; // A file may have names without end.
         let line = escaped(self.problem.to_string().as_bytes());
         match line.char_indices().nth(SIGNS) {
             Some((end, _)) => format!("{} ...", &line[..end]),
@@ -46,7 +46,10 @@ impl Error {
 
     /// What to do about it.
     pub fn remedy(&self) -> String {
-        self.problem.remedy()
+        match &self.problem {
+            Problem::NoChannel { .. } => chosen_by(&self.path),
+            problem => problem.remedy(),
+        }
     }
 }
 
@@ -329,7 +332,9 @@ impl Problem {
             Self::NoSamples { .. } => "give a picture with samples",
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
-            Self::LightWithoutAlpha { .. } => "write exr, or read the colours alone with 'file.exr[R,G,B]'",
+            Self::LightWithoutAlpha { .. } => {
+                "write exr, or read the colours alone, with [R,G,B] after the file's name ([1,2,3] of a TIFF)"
+            }
             Self::NoChannel { .. } => "choose with 'file.exr[layer]', 'file.exr[R,G,B]' or 'file.tif[4]'",
             Self::NotAMap { .. } => "give a file that was written as a map",
             Self::IsAMap => "give a picture, or apply the map to one",
@@ -364,7 +369,7 @@ impl Problem {
     }
 
     /// An encoder's complaint about samples that were checked.
-    pub(crate) fn encoder(format: Format, cause: impl fmt::Display) -> Self {
+    pub(crate) fn encoder(format: Format, cause: impl ToString) -> Self {
         Self::Encoder { format, cause: cause.to_string() }
     }
 
@@ -390,11 +395,6 @@ impl Problem {
         }
     }
 }
-
-/// A file that nobody may write.
-#[derive(Debug, thiserror::Error)]
-#[error("is write-protected")]
-pub(crate) struct WriteProtected;
 
 #[cfg(test)]
 mod tests;

@@ -64,6 +64,11 @@ impl Density {
 /// White, red, green and blue of sRGB and BT.709.
 const SRGB: [f64; 8] = [0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06];
 
+/// True for code points that say something else than sRGB of full range.
+fn says_more([primaries, transfer, _, full]: [u8; 4]) -> bool {
+    full == 0 || !(matches!(primaries, 1 | 2) && matches!(transfer, 2 | 13))
+}
+
 impl Metadata {
     /// The colour tags that `format` has no place for with so many colours, and that say more than sRGB does.
     pub(crate) fn left_out(&self, format: Format, color_channels: usize) -> Vec<&'static str> {
@@ -73,7 +78,7 @@ impl Metadata {
         let told = self.srgb.is_some() || (profile && self.icc_for(color_channels).is_some());
         let is_srgb = |c: &[f64; 8]| c.iter().zip(SRGB).all(|(a, b)| (a - b).abs() < 1e-3);
         let said = [
-            ("cicp tag", !png && self.cicp.is_some_and(|[p, t, ..]| !(matches!(p, 1 | 2) && matches!(t, 2 | 13)))),
+            ("cicp tag", !png && self.cicp.is_some_and(says_more)),
             ("colour profile", self.icc.is_some() && !(profile && self.icc_for(color_channels).is_some())),
             ("gamma tag", !png && !told && self.gamma.is_some_and(|g| !matches!(g, 0 | 45_455))),
             ("chromaticities", !png && !exr && !told && self.chromaticities.is_some_and(|c| !is_srgb(&c))),

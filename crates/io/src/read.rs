@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Limits, Plane};
 
+use crate::alpha::beyond_alpha;
 use crate::by_format;
 use crate::codec::Context;
 use crate::error::{Error, Problem};
@@ -74,6 +75,10 @@ fn decode_content(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Pi
     let samples = orient(samples, description.orientation)?;
     let association = format.association().or(description.association).unwrap_or_default();
     let plane = Plane { role: options.role, samples, alpha: description.header.alpha, association };
+    match beyond_alpha(&plane) {
+        0 => {}
+        count => context.warn(Warning::BeyondAlpha { count }),
+    }
     let blake3 = blake3::hash(bytes).to_hex().to_string();
     Ok(Picture { plane, metadata: description.metadata, format, blake3, warnings: context.warnings })
 }

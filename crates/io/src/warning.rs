@@ -1,6 +1,8 @@
 //! What is odd about a file that could be read all the same.
 
-use crate::Format;
+use std::path::Path;
+
+use crate::{Format, file_of, quoted};
 
 /// What is odd about a file that could be read all the same; shown as one line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -70,6 +72,18 @@ pub enum Warning {
         /// The tag.
         tag: &'static str,
     },
+    /// Integers of narrow range, whose black and white are not the ends of all integers.
+    #[error("its colours are of narrow range: 16 to 235 of 255 became all from black to white")]
+    NarrowRange,
+    /// Colours that were divided by alpha, because they became light or stopped to be it.
+    #[error("its colours were divided by alpha to change their depth, and are straight now")]
+    Unmultiplied,
+    /// Integers of colour that are more than their alpha, by which they were multiplied.
+    #[error("{count} pixel(s) have more colour than their alpha allows; where it is divided they are clipped")]
+    BeyondAlpha {
+        /// How many.
+        count: u64,
+    },
     /// Channels that do not belong to the picture that was read.
     #[error("{what}")]
     ChannelsLeftOut {
@@ -85,4 +99,31 @@ pub enum Warning {
     /// Half and float channels that were read as float.
     #[error("half and float channels were both read as float")]
     Widened,
+}
+
+impl Warning {
+    /// The warning about a file: what it says of `'file.exr[...]'` or `'file.tif[...]'` it says of that one.
+    pub fn of(&self, file: &Path) -> String {
+        let text = self.to_string();
+        if !matches!(self, Self::ChannelsLeftOut { .. }) {
+            return text;
+        }
+        // A choice that was made is not chosen from.
+        let name = quoted(file_of(file));
+        let own = format!("{}[", name.trim_end_matches('\''));
+        ["exr", "tif"].iter().fold(text, |text, kind| text.replace(&format!("'file.{kind}["), &own))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_called_by_its_own_name() {
+        let left = Warning::ChannelsLeftOut { what: "not in the picture: Z; 'file.exr[Z]' reads it".into() };
+        assert_eq!(left.of(Path::new("in/a.exr")), "not in the picture: Z; 'in/a.exr[Z]' reads it");
+        assert_eq!(left.of(Path::new("none.exr[R,G,B]")), "not in the picture: Z; 'none.exr[Z]' reads it");
+        assert_eq!(Warning::Rounded.of(Path::new("a.exr")), Warning::Rounded.to_string());
+    }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{SourceMap, Transform};
+use selvedge_core::{Association, SourceMap, Transform};
 use selvedge_io::{DensityUnit, Fingerprint, Info as Header, MapFile, Metadata};
 use serde_json::{Value, json};
 
@@ -66,6 +66,7 @@ fn picture(header: &Header) -> Facts {
         ("size", format!("{}x{} px", header.width, header.height).into()),
         ("channels", header.channels.into()),
         ("alpha", header.alpha.into()),
+        ("colours with alpha", header.alpha.then(|| association(header.association)).into()),
         ("depth", header.depth.name().into()),
         ("channel names", (!header.channel_names.is_empty()).then(|| header.channel_names.join(", ")).into()),
     ]
@@ -113,6 +114,13 @@ fn source_map(file: &MapFile) -> Result<Facts, Failure> {
         ("percent of exemplars used", percent(used(map)?)),
         ("unassigned", map.ids.plane(0).iter().filter(|id| !id.is_assigned()).count().into()),
     ])
+}
+
+fn association(association: Association) -> &'static str {
+    match association {
+        Association::Straight => "straight",
+        Association::Premultiplied => "multiplied by it",
+    }
 }
 
 /// To a tenth.

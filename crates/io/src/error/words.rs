@@ -1,5 +1,10 @@
 //! The words of others, as they stand in our lines.
 
+use std::path::Path;
+
+use crate::Format;
+use crate::name::{file_of, quoted};
+
 /// A decoder's words without the quotes, full stops and insides of types that some of them have.
 pub(super) fn plain(cause: &str) -> String {
     let mut text = cause.trim_matches(|c: char| c == '"' || c == '.' || c.is_whitespace()).to_owned();
@@ -16,3 +21,17 @@ pub(super) fn plain(cause: &str) -> String {
     let sentence = rest.is_some_and(|rest| rest.chars().all(char::is_lowercase));
     if sentence { text[..1].to_lowercase() + &text[1..] } else { text }
 }
+
+/// How channels of a file are chosen.
+pub(super) fn chosen_by(path: &Path) -> String {
+    let file = file_of(path);
+    let name = quoted(file);
+    let own = name.trim_end_matches('\'');
+    let ways = if Format::of_name(file) == Some(Format::Tiff) { "[4]'" } else { "[layer]' or as [R,G,B]" };
+    format!("choose with {own}{ways}")
+}
+
+/// A file that nobody may write.
+#[derive(Debug, thiserror::Error)]
+#[error("is write-protected")]
+pub(crate) struct WriteProtected;
