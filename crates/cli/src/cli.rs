@@ -15,6 +15,7 @@ use crate::session::Session;
 /// Synthesises textures, materials and moving textures from examples.
 #[derive(Debug, Parser)]
 #[command(name = "selvedge", version, max_term_width = 100, subcommand_required = true, arg_required_else_help = true)]
+#[command(after_help = PROGRAM)]
 pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -146,7 +147,7 @@ pub(crate) fn idle(command: &clap::Command) -> Vec<&'static str> {
         ("threads", &["info", "completions", "man"]),
         ("max_memory", &["completions", "man"]),
         ("no_clobber", &["info", "inspect", "score", "completions"]),
-        ("dry_run", &["again", "info", "inspect", "score", "completions"]),
+        ("dry_run", &["info", "inspect", "score", "completions"]),
         ("config", &["completions", "man"]),
         ("save_config", &["completions", "man"]),
     ];
@@ -177,6 +178,13 @@ fn weaves(command: &clap::Command) -> bool {
     command.get_arguments().any(|arg| arg.get_id() == "each")
 }
 
+const PROGRAM: &str = "\
+Examples:
+  selvedge synthesize bricks.png -o wall.png --size 1024
+  selvedge graphcut albedo.png -o 'wall-{name}' --size 2x --tile xy --with normal.png height.png
+  selvedge fill photo.png --mask hole.png -o whole.png
+  selvedge again wall.png -o wall-again.png
+  selvedge help graphcut";
 const QUILT: &str = "\
 Examples:
   selvedge quilt bricks.png -o wall.png --size 1024
@@ -253,11 +261,16 @@ Examples:
 const AGAIN: &str = "\
 Examples:
   selvedge again wall.png -o wall-again.png
-  selvedge again wall.png -o wall-again.png --look-in ~/textures scans";
+  selvedge again wall.png -o wall-again.png --look-in ~/textures scans
+
+The command that 'selvedge info' shows can be pasted as well, but takes whatever has the names of its inputs now: only
+'again' knows whether they are the same files.";
 const INFO: &str = "\
 Examples:
   selvedge info wall.png
-  selvedge info wall-map.exr --json";
+  selvedge info wall-map.exr --json
+
+To run the command that made a picture, use 'selvedge again': pasted, it takes whatever has the names of its inputs now.";
 const INSPECT: &str = "\
 Examples:
   selvedge inspect bricks.png";

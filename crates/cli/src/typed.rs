@@ -158,6 +158,22 @@ fn hint(error: &clap::Error) -> Option<&'static str> {
     HINTS.iter().find(|(other, _)| *other == name).map(|(_, hint)| *hint)
 }
 
+/// The commands that have an option which the one that was typed has not.
+fn elsewhere(error: &clap::Error) -> Option<String> {
+    use clap::error::{ContextKind, ContextValue};
+    let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidArg) else { return None };
+    let name = typed.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
+    let name = name.split('=').next().unwrap_or_default();
+    let program = cli::program();
+    let has = |command: &&clap::Command| {
+        command.get_arguments().any(|arg| !arg.is_global_set() && !arg.is_hide_set() && arg.get_long() == Some(name))
+    };
+    let commands: Vec<&str> = program.get_subcommands().filter(has).map(clap::Command::get_name).collect();
+    let (last, others) = commands.split_last()?;
+    let list = if others.is_empty() { (*last).to_owned() } else { format!("{} and {last}", others.join(", ")) };
+    Some(format!("--{name} is an option of {list}"))
+}
+
 /// A usage error in one line.
 fn usage(error: &clap::Error) -> Failure {
     if matches!(error.kind(), ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand | ErrorKind::MissingSubcommand) {
@@ -170,6 +186,9 @@ fn usage(error: &clap::Error) -> Failure {
     let failure = Failure::new(2, what.strip_prefix("error: ").unwrap_or(&what));
     if let Some(hint) = hint(error) {
         return failure.remedy(hint);
+    }
+    if let Some(elsewhere) = elsewhere(error) {
+        return failure.remedy(elsewhere);
     }
     // What is no option is none of the values either.
     let tip = tips.iter().find(|tip| !tip.starts_with("tip: to pass "));
@@ -215,6 +234,20 @@ mod tests {
         assert_eq!(
             failure("selvedge quilt a.png -o b.png --sise 12"),
             "unexpected argument '--sise' found; a similar argument exists: '--size'"
+        );
+        assert_eq!(
+            failure("selvedge quilt a.png -o b.png --over c.png"),
+            "unexpected argument '--over' found; --over is an option of graphcut and hybrid"
+        );
+        assert_eq!(
+            failure("selvedge fill a.png -o b.png --reach 3"),
+            "unexpected argument '--reach' found; --reach is an option of graphcut"
+        );
+        assert!(failure("selvedge animate a.png -o b.png --with c.png").contains("--with is an option of "));
+        assert_eq!(
+            failure("selvedge quilt a.png -o b.png --block 4294967296"),
+            "invalid value '4294967296' for '--block <N|auto>': '4294967296' is over 4294967295; write a number of pixels, or \
+             auto"
         );
         assert_eq!(failure("selvedge quilt a.png --zzz"), "unexpected argument '--zzz' found; see --help");
         assert_eq!(failure("selvedge quilt a.png -o b.png --tolerance -1"), "understood", "the method knows its range");

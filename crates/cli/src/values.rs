@@ -60,8 +60,14 @@ pub(crate) fn auto<T>(
     move |text| match (text, read(text)) {
         ("auto", _) => Ok(Auto(None)),
         (_, Some(value)) => Ok(Auto(Some(value))),
+        _ if is_beyond(text) => Err(Wrong::new(format!("'{text}' is over {}", u32::MAX), remedy)),
         _ => Err(Wrong::new(format!("'{text}' is no {thing}"), remedy)),
     }
+}
+
+/// A whole number that none of these options holds.
+fn is_beyond(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit()) && text.parse::<u32>().is_err()
 }
 
 /// A value as its type is written.

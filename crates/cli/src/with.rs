@@ -8,8 +8,9 @@ use selvedge_io::Info;
 
 use crate::args::RoleArg;
 use crate::exemplars::Headers;
-use crate::failure::{Failure, n};
+use crate::failure::{Failure, n, shown};
 use crate::planes::{Laying, PlaneHeaders, check_size};
+use crate::roles;
 use crate::session::Session;
 use crate::used::Used;
 
@@ -51,6 +52,19 @@ impl With {
                 let what = format!("{} of {flag} for {}", n("plane", files.len()), n("exemplar", exemplars));
                 return Err(Failure::new(2, what).remedy("give one for each, in order"));
             }
+        }
+        // Given by pictures and not by planes, they would be mixed.
+        let told = |files: &[PathBuf]| files.iter().map(|path| roles::of_name(path)).collect::<Vec<_>>();
+        let mixed = self.with.chunks(exemplars).find(|files| {
+            let roles = told(files);
+            roles.iter().flatten().any(|role| Some(*role) != roles[0] && roles[0].is_some())
+        });
+        if let (Some(files), true) = (mixed, self.role.is_empty()) {
+            let names: Vec<String> = files.iter().map(|path| shown(path)).collect();
+            let what = format!("{} are planes of different kinds, by their names", names.join(" and "));
+            let remedy =
+                "give all files of one plane, one for each exemplar and the picture of --over, then those of the next";
+            return Err(Failure::new(2, what).remedy(remedy));
         }
         if self.with.is_empty() && (!self.role.is_empty() || self.copy) {
             let flag = if self.copy { "--copy" } else { "--role" };
