@@ -158,6 +158,10 @@ fn the_estimate_is_no_less_than_the_peak() {
     // Every place is a candidate there.
     write("flat.png", &|_| 90);
     write("mask.png", &|[y, x]| if (y * 131 + x * 57) % 1009 == 0 { 0 } else { 255 });
+    let hole = Domain::open([600, 600]);
+    let samples = hole.positions().map(|[y, x]| 255 * u8::from((200..280).contains(&y) && x / 100 == 2)).collect();
+    let plane = Plane::new(Role::Color, Samples::U8(Grid::from_vec(hole, 1, samples).unwrap()));
+    selvedge_io::write(folder.path("hole.png"), &plane, &Default::default(), &Default::default()).unwrap();
     for line in [
         "quilt @/cobbles.png -o a.png --size 300 --map n.exr",
         "quilt @/scales-hdr.exr -o a.exr --size 1500x900 --depth float --block 48",
@@ -174,6 +178,10 @@ fn the_estimate_is_no_less_than_the_peak() {
         "graphcut @/cobbles.png -o a.png --size 256 --placement sub --refine 4 --scale-field top=0.5,bottom=2",
         "graphcut @/stars.png -o a.png --size 1500 --placement random --region 100 --refine 0 --feather 3",
         "graphcut @/bricks/albedo.png -o a.png --over @/bricks/albedo.png --fixed @/bricks/height.png --refine 0 --spline 4",
+        "fill @/cobbles-hole.png -o a.png",
+        "fill c.png --mask hole.png -o a.png",
+        "tile c.png -o a.png",
+        "tile @/weave.png --method band -o a.png",
         "inspect @/cobbles-hole.png",
         "inspect @/astronaut.png",
         "compare @/cobbles.png @/weave.png --diff d.tiff",

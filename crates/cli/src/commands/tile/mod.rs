@@ -5,7 +5,9 @@ mod widths;
 
 use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain};
-use selvedge_graphcut_textures::labels::{FillOptions, banded, close, close_period, estimate_fill, fill};
+use selvedge_graphcut_textures::labels::{
+    FillOptions, banded, close, close_period, estimate_fill, estimate_labels, fill,
+};
 use serde_json::json;
 
 use self::widths::Widths;
@@ -69,7 +71,12 @@ impl Method for TileCommand {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        estimate_fill(sources, channels, output, &FillOptions::default())
+        let widened = sources.iter().map(|source| Bytes::of_samples(*source, channels as u64 + 1)).sum();
+        match self.method {
+            MethodArg::Overlap => estimate_labels(sources, channels, output) + Bytes::of_samples(output, 8),
+            // The picture once more, its border left out.
+            MethodArg::Band => estimate_fill(sources, channels, output, &FillOptions::default()) + widened,
+        }
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
