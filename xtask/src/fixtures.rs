@@ -85,6 +85,11 @@ fn made() -> Vec<(&'static str, Plane<2>)> {
         ("bricks/normal", bricks.normal),
         ("bricks/height", bricks.height),
         ("bricks/roughness", bricks.roughness),
+        ("knit", exemplars::knit()),
+        ("letters", exemplars::letters()),
+        ("planks", exemplars::planks()),
+        ("plaster", exemplars::plaster()),
+        ("tiles", exemplars::tiles()),
     ]
 }
 

@@ -2,10 +2,20 @@
 
 mod bricks;
 mod cobbles;
+mod knit;
+mod letters;
+mod planks;
+mod plaster;
 mod scales;
+mod tiles;
 mod weave;
 
 pub use bricks::{Bricks, bricks};
 pub use cobbles::{cobbles, cobbles_with_hole};
+pub use knit::knit;
+pub use letters::letters;
+pub use planks::planks;
+pub use plaster::plaster;
 pub use scales::{scales, scales_hdr};
+pub use tiles::tiles;
 pub use weave::weave;
