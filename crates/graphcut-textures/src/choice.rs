@@ -6,7 +6,7 @@ use crate::candidates::{Candidate, NOTHING, Shortlist, draw};
 use crate::error::Error;
 use crate::matching::Matches;
 use crate::options::Placement;
-use crate::reflection::reflects;
+use crate::reflection::{reflects, stutters};
 use crate::usable::Usable;
 use crate::weaver::Weaver;
 
@@ -26,6 +26,8 @@ struct Here<'a, const D: usize> {
     usable: Usable,
     /// reflects none of these,
     neighbours: &'a [Patch<D>],
+    /// lies as far from where one of them shows the same,
+    apart: u32,
     /// and was not used before, unless that is to be forgotten.
     forgets: bool,
 }
@@ -57,8 +59,12 @@ impl<const D: usize> Weaver<'_, D> {
             self.matcher.search(&self.canvas.map, region, &near, usable, matches)?;
         }
         let neighbours = self.canvas.map.patches(region);
-        let mut here = Here { region, at, usable, neighbours: &neighbours, forgets: false };
+        let mut here = Here { region, at, usable, neighbours: &neighbours, apart: self.apart, forgets: false };
         let mut list = self.shortlist(&here, step, matches);
+        if list.is_empty() && 0 < here.apart {
+            here = Here { apart: 0, ..here };
+            list = self.shortlist(&here, step, matches);
+        }
         if list.is_empty() {
             // Every offset that fits was used, or reflects what is there.
             here = Here { neighbours: &[], forgets: true, ..here };
@@ -95,14 +101,17 @@ impl<const D: usize> Weaver<'_, D> {
         }
     }
 
-    /// The cheapest of some candidates that show here, were not used before and reflect none of the neighbours.
+    /// The cheapest of some candidates that show here, were not used before and neither reflect nor repeat a neighbour.
     fn fresh(&self, candidates: impl IntoIterator<Item = Candidate<D>>, here: &Here<'_, D>) -> Vec<Candidate<D>> {
         let mut list = Shortlist::new(self.scale * NOTHING);
         let fresh = |patch: &Patch<D>| {
             here.usable.has(patch.source)
                 && self.canvas.offered(patch, here.at).is_some()
                 && !self.was_used(patch, here)
-                && !here.neighbours.iter().any(|n| reflects(patch, n, self.canvas.exemplars, here.region))
+                && !here
+                    .neighbours
+                    .iter()
+                    .any(|n| stutters(patch, n, here.apart) || reflects(patch, n, self.canvas.exemplars, here.region))
         };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()

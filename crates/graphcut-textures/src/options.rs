@@ -60,6 +60,12 @@ pub struct Options<const D: usize> {
     /// `randomness`: what keeps copies from forming a lattice. From 0. Default: a fourth, and a half for
     /// [`Placement::Entire`].
     pub variety: Option<f64>,
+    /// No patch is laid where a neighbour shows the same, moved by less than so many samples along every axis, as long
+    /// as there is any other. The method has no such rule: where a texture is alike along a line, the patch that agrees
+    /// best is the one before, moved by as little as covers something new, and the same piece stands in a row of
+    /// stripes. Default: one and a half regions of pictures of more than six times the exemplar's samples, where no
+    /// region is given and there is no lattice; else 0.
+    pub apart: Option<u32>,
     /// Patches laid over the worst seams after everything is covered. Default: until seams stop falling, but at most
     /// [`REFINEMENTS_A_PATCH`](Self::REFINEMENTS_A_PATCH) times as many as patches were needed to cover everything.
     pub refine: Option<u32>,
@@ -85,6 +91,7 @@ impl<const D: usize> Default for Options<D> {
             reach: None,
             randomness: 0.01,
             variety: None,
+            apart: None,
             refine: None,
             patience: 8,
             tries: 2,
@@ -100,7 +107,8 @@ impl<const D: usize> Options<D> {
     /// The paper to the letter, with `k` from the lower end of its range: every patch is the whole exemplar, the first
     /// that is drawn is taken.
     pub fn paper() -> Self {
-        Self { reach: Some([u32::MAX; D]), variety: Some(0.0), tries: 1, levels: Some(1), ..Self::default() }
+        let (reach, variety) = (Some([u32::MAX; D]), Some(0.0));
+        Self { reach, variety, apart: Some(0), tries: 1, levels: Some(1), ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.

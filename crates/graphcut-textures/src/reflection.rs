@@ -1,4 +1,4 @@
-//! Copies that meet their own reflection.
+//! Copies that meet their own reflection, or themselves.
 
 use selvedge_core::{Exemplars, Patch, Window};
 
@@ -24,6 +24,13 @@ pub(crate) fn reflects<const D: usize>(
     (0..2).all(|axis| (here[axis] - there[axis]).abs() < NEAR * side)
 }
 
+/// True if two patches show the same, moved by less than `apart` along every axis: a stutter.
+pub(crate) fn stutters<const D: usize>(one: &Patch<D>, other: &Patch<D>, apart: u32) -> bool {
+    one.source == other.source
+        && one.offset != other.offset
+        && (0..D).all(|a| one.offset[a].abs_diff(other.offset[a]) < apart)
+}
+
 /// The exemplar's place under the middle of a region, on the last two axes, from the exemplar's centre.
 fn place<const D: usize>(patch: &Patch<D>, exemplars: &Exemplars<D>, region: &Window<D>) -> [f64; 2] {
     let source = &exemplars.sources()[patch.source];
@@ -38,6 +45,15 @@ fn place<const D: usize>(patch: &Patch<D>, exemplars: &Exemplars<D>, region: &Wi
 mod tests {
     use super::*;
     use selvedge_core::{Domain, Grid, Origin, Source, Transform};
+
+    #[test]
+    fn copies_of_one_source_stutter_that_lie_nearer_than_asked() {
+        let patch = |source, y, x| Patch { source, offset: [y, x] };
+        let one = patch(0, -5, 40);
+        let at = |other| stutters(&one, &other, 10);
+        assert!(at(patch(0, -5, 49)) && at(patch(0, 4, 31)) && !at(patch(0, -5, 50)) && !at(patch(0, 5, 40)));
+        assert!(!at(one) && !at(patch(1, -5, 41)) && !stutters(&one, &patch(0, -5, 41), 0));
+    }
 
     #[test]
     fn reflections_are_found_where_they_meet() {

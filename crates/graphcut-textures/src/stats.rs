@@ -17,6 +17,8 @@ pub struct Stats<const D: usize> {
     pub reach: [u32; D],
     /// The variety that was used.
     pub variety: f64,
+    /// How far patches lay from where a neighbour shows the same.
+    pub apart: u32,
     /// At how many sizes the map was solved.
     pub levels: u32,
     /// Patches laid until everything was covered.
@@ -44,6 +46,7 @@ impl<const D: usize> Stats<D> {
             region: plan.region,
             reach: plan.reach,
             variety: plan.variety,
+            apart: plan.apart,
             levels: plan.levels,
             patches: 0,
             refinements: 0,
@@ -57,6 +60,6 @@ impl<const D: usize> Stats<D> {
 
     /// Tells of the whole run what was chosen for it.
     pub(crate) fn tell(&mut self, plan: &Plan<D>) {
-        (self.region, self.reach, self.levels) = (plan.region, plan.reach, plan.levels);
+        (self.region, self.reach, self.apart, self.levels) = (plan.region, plan.reach, plan.apart, plan.levels);
     }
 }

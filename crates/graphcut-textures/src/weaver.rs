@@ -30,6 +30,7 @@ pub(crate) struct Weaver<'a, const D: usize> {
     /// `k sigma^2`.
     pub(crate) scale: f64,
     pub(crate) variety: f64,
+    pub(crate) apart: u32,
     pub(crate) history: History<D>,
     /// Working memory of the regions that are looked at at once.
     pub(crate) workers: Vec<Worker<D>>,
@@ -107,6 +108,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             boxes,
             scale: plan.scale,
             variety: plan.variety,
+            apart: plan.apart,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,

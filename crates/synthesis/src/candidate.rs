@@ -72,6 +72,7 @@ impl Candidate for Graphcut {
             ("randomness", self.0.randomness.to_string()),
             ("variety", stats.variety.to_string()),
         ];
+        used.extend((0 < stats.apart).then(|| ("apart", stats.apart.to_string())));
         used.extend((1 < stats.levels).then(|| ("levels", stats.levels.to_string())));
         used.extend(self.0.refine.map(|n| ("refine", n.to_string())));
         used.extend([("patience", self.0.patience.to_string()), ("tries", self.0.tries.to_string())]);

@@ -4,6 +4,7 @@
 mod clips;
 mod common;
 mod constraints;
+mod defaults;
 mod levels;
 mod memory;
 mod synthesis;

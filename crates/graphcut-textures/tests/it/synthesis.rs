@@ -323,8 +323,10 @@ fn a_plan_tells_what_a_run_chooses_and_refuses_what_a_run_refuses() {
         let options = Options { placement, refine: Some(0), ..Options::default() };
         let planned = plan(&e, output, None, &options, &Run::<2>::seeded(0).limits).unwrap();
         let (_, stats) = weave(&e, output, &options);
-        let chosen = (stats.placement, stats.regularity, stats.region, stats.reach, stats.variety);
-        assert_eq!((planned.placement, planned.regularity, planned.region, planned.reach, planned.variety), chosen);
+        let chosen = (stats.placement, stats.regularity, stats.region, stats.reach, stats.variety, stats.apart);
+        let told =
+            (planned.placement, planned.regularity, planned.region, planned.reach, planned.variety, planned.apart);
+        assert_eq!(told, chosen);
     }
     // Of two sources, the one that the field lets show is measured.
     let planes = [blobs([40, 44], 3), blobs([24, 24], 4)];

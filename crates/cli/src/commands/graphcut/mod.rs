@@ -20,7 +20,7 @@ use crate::outcome::Outcome;
 use crate::repairing::Repairing;
 use crate::session::Session;
 use crate::setup::Setup;
-use crate::values::{Auto, auto, choices, count, name_of, parsed, sides};
+use crate::values::{Auto, auto, choices, count, name_of, parsed, pixels, sides};
 use crate::weaving::{Sizing, Weaving};
 
 /// Options of `graphcut`.
@@ -51,6 +51,11 @@ pub(crate) struct Graphcut {
     #[arg(long, value_name = "V|auto", default_value = "auto",
         value_parser = auto("variety", "write a number from 0 on, or auto", parsed::<f64>))]
     variety: Auto<f64>,
+    /// No patch is laid where a neighbour shows the same, moved by less than so many pixels, if there is any other;
+    /// auto: one and a half regions for outputs of over six times the exemplar, without a lattice or a --region, else
+    /// 0.
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
+    apart: Auto<u32>,
     /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     refine: Auto<u32>,
@@ -65,7 +70,8 @@ pub(crate) struct Graphcut {
     /// picture, or follows scales, has one.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     levels: Auto<u32>,
-    /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --tries 1 --levels 1.
+    /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --apart 0 --tries 1
+    /// --levels 1.
     #[arg(long)]
     paper: bool,
     #[command(flatten)]
@@ -159,6 +165,7 @@ impl Graphcut {
             reach: self.reach.0,
             randomness: self.randomness,
             variety: self.variety.0,
+            apart: self.apart.0,
             refine: self.refine.0,
             patience: self.patience,
             tries: self.tries,

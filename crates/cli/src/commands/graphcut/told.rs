@@ -18,6 +18,8 @@ impl Graphcut {
             .set("region", sides_typed(plan.region))
             .set("reach", sides_typed(plan.reach))
             .set("variety", plan.variety)
+            .set("apart", plan.apart)
+            .unless("apart", 0)
             .set("refine", self.refine.0)
             .set("levels", plan.levels);
         // Most have one, and would choose it again; where it was asked for, another might be chosen.

@@ -81,6 +81,7 @@ impl WovenArgs {
             reach: self.reach.and_then(|reach| reach.0),
             randomness: self.randomness.unwrap_or(default.randomness),
             variety: self.variety.and_then(|variety| variety.0),
+            apart: None,
             refine: self.refine.and_then(|refine| refine.0),
             patience: self.patience.unwrap_or(default.patience),
             tries: self.tries.unwrap_or(default.tries),
