@@ -15,6 +15,7 @@ mod graphcut;
 mod hybrid;
 mod merge;
 mod optimize;
+mod order;
 mod over;
 mod planes;
 mod program;
