@@ -20,6 +20,8 @@ struct Row {
     strip: String,
     number: usize,
     exemplar: String,
+    /// Whether it stands in the line of the row before.
+    beside: bool,
     /// Pictures that its runs follow, if any.
     targets: Vec<String>,
     runs: Vec<String>,
@@ -36,7 +38,7 @@ pub(crate) fn run(args: &[String]) -> Outcome {
         let mut pictures = Vec::new();
         for row in rows.iter().filter(|row| row.strip == *name) {
             let (made, hash) = made(row, &selvedge)?;
-            if !pictures.is_empty() {
+            if !pictures.is_empty() && !row.beside {
                 pictures.push("/".into());
             }
             pictures.push(row.exemplar.clone());
@@ -77,9 +79,10 @@ fn rows() -> Result<Vec<Row>, String> {
                 let all = row.get(key).and_then(|v| v.as_array()).into_iter().flatten();
                 all.filter_map(|v| v.as_str()).map(str::to_owned).collect::<Vec<_>>()
             };
+            let beside = row.get("beside").and_then(toml::Value::as_bool).unwrap_or(false);
             let (targets, runs) = (texts("targets"), texts("runs"));
             program::check(!runs.is_empty(), || format!("{ROWS}: row {number} of `{name}` has no `runs`"))?;
-            all.push(Row { strip: name.clone(), number, exemplar, targets, runs });
+            all.push(Row { strip: name.clone(), number, exemplar, beside, targets, runs });
         }
     }
     Ok(all)
