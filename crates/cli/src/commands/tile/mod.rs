@@ -73,7 +73,12 @@ impl Method for TileCommand {
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let widened = sources.iter().map(|source| Bytes::of_samples(*source, channels as u64 + 1)).sum();
         match self.method {
-            MethodArg::Overlap => estimate_labels(sources, channels, output) + Bytes::of_samples(output, 8),
+            MethodArg::Overlap => {
+                // For its period, all of the picture is looked at before.
+                let look = |source: &Domain<2>| selvedge_analysis::estimate(*source, channels, true);
+                let looked = sources.iter().filter(|_| self.period.is_some()).map(look).max().unwrap_or_default();
+                looked.then(estimate_labels(sources, channels, output) + Bytes::of_samples(output, 8))
+            }
             // The picture once more, its border left out.
             MethodArg::Band => estimate_fill(sources, channels, output, &FillOptions::default()) + widened,
         }
