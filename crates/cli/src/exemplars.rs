@@ -7,7 +7,7 @@ use selvedge_core::{Bytes, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Pl
 use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
 use serde_json::Value;
 
-use crate::args::{DepthArg, NonFiniteArg};
+use crate::args::DepthArg;
 use crate::backdrop::{Backdrop, spare_holes};
 use crate::failure::{Failure, n};
 use crate::harmonise::{
@@ -16,6 +16,7 @@ use crate::harmonise::{
 use crate::inputs::{self, Input};
 use crate::light::LightArgs;
 use crate::loaded::ExemplarSet;
+use crate::options::NonFinite;
 use crate::outputs;
 use crate::planes::check_size;
 use crate::report::Report;
@@ -42,9 +43,8 @@ pub(crate) struct ExemplarArgs {
     /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
     pub(crate) exposure: f64,
-    /// What becomes of float samples that are infinite or no numbers.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
-    pub(crate) nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    pub(crate) nonfinite: NonFinite,
     #[command(flatten)]
     pub(crate) light: LightArgs,
     /// The mask of the first exemplar is white where it has holes.
@@ -91,7 +91,7 @@ impl ExemplarArgs {
     pub(crate) fn used_if_any(&self, used: Used) -> Used {
         let used = used.unless("exposure", 0.0).unless("ignore-light", Value::Null).unless("flatten", Value::Null);
         // It acts on odd pictures alone.
-        if self.nonfinite == NonFiniteArg::Error { used.set("nonfinite", Value::Null) } else { used }
+        used.set("nonfinite", self.nonfinite.typed())
     }
 
     /// All files that are read.

@@ -162,8 +162,8 @@ pub(crate) fn fingerprint(path: &Path, picture: &Picture) -> Fingerprint {
 }
 
 /// How pictures are read in this run.
-pub(crate) fn options(limits: Limits, role: Role, nonfinite: NonFiniteArg) -> ReadOptions {
-    ReadOptions { limits, role, nonfinite: nonfinite.into(), ..ReadOptions::default() }
+pub(crate) fn options(limits: Limits, role: Role, nonfinite: impl Into<NonFiniteArg>) -> ReadOptions {
+    ReadOptions { limits, role, nonfinite: nonfinite.into().into(), ..ReadOptions::default() }
 }
 
 /// Standard input and pipes can be read once.

@@ -3,6 +3,7 @@
 use clap::{Arg, Args};
 use selvedge_core::{SeamMeasure, Transform};
 
+use crate::args::{NonFiniteArg, typed_name};
 use crate::values::SeamArg;
 
 /// Changes one option of those that a command shares with others, which stays where it is: one that clap changes alone
@@ -59,4 +60,25 @@ pub(crate) struct Spread {
     /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = selvedge_quilting::Options::default().spread)]
     pub(crate) spread: f64,
+}
+
+/// What is read of floats.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct NonFinite {
+    /// What becomes of float samples that are infinite or no numbers.
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
+    nonfinite: NonFiniteArg,
+}
+
+impl NonFinite {
+    /// As it is typed, where it is not what it is by default.
+    pub(crate) fn typed(self) -> Option<String> {
+        (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite))
+    }
+}
+
+impl From<NonFinite> for NonFiniteArg {
+    fn from(option: NonFinite) -> Self {
+        option.nonfinite
+    }
 }

@@ -22,6 +22,7 @@ use crate::planes::{Laying, PlaneHeaders, is_upright, warn_of_normals};
 use crate::repairing::Repairing;
 use crate::report::Report;
 use crate::session::Session;
+use crate::size::Size;
 use crate::weaving::{Sizing, Weaving};
 use crate::{explain, eyes, names, outputs, page};
 
@@ -32,6 +33,8 @@ type Arrangement<'a> = Box<dyn Fn(&[Domain<2>]) -> Domain<2> + 'a>;
 pub(crate) enum OutputSize<'a> {
     /// What is typed, or a multiple of the first exemplar.
     Exemplar(Sizing),
+    /// The first exemplar's, or as it is typed; its lattice is what it is.
+    First(Option<Size>),
     /// A picture, of which the header is read, so many times larger.
     Picture(Input, u32),
     /// The same, and what was there before must have it.
@@ -78,6 +81,10 @@ impl OutputSize<'_> {
     fn domain(&self, session: &Session<'_>, weaving: &Weaving, exemplars: &[Domain<2>]) -> Result<Domain<2>, Failure> {
         match self {
             Self::Exemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
+            Self::First(size) => {
+                let own = exemplars[0].shape;
+                Ok(weaving.tiled(size.map_or(own, |size| size.shape(own))))
+            }
             Self::Picture(picture, times) => Ok(weaving.tiled(followed(session, weaving, picture, *times)?)),
             Self::Upon(ground, picture, times) => {
                 let shape = followed(session, weaving, picture, *times)?;
@@ -98,7 +105,7 @@ impl OutputSize<'_> {
         match self {
             Self::Exemplar(sizing) => sizing.is_multiple(),
             Self::Picture(..) | Self::Upon(..) => false,
-            Self::Arranged(_) => true,
+            Self::First(_) | Self::Arranged(_) => true,
             Self::Ground(ground, sizing) => ground.is_bare() && sizing.is_multiple(),
         }
     }
@@ -219,7 +226,7 @@ impl<'a> Setup<'a> {
             OutputSize::Ground(ground, _) => (Some(ground as Box<dyn Before>), None),
             OutputSize::Picture(picture, _) => (None, Some(picture)),
             OutputSize::Upon(ground, picture, _) => (Some(ground as Box<dyn Before>), Some(picture)),
-            OutputSize::Exemplar(_) | OutputSize::Arranged(_) => (None, None),
+            OutputSize::Exemplar(_) | OutputSize::First(_) | OutputSize::Arranged(_) => (None, None),
         };
         Ok(Loom {
             session,
@@ -248,7 +255,7 @@ impl<'a> Setup<'a> {
         let free = match self.size {
             OutputSize::Exemplar(_) => true,
             OutputSize::Ground(ref ground, _) => ground.is_bare(),
-            OutputSize::Picture(..) | OutputSize::Upon(..) | OutputSize::Arranged(_) => false,
+            OutputSize::First(_) | OutputSize::Picture(..) | OutputSize::Upon(..) | OutputSize::Arranged(_) => false,
         };
         if domain.periodic == [false; 2] || !as_it_is || !free {
             return Ok(domain);
@@ -284,7 +291,7 @@ impl<'a> Setup<'a> {
             depth: args.input.depth.map(Depth::from),
             format: args.format.map(Format::from),
             exposure: args.input.exposure,
-            nonfinite: args.input.nonfinite,
+            nonfinite: args.input.nonfinite.into(),
             blending: self.blending,
             copy: args.with.copy,
         }

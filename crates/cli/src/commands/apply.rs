@@ -6,12 +6,13 @@ use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance};
 
-use crate::args::{DepthArg, FormatArg, NonFiniteArg, RoleArg, typed_name};
+use crate::args::{DepthArg, FormatArg, RoleArg};
 use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::stops;
 use crate::inputs::{self, Input, ReadMap};
+use crate::options::NonFinite;
 use crate::outputs::{self, Outputs};
 use crate::planes::{Layer, Laying, PlaneHeaders, roles_typed};
 use crate::report::{Done, Report};
@@ -60,9 +61,8 @@ pub(crate) struct Apply {
     /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
     exposure: f64,
-    /// What becomes of float samples that are infinite or no numbers.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
-    nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    nonfinite: NonFinite,
 }
 
 impl Apply {
@@ -100,7 +100,7 @@ impl Apply {
             depth: self.depth.map(Depth::from),
             exposure: self.exposure,
             format: self.format.map(Format::from),
-            nonfinite: self.nonfinite,
+            nonfinite: self.nonfinite.into(),
             blending: self.blending,
             copy: self.copy,
         }
@@ -161,8 +161,7 @@ impl Apply {
         let used = if self.copy { used } else { used.without("copy") };
         let used = if self.quality.is_none() { used.without("quality") } else { used };
         let used = if self.exposure == 0.0 { used.without("exposure") } else { used };
-        let odd = (self.nonfinite != NonFiniteArg::Error).then(|| typed_name(self.nonfinite));
-        used.set("nonfinite", odd).with("role", roles)
+        used.set("nonfinite", self.nonfinite.typed()).with("role", roles)
     }
 }
 

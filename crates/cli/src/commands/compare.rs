@@ -8,12 +8,12 @@ use selvedge_io::clip::ClipOptions;
 use selvedge_io::{Format, Info, Metadata};
 use serde_json::json;
 
-use crate::args::NonFiniteArg;
 use crate::clips::ClipInput;
 use crate::failure::{Failure, shown};
 use crate::harmonise::{Layout, alike, common_layout, converted, widened};
 use crate::inputs::{self, Input};
 use crate::memory;
+use crate::options::NonFinite;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -48,9 +48,8 @@ pub(crate) struct Compare {
     /// Write the differences as a picture; the greatest one is white.
     #[arg(long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     diff: Option<PathBuf>,
-    /// What becomes of float samples that are infinite or no numbers.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
-    nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    nonfinite: NonFinite,
 }
 
 fn not_negative(text: &str) -> Result<f64, Wrong> {

@@ -11,13 +11,13 @@ use selvedge_io::{Info, ReadOptions};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 
-use crate::args::NonFiniteArg;
 use crate::commands::analogies::fit;
 use crate::commands::analogies::palette::Palette;
 use crate::failure::{Failure, shown};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
 use crate::memory;
+use crate::options::NonFinite;
 use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -29,9 +29,8 @@ pub(crate) struct Inspect {
     /// A picture of the texture.
     #[arg(value_name = "EXEMPLAR", value_hint = ValueHint::FilePath)]
     exemplar: PathBuf,
-    /// What becomes of float samples that are infinite or no numbers.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
-    nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    nonfinite: NonFinite,
     /// Tell how well a picture that lies under the exemplar covers one that an output is to follow: what share of the
     /// second one is like nothing in the first. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]

@@ -8,10 +8,10 @@ use selvedge_io::Info;
 use selvedge_metrics::{Columns, Judge, preference};
 use serde_json::{Value, json};
 
-use crate::args::NonFiniteArg;
 use crate::failure::{Failure, n as count, shown};
 use crate::harmonise::{Layout, common_layout, widened};
 use crate::inputs::{self, Input};
+use crate::options::NonFinite;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::{memory, outputs};
@@ -31,9 +31,8 @@ pub(crate) struct Score {
     /// The source map of each output, in order; without, what seams cost is not told.
     #[arg(long, value_name = "FILE.exr", value_hint = ValueHint::FilePath)]
     map: Vec<PathBuf>,
-    /// What becomes of float samples that are infinite or no numbers.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
-    nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    nonfinite: NonFinite,
 }
 
 impl Score {

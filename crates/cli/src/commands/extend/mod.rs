@@ -75,7 +75,7 @@ impl Anchor {
 
 impl Method for Extend {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        let size = OutputSize::Arranged(Box::new(|sources| self.fill.tiled(self.size.shape(sources[0].shape))));
+        let size = OutputSize::First(Some(self.size));
         Ok(Setup { command: "extend", size, ..self.fill.setup(session)? })
     }
 

@@ -49,14 +49,13 @@ pub(crate) struct Fill {
 
 impl Method for Fill {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        let size = OutputSize::Arranged(Box::new(|sources| self.weaving.tiled(sources[0].shape)));
         Ok(Setup {
             weaving: Cow::Owned(self.all()?),
             transforms: self.turning.transforms(),
             blending: self.blending,
             keeps: true,
             files: Some(self.weaving.input.exemplars.clone()),
-            ..Setup::new("fill", &self.weaving, size)
+            ..Setup::new("fill", &self.weaving, OutputSize::First(None))
         })
     }
 
@@ -98,11 +97,6 @@ impl Fill {
             all.input.mask.resize(1 + others, none);
         }
         Ok(all)
-    }
-
-    /// An output of a shape, with the topology asked for.
-    pub(crate) fn tiled(&self, shape: [u32; 2]) -> Domain<2> {
-        self.weaving.tiled(shape)
     }
 
     pub(crate) fn options(&self) -> FillOptions {

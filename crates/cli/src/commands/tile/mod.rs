@@ -3,6 +3,8 @@
 mod told;
 mod widths;
 
+use std::borrow::Cow;
+
 use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain};
 use selvedge_graphcut_textures::labels::{
@@ -66,8 +68,13 @@ impl Method for TileCommand {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         self.validate()?;
         // The picture's own size is the most that it can have; what an overlap takes off is known once it is read.
-        let size = OutputSize::Arranged(Box::new(|sources| Tile::domain(Some(self.axes()), sources[0].shape)));
-        Ok(Setup { blending: self.blending, keeps: true, ..Setup::new("tile", &self.weaving, size) })
+        let tiled = Weaving { tile: Some(self.axes()), ..self.weaving.clone() };
+        Ok(Setup {
+            blending: self.blending,
+            keeps: true,
+            weaving: Cow::Owned(tiled),
+            ..Setup::new("tile", &self.weaving, OutputSize::First(None))
+        })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {

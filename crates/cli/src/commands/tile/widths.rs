@@ -6,6 +6,7 @@ use selvedge_graphcut_textures::labels::{check_band, check_overlap, overlaps};
 use super::{MethodArg, TileCommand};
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
+use crate::method::Method as _;
 use crate::size::Tile;
 use crate::values::Auto;
 
@@ -41,9 +42,16 @@ impl TileCommand {
             MethodArg::Band => check_band(shape, widths).map_err(about)?,
         }
         if self.method == MethodArg::Overlap {
-            loom.domain.shape = std::array::from_fn(|a| shape[a].saturating_sub(widths[a]).max(1));
+            self.lay(loom, std::array::from_fn(|a| shape[a].saturating_sub(widths[a]).max(1)))?;
         }
         Ok(widths)
+    }
+
+    /// The output becomes smaller.
+    fn lay(&self, loom: &mut Loom<'_>, shape: [u32; 2]) -> Result<(), Failure> {
+        let exemplars = &loom.loaded.exemplars;
+        let (domain, channels) = (exemplars.sources()[0].domain(), exemplars.channels());
+        loom.lay(shape, |output| self.bytes(&[domain], channels, output))
     }
 
     /// The shape of one period, which the output has; along axes that are not closed all of the picture.
@@ -75,7 +83,7 @@ impl TileCommand {
                 return Err(about(what).remedy("give a period of 2 px or more, and 2 less than the picture"));
             }
         }
-        loom.domain.shape = period;
+        self.lay(loom, period)?;
         Ok(period)
     }
 }

@@ -6,10 +6,10 @@ use clap::{Args, ValueHint};
 use selvedge_core::Role;
 use selvedge_io::clip::{ClipOptions, Flipbook, Range, Rate};
 
-use crate::args::NonFiniteArg;
 use crate::clips::{self, ClipInput};
 use crate::failure::Failure;
 use crate::inputs;
+use crate::options::NonFinite;
 use crate::session::Session;
 
 /// The clip, its other passes, and how they are read.
@@ -32,9 +32,8 @@ pub(super) struct ReadArgs {
     #[arg(long, value_name = "PX", requires = "from_flipbook")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub(super) from_pad: Option<u32>,
-    /// What becomes of float samples that are infinite or no numbers.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NonFiniteArg::Error)]
-    pub(super) nonfinite: NonFiniteArg,
+    #[command(flatten)]
+    pub(super) nonfinite: NonFinite,
 }
 
 impl ReadArgs {
