@@ -237,11 +237,11 @@ mod tests {
         );
         assert_eq!(
             failure("selvedge quilt a.png -o b.png --over c.png"),
-            "unexpected argument '--over' found; --over is an option of graphcut and hybrid"
+            "unexpected argument '--over' found; --over is an option of graphcut, numbers, analogy, detail and hybrid"
         );
         assert_eq!(
             failure("selvedge fill a.png -o b.png --reach 3"),
-            "unexpected argument '--reach' found; --reach is an option of graphcut"
+            "unexpected argument '--reach' found; --reach is an option of graphcut and video"
         );
         assert!(failure("selvedge animate a.png -o b.png --with c.png").contains("--with is an option of "));
         assert_eq!(
