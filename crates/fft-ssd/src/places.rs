@@ -89,10 +89,11 @@ impl SsdSearcher<'_, 2> {
     /// If the template does not lie inside of the source there, or has other channels than the searcher.
     pub fn compare(&self, pattern: &Pattern<'_>, place: &mut Place, most: u64) {
         let source = &self.source(place.source);
-        let (stride, samples) = (source.shape[2], pattern.features.len() / self.channels());
-        let shape = pattern.shape.map(|n| n as usize);
-        let is_inside = (0..2).all(|a| (place.at[a] + pattern.shape[a]) as usize <= source.shape[a + 1]);
-        assert!(is_inside && pattern.features.len() == samples * self.channels(), "templates lie inside of sources");
+        let (stride, shape) = (source.shape[2], pattern.shape.map(|n| n as usize));
+        let samples = shape[0] * shape[1];
+        let is_inside = (0..2).all(|a| place.at[a] as usize + shape[a] <= source.shape[a + 1]);
+        assert!(is_inside, "templates lie inside of sources");
+        assert!(pattern.features.len() == samples * self.channels(), "a template has the searcher's channels");
         let first = place.at[0] as usize * stride + place.at[1] as usize;
         let step = pattern.stretches.len().div_ceil(PARTS);
         loop {

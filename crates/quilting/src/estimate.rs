@@ -65,7 +65,8 @@ fn of_blocks(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, option
         let last = (first..=largest).take_while(|&block| halved(block) == halvings).last().unwrap_or(first);
         let laid = Laid { least: first, largest: last, overlap: overlap(last) };
         most = most.max(of_laid(exemplars, channels, output, &laid, halvings));
-        first = last + 1;
+        let Some(next) = last.checked_add(1) else { break };
+        first = next;
     }
     let measured = exemplars.iter().map(|e| selvedge_analysis::estimate_size(*e, channels, masked)).max();
     measured.filter(|_| options.block.is_none()).unwrap_or_default().then(Bytes(A_RUN) + most)
@@ -90,7 +91,7 @@ fn of_laid(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, laid: &L
     }
     let whole = Compared { side: laid.largest, samples: compared(&output, laid.largest, laid.overlap) };
     // A sample on an edge may be one more.
-    let side = (whole.side >> halvings) + 1;
+    let side = (whole.side >> halvings).saturating_add(1);
     let samples = (whole.samples >> (2 * halvings)) + 4 * u64::from(side);
     let template = Compared { side, samples: if halvings == 0 { whole.samples } else { samples } };
     let workers = at_once(places(&small)).min(blocks.at_once);

@@ -37,7 +37,7 @@
 //! # Current state
 //! Synthesis and transfer (sections 2 and 3 of the paper) in full, with periodic outputs, masks and several exemplars.
 //! Every block of every source is searched by `selvedge-fft-ssd`: exactly, or from 384 samples a side on from above
-//! ([`Search`]), unless asked otherwise.
+//! ([`SearchBy`]), unless asked otherwise.
 //!
 //! # Papers
 //! `[Efros01]`: A. A. Efros, W. T. Freeman, *Image Quilting for Texture Synthesis and Transfer*, SIGGRAPH 2001.

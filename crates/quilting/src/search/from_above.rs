@@ -152,7 +152,10 @@ impl<'e> FromAbove<'e> {
         reserve(places, 16 * coarse.len())?;
         let sources = self.sizes[level].sources();
         for c in coarse {
-            let most = [0, 1].map(|a| sources[c.source].domain().shape[a].saturating_sub(shape[a]));
+            // Halved, a source may hold a block that it does not hold whole.
+            let most = [0, 1].map(|a| sources[c.source].domain().shape[a].checked_sub(shape[a]));
+            let [Some(down), Some(across)] = most else { continue };
+            let most = [down, across];
             // The block that a coarse sample stands for, and one sample around it.
             let range = |a: usize| (2 * c.at[a]).saturating_sub(1).min(most[a])..=(2 * c.at[a] + 2).min(most[a]);
             places.extend(range(0).flat_map(|y| range(1).map(move |x| Place::new(c.source, [y, x]))));
@@ -194,6 +197,9 @@ impl Search for FromAbove<'_> {
         for level in (0..self.sizes.len() - 1).rev() {
             let template = pieces[level].template();
             self.around(level, &coarse, template.shape(), places)?;
+            if places.is_empty() {
+                return self.exact.near(terms, within, avoid, &mut scratch.exact);
+            }
             let allowed = |place: &Place| !avoid(place.source, place.at);
             if level == 0 && places.iter().any(allowed) {
                 places.retain(allowed);

@@ -42,6 +42,21 @@ fn the_map_is_the_same_on_any_number_of_threads_with_any_instructions_and_within
     assert_ne!(on(2, Run::seeded(6)), first, "another seed gives another map");
 }
 
+/// Halved, both hold halves of it.
+#[test]
+fn a_block_that_one_exemplar_alone_holds_is_taken_from_that_one() {
+    let planes = [simple::spots(404, 406, 13, 1), simple::spots(400, 400, 9, 2)];
+    let exemplars = Exemplars::of(&planes.each_ref().map(std::slice::from_ref)).unwrap();
+    let options = Options { block: Some(401), overlap: Some(100), ..Options::default() };
+    for seed in 0..3 {
+        let plan = Plan::new(&exemplars, Domain::open([404, 750]), &options, &Run::seeded(seed)).unwrap();
+        assert_eq!(plan.halvings(), 1);
+        let map = plan.weave(&Run::seeded(seed)).unwrap().result;
+        let whole = Domain::open([200, 401]).positions();
+        assert!(whole.into_iter().all(|at| map.locate(at).is_some_and(|(source, _)| source == 0)), "{seed}");
+    }
+}
+
 #[test]
 fn blocks_of_all_exemplars_are_laid_and_tiling_closes() {
     let planes = planes();
