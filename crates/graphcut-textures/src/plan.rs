@@ -100,13 +100,12 @@ impl<const D: usize> Plan<D> {
         may_show_few: bool,
     ) -> Result<Self, Error> {
         let boxes = ValidBoxes::of(exemplars);
-        let few_copies = may_show_few && shows_few_copies(&boxes, output);
+        let shows_few = shows_few_copies(&boxes, output);
+        let few_copies = may_show_few && shows_few;
         // What was asked for by regions is laid by regions.
         let named = options.region.is_some() || options.reach.is_some();
-        let lies_apart = options.apart.is_none()
-            && !few_copies
-            && options.region.is_none()
-            && options.placement != Placement::Random;
+        let lies_apart =
+            options.apart.is_none() && !shows_few && options.region.is_none() && options.placement != Placement::Random;
         let chooses = lies_apart || options.placement == Placement::Auto;
         let measured = if chooses && D != CLIP { Texture::of_each(exemplars)? } else { Vec::new() };
         let placement = match options.placement {

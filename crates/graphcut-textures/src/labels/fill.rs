@@ -55,8 +55,9 @@ impl Default for FillOptions {
 impl FillOptions {
     /// Those of the patches that grow over what no label reaches, and that refine.
     fn graphcut<const D: usize>(&self) -> Options<D> {
-        // All that a hole needs is near it: of whole exemplars most would be thrown away.
-        Options { seam: self.seam, refine: self.refine, placement: crate::Placement::Sub, ..Options::default() }
+        // All that a hole needs is near it: of whole exemplars most would be thrown away, and nothing has to lie apart.
+        let (placement, apart) = (crate::Placement::Sub, Some(0));
+        Options { seam: self.seam, refine: self.refine, placement, apart, ..Options::default() }
     }
 }
 

@@ -9,10 +9,10 @@ use super::the_clip;
 use crate::error::Error;
 
 /// An upper bound of the bytes that [`hold_still`] holds besides the clip's features and the map: two maps, prices of
-/// seams over a clip that the map shows at least once, and a move over all of the map.
-pub fn estimate_still(channels: usize, map: Domain<3>) -> Bytes {
-    let two = Bytes::of_samples(map, 8);
-    two + SeamCosts::<3>::bytes(Bytes::of_samples(map, 1), channels) + selvedge_expansion::estimate(map.shape)
+/// seams over the clip, and a move over all of the map.
+pub fn estimate_still(clip: Domain<3>, channels: usize, map: Domain<3>) -> Bytes {
+    let prices = SeamCosts::<3>::bytes(Bytes::of_samples(clip, 1), channels);
+    Bytes::of_samples(map, 8) + prices + selvedge_expansion::estimate(map.shape)
 }
 
 /// Shows one frame of the clip for good where `mask` is true, and around it where that makes seams cheaper: the cut
@@ -23,7 +23,8 @@ pub fn estimate_still(channels: usize, map: Domain<3>) -> Bytes {
 ///
 /// # Errors
 /// [`Error::OneClip`], [`Error::Frames`]; [`Error::Core`] for a frame that is not there, a mask or a map of another
-/// size than the clip's frames, and if memory is short; [`Error::Cut`], also if the run is cancelled.
+/// size than the clip's frames, one over the run's limits, and if memory is short; [`Error::Cut`], also if the run is
+/// cancelled.
 ///
 /// # Optimality
 /// Seams in time of what stands still are no metric beside those of what moves: of 40 brute-forced loops of 3 frames of
@@ -50,7 +51,8 @@ pub fn hold_still(
             return Err(CoreError::StartShape { what, expected: vec![height, width], found: found.into() }.into());
         }
     }
-    run.limits.admit(map.domain(), estimate_still(exemplars.channels(), map.domain()))?;
+    let clip = Domain::open([frames, height, width]);
+    run.limits.admit(map.domain(), estimate_still(clip, exemplars.channels(), map.domain()))?;
     let still = |place: usize| SampleId::new(frame * pixels + place as u32 % pixels);
     let pinned = |place: usize| mask.plane(0)[place % pixels as usize];
     let costs = SeamCosts::new(exemplars, seam)?;

@@ -29,7 +29,7 @@ impl Video {
         }
         // The map, one rendered clip, and all of them as files that were not compressed.
         let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);
-        work += self.still.bytes(colors, Domain::open(way.most(domain)));
+        work += self.still.bytes(domain, colors, Domain::open(way.most(domain)));
         let times = |bytes: Bytes| Bytes(bytes.0.saturating_mul(longest.0) / Bytes::of_samples(domain, 1).0.max(1));
         let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
         let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };

@@ -55,8 +55,8 @@ impl StillArgs {
     }
 
     /// Bytes beside those of the map.
-    pub(super) fn bytes(&self, channels: usize, output: Domain<3>) -> Bytes {
-        if self.fixed.is_some() { estimate_still(channels, output) } else { Bytes(0) }
+    pub(super) fn bytes(&self, clip: Domain<3>, channels: usize, output: Domain<3>) -> Bytes {
+        if self.fixed.is_some() { estimate_still(clip, channels, output) } else { Bytes(0) }
     }
 
     /// Reads the mask.
