@@ -80,14 +80,16 @@ pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> 
     Ok(Plane { samples, alpha: to.alpha, ..plane })
 }
 
-/// The same picture with alpha: nothing shows where it `hides`.
+/// The same picture with alpha: nothing shows where it `hides`, nor stands there: light without alpha would shine.
 pub(crate) fn hidden(plane: Plane<2>, hides: impl Fn(usize) -> bool) -> Result<Plane<2>, Failure> {
     let colors = plane.color_channels();
     let mut plane = widened(plane, Layout { colors, alpha: true })?;
-    match &mut plane.samples {
-        Samples::U8(grid) => fill(grid.plane_mut(colors), hides, 0),
-        Samples::U16(grid) | Samples::F16(grid) => fill(grid.plane_mut(colors), hides, 0),
-        Samples::F32(grid) => fill(grid.plane_mut(colors), hides, 0.0),
+    for c in 0..=colors {
+        match &mut plane.samples {
+            Samples::U8(grid) => fill(grid.plane_mut(c), &hides, 0),
+            Samples::U16(grid) | Samples::F16(grid) => fill(grid.plane_mut(c), &hides, 0),
+            Samples::F32(grid) => fill(grid.plane_mut(c), &hides, 0.0),
+        }
     }
     Ok(plane)
 }
@@ -187,9 +189,7 @@ pub(crate) fn associated(
         return Ok(plane);
     }
     // An opaque picture is both.
-    let alpha = plane.color_channels();
-    let opaque = (0..plane.domain().len()).all(|i| plane.samples.value(alpha, i) == plane.samples.depth().full());
-    if opaque {
+    if plane.is_opaque() {
         return Ok(Plane { association: to, ..plane });
     }
     session.warn(
@@ -215,6 +215,14 @@ mod tests {
         assert_eq!(common(&[Depth::U8, Depth::U16, Depth::U8]), Some(Depth::U16));
         assert_eq!(common(&[Depth::F32, Depth::F16]), Some(Depth::F32));
         assert_eq!(common(&[Depth::F16, Depth::U8]), None);
+    }
+
+    #[test]
+    fn where_nothing_shows_nothing_stands() {
+        let light = Grid::from_vec(Domain::open([1, 2]), 1, vec![2.5_f32, 0.5]).unwrap();
+        let shown = hidden(Plane::new(Role::Color, Samples::F32(light)), |i| i == 0).unwrap();
+        let Samples::F32(grid) = &shown.samples else { unreachable!() };
+        assert_eq!(grid.samples(), [0.0, 0.5, 0.0, 1.0]);
     }
 
     #[test]

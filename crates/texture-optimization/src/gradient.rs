@@ -93,6 +93,7 @@ impl Measure<'_> {
     ///
     /// Its normal equations have a diagonal and the four neighbours; they are solved by conjugate gradients that never
     /// leave the energy higher than it was.
+    ///
     /// Solves for `x`, in place. `whole` is what neighborhoods of weight 1 weigh together over each sample.
     pub(crate) fn solve(
         &self,

@@ -40,7 +40,11 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--flow sink --schedule 1:10", 2, "use a multiple of 4"),
         ("--flow sink --schedule 1:64 --size 32", 3, "no neighborhood of 64 px"),
         ("--flow sink --init map.exr", 2, "write auto, quilt"),
-        ("--flow sink --frames 5 --close 5", 2, "--close 5 leaves no frame as it is, of 5; use --close 4 or less"),
+        (
+            "--flow sink --frames 5 --close 5",
+            2,
+            "--close 5 leaves no frame as it is, of 5; use --close 4 or less, or ask for more --frames",
+        ),
         ("--flow sink --within @/stars.png", 3, "stars.png': 128x128 px, but the frames have 384x384 px"),
         ("--flow sink --within m.#.png --frames 3", 3, "2 masks for 3 frames; use --frames 2"),
         ("--flow sink --seed 1..3", 2, "3 seeds for one clip"),

@@ -107,21 +107,30 @@ impl<'e> Animator<'e> {
     }
 
     /// From now on leads back to the first frame: over as many frames as there are flows, of which the last leads from
-    /// the last frame to the first, which is not made again.
+    /// the last frame to the first, which is not made again. Beside each flow, where a body is in the frame that it
+    /// leads to, if it does not fill it.
     ///
     /// # Errors
-    /// [`Error::FlowShape`], [`Error::FlowValue`], or no memory: as much as [`closing_bytes`] tells.
+    /// [`Error::FlowShape`], [`Error::FlowValue`], [`Error::Control`] for a body of another shape, or no memory: as
+    /// much as [`closing_bytes`] tells.
     pub fn close<'f>(
         &mut self,
-        flows: impl DoubleEndedIterator<Item = &'f Flow> + ExactSizeIterator + Clone,
+        flows: impl DoubleEndedIterator<Item = (&'f Flow, Option<&'f Grid<bool, 2>>)> + ExactSizeIterator + Clone,
         run: &Run<'_, 2>,
     ) -> Result<(), Error> {
         let output = self.map.domain();
-        flows.clone().try_for_each(|flow| check(flow, output))?;
+        flows.clone().try_for_each(|(flow, within)| self.check(flow, within))?;
+        run.limits.admit(output, closing_bytes(output, flows.len() as u32))?;
         let direction = self.options.direction.reversed();
-        let back = flows.rev().map(|flow| origins(&flow_over(flow, output), direction));
+        let back = flows.rev().map(|(flow, within)| came_from(flow, direction, (output, within)));
         self.closing = Some(Closing::new(&self.begun, output, back, run.seed)?);
         Ok(())
+    }
+
+    fn check(&self, flow: &Flow, within: Option<&Grid<bool, 2>>) -> Result<(), Error> {
+        let output = self.map.domain();
+        check(flow, output)?;
+        within.map_or(Ok(()), |within| control::check("body that flows", within, output, 1))
     }
 
     /// Makes the next frame: that which is there, moved, and what a texture makes of it. A run that was cancelled has
@@ -139,16 +148,10 @@ impl<'e> Animator<'e> {
         run: &Run<'_, 2>,
     ) -> Result<Woven<&SourceMap<2>, FrameStats>, Error> {
         let output = self.map.domain();
-        check(flow, output)?;
-        within.map_or(Ok(()), |within| control::check("body that flows", within, output, 1))?;
-        let mut origins = origins(&flow_over(flow, output), self.options.direction);
-        let came_from = |origin: &Origin, within: &Grid<bool, 2>| within.get(0, origin.nearest(output).0);
-        for origin in origins.iter_mut().filter(|origin| within.is_some_and(|within| !came_from(origin, within))) {
-            origin.is_sure = false;
-        }
+        self.check(flow, within)?;
+        let mut origins = came_from(flow, self.options.direction, (output, within));
         let mut moved = self.carried.moved(&origins);
-        let mut closing = self.closing.take().filter(|closing| !closing.is_over());
-        if let Some(closing) = &mut closing {
+        if let Some(closing) = &self.closing {
             closing.pass(output, &mut moved, &mut origins);
         }
         let before = picture::shown(self.exemplars, &self.map)?;
@@ -161,7 +164,9 @@ impl<'e> Animator<'e> {
         if let Optimized::Map(map) = woven.result {
             self.carried = moved.settled(self.exemplars, &map);
             self.map = map;
-            self.closing = closing;
+            if let Some(closing) = &mut self.closing {
+                closing.go_on();
+            }
         }
         let mut stats = FrameStats { stats: woven.stats, carried };
         self.first = std::mem::take(&mut stats.stats.first);
@@ -169,9 +174,14 @@ impl<'e> Animator<'e> {
     }
 }
 
-/// A flow that goes around where the output does.
-fn flow_over(flow: &Flow, output: Domain<2>) -> Flow {
-    Flow { by: flow.by.clone().with_periodic(output.periodic), known: flow.known.clone() }
+/// Where samples come from, by a flow that goes around where the output does; nothing from outside of a body is sure.
+fn came_from(flow: &Flow, direction: Direction, (output, within): (Domain<2>, Option<&Grid<bool, 2>>)) -> Vec<Origin> {
+    let flow = Flow { by: flow.by.clone().with_periodic(output.periodic), known: flow.known.clone() };
+    let mut origins = origins(&flow, direction);
+    if let Some(within) = within {
+        origins.iter_mut().for_each(|origin| origin.is_sure &= within.get(0, origin.nearest(output).0));
+    }
+    origins
 }
 
 /// Refuses a flow that does not lie over the output, or says no numbers.

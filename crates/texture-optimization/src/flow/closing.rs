@@ -62,15 +62,15 @@ impl Closing {
         Ok(Self { ahead, of, ranks, cells })
     }
 
-    /// True if no frame is ahead.
-    pub(crate) fn is_over(&self) -> bool {
-        self.ahead.is_empty()
+    /// The next frame is there.
+    pub(crate) fn go_on(&mut self) {
+        self.ahead.pop();
     }
 
     /// Lets cells of the next frame pass: so many of all as frames of all are gone with it.
-    pub(crate) fn pass(&mut self, output: Domain<2>, moved: &mut Carried, origins: &mut [Origin]) {
-        let Some(target) = self.ahead.pop() else { return };
-        let gone = self.of - self.ahead.len();
+    pub(crate) fn pass(&self, output: Domain<2>, moved: &mut Carried, origins: &mut [Origin]) {
+        let Some(target) = self.ahead.last() else { return };
+        let gone = self.of + 1 - self.ahead.len();
         let passed = |at: [u32; 2]| {
             let [y, x] = at.map(|p| p / CELL);
             let rank = self.ranks[(y * self.cells[1] + x) as usize];

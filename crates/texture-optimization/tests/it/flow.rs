@@ -63,7 +63,7 @@ fn an_animation_that_closes_leads_back_to_its_first_frame() {
     let (mut gone, mut by) = (Vec::new(), 0);
     for frame in 1..12_u32 {
         if frame == 6 {
-            animator.close(flows[6..].iter(), &run).unwrap();
+            animator.close(flows[6..].iter().map(|flow| (flow, None)), &run).unwrap();
         }
         animator.next(&flows[frame as usize - 1], None, &run).unwrap();
         by += 2 + frame % 2;
@@ -91,6 +91,23 @@ fn nothing_flows_into_a_body_from_outside_of_it() {
     let small = Grid::try_filled(Domain::periodic([24, 31]), 1, true).unwrap();
     let refused = animator.next(&uniform(output, [0.0; 2]), Some(&small), &run).unwrap_err();
     assert_eq!(refused.to_string(), "the body that flows is [24, 31, 1], and [24, 32, 1] is needed");
+}
+
+#[test]
+fn a_body_that_closes_still_lets_nothing_in() {
+    let output = Domain::periodic([24, 80]);
+    let exemplars = exemplars(output.shape, true);
+    let (run, flow) = (Run::seeded(1), uniform(output, [0.0, 3.0]));
+    let body = Grid::from_vec(output, 1, output.positions().map(|[_, x]| x < 40).collect()).unwrap();
+    let mut animator =
+        Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &Animation::default(), &run).unwrap();
+    animator.close([(&flow, Some(&body)); 3].into_iter(), &run).unwrap();
+    // The last of three: what leads to the first frame from outside of its body is not wished for.
+    for _ in 0..2 {
+        animator.next(&flow, Some(&body), &run).unwrap();
+    }
+    let woven = animator.next(&flow, Some(&body), &run).unwrap();
+    assert_eq!(woven.stats.carried, 40.0 / 80.0);
 }
 
 #[test]
@@ -123,7 +140,7 @@ fn threads_and_instructions_change_no_frame() {
             let mut frames = Vec::new();
             for frame in 0..4 {
                 if frame == 1 {
-                    animator.close([&flow; 4].into_iter(), &run).unwrap();
+                    animator.close([(&flow, Some(&body)); 4].into_iter(), &run).unwrap();
                 }
                 frames.push(animator.next(&flow, Some(&body), &run).unwrap().result.clone());
             }

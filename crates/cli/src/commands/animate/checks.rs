@@ -34,8 +34,8 @@ impl Animate {
         match self.close.filter(|close| frames <= *close) {
             Some(close) => {
                 let what = format!("--close {close} leaves no frame as it is, of {frames}");
-                Err(Failure::new(2, what)
-                    .remedy(format!("use --close {} or less, or more --frames", frames.max(2) - 1)))
+                let less = if 1 < frames { format!("use --close {} or less, or ", frames - 1) } else { String::new() };
+                Err(Failure::new(2, what).remedy(format!("{less}ask for more --frames")))
             }
             None => Ok(frames),
         }

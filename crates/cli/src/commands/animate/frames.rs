@@ -54,7 +54,8 @@ impl Animate {
         let mut counts = Vec::new();
         for frame in 0..frames {
             if self.close.is_some_and(|close| frame + close == frames) {
-                animator.close((frame..frames).map(|frame| flows.after(frame)), &run)?;
+                let within = |frame: u32| body.map(|body| body.at((frame + 1) % frames));
+                animator.close((frame..frames).map(|frame| (flows.after(frame), within(frame))), &run)?;
             }
             if 0 < frame {
                 let within = body.map(|body| body.at(frame - 1));

@@ -104,7 +104,9 @@ impl Animate {
         self.check_outputs(session, &headers, (output, frames), &read)?;
         // A field that is built in is one.
         let known = frames.min(flows.as_ref().map_or(1, Flows::len));
-        let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks.len()));
+        let need = |output| {
+            self.need(&headers, (&first, &options), (output, frames), (known, masks.len().min(frames as usize)))
+        };
         let only = (self.input.exemplars.len() == 1).then(|| self.input.exemplars[0].as_path());
         let needed = memory::check(&session.limits, only, output, Resized::Size, &need)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
