@@ -45,10 +45,6 @@ pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
 
 fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     let global = &typed.cli.global;
-    if global.json && stdio::leads_nowhere() {
-        let failure = Failure::new(4, "is closed, and --json answers there").named("standard output");
-        return Err(failure.remedy("leave --json out, or open it"));
-    }
     // What cannot be saved is known before the work.
     let saved = global.save_config.as_ref().map(|_| typed.saved()).transpose()?;
     let turns = typed.turns()?;

@@ -317,7 +317,9 @@ impl<'a> Setup<'a> {
         let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
         let shown_twice = if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };
         let blended = self.blending.bytes(domain, headers.layout.colors + 1, self.keeps);
-        let masked = headers.layout.alpha || !headers.mask_infos.is_empty();
+        // What is turned freely has corners that show nothing.
+        let free = self.transforms.iter().any(|transform| matches!(transform, Transform::Resampled { .. }));
+        let masked = free || headers.layout.alpha || !headers.mask_infos.is_empty();
         let method = estimate(&sources, features, domain, masked) + blended;
         let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &shown, self.keeps)).max().unwrap_or_default();
         let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();

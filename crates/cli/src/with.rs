@@ -62,8 +62,7 @@ impl With {
         if let (Some(files), true) = (mixed, self.role.is_empty()) {
             let names: Vec<String> = files.iter().map(|path| shown(path)).collect();
             let what = format!("{} are planes of different kinds, by their names", names.join(" and "));
-            let remedy =
-                "give all files of one plane, one for each exemplar and the picture of --over, then those of the next";
+            let remedy = "give all files of one plane, one for each exemplar and the picture of --over, then those of the next; or say what they are with --role";
             return Err(Failure::new(2, what).remedy(remedy));
         }
         if self.with.is_empty() && (!self.role.is_empty() || self.copy) {

@@ -205,6 +205,12 @@ impl<const D: usize> Plane<D> {
         self.alpha && self.association == Association::Premultiplied
     }
 
+    /// Whether alpha, if there is any, is whole everywhere: such a picture is straight and premultiplied.
+    pub fn is_opaque(&self) -> bool {
+        let (last, full) = (self.samples.channels() - 1, self.samples.depth().full());
+        !self.alpha || (0..self.domain().len()).all(|i| self.samples.value(last, i) == full)
+    }
+
     /// Whether a sample shows anything: its alpha is not 0, or there is light all the same.
     #[inline]
     pub(crate) fn shows(&self, index: usize) -> bool {

@@ -45,7 +45,8 @@ pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conve
     }
     let straight = straight(plane)?;
     let (curves, mut warnings) = Curves::new(plane, metadata);
-    if plane.is_premultiplied() {
+    // An opaque picture is both.
+    if plane.is_premultiplied() && !plane.is_opaque() {
         warnings.push(Warning::Unmultiplied);
     }
     let samples = match to {

@@ -75,6 +75,10 @@ impl Analogy {
     /// The pair's, and those made from it.
     fn asked(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Asked, Failure> {
         let guide = pair.read(loom)?;
+        if self.luminance && self.knobs.start.backdrop().is_some() {
+            let what = "--luminance brings B to A's light, and --over lays a picture in the light of B";
+            return Err(Failure::new(2, what).remedy("leave one of both out"));
+        }
         let guide = if self.luminance { matched(&guide)? } else { guide };
         let light = guide.derive(luminance)?;
         let derived =

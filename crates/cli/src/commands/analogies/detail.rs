@@ -10,6 +10,7 @@ use selvedge_guides::encode_together;
 use super::job::{Asked, Job};
 use super::{Knobs, Task, told};
 use crate::failure::Failure;
+use crate::harmonise::is_integer;
 use crate::loom::Loom;
 use crate::method::Method as _;
 use crate::outcome::After;
@@ -70,9 +71,31 @@ impl Detail {
 
     fn asked(&self, loom: &mut Loom<'_>) -> Result<Asked, Failure> {
         let (low, scale) = (loom.open(&self.low)?, self.scale);
+        self.check_match(loom, &low)?;
         let own = self.constraint(loom, &low)?;
         let after = move |plane: &mut Plane<2>| match_low(plane, &low, scale).map_err(told::failure);
         Ok(Asked { after: self.match_low.then(|| Box::new(after) as After), ..Asked::one(own) })
+    }
+
+    /// Refuses to match what cannot be compared, or would change what stays to the bit.
+    fn check_match(&self, loom: &Loom<'_>, low: &Plane<2>) -> Result<(), Failure> {
+        let picture = &loom.loaded.payload[0];
+        let refused = |what: &str, remedy: &str| Err(Failure::new(2, what.to_owned()).about(&self.low).remedy(remedy));
+        if !self.match_low {
+            return Ok(());
+        }
+        if !self.knobs.start.files().is_empty() {
+            let what = "--match-low changes the whole picture, and --over, --start and --fixed keep some of it";
+            return refused(what, "leave one of them out");
+        }
+        if is_integer(low.samples.depth()) != is_integer(picture.samples.depth()) {
+            let what = "--match-low adds values of one kind, and one of both is light and the other is not";
+            return refused(what, "give --low in the exemplar's kind, or --depth");
+        }
+        if picture.color_channels() < low.color_channels() {
+            return refused("it has colours that --match-low cannot add to grey", "give a grey one");
+        }
+        Ok(())
     }
 
     fn constraint(&self, loom: &Loom<'_>, low: &Plane<2>) -> Result<Constraint, Failure> {
