@@ -51,7 +51,8 @@ fn shown(said: &Said, folder: &str) -> String {
         }
         Err(_) => said.stdout.clone(),
     };
-    let stderr: String = said.stderr.lines().map(|line| format!("> {}\n", without_times(line))).collect();
+    let stderr: String =
+        said.stderr.lines().map(|line| format!("> {}\n", without_memory(&without_times(line)))).collect();
     stdout + &stderr
 }
 
@@ -66,6 +67,9 @@ fn redact(value: &mut Value, folder: &str) {
                 match key.as_str() {
                     "version" | "seconds" | "threads" | "peak_memory_bytes" | "estimated_memory_bytes" => {
                         *part = json!(format!("[{key}]"));
+                    }
+                    "message" | "remedy" if part.is_string() => {
+                        *part = json!(without_memory(part.as_str().unwrap_or_default()));
                     }
                     "blake3" if made => *part = json!("[file]"),
                     _ => redact(part, folder),
@@ -83,6 +87,27 @@ fn without_times(line: &str) -> String {
         words.get(i + 1).is_some_and(|unit| unit.trim_end_matches('.') == "s") && words[i].parse::<f64>().is_ok()
     };
     (0..words.len()).map(|i| if is_time(i) { "[time]" } else { words[i] }).collect::<Vec<_>>().join(" ")
+}
+
+/// The text without amounts of memory, and sizes that follow from them: more threads hold more.
+fn without_memory(text: &str) -> String {
+    if !text.contains("memory") && !text.contains("--max-memory") {
+        return text.to_owned();
+    }
+    let words: Vec<&str> = text.split(' ').collect();
+    let bare = |word: &str| word.trim_end_matches([';', ',', '.']).to_owned();
+    let is_unit = |word: &&str| ["KiB", "MiB", "GiB"].contains(&bare(word).as_str());
+    let redacted = |i: usize| match words[i] {
+        _ if i != 0 && words[i - 1] == "--max-memory" => "[memory]",
+        word if words.get(i + 1).is_some_and(is_unit) && word.parse::<f64>().is_ok() => "[memory]",
+        word if bare(word).split_once('x').is_some_and(|(w, h)| [w, h].iter().all(|n| n.parse::<u32>().is_ok()))
+            && text.contains("--max-memory") =>
+        {
+            "[size]"
+        }
+        word => word,
+    };
+    (0..words.len()).map(redacted).collect::<Vec<_>>().join(" ")
 }
 
 /// Shape, depth and hash of the samples of a picture; hash of the numbers of a source map; of the bytes of any other
