@@ -18,8 +18,8 @@ pub trait Candidate: Debug + Send + Sync {
     /// What tells at a fraction of the work what this one will be worth; `None` if nothing does.
     fn draft(&self) -> Option<Box<dyn Candidate>>;
 
-    /// Bytes that making it needs beside exemplars and output.
-    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes;
+    /// Bytes that making it needs beside exemplars and output; of exemplars without `masked` samples mostly less.
+    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>, masked: bool) -> Bytes;
 
     /// Makes it.
     ///
@@ -49,8 +49,9 @@ impl Candidate for Graphcut {
         (self.0.refine != Some(0)).then(|| Box::new(Self(draft)) as Box<dyn Candidate>)
     }
 
-    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        graphcut::estimate(exemplars, channels, output, &self.0)
+    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>, masked: bool) -> Bytes {
+        let estimate = if masked { graphcut::estimate } else { graphcut::estimate_whole };
+        estimate(exemplars, channels, output, &self.0)
     }
 
     fn weave(

@@ -104,7 +104,8 @@ pub fn synthesize(
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let [drafts, finished] = options.steps()?;
     let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
-    run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options, par::threads()))?;
+    let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
+    run.limits.admit(output, of(&domains, exemplars.channels(), output, (options, par::threads(), masked)))?;
     let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
     let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
     let judge = match is_compared.then(|| Judge::new(sizes.small(exemplars), run.simd)).transpose() {
@@ -239,12 +240,32 @@ pub fn estimate(
     options: &Options,
     threads: usize,
 ) -> Bytes {
+    of(exemplars, channels, output, (options, threads, true))
+}
+
+/// The same for exemplars of which all samples are valid: large ones are made at a fraction of their size first.
+pub fn estimate_whole(
+    exemplars: &[Domain<2>],
+    channels: usize,
+    output: Domain<2>,
+    options: &Options,
+    threads: usize,
+) -> Bytes {
+    of(exemplars, channels, output, (options, threads, false))
+}
+
+fn of(
+    exemplars: &[Domain<2>],
+    channels: usize,
+    output: Domain<2>,
+    (options, threads, masked): (&Options, usize, bool),
+) -> Bytes {
     // Any region and any reach that a candidate may have.
-    let entire = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output);
+    let entire = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output, masked);
     let side = exemplars.iter().map(|d| d.shape[0].min(d.shape[1])).max().unwrap_or(1) * 3 / 8;
     let (region, reach) = (Some([side.max(1); 2]), Some([side.max(1); 2]));
     let between = selvedge_graphcut_textures::Options { region, reach, ..Default::default() };
-    let between = Graphcut(between).memory(exemplars, channels, output);
+    let between = Graphcut(between).memory(exemplars, channels, output, masked);
     let sources: Bytes = exemplars.iter().map(|&domain| Bytes::of_samples(domain, 40)).sum();
     // Features, half and quarter sizes, words, running answers: what the measures hold.
     let scoring = Bytes::of_samples(output, 12 + 4 * channels as u64) + sources;

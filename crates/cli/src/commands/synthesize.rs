@@ -3,7 +3,7 @@
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Samples};
 use selvedge_metrics::Columns;
-use selvedge_synthesis::{Options, Stats, Trial, estimate, synthesize};
+use selvedge_synthesis::{Options, Stats, Trial, estimate, estimate_whole, synthesize};
 use serde_json::{Value, json};
 
 use crate::blending::Blending;
@@ -41,6 +41,11 @@ impl Method for Synthesize {
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let options = Options { effort: self.effort };
         estimate(sources, channels, output, &options, rayon::current_num_threads())
+    }
+
+    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let options = Options { effort: self.effort };
+        estimate_whole(sources, channels, output, &options, rayon::current_num_threads())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {

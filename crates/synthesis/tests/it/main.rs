@@ -71,3 +71,15 @@ fn of_large_exemplars_drafts_are_small_and_the_kept_one_is_whole() {
     assert_eq!(woven.result.table, *large.table());
     assert_eq!(woven.result, on(1).result);
 }
+
+#[test]
+fn large_exemplars_without_masks_need_what_their_fractions_do() {
+    use selvedge_synthesis::{estimate, estimate_whole};
+    let of = |side: u32| {
+        let (exemplar, output) = ([selvedge_core::Domain::open([side; 2])], selvedge_core::Domain::open([2 * side; 2]));
+        [estimate, estimate_whole].map(|told| told(&exemplar, 3, output, &Options::default(), 2).0)
+    };
+    let ([masked, whole], [small, same]) = (of(2048), of(192));
+    assert!(whole * 4 < masked && whole < 4 << 30, "{whole}, with masks {masked}");
+    assert_eq!(small, same);
+}
