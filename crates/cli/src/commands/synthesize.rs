@@ -39,21 +39,18 @@ impl Method for Synthesize {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let options = Options { effort: self.effort };
-        estimate(sources, channels, output, &options, rayon::current_num_threads())
+        estimate(sources, channels, output, &self.options(), rayon::current_num_threads())
     }
 
     fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let options = Options { effort: self.effort };
-        estimate_whole(sources, channels, output, &options, rayon::current_num_threads())
+        estimate_whole(sources, channels, output, &self.options(), rayon::current_num_threads())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let loom = &*loom;
         let how = format!("as the best of what effort {} tries", self.effort);
         Ok(Planned::new(loom.used(), how, || {
-            let options = Options { effort: self.effort };
-            let woven = synthesize(&loom.loaded.exemplars, loom.domain, &options, &loom.session.run());
+            let woven = synthesize(&loom.loaded.exemplars, loom.domain, &self.options(), &loom.session.run());
             let woven = woven.map_err(|e| loom.loaded.about(e.into()))?;
             let (stats, kept) = (&woven.stats, &woven.stats.tried[woven.stats.kept]);
             let counts = json!({
@@ -70,6 +67,12 @@ impl Method for Synthesize {
                 ..Outcome::new(Box::new(woven.result), woven.complete, counts, how)
             })
         }))
+    }
+}
+
+impl Synthesize {
+    fn options(&self) -> Options {
+        Options { effort: self.effort }
     }
 }
 

@@ -6,7 +6,6 @@ use selvedge_texture_optimization::{Animation, Options, animation_estimate, clos
 
 use super::Animate;
 use crate::exemplars::Headers;
-use crate::harmonise::Layout;
 use crate::memory;
 
 impl Animate {
@@ -19,7 +18,7 @@ impl Animate {
         (known, masks): (u32, usize),
     ) -> Bytes {
         let sources = headers.sources(&[Transform::IDENTITY]);
-        let layout = Layout { alpha: headers.layout.alpha || self.body.is_some(), ..headers.layout };
+        let layout = self.layout(headers);
         let (channels, depth, features) = (layout.channels(), headers.depth, headers.channels());
         let kept = memory::pictures(&headers.infos, channels, depth) + memory::masks(&headers.mask_infos);
         let reading = memory::reading(headers.infos.iter().chain(&headers.mask_infos));

@@ -56,6 +56,11 @@ impl Animate {
         Ok(Tile::domain(self.tile, shape))
     }
 
+    /// What frames have: alpha as well, if a body does not fill them.
+    pub(super) fn layout(&self, headers: &Headers) -> Layout {
+        Layout { alpha: headers.layout.alpha || self.body.is_some(), ..headers.layout }
+    }
+
     /// How the clip is written.
     pub(super) fn write_options(&self) -> ClipWriteOptions {
         ClipWriteOptions { rate: self.rate, ..ClipWriteOptions::default() }
@@ -71,7 +76,7 @@ impl Animate {
     ) -> Result<(), Failure> {
         let path = names::of_plane(&self.output, &self.input.exemplars[0]);
         let writer = ClipWriter::create(&path, frames, Metadata::default(), self.write_options())?;
-        let layout = Layout { alpha: headers.layout.alpha || self.body.is_some(), ..headers.layout };
+        let layout = self.layout(headers);
         let held = writer.check((layout.channels(), layout.alpha), headers.depth, output.shape);
         held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
         clips::tell_left_over(session, &writer);
