@@ -1,6 +1,6 @@
 //! Options of several commands.
 
-use clap::{Arg, Args};
+use clap::{Arg, Args, Command};
 use selvedge_core::{SeamMeasure, Transform};
 
 use crate::args::{NonFiniteArg, typed_name};
@@ -10,6 +10,11 @@ use crate::values::SeamArg;
 /// becomes the last.
 pub(crate) fn option(id: &'static str, mut change: impl FnMut(Arg) -> Arg) -> impl FnMut(Arg) -> Arg {
     move |arg| if arg.get_id() == id { change(arg) } else { arg }
+}
+
+/// Long names of a group of options.
+pub(crate) fn names_of<A: Args>() -> Vec<String> {
+    A::augment_args(Command::new("")).get_arguments().filter_map(|arg| arg.get_long().map(str::to_owned)).collect()
 }
 
 /// Whether exemplars are turned and mirrored.

@@ -22,7 +22,7 @@ const MOST_THREADS: usize = 256;
 /// Runs what was typed; answers with the exit code.
 pub(crate) fn run(typed: &Typed) -> Result<u8, Failure> {
     let global = &typed.cli.global;
-    let session = Session::new(global, typed.used());
+    let session = Session::new(global, typed.used(), typed.names());
     for option in typed.idle() {
         session.say(&format!("note: {option} does nothing for this command"));
     }
@@ -124,7 +124,10 @@ fn within(session: &Session<'_>, global: &Global, words: &[OsString], held: u64)
         Stop::Answer(_) => nothing(),
     })?;
     let global = Global { seed: typed.cli.global.seed.clone(), ..global.clone() };
-    let done = typed.cli.command.execute(&session.within(&global, typed.used(), held), &|_| Err(nothing()))?;
+    let done = typed
+        .cli
+        .command
+        .execute(&session.within(&global, (typed.used(), typed.names()), held), &|_| Err(nothing()))?;
     Ok((global.seed(), done))
 }
 

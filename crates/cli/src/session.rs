@@ -19,27 +19,40 @@ pub(crate) struct Session<'a> {
     pub(crate) limits: Limits,
     /// The options that change samples, as typed.
     pub(crate) options: Used,
+    /// Long names of the options that were typed.
+    typed: Vec<String>,
     /// All that the run reads, as far as it is known.
     inputs: Arc<Mutex<Vec<PathBuf>>>,
 }
 
 impl<'a> Session<'a> {
-    pub(crate) fn new(global: &'a Global, options: Used) -> Self {
+    pub(crate) fn new(global: &'a Global, options: Used, typed: Vec<String>) -> Self {
         let memory = global.max_memory.map_or_else(half_of_available, |bytes| bytes.0);
         Self {
             global,
             watch: Watch::new(global),
             limits: Limits { memory, ..Limits::default() },
             options,
+            typed,
             inputs: Arc::default(),
         }
     }
 
     /// A run within this one: it is watched as this one is, has `held` bytes less to use, and what it reads is read by
     /// both.
-    pub(crate) fn within<'g>(&self, global: &'g Global, options: Used, held: u64) -> Session<'g> {
+    pub(crate) fn within<'g>(
+        &self,
+        global: &'g Global,
+        (options, typed): (Used, Vec<String>),
+        held: u64,
+    ) -> Session<'g> {
         let limits = Limits { memory: self.limits.memory.saturating_sub(held), ..self.limits };
-        Session { global, watch: self.watch.clone(), limits, options, inputs: self.inputs.clone() }
+        Session { global, watch: self.watch.clone(), limits, options, typed, inputs: self.inputs.clone() }
+    }
+
+    /// The first option of these that was typed, as it is typed.
+    pub(crate) fn first_typed(&self, names: &[String]) -> Option<String> {
+        names.iter().find(|name| self.typed.contains(name)).map(|name| format!("--{name}"))
     }
 
     /// Notes files that the run reads.

@@ -32,6 +32,14 @@ impl Typed {
         Used::of(&config::command(&self.command, name), matches)
     }
 
+    /// Long names of the command's options that were typed.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let Some((name, matches)) = self.matches.subcommand() else { return Vec::new() };
+        let command = config::command(&self.command, name);
+        let typed = command.get_arguments().filter(|arg| config::was_typed(arg, matches));
+        typed.filter_map(|arg| arg.get_long().map(str::to_owned)).collect()
+    }
+
     /// Options that were typed and do nothing for the command, as they are typed.
     pub(crate) fn idle(&self) -> Vec<String> {
         let Some((name, matches)) = self.matches.subcommand() else { return Vec::new() };

@@ -209,6 +209,9 @@ fn options_that_a_mode_does_not_know_are_told() {
         ("--mode transition --region 9", "--region does nothing in --mode transition"),
         ("--mode transition --loop no", "--loop does nothing in --mode transition"),
         ("--jump 30,3 --refine 4", "--refine does nothing in --mode transition"),
+        // Typed as it would be anyway.
+        ("--mode temporal --window 60", "--window does nothing in --mode temporal"),
+        ("--mode transition --refine auto", "--refine does nothing in --mode transition"),
         ("--mode temporal --size 50x50", "--mode temporal has frames of the clip's 48x60 px"),
         ("--mode temporal --tile x", "which do not tile"),
         ("--frames 50 --size 48x60x50", "both say how many frames"),

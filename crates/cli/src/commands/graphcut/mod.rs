@@ -1,13 +1,15 @@
 //! `selvedge graphcut`: graphcut textures. `[Kwatra03 3-6]`
 
+mod laying;
 mod scales;
 mod sources;
 mod told;
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Observer, Run};
-use selvedge_graphcut_textures::{Options, Placement, estimate, estimate_whole, plan};
+use selvedge_graphcut_textures::{Options, estimate, estimate_whole, plan};
 
+pub(super) use self::laying::{Drawing, PlacementArg, Refining};
 use self::sources::SourceArgs;
 use crate::blending::Blending;
 use crate::course::{self, Film};
@@ -20,7 +22,7 @@ use crate::outcome::Outcome;
 use crate::repairing::Repairing;
 use crate::session::Session;
 use crate::setup::Setup;
-use crate::values::{Auto, auto, choices, count, name_of, parsed, pixels, sides};
+use crate::values::{Auto, auto, count, name_of, pixels, sides};
 use crate::weaving::{Sizing, Weaving};
 
 /// Options of `graphcut`.
@@ -44,27 +46,15 @@ pub(crate) struct Graphcut {
     #[arg(long, value_name = "N|NxM|auto|all", default_value = "auto",
         value_parser = auto("number", "write 16, 24x16 (across by down), auto or all", reach))]
     reach: Auto<[u32; 2]>,
-    /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1.
-    #[arg(long, value_name = "K", default_value_t = Options::<2>::default().randomness)]
-    randomness: f64,
-    /// How much patches avoid to stand to each other as others do already; auto: 0.5 for entire placement, else 0.25.
-    #[arg(long, value_name = "V|auto", default_value = "auto",
-        value_parser = auto("variety", "write a number from 0 on, or auto", parsed::<f64>))]
-    variety: Auto<f64>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// No patch is laid where a neighbour shows the same, moved by less than so many pixels, if there is any other;
     /// auto: one and a half regions for outputs of over six times the exemplar, without a lattice or a --region, else
     /// 0.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
     apart: Auto<u32>,
-    /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
-    refine: Auto<u32>,
-    /// Refinements in a row that bring nothing before the seams count as settled.
-    #[arg(long, value_name = "N", default_value_t = Options::<2>::default().patience)]
-    patience: u32,
-    /// Patches that are tried at each step, of which the best is taken.
-    #[arg(long, value_name = "N", default_value_t = Options::<2>::default().tries)]
-    tries: u32,
+    #[command(flatten)]
+    refining: Refining,
     /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars
     /// and 4 of structures. From the second on, only what lies near seams is decided again. What starts from a map or a
     /// picture, or follows scales, has one.
@@ -83,17 +73,6 @@ pub(crate) struct Graphcut {
     #[command(flatten)]
     sources: SourceArgs,
 }
-
-choices!(PlacementArg for Placement {
-    /// Entire where the exemplar repeats itself, else sub.
-    Auto,
-    /// Anywhere.
-    Random,
-    /// Where the whole exemplar agrees with what is there.
-    Entire,
-    /// Where the exemplar agrees with what is there in the region.
-    Sub,
-});
 
 /// How far from a region.
 fn reach(text: &str) -> Option<[u32; 2]> {
@@ -163,14 +142,9 @@ impl Graphcut {
             seam: self.seams.measure(),
             region: self.region.0,
             reach: self.reach.0,
-            randomness: self.randomness,
-            variety: self.variety.0,
             apart: self.apart.0,
-            refine: self.refine.0,
-            patience: self.patience,
-            tries: self.tries,
             levels: self.levels.0.or(starts.then_some(1)),
-            ..Options::default()
+            ..self.drawing.of(self.refining.of(Options::default()))
         }
     }
 

@@ -20,11 +20,10 @@ impl Graphcut {
             .set("variety", plan.variety)
             .set("apart", plan.apart)
             .unless("apart", 0)
-            .set("refine", self.refine.0)
             .set("levels", plan.levels);
         // Most have one, and would choose it again; where it was asked for, another might be chosen.
         let chosen = self.levels.0.is_none();
-        self.sources.used(if chosen { used.unless("levels", 1) } else { used })
+        self.sources.used(self.refining.used(if chosen { used.unless("levels", 1) } else { used }))
     }
 }
 

@@ -26,7 +26,7 @@ fn run(folder: &Path, line: &str) -> Result<Done, crate::failure::Failure> {
         Stop::Wrong(failure) => failure,
         Stop::Answer(answer) => panic!("{answer}"),
     })?;
-    let session = Session::new(&typed.cli.global, typed.used());
+    let session = Session::new(&typed.cli.global, typed.used(), typed.names());
     let done = typed.cli.command.execute(&session, &|_: &[OsString]| unreachable!("it runs no other words"))?;
     done.outputs.write(&session)?;
     Ok(done)

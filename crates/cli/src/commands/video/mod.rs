@@ -80,7 +80,7 @@ impl Video {
         inputs::check_streams(self.read.paths().chain(&others))?;
         self.write.check_names(self.read.paths().count())?;
         let clips = self.read.open(session, self.write.rate)?;
-        let way = self.way(&clips[0])?;
+        let way = self.way(session, &clips[0])?;
         self.write.check(session, &self.read, (&clips, &way), &others)?;
         let needed = self.need(&clips, &way)?;
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;

@@ -2,8 +2,11 @@
 
 use super::Video;
 use super::modes::Way;
+use super::transition::TransitionArgs;
+use super::woven::WovenArgs;
 use crate::clips::ClipInput;
 use crate::failure::n;
+use crate::options::names_of;
 use crate::used::Used;
 use crate::values::name_of;
 
@@ -22,23 +25,21 @@ impl Video {
     }
 }
 
+/// Options that do nothing without a jump.
+pub(super) fn of_jumps() -> Vec<String> {
+    // Seams have a price either way.
+    names_of::<TransitionArgs>().into_iter().filter(|name| name != "seam").collect()
+}
+
+/// Options that do nothing for what is cut at a jump.
+pub(super) fn of_woven() -> Vec<String> {
+    names_of::<WovenArgs>()
+}
+
 /// Without the options that do nothing for what is cut at a jump, or for what is woven.
 pub(super) fn of_mode(used: Used, jumps: bool) -> Used {
-    const OF_JUMPS: [&str; 7] = ["period", "window", "jumps", "jump", "surface-from", "blend", "play"];
-    const OF_WOVEN: [&str; 12] = [
-        "size",
-        "tile",
-        "loop",
-        "keep",
-        "placement",
-        "region",
-        "reach",
-        "randomness",
-        "variety",
-        "refine",
-        "patience",
-        "tries",
-    ];
-    let idle: &[&str] = if jumps { &OF_WOVEN } else { &OF_JUMPS };
-    idle.iter().fold(used, |used, option| used.without(option))
+    let (idle, more): (_, &[&str]) =
+        if jumps { (of_woven(), &["size", "tile", "loop", "keep"]) } else { (of_jumps(), &["play"]) };
+    let idle = idle.iter().map(String::as_str).chain(more.iter().copied());
+    idle.fold(used, |used, option| used.without(option))
 }

@@ -69,19 +69,6 @@ pub(super) struct TransitionArgs {
 }
 
 impl TransitionArgs {
-    /// The first option that was typed and does nothing without a jump.
-    pub(super) fn typed(&self) -> Option<&'static str> {
-        let all = [
-            (self.period.0.is_some(), "--period"),
-            (self.window != WINDOW, "--window"),
-            (self.jumps != JUMPS, "--jumps"),
-            (self.jump.is_some(), "--jump"),
-            (self.surface_from.is_some(), "--surface-from"),
-            (self.blend.is_some(), "--blend"),
-        ];
-        all.into_iter().find(|(typed, _)| *typed).map(|(_, option)| option)
-    }
-
     /// True if the loop's length is said.
     pub(super) fn says_period(&self) -> bool {
         self.period.0.is_some() || self.jump.is_some()

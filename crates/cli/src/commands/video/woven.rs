@@ -14,78 +14,45 @@ use super::still::Still;
 use super::written::WriteArgs;
 use super::{Made, transition};
 use crate::clips::Clip;
-use crate::commands::graphcut::PlacementArg;
+use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
 use crate::session::Session;
 use crate::steps::{Usual, median, step};
 use crate::used::Used;
-use crate::values::{Auto, auto, count, counts, name_of, parsed};
+use crate::values::{Auto, auto, counts, name_of};
 
 /// How patches are found and laid.
 #[derive(Args, Clone, Debug)]
 pub(super) struct WovenArgs {
-    /// How the next patch is found. Default: auto.
-    #[arg(long, value_enum, value_name = "HOW")]
-    placement: Option<PlacementArg>,
+    /// How the next patch is found.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = PlacementArg::Auto)]
+    placement: PlacementArg,
     /// Size of the regions that patches are found for: 40x40x20 (width by height by frames), 20 for all, or auto.
     /// Patches that move in time alone take whole frames.
-    #[arg(long, value_name = "WxHxN|auto",
+    #[arg(long, value_name = "WxHxN|auto", default_value = "auto",
         value_parser = auto("size of regions", "write 40x40x20 (width by height by frames), 20, or auto", volume))]
-    region: Option<Auto<[u32; 3]>>,
+    region: Auto<[u32; 3]>,
     /// How far patches may reach beyond their region: 20x20x20, 20 for all, auto, or all: as far as the clip does.
-    #[arg(long, value_name = "WxHxN|auto|all",
+    #[arg(long, value_name = "WxHxN|auto|all", default_value = "auto",
         value_parser = auto("reach", "write 20x20x20 (across by down by frames), 20, auto or all", reach))]
-    reach: Option<Auto<[u32; 3]>>,
-    /// How freely patches are drawn among those that fit worse than the best; the paper uses 0.001 to 1. Default: 0.01.
-    #[arg(long, value_name = "K")]
-    randomness: Option<f64>,
-    /// How much patches avoid to stand to each other as others do already: a number from 0 on, or auto.
-    #[arg(long, value_name = "V|auto",
-        value_parser = auto("variety", "write a number from 0 on, or auto", parsed::<f64>))]
-    variety: Option<Auto<f64>>,
-    /// Patches laid over the worst seams at the end, or auto: until seams stop becoming cheaper.
-    #[arg(long, value_name = "N|auto", value_parser = count())]
-    refine: Option<Auto<u32>>,
-    /// Refinements in a row that bring nothing before the seams count as settled. Default: 8.
-    #[arg(long, value_name = "N")]
-    patience: Option<u32>,
-    /// Patches that are tried at each step, of which the best is taken. Default: 2.
-    #[arg(long, value_name = "N")]
-    tries: Option<u32>,
+    reach: Auto<[u32; 3]>,
+    #[command(flatten)]
+    drawing: Drawing,
+    #[command(flatten)]
+    refining: Refining,
 }
 
 impl WovenArgs {
-    /// The first option that was typed.
-    pub(super) fn typed(&self) -> Option<&'static str> {
-        let all = [
-            (self.placement.is_some(), "--placement"),
-            (self.region.is_some(), "--region"),
-            (self.reach.is_some(), "--reach"),
-            (self.randomness.is_some(), "--randomness"),
-            (self.variety.is_some(), "--variety"),
-            (self.refine.is_some(), "--refine"),
-            (self.patience.is_some(), "--patience"),
-            (self.tries.is_some(), "--tries"),
-        ];
-        all.into_iter().find(|(typed, _)| *typed).map(|(_, option)| option)
-    }
-
     /// As the library takes them.
     pub(super) fn options(&self, way: &Way, seam: SeamMeasure) -> Result<Options<3>, Failure> {
-        let default = Options::<3>::default();
         let options = Options {
-            placement: self.placement.map_or(default.placement, Into::into),
+            placement: self.placement.into(),
             free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
             seam,
-            region: self.region.and_then(|region| region.0),
-            reach: self.reach.and_then(|reach| reach.0),
-            randomness: self.randomness.unwrap_or(default.randomness),
-            variety: self.variety.and_then(|variety| variety.0),
-            apart: None,
-            refine: self.refine.and_then(|refine| refine.0),
-            patience: self.patience.unwrap_or(default.patience),
-            tries: self.tries.unwrap_or(default.tries),
+            region: self.region.0,
+            reach: self.reach.0,
             levels: Some(1),
+            ..self.drawing.of(self.refining.of(Options::default()))
         };
         options.validate()?;
         Ok(options)
@@ -140,6 +107,7 @@ impl WovenArgs {
             .set("region", typed(stats.region))
             .set("reach", typed(stats.reach))
             .set("variety", stats.variety);
+        let used = self.refining.used(used);
         Ok(Made {
             frames,
             loops: way.loops(),
