@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use selvedge_core::{Bytes, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, Transform};
-use selvedge_io::{Fingerprint, Format, Info, MaskChannel, Metadata, ReadOptions};
+use selvedge_io::{Fingerprint, Format, Info, Metadata, ReadOptions};
 use serde_json::Value;
 
 use crate::args::DepthArg;
@@ -328,8 +328,7 @@ impl Headers {
                 continue;
             };
             let picture = input.read(session, &self.options, report)?;
-            let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
-            let mut mask = mask.map_err(|p| Failure::from_problem(&input.path, p))?;
+            let mut mask = inputs::white(&picture.plane, &input.path)?;
             if self.holes && masks.is_empty() {
                 mask.samples_mut().iter_mut().for_each(|white| *white = !*white);
             }

@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Error, Grid, SampleId, SourceMap, SourceTable, Start, Transform};
-use selvedge_io::{Fingerprint, MapFile, MaskChannel};
+use selvedge_core::{Bytes, Domain, Error, Grid, Role, SampleId, SourceMap, SourceTable, Start, Transform};
+use selvedge_io::{Fingerprint, MapFile};
 
+use crate::args::NonFiniteArg;
 use crate::backdrop::{Backdrop, eroded};
 use crate::failure::{Failure, shown};
-use crate::inputs::{Input, ReadMap};
+use crate::inputs::{self, Input, ReadMap, white};
 use crate::loaded::ExemplarSet;
 use crate::loom::{Before, Loom};
+use crate::report::Report;
 use crate::session::Session;
 use crate::weaving::{Sizing, Weaving};
 
@@ -173,7 +175,22 @@ impl Before for Ground {
 pub(crate) fn mask(loom: &mut Loom<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
     let plane = loom.read(&Input::new(loom.session, path)?)?;
     check_size(path, plane.domain().shape, Some(loom.domain.shape), "the output has", "give a mask of that size")?;
-    selvedge_io::mask(&plane, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))
+    white(&plane, path)
+}
+
+/// What is white in a picture of the size that frames have, which another size is told by its header alone to miss.
+pub(crate) fn frame_mask(
+    session: &Session<'_>,
+    path: &Path,
+    (shape, of): ([u32; 2], &str),
+    report: &mut Report,
+) -> Result<(Grid<bool, 2>, Fingerprint), Failure> {
+    let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
+    let input = Input::new(session, path)?;
+    let info = input.probe(&options)?;
+    check_size(path, [info.height, info.width], Some(shape), of, "give a mask of that size")?;
+    let picture = input.read(session, &options, report)?;
+    Ok((white(&picture.plane, path)?, inputs::fingerprint(path, &picture)))
 }
 
 /// A file has the size that something else asks for, if it does.

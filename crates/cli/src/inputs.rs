@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Limits, Role};
-use selvedge_io::{Fingerprint, Info, MapFile, Picture, Problem, ReadOptions};
+use selvedge_core::{Bytes, Grid, Limits, Plane, Role};
+use selvedge_io::{Fingerprint, Info, MapFile, MaskChannel, Picture, Problem, ReadOptions};
 use serde_json::{Value, json};
 
 use crate::args::NonFiniteArg;
@@ -125,6 +125,11 @@ impl Input {
         };
         read.map_or(String::new(), |()| hasher.finalize().to_hex().to_string())
     }
+}
+
+/// Where a picture is white.
+pub(crate) fn white(picture: &Plane<2>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
+    selvedge_io::mask(picture, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))
 }
 
 /// A source map that was read.

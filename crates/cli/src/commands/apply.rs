@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Transform};
-use selvedge_io::{Fingerprint, Format, Info, MapFile, MaskChannel, Metadata, Provenance};
+use selvedge_io::{Fingerprint, Format, Info, MapFile, Metadata, Provenance};
 
 use crate::args::{DepthArg, FormatArg, RoleArg};
 use crate::blending::Blending;
@@ -145,8 +145,7 @@ impl Apply {
             held += memory::masks([&info]);
             let picture = input.read(session, &options, report)?;
             fingerprints.push(inputs::fingerprint(path, &picture));
-            let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
-            mask.map(Some).map_err(|p| Failure::from_problem(path, p))
+            inputs::white(&picture.plane, path).map(Some)
         };
         let of_exemplars = self.mask.iter().map(|path| read(path, None));
         let of_exemplars = of_exemplars.collect::<Result<Vec<_>, _>>()?;

@@ -3,15 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Grid, Plane, Role};
-use selvedge_io::{Fingerprint, MaskChannel};
+use selvedge_core::{Bytes, Domain, Grid, Plane};
+use selvedge_io::Fingerprint;
 
-use crate::args::NonFiniteArg;
 use crate::clips;
 use crate::failure::{Failure, n};
-use crate::ground::check_size;
+use crate::ground::frame_mask;
 use crate::harmonise::hidden;
-use crate::inputs::{self, Input};
 use crate::report::Report;
 use crate::session::Session;
 
@@ -67,17 +65,10 @@ impl BodyArgs {
         report: &mut Report,
     ) -> Result<Option<Body>, Failure> {
         let Some(within) = &self.within else { return Ok(None) };
-        let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
         let (mut masks, mut each) = (Vec::new(), Vec::new());
         for path in files.iter().take(frames as usize) {
-            let input = Input::new(session, path)?;
-            let info = input.probe(&options)?;
-            let shape = [info.height, info.width];
-            check_size(path, shape, Some(output.shape), "the frames have", "give masks of that size")?;
-            let picture = input.read(session, &options, report)?;
-            each.push(inputs::fingerprint(path, &picture));
-            let mask =
-                selvedge_io::mask(&picture.plane, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))?;
+            let (mask, fingerprint) = frame_mask(session, path, (output.shape, "the frames have"), report)?;
+            each.push(fingerprint);
             masks.push(mask.with_periodic(output.periodic));
         }
         Ok(Some(Body { masks, fingerprint: clips::fingerprint(within, &each) }))

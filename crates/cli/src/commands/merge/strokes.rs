@@ -7,13 +7,12 @@ use std::str::FromStr;
 
 use selvedge_core::{Exemplars, Grid, Plane};
 use selvedge_graphcut_textures::labels::Label;
-use selvedge_io::MaskChannel;
 
 use super::Merge;
 use super::placed::shows;
 use crate::failure::Failure;
 use crate::ground::check_size;
-use crate::inputs::Input;
+use crate::inputs::{Input, white};
 use crate::loom::Loom;
 use crate::wrong::Wrong;
 
@@ -65,8 +64,7 @@ impl Merge {
         }
         for pair in self.keep.chunks(2) {
             let (number, path): (usize, &Path) = (pair[0].parse().unwrap_or(1), pair[1].as_ref());
-            let mask = selvedge_io::mask(&sized(loom, path)?, MaskChannel::Light);
-            let mask = mask.map_err(|p| Failure::from_problem(path, p))?;
+            let mask = white(&sized(loom, path)?, path)?;
             let wanted = |i: usize| mask.samples()[i].then_some(number);
             keep(&mut only, (&loom.loaded.exemplars, labels), path, wanted)?;
         }

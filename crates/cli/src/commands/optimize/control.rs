@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Grid, Guide, Plane};
 use selvedge_guides::{encode_together, luminance};
-use selvedge_io::MaskChannel;
 use selvedge_texture_optimization::{Control, Guidance, Wanted};
 
 use crate::failure::Failure;
 use crate::ground::check_size;
 use crate::harmonise::{Layout, widened};
-use crate::inputs::Input;
+use crate::inputs::{self, Input};
 use crate::loom::Loom;
 use crate::pairs::{GuideArgs, Pair};
 use crate::used::Used;
@@ -154,8 +153,7 @@ impl ControlArgs {
 
 /// Where a picture of the output's size is white.
 fn white(loom: &mut Loom<'_>, path: &Path) -> Result<Grid<bool, 2>, Failure> {
-    let mask = plane(loom, path)?;
-    selvedge_io::mask(&mask, MaskChannel::Light).map_err(|p| Failure::from_problem(path, p))
+    inputs::white(&plane(loom, path)?, path)
 }
 
 /// A picture of the output's size.

@@ -3,15 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Role, SeamMeasure, SourceMap};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamMeasure, SourceMap};
 use selvedge_graphcut_textures::video::{estimate_still, hold_still};
-use selvedge_io::MaskChannel;
 
-use crate::args::NonFiniteArg;
 use crate::clips::ClipInput;
 use crate::failure::{Failure, n};
-use crate::ground::check_size;
-use crate::inputs::{self, Input};
+use crate::ground::frame_mask;
 use crate::report::Report;
 use crate::session::Session;
 
@@ -67,13 +64,8 @@ impl StillArgs {
         report: &mut Report,
     ) -> Result<Option<Still>, Failure> {
         let Some(path) = &self.fixed else { return Ok(None) };
-        let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
-        let picture = Input::new(session, path)?.read(session, &options, report)?;
         let [_, height, width] = clip;
-        let found = picture.plane.domain().shape;
-        check_size(path, found, Some([height, width]), "the clip has", "give a mask of that size")?;
-        let mask = selvedge_io::mask(&picture.plane, MaskChannel::Light);
-        let mask = mask.map_err(|p| Failure::from_problem(path, p))?;
+        let (mask, _) = frame_mask(session, path, ([height, width], "the clip has"), report)?;
         Ok(Some(Still { mask, frame: self.still_frame.unwrap_or(0) }))
     }
 }
