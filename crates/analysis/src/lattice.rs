@@ -1,9 +1,8 @@
 //! Two translations that a texture is made of.
 
-use selvedge_core::Domain;
+use selvedge_core::{Domain, collected};
 use selvedge_fft_ssd::Error;
 
-use crate::memory::collected;
 use crate::periods::Strengths;
 use crate::picture::Picture;
 use crate::reach::Reach;

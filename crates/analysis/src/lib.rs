@@ -15,7 +15,6 @@ mod estimate;
 mod feature_size;
 mod lattice;
 mod lines;
-mod memory;
 mod periods;
 mod picture;
 mod reach;

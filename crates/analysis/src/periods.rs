@@ -1,9 +1,8 @@
 //! Translations under which an exemplar resembles itself: its periods.
 
-use selvedge_core::{Domain, Grid, try_vec};
+use selvedge_core::{Domain, Grid, collected, try_vec};
 use selvedge_fft_ssd::{Costs, Error, Scratch, SsdSearcher, Template};
 
-use crate::memory::collected;
 use crate::reach::{Reach, SAMPLES, asked_once, shape_of_middle};
 
 /// A translation under which an exemplar resembles itself.

@@ -1,9 +1,7 @@
 //! A small picture of a texture, and what is left of it without its shade.
 
-use selvedge_core::{Domain, Grid, try_vec};
+use selvedge_core::{Domain, Grid, collected, try_vec};
 use selvedge_fft_ssd::Error;
-
-use crate::memory::collected;
 
 /// Cells along the longer side at most: what is finer does not tell one kind from another, and all of it takes
 /// milliseconds.

@@ -2,11 +2,10 @@
 
 use crate::axes::Shape;
 use crate::job::Job;
-use crate::memory::collected;
 use crate::sums::{Corners, Table};
 use crate::word::Word;
 use crate::{Cover, Error};
-use selvedge_core::{par, try_vec};
+use selvedge_core::{collected, par, try_vec};
 
 /// Working memory of this step.
 #[derive(Debug, Default)]

@@ -2,9 +2,9 @@
 
 use crate::Error;
 use crate::axes::Shape;
-use crate::memory::collected;
 use crate::placement::Range;
 use crate::source::SourceView;
+use selvedge_core::collected;
 
 const OUTSIDE: u32 = u32::MAX;
 

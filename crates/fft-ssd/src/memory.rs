@@ -47,10 +47,3 @@ pub(crate) fn refill<T>(buffer: &mut Vec<T>, items: impl IntoIterator<Item = T>)
     }
     Ok(())
 }
-
-/// All of an iterator.
-pub(crate) fn collected<T>(items: impl IntoIterator<Item = T>) -> Result<Vec<T>, Error> {
-    let mut all = Vec::new();
-    refill(&mut all, items)?;
-    Ok(all)
-}

@@ -4,7 +4,7 @@ use crate::axes::{Shape, lift};
 use crate::cache::Cache;
 use crate::job::Job;
 use crate::kernel::Kernel;
-use crate::memory::{collected, refill};
+use crate::memory::refill;
 use crate::placement::{Positions, Range};
 use crate::prepared::{Prepared, Squares};
 use crate::source::SourceView;
@@ -12,7 +12,7 @@ use crate::template::Checked;
 use crate::word::Word;
 use crate::{Costs, Cover, Error, Placement, Scratch, Template};
 use crate::{cover, direct, fft};
-use selvedge_core::{Exemplars, Grid, Guide, SimdLevel};
+use selvedge_core::{Exemplars, Grid, Guide, SimdLevel, collected};
 use std::sync::Arc;
 
 /// How a searcher works. None of it changes a result.

@@ -2,13 +2,13 @@
 
 use crate::direct::{self, DirectScratch, Weighted};
 use crate::job::Job;
-use crate::memory::{collected, push};
+use crate::memory::push;
 use crate::placement::Range;
 use crate::prepared::Prepared;
 use crate::searcher::prefers_fft;
 use crate::template::Checked;
 use crate::{Costs, Cover, Error, Placement, Scratch, SsdSearcher, Template, cover};
-use selvedge_core::par;
+use selvedge_core::{collected, par};
 
 /// One search of a sum.
 #[derive(Clone, Copy, Debug)]

@@ -38,7 +38,7 @@ mod orientation;
 
 use std::borrow::Cow;
 
-use selvedge_core::{Encoder, Grid, Plane, Samples, reserve};
+use selvedge_core::{Encoder, Grid, Plane, Samples, collected, reserve};
 
 use gaussian::Gaussian;
 
@@ -82,14 +82,6 @@ fn colored(plane: &Plane<2>) -> Result<Cow<'_, Plane<2>>, Error> {
         Samples::F32(g) => Samples::F32(thrice(g)?),
     };
     Ok(Cow::Owned(Plane::new(plane.role, samples)))
-}
-
-/// All of an iterator that knows its length.
-pub(crate) fn collected<T>(items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, Error> {
-    let mut all = Vec::new();
-    reserve(&mut all, items.len())?;
-    all.extend(items);
-    Ok(all)
 }
 
 /// Luminance: of three channels `(77 R + 150 G + 29 B) / 256`, the weights of BT.601; of any other number their mean.

@@ -1,9 +1,9 @@
 //! Local orientation by the structure tensor.
 
-use selvedge_core::{Domain, Grid, reserve};
+use selvedge_core::{Domain, Grid, collected, reserve};
 
+use crate::Error;
 use crate::gaussian::{Gaussian, neighbor};
-use crate::{Error, collected};
 
 /// Added to the gradients' energy: gradients of about 2 grey levels a sample are as good as none.
 const FLAT: f64 = 4.0;
