@@ -41,7 +41,7 @@ impl Plan {
             return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
         }
         check_fit(exemplars, output, options.block)?;
-        let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+        let domains = exemplars.domains();
         run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
         let given = exemplars.clone();

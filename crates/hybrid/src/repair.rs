@@ -1,8 +1,7 @@
 //! Repair: bad seams of any map, whoever made it, chosen anew sample by sample. (Nealen and Alexa 2004)
 
 use selvedge_core::{
-    Domain, Error as CoreError, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve,
-    try_vec,
+    Error as CoreError, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve, try_vec,
 };
 
 use crate::canvas::Canvas;
@@ -88,7 +87,7 @@ pub fn repair(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, RepairStats>, Error> {
     options.validate()?;
-    let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let domains = exemplars.domains();
     let needed = estimate_repair(&domains, exemplars.channels(), start.map.domain(), options.circular);
     run.limits.admit(start.map.domain(), needed)?;
     start.check(exemplars)?;
@@ -266,7 +265,7 @@ impl Mender<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Origin, SampleId, Seed, Source, Transform};
+    use selvedge_core::{Domain, Origin, SampleId, Seed, Source, Transform};
 
     #[test]
     fn a_region_costs_each_seam_that_it_touches_once() {

@@ -44,7 +44,7 @@ impl<'e> Plan<'e> {
     }
 
     fn bytes(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Bytes {
-        let domains: Vec<_> = exemplars.sources().iter().map(|s| s.domain()).collect();
+        let domains = exemplars.domains();
         estimate(&domains, exemplars.channels(), output, options)
     }
 

@@ -47,8 +47,8 @@ pub fn expand<const D: usize>(
     }
     options.validate(labels, exemplars.sources().len(), start.map.domain())?;
     start.check(exemplars)?;
-    let (domains, output) = (exemplars.sources().iter().map(|source| source.domain()), start.map.domain());
-    run.limits.admit(output, estimate_labels(&domains.collect::<Vec<_>>(), exemplars.channels(), output))?;
+    let output = start.map.domain();
+    run.limits.admit(output, estimate_labels(&exemplars.domains(), exemplars.channels(), output))?;
     expand_by(exemplars, &SeamCosts::new(exemplars, options.seam)?, start, labels, options, run)
 }
 

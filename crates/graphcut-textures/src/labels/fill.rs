@@ -122,7 +122,7 @@ pub fn fill<const D: usize>(
     }
     start.check(exemplars)?;
     options.offsets.validate()?;
-    let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let domains = exemplars.domains();
     run.limits.admit(output, estimate_fill(&domains, exemplars.channels(), output, options))?;
     let mut stats = FillStats { filled: start.map.holes(), ..FillStats::default() };
     if stats.filled == 0 {

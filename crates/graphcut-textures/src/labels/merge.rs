@@ -98,7 +98,7 @@ impl<'e, const D: usize> Merge<'e, D> {
             return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
         }
         options.validate(&labels, exemplars.sources().len(), output)?;
-        let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+        let domains = exemplars.domains();
         run.limits.admit(output, estimate_labels(&domains, exemplars.channels(), output))?;
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let map = SourceMap::unassigned(exemplars, output)?;

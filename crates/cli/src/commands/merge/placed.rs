@@ -62,7 +62,7 @@ impl Merge {
         let shape = |label: &Label<2>| exemplars.sources()[label.source].domain().shape;
         let (corner, reach) = extent(labels.iter().map(|label| (label.offset, shape(label))));
         labels.iter_mut().for_each(|label| label.offset = [0, 1].map(|axis| label.offset[axis] - corner[axis]));
-        let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+        let domains = exemplars.domains();
         let channels = exemplars.channels();
         if let Some(alone) = alone(&labels, &domains) {
             let what = "it lies apart from the other pictures, and nothing would show between them";
