@@ -104,14 +104,16 @@ impl<const D: usize> Weaver<'_, D> {
     /// The cheapest of some candidates that show here, were not used before and neither reflect nor repeat a neighbour.
     fn fresh(&self, candidates: impl IntoIterator<Item = Candidate<D>>, here: &Here<'_, D>) -> Vec<Candidate<D>> {
         let mut list = Shortlist::new(self.scale * NOTHING);
+        let exemplars = self.canvas.exemplars;
+        let repeats = |patch: &Patch<D>, other| {
+            let source = exemplars.sources()[patch.source].domain();
+            stutters(patch, other, source, here.apart) || reflects(patch, other, exemplars, here.region)
+        };
         let fresh = |patch: &Patch<D>| {
             here.usable.has(patch.source)
                 && self.canvas.offered(patch, here.at).is_some()
                 && !self.was_used(patch, here)
-                && !here
-                    .neighbours
-                    .iter()
-                    .any(|n| stutters(patch, n, here.apart) || reflects(patch, n, self.canvas.exemplars, here.region))
+                && !here.neighbours.iter().any(|n| repeats(patch, n))
         };
         candidates.into_iter().for_each(|c| list.offer(c, || fresh(&c.patch)));
         list.finish()

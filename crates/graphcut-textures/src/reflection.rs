@@ -1,6 +1,6 @@
 //! Copies that meet their own reflection, or themselves.
 
-use selvedge_core::{Exemplars, Patch, Window};
+use selvedge_core::{Domain, Exemplars, Patch, Window};
 
 /// How many sides of the region may lie between the exemplar's places that two patches show in it, for them to meet:
 /// what one shows around the region's middle lies within half a side of it, the same holds for the other, and the
@@ -24,11 +24,15 @@ pub(crate) fn reflects<const D: usize>(
     (0..2).all(|axis| (here[axis] - there[axis]).abs() < NEAR * side)
 }
 
-/// True if two patches show the same, moved by less than `apart` along every axis: a stutter.
-pub(crate) fn stutters<const D: usize>(one: &Patch<D>, other: &Patch<D>, apart: u32) -> bool {
-    one.source == other.source
-        && one.offset != other.offset
-        && (0..D).all(|a| one.offset[a].abs_diff(other.offset[a]) < apart)
+/// True if two patches show the same, moved by less than `apart` along every axis: a stutter. Where the source goes
+/// around, so does what it is moved by.
+pub(crate) fn stutters<const D: usize>(one: &Patch<D>, other: &Patch<D>, source: Domain<D>, apart: u32) -> bool {
+    let moved = |axis: usize| {
+        let by = one.offset[axis].abs_diff(other.offset[axis]);
+        let around = if source.periodic[axis] { by % source.shape[axis] } else { by };
+        if source.periodic[axis] { around.min(source.shape[axis] - around) } else { around }
+    };
+    one.source == other.source && (0..D).any(|a| moved(a) != 0) && (0..D).all(|a| moved(a) < apart)
 }
 
 /// The exemplar's place under the middle of a region, on the last two axes, from the exemplar's centre.
@@ -44,15 +48,23 @@ fn place<const D: usize>(patch: &Patch<D>, exemplars: &Exemplars<D>, region: &Wi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Grid, Origin, Source, Transform};
+    use selvedge_core::{Grid, Origin, Source, Transform};
 
     #[test]
     fn copies_of_one_source_stutter_that_lie_nearer_than_asked() {
         let patch = |source, y, x| Patch { source, offset: [y, x] };
         let one = patch(0, -5, 40);
-        let at = |other| stutters(&one, &other, 10);
+        let open = Domain::open([50, 60]);
+        let at = |other| stutters(&one, &other, open, 10);
         assert!(at(patch(0, -5, 49)) && at(patch(0, 4, 31)) && !at(patch(0, -5, 50)) && !at(patch(0, 5, 40)));
-        assert!(!at(one) && !at(patch(1, -5, 41)) && !stutters(&one, &patch(0, -5, 41), 0));
+        assert!(!at(one) && !at(patch(1, -5, 41)) && !stutters(&one, &patch(0, -5, 41), open, 0));
+        let around = |other| stutters(&one, &other, Domain { periodic: [false, true], ..open }, 10);
+        assert!(
+            around(patch(0, -5, -11))
+                && !around(patch(0, -5, -20))
+                && !around(patch(0, -5, 50))
+                && !at(patch(0, -5, -11))
+        );
     }
 
     #[test]
