@@ -1,6 +1,6 @@
 //! Frame after frame. `[Kwatra05 4.1]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Flow, Grid, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Flow, Grid, Run, SourceMap, Woven};
 
 use super::carry::Carried;
 use super::closing::Closing;
@@ -89,15 +89,15 @@ impl<'e> Animator<'e> {
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
         options.validate()?;
-        let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+        let domains = exemplars.domains();
         let needed = animation_estimate(&domains, exemplars.channels(), first.domain(), options);
         run.limits.admit(first.domain(), needed)?;
         let mut options = options.clone();
         options.frame.finish = Finish::Coherent;
         let plan = Plan::new(exemplars, first.domain(), &options.frame, run)?;
         plan.shown(&first)?;
-        let carried = Carried::of(&first);
-        let begun = carried.clone();
+        let carried = Carried::of(&first)?;
+        let begun = Carried::of(&first)?;
         Ok(Self { exemplars, options, plan, map: first, carried, begun, closing: None, first: Vec::new() })
     }
 
@@ -149,8 +149,8 @@ impl<'e> Animator<'e> {
     ) -> Result<Woven<&SourceMap<2>, FrameStats>, Error> {
         let output = self.map.domain();
         self.check(flow, within)?;
-        let mut origins = came_from(flow, self.options.direction, (output, within));
-        let mut moved = self.carried.moved(&origins);
+        let mut origins = came_from(flow, self.options.direction, (output, within))?;
+        let mut moved = self.carried.moved(&origins)?;
         if let Some(closing) = &self.closing {
             closing.pass(output, &mut moved, &mut origins);
         }
@@ -162,7 +162,7 @@ impl<'e> Animator<'e> {
         let came = Came { carried: &moved, before: &self.first };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;
         if let Optimized::Map(map) = woven.result {
-            self.carried = moved.settled(self.exemplars, &map);
+            self.carried = moved.settled(self.exemplars, &map)?;
             self.map = map;
             if let Some(closing) = &mut self.closing {
                 closing.go_on();
@@ -175,13 +175,18 @@ impl<'e> Animator<'e> {
 }
 
 /// Where samples come from, by a flow that goes around where the output does; nothing from outside of a body is sure.
-fn came_from(flow: &Flow, direction: Direction, (output, within): (Domain<2>, Option<&Grid<bool, 2>>)) -> Vec<Origin> {
-    let flow = Flow { by: flow.by.clone().with_periodic(output.periodic), known: flow.known.clone() };
-    let mut origins = origins(&flow, direction);
+fn came_from(
+    flow: &Flow,
+    direction: Direction,
+    (output, within): (Domain<2>, Option<&Grid<bool, 2>>),
+) -> Result<Vec<Origin>, CoreError> {
+    let known = flow.known.as_ref().map(|known| known.map(|v| v)).transpose()?;
+    let flow = Flow { by: flow.by.map(|v| v)?.with_periodic(output.periodic), known };
+    let mut origins = origins(&flow, direction)?;
     if let Some(within) = within {
         origins.iter_mut().for_each(|origin| origin.is_sure &= within.get(0, origin.nearest(output).0));
     }
-    origins
+    Ok(origins)
 }
 
 /// Refuses a flow that does not lie over the output, or says no numbers.

@@ -4,7 +4,7 @@
 //! not warped again and again, which would blur it, nor rounded in every frame, which would hold still what moves by
 //! less than half a sample: the place is carried as it is, and the next frame is wished for at it.
 
-use selvedge_core::{Domain, Error, Exemplars, Grid, SampleId, SourceMap};
+use selvedge_core::{Domain, Error, Exemplars, Grid, SampleId, SourceMap, collected};
 
 use super::origins::{Origin, corners};
 use crate::assignment::Place;
@@ -30,23 +30,29 @@ struct Spot {
 
 impl Carried {
     /// What a map shows.
-    pub(crate) fn of(map: &SourceMap<2>) -> Self {
+    ///
+    /// # Errors
+    /// No memory.
+    pub(crate) fn of(map: &SourceMap<2>) -> Result<Self, Error> {
         let spot = |&id: &SampleId| {
             let (source, at) = map.table.locate(id)?;
             Some(Spot { source, at: at.map(f64::from) })
         };
-        Self { domain: map.domain(), places: map.ids.plane(0).iter().map(spot).collect() }
+        Ok(Self { domain: map.domain(), places: collected(map.ids.plane(0).iter().map(spot))? })
     }
 
     /// Where everything goes: each sample of the next frame stands where the sample that it comes from stood, and goes
     /// on from it by the rest of the way, also from beyond open edges.
-    pub(crate) fn moved(&self, origins: &[Origin]) -> Self {
+    ///
+    /// # Errors
+    /// No memory.
+    pub(crate) fn moved(&self, origins: &[Origin]) -> Result<Self, Error> {
         let one = |origin: &Origin| {
             let (near, by) = origin.nearest(self.domain);
             let Spot { source, at } = self.places[self.domain.index(near)]?;
             Some(Spot { source, at: [0, 1].map(|axis| at[axis] + by[axis]) })
         };
-        Self { domain: self.domain, places: origins.iter().map(one).collect() }
+        Ok(Self { domain: self.domain, places: collected(origins.iter().map(one))? })
     }
 
     /// Shows at a place what another shows there.
@@ -55,8 +61,11 @@ impl Carried {
     }
 
     /// What is shown now, of what was carried here: the parts of samples that were lost in it are kept.
-    pub(crate) fn settled(&self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Self {
-        let mut settled = Self::of(map);
+    ///
+    /// # Errors
+    /// No memory.
+    pub(crate) fn settled(&self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Self, Error> {
+        let mut settled = Self::of(map)?;
         for (own, wished) in settled.places.iter_mut().zip(&self.places) {
             let (Some(own), Some(wished)) = (own, wished) else { continue };
             let domain = exemplars.sources()[own.source].domain();
@@ -65,7 +74,7 @@ impl Carried {
                 own.at = wished.at;
             }
         }
-        settled
+        Ok(settled)
     }
 
     /// Places at which a neighborhood would go on as it came: by its middle, and by the middles of its quarters.
@@ -160,16 +169,16 @@ mod tests {
         let id = |[y, x]: [u32; 2]| exemplars.table().id(0, [y + 2, x + 3]);
         domain.positions().for_each(|at| map.ids.set(0, at, id(at)));
         let by = Grid::from_vec(domain, 2, [vec![0.25; 42], vec![0.0; 42]].concat()).unwrap();
-        let all = origins(&Flow { by, known: None }, Direction::Forward);
-        let mut carried = Carried::of(&map);
+        let all = origins(&Flow { by, known: None }, Direction::Forward).unwrap();
+        let mut carried = Carried::of(&map).unwrap();
         for step in 1..=4 {
-            let moved = carried.moved(&all);
+            let moved = carried.moved(&all).unwrap();
             let spot = moved.places[domain.index([3, 3])].unwrap();
             assert_eq!(spot.at, [5.0 - 0.25 * f64::from(step), 6.0], "{step}");
             // The frame shows whole samples.
-            carried = moved.settled(&exemplars, &map);
+            carried = moved.settled(&exemplars, &map).unwrap();
         }
-        let other = carried.moved(&all).settled(&exemplars, &map);
+        let other = carried.moved(&all).unwrap().settled(&exemplars, &map).unwrap();
         assert_eq!(other.places[domain.index([3, 3])].unwrap().at, [5.0, 6.0], "what is too far is another thing");
     }
 }

@@ -37,20 +37,21 @@ impl Closing {
     pub(crate) fn new(
         first: &Carried,
         output: Domain<2>,
-        back: impl ExactSizeIterator<Item = Vec<Origin>>,
+        back: impl ExactSizeIterator<Item = Result<Vec<Origin>, Error>>,
         seed: Seed,
     ) -> Result<Self, Error> {
         let of = back.len();
         let mut ahead: Vec<Target> = Vec::new();
         selvedge_core::reserve(&mut ahead, of)?;
         for origins in back {
+            let origins = origins?;
             let (carried, known) = ahead.last().map_or((first, None), |t| (&t.carried, Some(&t.is_sure)));
             let mut is_sure = try_vec(origins.len(), false)?;
             for (sure, origin) in is_sure.iter_mut().zip(&origins) {
                 let there = output.index(origin.nearest(output).0);
                 *sure = origin.is_sure && known.is_none_or(|known| known[there]);
             }
-            ahead.push(Target { carried: carried.moved(&origins), is_sure });
+            ahead.push(Target { carried: carried.moved(&origins)?, is_sure });
         }
         let cells = output.shape.map(|side| side.div_ceil(CELL));
         let mut ranks = try_vec((cells[0] * cells[1]) as usize, 0)?;

@@ -1,6 +1,6 @@
 //! Where the samples of a frame come from in the frame before. `[Kwatra05 4.1]`
 
-use selvedge_core::{Domain, Flow, par};
+use selvedge_core::{Domain, Error, Flow, par, try_vec};
 
 /// Fixed-point steps at most. Fields that a texture can follow change by less than half a sample from one to the next,
 /// and each step halves the error there at least.
@@ -43,14 +43,16 @@ pub(crate) struct Origin {
 /// One for each sample of the next frame.
 ///
 /// Time `O(samples)`, in the caller's pool.
-pub(crate) fn origins(flow: &Flow, direction: Direction) -> Vec<Origin> {
+///
+/// # Errors
+/// No memory.
+pub(crate) fn origins(flow: &Flow, direction: Direction) -> Result<Vec<Origin>, Error> {
     let domain = flow.domain();
-    let width = domain.shape[1];
-    let rows = par::map_indexed(domain.shape[0] as usize, |y| {
-        let one = |x: u32| origin(flow, direction, [y as u32, x]);
-        (0..width).map(one).collect::<Vec<_>>()
+    let mut origins = try_vec(domain.len(), Origin { at: [0.0; 2], is_sure: false })?;
+    par::for_rows(&mut origins, domain.shape[1].max(1) as usize, |y, row| {
+        row.iter_mut().zip(0..).for_each(|(one, x)| *one = origin(flow, direction, [y as u32, x]));
     });
-    rows.into_iter().flatten().collect()
+    Ok(origins)
 }
 
 fn origin(flow: &Flow, direction: Direction, q: [u32; 2]) -> Origin {
@@ -173,7 +175,7 @@ mod tests {
             for periodic in [[false; 2], [true; 2]] {
                 let domain = Domain { shape: [48, 57], periodic };
                 let flow = motion(field, 1.5).flow(domain, Seed(case)).unwrap();
-                let all = origins(&flow, Direction::Forward);
+                let all = origins(&flow, Direction::Forward).unwrap();
                 let sure = all.iter().filter(|origin| origin.is_sure).count();
                 assert!(domain.len() * 8 / 10 < sure, "{field:?}: {sure}");
                 for (q, origin) in domain.positions().zip(&all).filter(|(_, origin)| origin.is_sure) {
@@ -195,7 +197,7 @@ mod tests {
         let by = Grid::from_vec(domain, 2, [vec![2.0; 99], vec![-3.0; 99]].concat()).unwrap();
         for (direction, sign) in [(Direction::Forward, 1.0), (Direction::Backward, -1.0)] {
             let flow = Flow { by: by.map(|v| sign * v).unwrap(), known: None };
-            for (q, origin) in domain.positions().zip(origins(&flow, direction)) {
+            for (q, origin) in domain.positions().zip(origins(&flow, direction).unwrap()) {
                 assert_eq!(origin.is_sure, 2 <= q[0]);
                 let expected = [f64::from(q[0]) - 2.0, f64::from((q[1] + 3) % 11)];
                 assert_eq!(origin.at, expected);
@@ -208,7 +210,7 @@ mod tests {
         let domain = Domain::open([5, 6]);
         let known = Grid::from_vec(domain, 1, (0..30).map(|i| i != 14).collect()).unwrap();
         let flow = Flow { by: Grid::try_filled(domain, 2, 0.0).unwrap(), known: Some(known) };
-        let all = origins(&flow, Direction::Forward);
+        let all = origins(&flow, Direction::Forward).unwrap();
         assert_eq!(all.iter().filter(|origin| !origin.is_sure).count(), 1);
         assert_eq!(all[14], Origin { at: [2.0, 2.0], is_sure: false });
     }
@@ -216,7 +218,7 @@ mod tests {
     #[test]
     fn what_grows_too_much_is_not_wished_for() {
         let domain = Domain::open([40, 40]);
-        let all = origins(&motion(Field::Source, 3.0).flow(domain, Seed(0)).unwrap(), Direction::Forward);
+        let all = origins(&motion(Field::Source, 3.0).flow(domain, Seed(0)).unwrap(), Direction::Forward).unwrap();
         assert!(!all[20 * 40 + 20].is_sure && all[3 * 40 + 20].is_sure);
     }
 }
