@@ -15,7 +15,7 @@ const GRAIN: i32 = 4;
 const OF: u32 = 64;
 
 /// Offsets used before, and how patches stand to each other.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct History<const D: usize> {
     used: BTreeSet<Patch<D>>,
     vectors: BTreeMap<(usize, [i32; D]), u32>,

@@ -53,6 +53,7 @@
 mod candidates;
 mod canvas;
 mod choice;
+mod covered;
 mod error;
 mod error_cells;
 mod estimate;
@@ -79,6 +80,7 @@ mod weaver;
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;
 
+pub use covered::{Covered, cover};
 pub use error::Error;
 pub use estimate::{estimate, estimate_whole};
 pub use graphcut::{graphcut, graphcut_from, plan};

@@ -67,16 +67,38 @@ pub(crate) fn weave_at<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    worked(exemplars, start, plan, options, run, |weaver| weaver.weave()).map(|(woven, _)| woven)
+}
+
+/// What a run has come to beside its map and its counts: what later draws follow from.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Past<const D: usize> {
+    pub(crate) history: History<D>,
+    pub(crate) step: u64,
+}
+
+/// Some work of a run, which says whether it came to its end.
+///
+/// # Errors
+/// Those of the work, and of [`Weaver::new`].
+pub(crate) fn worked<const D: usize>(
+    exemplars: &Exemplars<D>,
+    start: Start<D>,
+    plan: &Plan<D>,
+    options: &Options<D>,
+    run: &Run<'_, D>,
+    work: impl FnOnce(&mut Weaver<'_, D>) -> Result<bool, Error>,
+) -> Result<(Woven<SourceMap<D>, Stats<D>>, Past<D>), Error> {
     let boxes = ValidBoxes::of(exemplars);
     let singles = singles(exemplars, boxes.boxes(), start.sources.is_some())?;
     let mut weaver = Weaver::new(exemplars, (boxes, &singles), plan, start, options, run)?;
-    let outcome = weaver.weave();
-    let complete = match outcome {
+    let complete = match work(&mut weaver) {
         Ok(complete) => complete,
         Err(error) if error.is_cancelled() => false,
         Err(error) => return Err(error),
     };
-    Ok(Woven { result: weaver.canvas.map, stats: weaver.stats, complete })
+    let past = Past { history: weaver.history, step: weaver.step };
+    Ok((Woven { result: weaver.canvas.map, stats: weaver.stats, complete }, past))
 }
 
 impl<'a, const D: usize> Weaver<'a, D> {
@@ -119,6 +141,11 @@ impl<'a, const D: usize> Weaver<'a, D> {
 
     /// False if it was cancelled.
     pub(crate) fn weave(&mut self) -> Result<bool, Error> {
+        Ok(self.cover_all()? && self.refine()?)
+    }
+
+    /// Lays patches until no hole is left. False if it was cancelled.
+    pub(crate) fn cover_all(&mut self) -> Result<bool, Error> {
         let holes = self.canvas.holes as u64;
         while 0 < self.canvas.holes {
             if self.run.observer.cancelled() {
@@ -128,7 +155,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             self.tell("cover", holes - self.canvas.holes as u64, holes);
         }
         self.stats.energy.push(self.canvas.energy());
-        self.refine()
+        Ok(true)
     }
 
     pub(crate) fn tell(&self, stage: &'static str, done: u64, of: u64) {

@@ -3,9 +3,9 @@
 use crate::common::{PLACEMENTS, blobs, of, weave};
 use selvedge_core::{
     Domain, Encoder, Error as CoreError, ErrorKind, Exemplar, Exemplars, Grid, Plane, Render, Role, Run, SampleId,
-    Samples, SeamCosts, SeamMeasure, Seed, SimdLevel, SourceMap, Transform,
+    Samples, SeamCosts, SeamMeasure, Seed, SimdLevel, SourceMap, Transform, Woven,
 };
-use selvedge_graphcut_textures::{Error, Options, Placement, Start, graphcut, graphcut_from, plan};
+use selvedge_graphcut_textures::{Error, Options, Placement, Start, Stats, cover, graphcut, graphcut_from, plan};
 
 #[test]
 fn everything_is_covered_and_seams_never_become_dearer() {
@@ -22,6 +22,31 @@ fn everything_is_covered_and_seams_never_become_dearer() {
             }
         }
     }
+}
+
+#[test]
+fn what_is_covered_first_and_refined_later_is_the_same() {
+    let parts = |woven: Woven<SourceMap<2>, Stats<2>>| (woven.result, woven.stats, woven.complete);
+    let e = of(&blobs([24, 30], 1));
+    for placement in [Placement::Random, Placement::Entire, Placement::Sub] {
+        for periodic in [[false, false], [true, true]] {
+            let (output, run) = (Domain { shape: [44, 50], periodic }, Run::seeded(5));
+            let options = Options { placement, ..Options::default() };
+            let covered = cover(&e, output, &options, &run).unwrap();
+            let draft = graphcut(&e, output, &Options { refine: Some(0), ..options }, &run).unwrap();
+            assert_eq!(parts(covered.woven.clone()), parts(draft), "the first part is a run without refinement");
+            let whole = graphcut(&e, output, &options, &run).unwrap();
+            assert!(0 < whole.stats.improvements, "something is refined");
+            assert_eq!(parts(covered.refine(&e, &options, &run).unwrap()), parts(whole));
+        }
+    }
+    // Several levels begin again.
+    let large = of(&blobs([70, 64], 2));
+    let (options, run) = (Options { levels: Some(2), ..Options::default() }, Run::seeded(6));
+    let covered = cover(&large, Domain::open([90, 100]), &options, &run).unwrap();
+    let whole = graphcut(&large, Domain::open([90, 100]), &options, &run).unwrap();
+    assert_eq!(whole.stats.levels, 2);
+    assert_eq!(parts(covered.refine(&large, &options, &run).unwrap()), parts(whole));
 }
 
 #[test]
