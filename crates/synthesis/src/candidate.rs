@@ -15,8 +15,11 @@ pub trait Candidate: Debug + Send + Sync {
     /// The method's command.
     fn method(&self) -> &'static str;
 
-    /// What tells at a fraction of the work what this one will be worth; `None` if nothing does.
-    fn draft(&self) -> Option<Box<dyn Candidate>>;
+    /// Makes what tells at a fraction of the work what this one will be worth.
+    ///
+    /// # Errors
+    /// Those of the method.
+    fn draft(&self, exemplars: &Exemplars<2>, output: Domain<2>, run: &Run<'_, 2>) -> Result<Draft, Error>;
 
     /// Bytes that making it needs beside exemplars and output; of exemplars without `masked` samples mostly less.
     fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>, masked: bool) -> Bytes;
@@ -33,6 +36,27 @@ pub trait Candidate: Debug + Send + Sync {
     ) -> Result<Woven<SourceMap<2>, Used>, Error>;
 }
 
+/// What tells what a candidate will be worth.
+#[derive(Debug)]
+pub struct Draft {
+    /// What it has come to.
+    pub woven: Woven<SourceMap<2>, Used>,
+    /// How it is finished; `None` if it is.
+    pub rest: Option<Box<dyn Rest>>,
+}
+
+/// What is left to do of a candidate after its draft.
+pub trait Rest: Debug + Send {
+    /// The method's command.
+    fn method(&self) -> &'static str;
+
+    /// Makes what the candidate's [`weave`](Candidate::weave) would, of the same exemplars, output and run.
+    ///
+    /// # Errors
+    /// Those of the method.
+    fn finish(self: Box<Self>, exemplars: &Exemplars<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Used>, Error>;
+}
+
 /// A graph cut.
 #[derive(Clone, Debug)]
 pub struct Graphcut(pub graphcut::Options<2>);
@@ -44,9 +68,17 @@ impl Candidate for Graphcut {
 
     /// Covered, but its seams not settled: a sixth of the work (three textures). That drafts are preferred as what
     /// becomes of them is a guess: of most of 24 textures preferences are near each other.
-    fn draft(&self) -> Option<Box<dyn Candidate>> {
-        let draft = graphcut::Options { refine: Some(0), ..self.0 };
-        (self.0.refine != Some(0)).then(|| Box::new(Self(draft)) as Box<dyn Candidate>)
+    fn draft(&self, exemplars: &Exemplars<2>, output: Domain<2>, run: &Run<'_, 2>) -> Result<Draft, Error> {
+        if self.0.refine == Some(0) {
+            return Ok(Draft { woven: self.weave(exemplars, output, run)?, rest: None });
+        }
+        let covered = graphcut::cover(exemplars, output, &self.0, run)?;
+        let woven = Woven {
+            result: covered.woven.result.clone(),
+            stats: used(&graphcut::Options { refine: Some(0), ..self.0 }, &covered.woven.stats),
+            complete: covered.woven.complete,
+        };
+        Ok(Draft { woven, rest: Some(Box::new(Seams { covered, options: self.0 })) })
     }
 
     fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>, masked: bool) -> Bytes {
@@ -60,25 +92,48 @@ impl Candidate for Graphcut {
         output: Domain<2>,
         run: &Run<'_, 2>,
     ) -> Result<Woven<SourceMap<2>, Used>, Error> {
-        let woven = graphcut::graphcut(exemplars, output, &self.0, run)?;
-        let (lower, stats) = (|name: String| name.to_lowercase(), &woven.stats);
-        let sides = |[down, across]: [u32; 2]| {
-            if down == across { down.to_string() } else { format!("{across}x{down}") }
-        };
-        let mut used = vec![
-            ("placement", lower(format!("{:?}", stats.placement))),
-            ("seam", lower(format!("{:?}", self.0.seam))),
-            ("region", sides(stats.region)),
-            ("reach", sides(stats.reach)),
-            ("randomness", self.0.randomness.to_string()),
-            ("variety", stats.variety.to_string()),
-        ];
-        used.extend((0 < stats.apart).then(|| ("apart", stats.apart.to_string())));
-        used.extend((1 < stats.levels).then(|| ("levels", stats.levels.to_string())));
-        used.extend(self.0.refine.map(|n| ("refine", n.to_string())));
-        used.extend([("patience", self.0.patience.to_string()), ("tries", self.0.tries.to_string())]);
-        Ok(Woven { result: woven.result, stats: used, complete: woven.complete })
+        Ok(told(graphcut::graphcut(exemplars, output, &self.0, run)?, &self.0))
     }
+}
+
+/// A graph cut whose seams are left to refine.
+#[derive(Debug)]
+struct Seams {
+    covered: graphcut::Covered<2>,
+    options: graphcut::Options<2>,
+}
+
+impl Rest for Seams {
+    fn method(&self) -> &'static str {
+        "graphcut"
+    }
+
+    fn finish(self: Box<Self>, exemplars: &Exemplars<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Used>, Error> {
+        Ok(told(self.covered.refine(exemplars, &self.options, run)?, &self.options))
+    }
+}
+
+fn told(woven: Woven<SourceMap<2>, graphcut::Stats<2>>, options: &graphcut::Options<2>) -> Woven<SourceMap<2>, Used> {
+    Woven { stats: used(options, &woven.stats), result: woven.result, complete: woven.complete }
+}
+
+/// The options of a graph cut with what it chose.
+fn used(options: &graphcut::Options<2>, stats: &graphcut::Stats<2>) -> Used {
+    let lower = |name: String| name.to_lowercase();
+    let sides = |[down, across]: [u32; 2]| if down == across { down.to_string() } else { format!("{across}x{down}") };
+    let mut used = vec![
+        ("placement", lower(format!("{:?}", stats.placement))),
+        ("seam", lower(format!("{:?}", options.seam))),
+        ("region", sides(stats.region)),
+        ("reach", sides(stats.reach)),
+        ("randomness", options.randomness.to_string()),
+        ("variety", stats.variety.to_string()),
+    ];
+    used.extend((0 < stats.apart).then(|| ("apart", stats.apart.to_string())));
+    used.extend((1 < stats.levels).then(|| ("levels", stats.levels.to_string())));
+    used.extend(options.refine.map(|n| ("refine", n.to_string())));
+    used.extend([("patience", options.patience.to_string()), ("tries", options.tries.to_string())]);
+    used
 }
 
 /// True if some exemplar is better laid by how whole patches agree.

@@ -13,7 +13,7 @@ mod candidate;
 mod error;
 mod sizes;
 
-pub use candidate::{Candidate, Graphcut, Used};
+pub use candidate::{Candidate, Draft, Graphcut, Rest, Used};
 pub use error::Error;
 
 use selvedge_core::{
@@ -118,17 +118,16 @@ pub fn synthesize(
         // Nothing to choose by: the likeliest, which is first of any kind.
         bench.of = 1;
         let all = of_kind(exemplars, false);
-        bench.finish(&all, &[Turn::new(0, all.len(), run.seed)], &mut best)?;
+        let only = Chosen { turn: Turn::new(0, all.len(), run.seed), preference: 0.0, rest: None };
+        bench.finish(&all, vec![only], &mut best)?;
         return best.answer();
     }
     let orderly = is_orderly(exemplars)?;
     let all = of_kind(exemplars, orderly);
     let turns: Vec<Turn> = (0..drafts).map(|i| Turn::new(i, all.len(), run.seed)).collect();
     let small = of_kind(bench.sizes.small(exemplars), orderly);
-    let mut drafted = bench.draft(&small, &turns, &mut best)?;
-    drafted.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-    let chosen: Vec<Turn> = drafted.into_iter().take(finished).map(|(turn, _)| turn).collect();
-    bench.finish(&all, &chosen, &mut best)?;
+    let chosen = bench.draft(&small, &turns, finished, &mut best)?;
+    bench.finish(&all, chosen, &mut best)?;
     let mut woven = best.answer()?;
     if bench.sizes.are_several() && woven.stats.tried[woven.stats.kept].draft {
         // Nothing was finished.
@@ -150,6 +149,21 @@ impl Turn {
     }
 }
 
+/// A draft that is to be finished.
+struct Chosen {
+    turn: Turn,
+    preference: f64,
+    /// Where it goes on; `None` if it begins again.
+    rest: Option<Box<dyn Rest>>,
+}
+
+/// What is made at once, beside others.
+enum Job<'a> {
+    Draft(&'a dyn Candidate),
+    Whole(&'a dyn Candidate),
+    Rest(Box<dyn Rest>),
+}
+
 /// Where candidates are made and scored.
 struct Bench<'a> {
     exemplars: &'a Exemplars<2>,
@@ -163,62 +177,78 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Makes and scores drafts: turns with the preference of what they made, those left out that were refused or
-    /// cancelled.
+    /// Makes and scores drafts; answers with the most preferred, but for those that were refused or cancelled.
     fn draft(
         &mut self,
         all: &[Box<dyn Candidate>],
         turns: &[Turn],
+        most: usize,
         best: &mut Best,
-    ) -> Result<Vec<(Turn, f64)>, Error> {
-        let drafts: Vec<Option<Box<dyn Candidate>>> = all.iter().map(|candidate| candidate.draft()).collect();
-        let of = |turn: &Turn| (drafts[turn.which].as_ref().unwrap_or(&all[turn.which]).as_ref(), turn.seed);
-        let mut drafted = Vec::new();
+    ) -> Result<Vec<Chosen>, Error> {
+        let mut chosen = Vec::new();
         for some in turns.chunks(par::threads().max(1)) {
-            for (made, &turn) in self.round(&some.iter().map(of).collect::<Vec<_>>(), true).into_iter().zip(some) {
-                let preference = best.take(made, self.sizes.are_several() || drafts[turn.which].is_some())?;
-                drafted.extend(preference.map(|preference| (turn, preference)));
+            let jobs = some.iter().map(|turn| (Job::Draft(all[turn.which].as_ref()), turn.seed)).collect();
+            for (made, &turn) in self.round(jobs).into_iter().zip(some) {
+                let Some((preference, rest)) = best.take(made)? else { continue };
+                // What was made small begins again.
+                let rest = rest.filter(|_| !self.sizes.are_several());
+                chosen.extend(preference.map(|preference| Chosen { turn, preference, rest }));
             }
+            chosen.sort_by(|a, b| b.preference.total_cmp(&a.preference));
+            chosen.truncate(most);
             if best.is_cancelled(self.run) {
                 break;
             }
         }
-        Ok(drafted)
+        Ok(chosen)
     }
 
     /// Makes and scores whole candidates.
-    fn finish(&mut self, all: &[Box<dyn Candidate>], turns: &[Turn], best: &mut Best) -> Result<(), Error> {
-        for some in turns.chunks(par::threads().max(1)) {
-            if best.is_cancelled(self.run) {
-                break;
-            }
-            let some: Vec<_> = some.iter().map(|turn| (all[turn.which].as_ref(), turn.seed)).collect();
-            self.round(&some, false).into_iter().try_for_each(|made| best.take(made, false).map(|_| ()))?;
+    fn finish(&mut self, all: &[Box<dyn Candidate>], mut chosen: Vec<Chosen>, best: &mut Best) -> Result<(), Error> {
+        while !chosen.is_empty() && !best.is_cancelled(self.run) {
+            let some = chosen.drain(..chosen.len().min(par::threads().max(1)));
+            let job = |c: Chosen| (c.rest.map_or(Job::Whole(all[c.turn.which].as_ref()), Job::Rest), c.turn.seed);
+            let jobs = some.map(job).collect();
+            self.round(jobs).into_iter().try_for_each(|made| best.take(made).map(|_| ()))?;
         }
         Ok(())
     }
 
     /// Some at once, each on a thread; small if they are drafts.
-    fn round(&mut self, some: &[(&dyn Candidate, Seed)], drafts: bool) -> Vec<Made> {
-        let quiet = Quiet(self.run.observer);
-        let (exemplars, output) = match drafts {
-            true => (self.sizes.small(self.exemplars), self.sizes.output(self.output)),
-            false => (self.exemplars, self.output),
-        };
-        let made = par::map_indexed(some.len(), |i| {
-            let (candidate, seed) = some[i];
-            let woven = candidate.weave(exemplars, output, &Run { seed, observer: &quiet, ..*self.run })?;
-            let scored = match &self.judge {
-                Some(judge) if woven.complete => Some(self.scored(judge, &woven.result, drafts)?),
-                _ => None,
-            };
-            let (scored, picture) = scored.unzip();
-            let tried = Trial { method: candidate.method(), used: woven.stats, seed, draft: false, scored, picture };
-            Ok((tried, woven.result, woven.complete))
+    fn round(&mut self, jobs: Vec<(Job<'_>, Seed)>) -> Vec<Result<Made, Error>> {
+        let mut done: Vec<_> = jobs.into_iter().map(|(job, seed)| (Some(job), seed, None)).collect();
+        par::for_rows(&mut done, 1, |_, row| {
+            if let [(job, seed, made)] = row {
+                *made = job.take().map(|job| self.make(job, *seed));
+            }
         });
-        self.done += some.len() as u64;
+        self.done += done.len() as u64;
         self.run.observer.event(&Event::step("synthesize", self.done, self.of));
-        made
+        done.into_iter().filter_map(|(_, _, made)| made).collect()
+    }
+
+    fn make(&self, job: Job<'_>, seed: Seed) -> Result<Made, Error> {
+        let run = Run { seed, observer: &Quiet(self.run.observer), ..*self.run };
+        let (is_draft, method) = match &job {
+            Job::Draft(c) => (true, c.method()),
+            Job::Whole(c) => (false, c.method()),
+            Job::Rest(rest) => (false, rest.method()),
+        };
+        let Draft { woven, rest } = match job {
+            Job::Draft(candidate) => {
+                candidate.draft(self.sizes.small(self.exemplars), self.sizes.output(self.output), &run)?
+            }
+            Job::Whole(candidate) => Draft { woven: candidate.weave(self.exemplars, self.output, &run)?, rest: None },
+            Job::Rest(rest) => Draft { woven: rest.finish(self.exemplars, &run)?, rest: None },
+        };
+        let scored = match &self.judge {
+            Some(judge) if woven.complete => Some(self.scored(judge, &woven.result, is_draft)?),
+            _ => None,
+        };
+        let (scored, picture) = scored.unzip();
+        let draft = is_draft && (self.sizes.are_several() || rest.is_some());
+        let trial = Trial { method, used: woven.stats, seed, draft, scored, picture };
+        Ok(Made { trial, map: woven.result, complete: woven.complete, rest })
     }
 
     /// What a map is worth, at the size of drafts, and what it shows.
@@ -271,8 +301,11 @@ fn of(
     let scoring = Bytes::of_samples(output, 12 + 4 * channels as u64) + sources;
     let each = entire.max(between) + scoring + Bytes::of_samples(output, 8);
     let small = Domain::open(output.shape.map(|side| side.min(SEEN)));
-    let pictures = Bytes::of_samples(small, channels as u64) * options.steps().map_or(0, |[a, b]| (a + b) as u64);
-    each * threads.max(1) as u64 + pictures
+    let [drafts, finished] = options.steps().unwrap_or_default().map(|n| n as u64);
+    let pictures = Bytes::of_samples(small, channels as u64) * (drafts + finished);
+    // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most.
+    let waiting = Bytes::of_samples(output, 12) * finished;
+    each * threads.max(1) as u64 + waiting + pictures
 }
 
 /// The features that a map shows.
@@ -293,8 +326,16 @@ fn shown(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Grid<u8, 2>, Er
 /// Columns, and the preference that follows from them.
 type Scored = (Columns, f64);
 
-/// What one candidate came to: how, the map, and whether it is whole.
-type Made = Result<(Trial, SourceMap<2>, bool), Error>;
+/// What one candidate came to.
+struct Made {
+    trial: Trial,
+    map: SourceMap<2>,
+    complete: bool,
+    rest: Option<Box<dyn Rest>>,
+}
+
+/// The preference of what was made, where it was compared, and what is left to do of it.
+type Taken = (Option<f64>, Option<Box<dyn Rest>>);
 
 /// The best so far.
 #[derive(Default)]
@@ -305,9 +346,9 @@ struct Best {
 }
 
 impl Best {
-    /// Keeps one that is preferred, or finished, or more complete; of equals the first. Answers with its preference.
-    fn take(&mut self, made: Made, draft: bool) -> Result<Option<f64>, Error> {
-        let (tried, map, complete) = match made {
+    /// Keeps one that is preferred, or finished, or more complete; of equals the first. `None` if it was refused.
+    fn take(&mut self, made: Result<Made, Error>) -> Result<Option<Taken>, Error> {
+        let Made { trial, map, complete, rest } = match made {
             Ok(made) => made,
             Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {
                 self.refused.get_or_insert(e);
@@ -315,16 +356,17 @@ impl Best {
             }
             Err(e) => return Err(e),
         };
-        let preference = tried.scored.map(|(_, preference)| preference);
+        let preference = |trial: &Trial| trial.scored.map(|(_, preference)| preference);
         let is_better = self.kept.as_ref().is_none_or(|(kept, _, whole)| {
             let kept = &self.tried[*kept];
-            (*whole, !kept.draft, kept.scored.map(|(_, p)| p)) < (complete, !draft, preference)
+            (*whole, !kept.draft, preference(kept)) < (complete, !trial.draft, preference(&trial))
         });
         if is_better {
             self.kept = Some((self.tried.len(), map, complete));
         }
-        self.tried.push(Trial { draft, ..tried });
-        Ok(preference)
+        let taken = preference(&trial);
+        self.tried.push(trial);
+        Ok(Some((taken, rest)))
     }
 
     /// True if the run was cancelled and something was made.
