@@ -91,6 +91,19 @@ impl Picture {
         variance
     }
 
+    /// Skewness of the known cells' channels, summed by their weights, in thousandths; 0 where all are alike.
+    pub(crate) fn skew(&self, weights: &[u8]) -> i32 {
+        let bright = |i: usize| {
+            weights.iter().enumerate().map(move |(c, &w)| i128::from(w) * i128::from(self.means.plane(c)[i]))
+        };
+        let known = (0..self.domain().len()).filter(|&i| self.known.samples()[i]).map(|i| bright(i).sum::<i128>());
+        let (n, s1, s2, s3) = known
+            .fold((0_i128, 0_i128, 0_i128, 0_i128), |(n, s1, s2, s3), v| (n + 1, s1 + v, s2 + v * v, s3 + v * v * v));
+        // Central moments, times the square and the cube of the number.
+        let (second, third) = ((n * s2 - s1 * s1) as f64, (n * n * s3 - 3 * n * s1 * s2 + 2 * s1 * s1 * s1) as f64);
+        if second <= 0.0 { 0 } else { (1000.0 * third / (second * second.sqrt())).round() as i32 }
+    }
+
     /// Means over boxes, of what is known in them.
     fn boxed(&self, radius: u32) -> Result<Self, Error> {
         let domain = self.means.domain();
