@@ -42,7 +42,8 @@ pub struct Columns {
     /// `log2` of the variance of means of 32 px, output over exemplar: light and shade that were lost (below 0) or
     /// heaped up.
     pub shade: f64,
-    /// Mean step across the wrap over the mean step elsewhere, less 1; the larger of the periodic axes, 0 without any.
+    /// Mean distance of windows of 8 px across the wrap over that of the worst twentieth elsewhere, less 1, 0.05 added
+    /// to both; the larger of the periodic axes. 0 where it is no worse than the worst seams are, or nothing wraps.
     pub wrap: f64,
     /// `log2` of the output's side over the exemplar's, by area: 1 for twice as wide and high.
     pub scale: f64,

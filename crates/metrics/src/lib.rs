@@ -91,12 +91,13 @@ impl Judge {
         let near_2 = self.half.coherent(&half, windows, simd)?;
         let large = Windows { side: LARGE, step: LARGE / 4 };
         let far = self.quarter.coherent(&quarter, large, simd)?;
+        let drawn = self.full.sampled(output, WINDOW, simd)?;
         let pictures = [(output, None)];
         let log = |a: f64, b: f64| libm::log2((a + 0.05) / (b + 0.05));
         let shade = marginals::shade(output, SHADE)?.zip(self.shade);
         let exemplar: usize = self.full.exemplars.firsts().map(|s| s.domain().len()).sum();
         Ok(Columns {
-            coherence: self.full.sampled(output, WINDOW, simd)?,
+            coherence: drawn.mean(),
             coherence_2: near_2.mean(),
             coherence_4: self.quarter.coherent(&quarter, fine, simd)?.mean(),
             arrangement: far.mean(),
@@ -110,7 +111,7 @@ impl Judge {
             sharpness: log(marginals::sharpness(&pictures), self.sharpness),
             colour: marginals::colour(&pictures, &marginals::pictures(&self.full.exemplars)) / self.full.contrast,
             shade: shade.map_or(0.0, |(a, b)| log(a, b)),
-            wrap: marginals::wrap(output),
+            wrap: drawn.torn(),
             scale: libm::log2(output.domain().len() as f64 / exemplar as f64) / 2.0,
             seams: map.map(|m| self.prices.of(m)).transpose()?,
         })

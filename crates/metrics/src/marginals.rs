@@ -1,4 +1,4 @@
-//! Columns of single samples and small differences: contrast, sharpness, colour, blandness, shade, wrap.
+//! Columns of single samples and small differences: contrast, sharpness, colour, blandness, shade.
 
 use crate::error::Error;
 use crate::scaled;
@@ -141,21 +141,4 @@ pub(crate) fn shade(picture: &Grid<u8, 2>, times: usize) -> Result<Option<f64>, 
         (n as u64 * squares - sum * sum) as f64 / (n * n) as f64
     };
     Ok(Some((0..small.channels()).map(of).sum()))
-}
-
-/// Excess of the steps across the wrap over those elsewhere, the larger of the periodic axes.
-pub(crate) fn wrap(output: &Grid<u8, 2>) -> f64 {
-    let domain = output.domain();
-    let excess = |axis: usize| {
-        let (mut across, mut n, mut inside, mut m) = (0_u64, 0_u64, 0_u64, 0_u64);
-        for at in domain.positions() {
-            let Some(next) = domain.next(at, axis) else { continue };
-            let step: u64 =
-                (0..output.channels()).map(|c| u64::from(output.get(c, at).abs_diff(output.get(c, next)))).sum();
-            if next[axis] == 0 { (across, n) = (across + step, n + 1) } else { (inside, m) = (inside + step, m + 1) }
-        }
-        // Half a step is added to both: flat pictures have no excess.
-        (across as f64 / n.max(1) as f64 + 0.5) / (inside as f64 / m.max(1) as f64 + 0.5) - 1.0
-    };
-    (0..2).filter(|&a| domain.periodic[a] && 2 <= domain.shape[a]).map(excess).fold(0.0, f64::max)
 }

@@ -59,37 +59,86 @@ impl Level {
         Ok(mean(&distances))
     }
 
-    /// Mean distance of windows drawn from the output.
-    pub(crate) fn sampled(&self, output: &Grid<u8, 2>, side: u32, simd: SimdLevel) -> Result<f64, Error> {
-        let over = Windows { side, step: 1 }.over(output.domain());
+    /// Windows drawn from the output, and those that lie across its wrap.
+    pub(crate) fn sampled(&self, output: &Grid<u8, 2>, side: u32, simd: SimdLevel) -> Result<Drawn, Error> {
+        let (domain, over) = (output.domain(), Windows { side, step: 1 }.over(output.domain()));
         if over.is_empty() {
-            return Ok(0.0);
+            return Ok(Drawn::default());
         }
         let searcher = SsdSearcher::with_options(&self.exemplars, Options { simd, ..Options::default() })?;
         let samples = self.exemplars.table().len() as usize;
         let n = (DRAWN_TIMES_SAMPLES / samples.max(1)).clamp(LEAST_DRAWN, DRAWN).min(over.len());
-        // Blocks of fifty: one scratch each, and sums in a fixed order.
-        let block = |range: std::ops::Range<usize>| -> Result<(f64, usize), Error> {
+        let at = |i: usize| over.position(if n == over.len() { i } else { draw(i, over.len()) });
+        let drawn = self.distances(output, &searcher, side, (n, &at))?;
+        let mut across = Vec::new();
+        for axis in (0..2).filter(|&axis| domain.periodic[axis] && side <= domain.shape[axis]) {
+            let step = (side / 2).max(domain.shape[1 - axis].div_ceil(MOST_ACROSS));
+            let middle = domain.shape[axis] - side / 2;
+            let at = |i: usize| std::array::from_fn(|a| if a == axis { middle } else { i as u32 * step });
+            let n = (domain.shape[1 - axis] / step) as usize;
+            let near = self.distances(output, &searcher, side, (n, &at))?.concat();
+            across.push(mean(&near.iter().map(|(_, distance)| *distance).collect::<Vec<_>>()));
+        }
+        Ok(Drawn { drawn, across, inside: domain.shape.map(|n| n.saturating_sub(side)) })
+    }
+
+    /// Distances of windows at some places, in blocks of fifty, each of which has a scratch.
+    fn distances(
+        &self,
+        output: &Grid<u8, 2>,
+        searcher: &SsdSearcher<2>,
+        side: u32,
+        (n, at): (usize, &(dyn Fn(usize) -> [u32; 2] + Sync)),
+    ) -> Result<Vec<Vec<Placed>>, Error> {
+        let block = |block: usize| {
             let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
-            let (mut sum, mut count) = (0.0, 0);
-            for i in range {
-                let at = if n == over.len() { i } else { draw(i, over.len()) };
-                let features = cut(output, over.position(at), [side; 2]);
+            let mut distances = Vec::new();
+            for i in block * BLOCK..n.min((block + 1) * BLOCK) {
+                let features = cut(output, at(i), [side; 2]);
                 let template = Template::new([side; 2], &features);
                 searcher.search(&template, Placement::INSIDE, &mut scratch, &mut costs)?;
-                if let Some(best) = costs.best() {
-                    sum += self.distance(best.error, side);
-                    count += 1;
-                }
+                distances.extend(costs.best().map(|best| (at(i), self.distance(best.error, side))));
             }
-            Ok((sum, count))
+            Ok(distances)
         };
-        let add = |a: Result<(f64, usize), Error>, b: Result<(f64, usize), Error>| {
-            let ((a, n), (b, m)) = (a?, b?);
-            Ok((a + b, n + m))
-        };
-        let (sum, count) = par::fold_blocks(n, 50, block, add).unwrap_or(Ok((0.0, 0)))?;
-        Ok(if count == 0 { 0.0 } else { sum / count as f64 })
+        par::map_indexed(n.div_ceil(BLOCK), block).into_iter().collect()
+    }
+}
+
+/// Windows that have a scratch together.
+const BLOCK: usize = 50;
+/// Windows across the wrap along an axis, at most: a tenth of those that are drawn elsewhere.
+const MOST_ACROSS: u32 = 200;
+/// A distance that is nothing, where two are compared as a ratio.
+const GROUND: f64 = 0.05;
+
+/// The first sample of a window, and its distance.
+type Placed = ([u32; 2], f64);
+
+/// Distances of windows at full size.
+#[derive(Default)]
+pub(crate) struct Drawn {
+    drawn: Vec<Vec<Placed>>,
+    /// Means across the wrap of each periodic axis.
+    across: Vec<f64>,
+    /// The last places of windows that lie across no wrap.
+    inside: [u32; 2],
+}
+
+impl Drawn {
+    pub(crate) fn mean(&self) -> f64 {
+        let sums = self.drawn.iter().map(|block| block.iter().map(|(_, distance)| distance).sum::<f64>());
+        sums.reduce(|a, b| a + b).unwrap_or(0.0) / self.drawn.iter().map(Vec::len).sum::<usize>().max(1) as f64
+    }
+
+    /// By how much windows across the wrap are farther than the worst twentieth elsewhere, the larger of the axes:
+    /// where a joint of a wall lies on the wrap there is a step, but the exemplar has it as well.
+    pub(crate) fn torn(&self) -> f64 {
+        let is_inside = |at: &[u32; 2]| (0..2).all(|axis| at[axis] <= self.inside[axis]);
+        let elsewhere = self.drawn.iter().flatten().filter(|(at, _)| is_inside(at)).map(|(_, distance)| *distance);
+        let worst = worst(elsewhere.collect());
+        let excess = |&across: &f64| (across + GROUND) / (worst + GROUND) - 1.0;
+        self.across.iter().map(excess).fold(0.0, f64::max)
     }
 }
 
@@ -171,9 +220,7 @@ impl Near<'_> {
 
     /// Mean of the farthest twentieth.
     pub(crate) fn worst(&self) -> f64 {
-        let mut all = self.distances();
-        all.sort_unstable_by(f64::total_cmp);
-        mean(&all[all.len() - all.len().div_ceil(20)..])
+        worst(self.distances())
     }
 
     /// Divergence of the use of boxes of `side` samples from an even one, in bits. Where not all windows were compared,
@@ -239,6 +286,12 @@ fn cut<T: Copy>(from: &Grid<T, 2>, at: [u32; 2], [height, width]: [u32; 2]) -> V
         }
     }
     features
+}
+
+/// Mean of the farthest twentieth.
+fn worst(mut all: Vec<f64>) -> f64 {
+    all.sort_unstable_by(f64::total_cmp);
+    mean(&all[all.len() - all.len().div_ceil(20)..])
 }
 
 /// 0 of nothing.

@@ -1,6 +1,6 @@
 //! What the columns say of outputs whose fault is known, and of plain loops.
 
-use selvedge_core::{Domain, Exemplars, Grid, SampleId, Seed, SimdLevel, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, SampleId, Samples, Seed, SimdLevel, SourceMap};
 use selvedge_metrics::{Columns, Error, Judge, preference};
 use selvedge_testkit::exemplars;
 
@@ -97,6 +97,24 @@ fn blur_tint_and_wrap_have_their_columns() {
     let open = Grid::from_vec(Domain::periodic([h, w]), copy.channels(), copy.clone().into_vec()).unwrap();
     let cut = map(&of, Domain::periodic([h - 5, w - 5]), |p| p);
     assert!(ask(&picture(&of, &cut)).wrap > 0.2 && ask(&copy).wrap == 0.0, "{}", ask(&open).wrap);
+}
+
+#[test]
+fn a_joint_on_the_wrap_is_no_tear() {
+    // A wall that closes after 96 samples, of which the exemplar holds somewhat more: joints at multiples of 12 and 24.
+    let wall = |[y, x]: [u32; 2]| {
+        let (course, across) = (y / 12 % 8, (x + y / 12 % 2 * 12) % 96);
+        let brick = 120 + (course * 37 + across / 24 * 61) % 90;
+        (if y % 12 == 0 || across % 24 == 0 { 40 } else { brick }) as u8
+    };
+    let of = |domain: Domain<2>| Grid::from_vec(domain, 1, domain.positions().map(wall).collect()).unwrap();
+    let plane = Plane::new(Role::Color, Samples::U8(of(Domain::open([120, 130]))));
+    let judge = judge(&Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap());
+    let torn = |shape| judge.columns(&of(Domain::periodic(shape)), None).unwrap().wrap;
+    assert_eq!(torn([96, 96]), 0.0, "joints lie on both wraps");
+    // A course of half its height, and narrow bricks at one place of each second course.
+    let [course, narrow] = [[89, 96], [96, 103]].map(torn);
+    assert!(0.8 < course && 0.3 < narrow, "{course} {narrow}");
 }
 
 #[test]
