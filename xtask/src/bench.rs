@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use selvedge_core::Role;
 use selvedge_testkit::from_png;
 
+use crate::outcome::Outcome;
 use crate::tree::Tree;
-use crate::{Outcome, fixtures, large, program};
+use crate::{fixtures, large, program};
 
 /// One benchmark: tests/bench/NAME.toml.
 struct Bench {

@@ -1,10 +1,10 @@
 //! `ci`: everything that has to pass, in the order in which it is cheap. Needs cargo, rustfmt and clippy.
 
-use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::tree::Tree;
-use crate::{Outcome, program, tidy};
+use crate::outcome::Outcome;
+use crate::program::{self, cargo};
+use crate::tidy;
 
 /// What all of it may take from a clean clone on two quiet cores when all methods stand. It is run at every change:
 /// what would go over belongs into `soak`, unless it guards a promise.
@@ -49,32 +49,4 @@ pub(crate) fn run(_: &[String]) -> Outcome {
     eprintln!("\n{:<20} {:>7} {:>9}\n{table}", "", "seconds", "processor");
     eprintln!("xtask: all green after {total} s; a clean clone may take {budget} s on two quiet cores");
     Ok(())
-}
-
-/// Runs cargo in the project's root; warnings of rustdoc count as errors.
-pub(crate) fn cargo(args: &[&str]) -> Outcome {
-    cargo_with(args, &[("RUSTDOCFLAGS", "-D warnings")])
-}
-
-/// Runs cargo in the project's root with these variables.
-pub(crate) fn cargo_with(args: &[&str], variables: &[(&str, &str)]) -> Outcome {
-    eprintln!("xtask: cargo {}", args.join(" "));
-    // `+nightly` is understood by rustup's cargo alone, not by the one that runs us.
-    let ours = std::env::var_os("CARGO").filter(|_| !args[0].starts_with('+'));
-    let cargo = ours.unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    let status = command.args(args).envs(variables.iter().copied()).current_dir(crate::tree::root()).status();
-    match status {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("`cargo {}` ended with {status}", args.join(" "))),
-        Err(e) => Err(format!("cannot run cargo: {e}")),
-    }
-}
-
-/// The package that stands in `crates/NAME`.
-pub(crate) fn package_name(tree: &Tree, name: &str) -> Result<String, String> {
-    let path = format!("crates/{name}/Cargo.toml");
-    let manifest = tree.manifest(&path).map_err(|why| format!("{path} {why}"))?;
-    let package = manifest.get("package").and_then(|p| p.get("name")).and_then(|n| n.as_str());
-    package.map(str::to_owned).ok_or_else(|| format!("{path} names no package"))
 }

@@ -1,6 +1,6 @@
 //! The coefficients of `selvedge_metrics::preference`, made again.
 
-use crate::Outcome;
+use crate::outcome::Outcome;
 use selvedge_metrics::{MAPPED, PICTURE, fit};
 
 /// Where the table lies.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use selvedge_core::{Plane, Role};
 use selvedge_testkit::{describe, exemplars, from_png, same_samples, simple, to_exr, to_png};
 
-use crate::Outcome;
+use crate::outcome::Outcome;
 use crate::tree::{Tree, root};
 
 /// Where the list of fixtures stands.

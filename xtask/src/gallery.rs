@@ -6,9 +6,10 @@ use std::path::Path;
 use selvedge_core::Role;
 use selvedge_testkit::from_png;
 
-use crate::ci::cargo_with;
+use crate::outcome::Outcome;
+use crate::program::cargo_with;
 use crate::tree::{Tree, root};
-use crate::{Outcome, fixtures, program};
+use crate::{fixtures, program};
 
 /// Where the rows stand.
 const ROWS: &str = "docs/gallery.toml";

@@ -8,7 +8,8 @@ use std::time::Instant;
 use selvedge_core::Role;
 use selvedge_testkit::{Noise, plane8, to_png};
 
-use crate::{Outcome, program};
+use crate::outcome::Outcome;
+use crate::program;
 
 /// Sides of the exemplars: each has four times the samples of the one before, so that growth can be read off.
 const SIDES: [u32; 4] = [512, 1024, 2048, 4096];

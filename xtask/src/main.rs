@@ -7,6 +7,7 @@ mod fit;
 mod fixtures;
 mod gallery;
 mod large;
+mod outcome;
 mod program;
 mod readme;
 mod regress;
@@ -16,11 +17,10 @@ mod tree;
 
 use std::process::ExitCode;
 
+use self::outcome::Outcome;
+
 /// A chore: its name and arguments, what it does, and the function.
 type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
-
-/// Nothing to say, or a line that says what went wrong (details have been printed).
-type Outcome = Result<(), String>;
 
 const CHORES: [Chore; 11] = [
     (

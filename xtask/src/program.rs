@@ -1,13 +1,32 @@
-//! The program in release, as the chores run it.
+//! Cargo, and the program in release, as the chores run them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use crate::Outcome;
-use crate::ci::cargo_with;
+use crate::outcome::Outcome;
 use crate::tree::root;
+
+/// Runs cargo in the project's root; warnings of rustdoc count as errors.
+pub(crate) fn cargo(args: &[&str]) -> Outcome {
+    cargo_with(args, &[("RUSTDOCFLAGS", "-D warnings")])
+}
+
+/// Runs cargo in the project's root with these variables.
+pub(crate) fn cargo_with(args: &[&str], variables: &[(&str, &str)]) -> Outcome {
+    eprintln!("xtask: cargo {}", args.join(" "));
+    // `+nightly` is understood by rustup's cargo alone, not by the one that runs us.
+    let ours = std::env::var_os("CARGO").filter(|_| !args[0].starts_with('+'));
+    let cargo = ours.unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    let status = command.args(args).envs(variables.iter().copied()).current_dir(root()).status();
+    match status {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("`cargo {}` ended with {status}", args.join(" "))),
+        Err(e) => Err(format!("cannot run cargo: {e}")),
+    }
+}
 
 /// Builds the program in release.
 pub(crate) fn build() -> Result<PathBuf, String> {

@@ -2,8 +2,7 @@
 
 use std::fs;
 
-use crate::Outcome;
-use crate::ci::package_name;
+use crate::outcome::Outcome;
 use crate::tree::{Tree, root};
 
 /// Written by hand: the program's is the project's, and max-flow's lists its calls.
@@ -22,7 +21,7 @@ pub(crate) fn wanted(tree: &Tree) -> Vec<(String, String)> {
     let crates = tree.crates().into_iter().filter(|name| !BY_HAND.contains(name));
     let of = |name| {
         let page = tree.text(&format!("crates/{name}/src/lib.rs"))?;
-        Some((format!("crates/{name}/README.md"), readme(&package_name(tree, name).ok()?, page)))
+        Some((format!("crates/{name}/README.md"), readme(&tree.package_name(name).ok()?, page)))
     };
     crates.filter_map(of).collect()
 }

@@ -3,8 +3,8 @@
 use std::fs;
 use std::io::{BufRead, Write};
 
-use crate::Outcome;
-use crate::ci::cargo_with;
+use crate::outcome::Outcome;
+use crate::program::cargo_with;
 use crate::tree::root;
 
 /// The suite, as cargo knows it.

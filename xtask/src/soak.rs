@@ -9,14 +9,21 @@ use std::time::Duration;
 use selvedge_core::Role;
 use selvedge_testkit::{Noise, from_png};
 
-use crate::ci::{cargo, cargo_with, package_name};
+use crate::outcome::Outcome;
+use crate::program;
+use crate::program::{cargo, cargo_with};
 use crate::tree::{Tree, root};
-use crate::{Outcome, program};
 
 /// Runs with random options.
 const RUNS: i32 = 300;
 /// Runs that are killed.
 const KILLS: i32 = 40;
+
+/// How single tests are run, and those that are asked for more than at every change: package, binary, test.
+const RELEASE: [&str; 3] = ["test", "--release", "--quiet"];
+const SEARCHES: [&str; 5] = ["-p", "selvedge-fft-ssd", "--test", "it", "oracle"];
+const BYTES: [&str; 5] = ["-p", "selvedge-maxflow", "--test", "it", "byte_strings"];
+const RACES: [&str; 4] = ["-p", "selvedge-io", "--lib", "two_processes_of_the_same_names"];
 
 /// Runs everything, or the one part that is named: `crates`, `package`, `options`, `kills`, `search`, `large`, `fuzz`.
 pub(crate) fn run(args: &[String]) -> Outcome {
@@ -37,7 +44,7 @@ pub(crate) fn run(args: &[String]) -> Outcome {
 fn crates() -> Outcome {
     let tree = Tree::of_project();
     for name in tree.crates() {
-        let package = package_name(&tree, name)?;
+        let package = tree.package_name(name)?;
         cargo(&["test", "--quiet", "-p", &package])?;
         cargo(&["test", "--quiet", "-p", &package, "--no-default-features"])?;
     }
@@ -71,7 +78,7 @@ fn unpack(tree: &Tree, folder: &Path) -> Result<Vec<String>, String> {
     let version = env!("CARGO_PKG_VERSION");
     let (mut packages, mut patches) = (Vec::new(), String::new());
     for name in tree.crates() {
-        let name = package_name(tree, name)?;
+        let name = tree.package_name(name)?;
         let packed = root().join(format!("target/package/{name}-{version}.crate"));
         let done = Command::new("tar").arg("xzf").arg(&packed).arg("-C").arg(folder).status();
         if !done.is_ok_and(|status| status.success()) {
@@ -91,10 +98,12 @@ fn unpack(tree: &Tree, folder: &Path) -> Result<Vec<String>, String> {
     Ok(packages)
 }
 
-/// Ten times as many searches against the definition as its tests make.
+/// Ten times as many searches against the definition as its tests make, and as many pairs of runs that write the same
+/// files at once.
 fn search() -> Outcome {
-    let test = ["test", "--release", "--quiet", "-p", "selvedge-fft-ssd", "--test", "oracle"];
-    cargo_with(&test, &[("SELVEDGE_SOAK", "10")])
+    let more = [("SELVEDGE_SOAK", "10")];
+    cargo_with(&[&RELEASE[..], &SEARCHES].concat(), &more)?;
+    cargo_with(&[&RELEASE[..], &RACES].concat(), &more)
 }
 
 /// Random options: the program does the work or refuses it properly, and threads do not matter.
@@ -189,8 +198,8 @@ fn kills() -> Outcome {
 fn fuzz() -> Outcome {
     if cargo(&["+nightly", "fuzz", "--version"]).is_err() {
         eprintln!("xtask: LEFT OUT: libFuzzer needs cargo-fuzz and a nightly compiler; random bytes instead");
-        let package = ["test", "--release", "-p", "selvedge-maxflow", "--test", "corpus", "byte_strings"];
-        return cargo_with(&[&package[..], &["--", "--nocapture"]].concat(), &[("SELVEDGE_FUZZ_SECONDS", "60")]);
+        let test = [&RELEASE[..], &BYTES, &["--", "--nocapture"]].concat();
+        return cargo_with(&test, &[("SELVEDGE_FUZZ_SECONDS", "60")]);
     }
     let tree = Tree::of_project();
     let targets =
@@ -216,4 +225,26 @@ fn start(program: &Path, out: &Path) -> Result<Child, String> {
     let mut command = Command::new(program);
     command.args(["quilt", "fixtures/cobbles.png", "--size", "700", "--block", "24", "--quiet", "-o"]).arg(out);
     command.current_dir(root()).stderr(Stdio::null()).spawn().map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A test that is renamed would leave a part of the long checks with nothing to run.
+    #[test]
+    fn tests_that_are_named_exist() {
+        let tree = Tree::of_project();
+        for line in [&SEARCHES[..], &BYTES, &RACES] {
+            let (package, name) = (line[1], line[line.len() - 1]);
+            let folder = tree.crates().into_iter().find(|c| tree.package_name(c).is_ok_and(|p| p == package));
+            let folder = format!("crates/{}/", folder.unwrap_or_else(|| panic!("{package}")));
+            let mut own = tree.texts(".rs").filter(|(path, _)| path.starts_with(&folder));
+            let is_named = |(path, text): (&str, &str)| {
+                let in_binary = line[2] == "--lib" || path.starts_with(&format!("{folder}tests/{}/", line[3]));
+                in_binary && (text.contains(&format!("fn {name}")) || path.ends_with(&format!("/{name}.rs")))
+            };
+            assert!(own.any(is_named), "{package}: {name}");
+        }
+    }
 }

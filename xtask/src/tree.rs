@@ -88,6 +88,14 @@ impl Tree {
         let text = self.text(path).ok_or("is not there")?;
         text.parse().map_err(|e| format!("is no TOML: {e}"))
     }
+
+    /// The package that stands in `crates/NAME`.
+    pub(crate) fn package_name(&self, name: &str) -> Result<String, String> {
+        let path = format!("crates/{name}/Cargo.toml");
+        let manifest = self.manifest(&path).map_err(|why| format!("{path} {why}"))?;
+        let package = manifest.get("package").and_then(|p| p.get("name")).and_then(|n| n.as_str());
+        package.map(str::to_owned).ok_or_else(|| format!("{path} names no package"))
+    }
 }
 
 /// The root of the project.

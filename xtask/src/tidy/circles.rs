@@ -12,8 +12,9 @@ use crate::tree::Tree;
 /// Every arrow between files that lie in a circle.
 pub(super) fn check(tree: &Tree) -> Vec<Breach> {
     let mut breaches = Vec::new();
-    for name in tree.crates() {
-        let files = Files::of(tree, &format!("crates/{name}/src"));
+    let crates = tree.crates().into_iter().map(|name| format!("crates/{name}/src"));
+    for folder in crates.chain(["xtask/src".to_owned()]) {
+        let files = Files::of(tree, &folder);
         breaches.extend(files.circles().iter().flat_map(|circle| files.breaches(circle)));
     }
     breaches

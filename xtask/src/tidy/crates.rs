@@ -71,7 +71,7 @@ pub(super) fn ground_up(tree: &Tree) -> Vec<Breach> {
     let text = tree.text("ARCHITECTURE.md").unwrap_or_default();
     let place = |name: &str| text.find(&format!("\n- `crates/{name}`"));
     let packages: Vec<(String, &str)> =
-        tree.crates().into_iter().filter_map(|c| Some((crate::ci::package_name(tree, c).ok()?, c))).collect();
+        tree.crates().into_iter().filter_map(|c| Some((tree.package_name(c).ok()?, c))).collect();
     let mut breaches = Vec::new();
     for name in tree.crates() {
         for (dependency, _) in edges::dependencies(tree, name).into_iter().filter(|(_, for_tests)| !for_tests) {

@@ -58,7 +58,7 @@ const OWNED: [(&str, &[&str]); 13] = [
 /// Edges inside the workspace that the table does not have. Any crate may use testkit in its tests.
 pub(super) fn inside(tree: &Tree) -> Vec<Breach> {
     let packages: Vec<(String, &str)> =
-        tree.crates().into_iter().filter_map(|c| Some((crate::ci::package_name(tree, c).ok()?, c))).collect();
+        tree.crates().into_iter().filter_map(|c| Some((tree.package_name(c).ok()?, c))).collect();
     let mut breaches = Vec::new();
     for name in tree.crates() {
         let place = format!("crates/{name}/Cargo.toml");

@@ -8,7 +8,7 @@ mod paths;
 mod pictures;
 mod source;
 
-use crate::Outcome;
+use crate::outcome::Outcome;
 use crate::tree::Tree;
 
 /// One breach of a rule.
