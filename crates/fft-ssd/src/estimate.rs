@@ -1,7 +1,6 @@
 //! Memory of a search, from sizes alone.
 
 use crate::axes::{Shape, lift};
-use crate::cache::Cache;
 use crate::extension::Extension;
 use crate::fft;
 use crate::job::Job;
@@ -106,18 +105,8 @@ fn held_at<const D: usize>(
         let key = Extension::key(shape, &range, template);
         let prepared = Prepared::new(&source, &range, template, number, key)?;
         let template = Checked { shape: template, features: &[], mask: None, samples };
-        let (weights, kernel, cache) = (sizes.weights, Kernel::new(options.simd), Cache::default());
-        let job = Job {
-            source: &source,
-            weights,
-            prepared: &prepared,
-            template: &template,
-            range,
-            cover,
-            kernel,
-            cache: &cache,
-            budget: options.cache,
-        };
+        let (weights, kernel) = (sizes.weights, Kernel::new(options.simd));
+        let job = Job { source: &source, weights, prepared: &prepared, template: &template, range, cover, kernel };
         let of_source = of_job(&job, sizes.noisy_masks, if wide { 8 } else { 4 }, options);
         all.tables += of_source.tables;
         all.spectra += of_source.spectra;
@@ -139,7 +128,7 @@ fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> Held {
     let (varies, is_box) = (job.varies(), job.prepared.is_box);
     let valid = if job.prepared.is_full || varies && is_box { 0 } else { 4 * table };
     if crate::searcher::prefers_fft(job, options.engine) {
-        let (kept, working) = fft::bytes(job, noisy, par::threads());
+        let (kept, working) = fft::bytes(job, options.cache, noisy, par::threads());
         let table = if noisy { 0 } else { width * table };
         Held { tables: Bytes(table + valid), spectra: Bytes(kept), working: Bytes(working) }
     } else {

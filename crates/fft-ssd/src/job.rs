@@ -1,7 +1,6 @@
 //! One template over one source.
 
 use crate::Cover;
-use crate::cache::Cache;
 use crate::kernel::Kernel;
 use crate::placement::Range;
 use crate::prepared::Prepared;
@@ -24,9 +23,6 @@ pub(crate) struct Job<'a> {
     pub(crate) range: Range,
     pub(crate) cover: Cover,
     pub(crate) kernel: Kernel,
-    pub(crate) cache: &'a Cache,
-    /// Bytes that what is kept may take.
-    pub(crate) budget: u64,
 }
 
 impl Job<'_> {
@@ -42,11 +38,6 @@ impl Job<'_> {
     /// True if the number of compared samples differs between positions.
     pub(crate) fn varies(&self) -> bool {
         matches!(self.cover, Cover::AtLeast(_)) && !self.prepared.is_full
-    }
-
-    /// True if spectra of so many bytes are kept: they and the tables of the same source fit the budget.
-    pub(crate) fn keeps(&self, spectra: u64) -> bool {
-        spectra.saturating_add(self.prepared.bytes()) <= self.budget
     }
 
     /// `sum over c of W_c * (t'^2 + bias * t')` of a template sample with `t' = t - 128`.

@@ -98,7 +98,6 @@
 
 mod apart;
 mod axes;
-mod cache;
 mod candidates;
 mod costs;
 mod cover;

@@ -1,7 +1,7 @@
 //! The search: every position of every source.
 
 use crate::axes::{Shape, lift};
-use crate::cache::Cache;
+use crate::fft::{Cache, Keep};
 use crate::job::Job;
 use crate::kernel::Kernel;
 use crate::memory::refill;
@@ -249,7 +249,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         let prepared = self.prepared(number, &range, template.shape)?;
         let job = self.job(number, range, cover, &prepared, template);
         if prefers_fft(&job, self.options.engine) {
-            if fft::search(&job, &mut scratch.fft, map, counts)? {
+            if fft::search(&job, self.keep(), &mut scratch.fft, map, counts)? {
                 return cover::apply(&job, fft::BIAS, true, &mut scratch.cover, map, counts);
             }
             scratch.repeated += 1;
@@ -278,8 +278,11 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
         template: &'j Checked<'j>,
     ) -> Job<'j> {
         let (source, weights, kernel) = (&self.sources[number], self.weights.as_slice(), self.kernel);
-        let (cache, budget) = (&self.cache, self.options.cache);
-        Job { source, weights, prepared, template, range, cover, kernel, cache, budget }
+        Job { source, weights, prepared, template, range, cover, kernel }
+    }
+
+    fn keep(&self) -> Keep<'_> {
+        Keep { cache: &self.cache, budget: self.options.cache }
     }
 
     /// True if both have sources of the same shapes.

@@ -7,14 +7,14 @@
 //! `O(positions * log(tile))`, nearly independently of the template.
 
 mod bound;
+mod cache;
 mod size;
 mod spectra;
 mod tile;
 mod transform;
 mod workers;
 
-pub(crate) use size::Tiling;
-pub(crate) use spectra::Spectra;
+pub(crate) use cache::{Cache, Keep};
 
 use crate::Error;
 use crate::job::Job;
@@ -23,8 +23,8 @@ use crate::prepared::Squares;
 use crate::sums::{Corners, Table};
 use crate::word::Word;
 use bound::Norms;
-use size::Window;
-use spectra::{Signal, Signals};
+use size::{Tiling, Window};
+use spectra::{Signal, Signals, Spectra};
 use tile::{Block, Finish, Tiled};
 use workers::{C64, Worker};
 
@@ -126,6 +126,7 @@ fn planes(terms: &[Term], job: &Job<'_>) -> usize {
 /// for any block, or a value was too far from an integer. The map is then worthless.
 pub(crate) fn search<W: Word + Squares>(
     job: &Job<'_>,
+    keep: Keep<'_>,
     scratch: &mut FftScratch,
     map: &mut [W],
     counts: &mut [u32],
@@ -146,17 +147,17 @@ pub(crate) fn search<W: Word + Squares>(
     if job.varies() && !job.prepared.is_box {
         terms.push(Term::Own);
         let finish = Finish { constant: 0_u32, table: &[], shape: [0; 3], corners: &Corners::default() };
-        exact &= correlate(job, &[Term::Count], &finish, scratch, counts)?;
+        exact &= correlate((job, keep), &[Term::Count], &finish, scratch, counts)?;
     }
     let constant = W::wrapping(job.constant(BIAS));
-    exact &= correlate(job, &terms, &Finish { constant, table, shape, corners: &corners }, scratch, map)?;
+    exact &= correlate((job, keep), &terms, &Finish { constant, table, shape, corners: &corners }, scratch, map)?;
     scratch.corners = corners;
     Ok(exact)
 }
 
 /// The sum of the terms' correlations at every position, block by block of the template. False as [`search`].
 fn correlate<W: Word>(
-    job: &Job<'_>,
+    (job, keep): (&Job<'_>, Keep<'_>),
     terms: &[Term],
     finish: &Finish<'_, W>,
     scratch: &mut FftScratch,
@@ -167,7 +168,7 @@ fn correlate<W: Word>(
         halve(&mut shape);
     }
     loop {
-        match correlate_blocks(job, terms, finish, shape, scratch, map)? {
+        match correlate_blocks((job, keep), terms, finish, shape, scratch, map)? {
             Outcome::Exact => return Ok(true),
             Outcome::TooLarge if shape != [1; 3] => halve(&mut shape),
             _ => return Ok(false),
@@ -185,7 +186,7 @@ enum Outcome {
 }
 
 fn correlate_blocks<W: Word>(
-    job: &Job<'_>,
+    (job, keep): (&Job<'_>, Keep<'_>),
     terms: &[Term],
     finish: &Finish<'_, W>,
     shape: [usize; 3],
@@ -195,10 +196,11 @@ fn correlate_blocks<W: Word>(
     let mut first = true;
     for block in blocks(job, shape)? {
         let tiling = Tiling::new(&job.prepared.extension, block.start, block.shape, &block.window);
-        let expected =
-            |spectra: &Spectra| Some(spectra.expected(planes(terms, job))).filter(|&n| job.keeps(n)).unwrap_or(0);
-        let spectra = &*job.cache.spectra(job.prepared.name, &tiling, job.kernel.is_scalar(), job.budget, expected)?;
-        let kept = job.keeps(spectra.expected(planes(terms, job)));
+        let is_kept = |spectra: &Spectra| fits(job, spectra.expected(planes(terms, job)), keep.budget);
+        let expected = |spectra: &Spectra| if is_kept(spectra) { spectra.expected(planes(terms, job)) } else { 0 };
+        let (name, is_scalar) = (job.prepared.name, job.kernel.is_scalar());
+        let spectra = &*keep.cache.spectra(name, &tiling, is_scalar, keep.budget, expected)?;
+        let kept = is_kept(spectra);
         let mut parts = vec![block];
         while let Some(block) = parts.pop() {
             let tiled = Tiled { block, tiling, spectra, kept };
@@ -219,6 +221,11 @@ fn correlate_blocks<W: Word>(
     Ok(Outcome::Exact)
 }
 
+/// True if spectra of so many bytes are kept: they and the tables of the same source fit the budget.
+fn fits(job: &Job<'_>, spectra: u64, budget: u64) -> bool {
+    spectra.saturating_add(job.prepared.bytes()) <= budget
+}
+
 /// About how many nanoseconds a search takes, once the spectra of the source are there.
 pub(crate) fn cost(job: &Job<'_>) -> f64 {
     let window = Window { first: [0; 3], count: job.range.count };
@@ -228,7 +235,7 @@ pub(crate) fn cost(job: &Job<'_>) -> f64 {
 }
 
 /// Bytes that a search keeps for its source, and bytes that it works in, besides tables.
-pub(crate) fn bytes(job: &Job<'_>, noisy: bool, threads: usize) -> (u64, u64) {
+pub(crate) fn bytes(job: &Job<'_>, budget: u64, noisy: bool, threads: usize) -> (u64, u64) {
     let window = Window { first: [0; 3], count: job.range.count };
     let mut block = job.template.shape;
     while BLOCK < block.iter().product() {
@@ -241,8 +248,8 @@ pub(crate) fn bytes(job: &Job<'_>, noisy: bool, threads: usize) -> (u64, u64) {
     let planes = job.weights.len() + usize::from(noisy) + varies;
     let batch = (tile::batch(half, column, threads)).min(tiling.n_tiles());
     let spectra = half * column * planes;
-    let fits = job.keeps((spectra * tiling.n_tiles() * size_of::<C64>()) as u64);
-    let (kept, transient) = if fits { (spectra * tiling.n_tiles(), 0) } else { (0, spectra * batch) };
+    let is_kept = fits(job, (spectra * tiling.n_tiles() * size_of::<C64>()) as u64, budget);
+    let (kept, transient) = if is_kept { (spectra * tiling.n_tiles(), 0) } else { (0, spectra * batch) };
     // Rows on their way to a spectrum are as many as the spectrum's values; the template's are fewer.
     let working = spectra + spectra + transient + batch * half * (column + tile::GAP);
     let rows = tiling.n_tiles() * tiling.hop[0] * tiling.hop[1].div_ceil(4) * 128;

@@ -1,9 +1,10 @@
 //! What a searcher keeps between searches, within a budget of bytes.
 
+use super::size::Tiling;
+use super::spectra::Spectra;
 use crate::Error;
 use crate::axes::Shape;
 use crate::extension::{Extension, Key};
-use crate::fft::{Spectra, Tiling};
 use crate::memory::push;
 use crate::placement::Range;
 use crate::prepared::Prepared;
@@ -14,6 +15,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug, Default)]
 pub(crate) struct Cache {
     entries: Mutex<Vec<Entry>>,
+}
+
+/// What is kept, and the bytes that it may take.
+#[derive(Clone, Copy)]
+pub(crate) struct Keep<'a> {
+    pub(crate) cache: &'a Cache,
+    pub(crate) budget: u64,
 }
 
 #[derive(Debug)]
