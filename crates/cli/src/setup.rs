@@ -163,6 +163,7 @@ impl<'a> Setup<'a> {
         let read: Vec<PathBuf> = read.collect();
         inputs::check_streams(&read)?;
         let exemplars = args.input.exemplars.len() + usize::from(self.backdrop.is_some());
+        self.check_number()?;
         args.with.validate(exemplars, self.guides)?;
         names::check_apart(&args.output, 1 + args.with.with.len() / exemplars)?;
         let writes = args.files_written(session, &written, exemplars).into_iter().chain(self.writes.iter().cloned());
@@ -245,6 +246,16 @@ impl<'a> Setup<'a> {
             made_by: None,
             files: self.files,
         })
+    }
+
+    /// Where a picture is gone on from, a bit a source says what may be copied where.
+    fn check_number(&self) -> Result<(), Failure> {
+        let sources = self.weaving.input.exemplars.len() * self.transforms.len();
+        if self.backdrop.is_none() || sources < u64::BITS as usize {
+            return Ok(());
+        }
+        let what = format!("{sources} exemplars and orientations are more than --over tells apart");
+        Err(Failure::new(2, what).remedy(format!("use at most {}", u64::BITS - 1)))
     }
 
     /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in

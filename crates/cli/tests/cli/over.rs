@@ -52,6 +52,19 @@ fn holes_of_a_picture_are_filled() {
 }
 
 #[test]
+fn more_sources_than_a_place_can_choose_from_are_refused_before_they_are_read() {
+    let folder = Folder::new("over-many");
+    let exemplars = |n: usize| vec!["@/cobbles.png"; n].join(" ");
+    for command in [
+        format!("hybrid {} --turn --mirror", exemplars(8)),
+        format!("detail {} --low @/stars.png --scale 2", exemplars(16)),
+    ] {
+        let refused = folder.run(&format!("{command} -o a.png --over @/bricks/height.png"));
+        refused.refused(2, &["64 exemplars and orientations are more than --over tells apart", "at most 63"]);
+    }
+}
+
+#[test]
 fn what_is_to_vanish_does_not_come_back_from_the_same_picture() {
     let folder = Folder::new("graphcut-same");
     let hole = |[y, x]: [u32; 2]| (60..100).contains(&y) && (80..130).contains(&x);

@@ -80,14 +80,13 @@ pub(crate) struct Hybrid {
 impl Method for Hybrid {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
         self.options().validate()?;
-        let transforms = self.turning.transforms();
-        let sources = self.weaving.input.exemplars.len() * transforms.len();
-        if self.start.backdrop().is_some() && 63 < sources {
-            let what = format!("{sources} exemplars and orientations are more than --over tells apart");
-            return Err(Failure::new(2, what).remedy("use at most 63"));
-        }
         let setup = Setup::on("hybrid", &self.weaving, self.sizing, &self.start, session)?;
-        Ok(Setup { transforms, blending: self.blending, repairing: self.repairing(), ..setup })
+        Ok(Setup {
+            transforms: self.turning.transforms(),
+            blending: self.blending,
+            repairing: self.repairing(),
+            ..setup
+        })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
