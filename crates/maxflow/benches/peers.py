@@ -2,13 +2,14 @@
 """Times cuts beside PyMaxflow (Boykov and Kolmogorov's own code), OR-tools and SciPy, in one run and in turns.
 
     cargo bench -p selvedge-maxflow --no-run        # build
-    python3 crates/maxflow/benches/peers.py [--rounds N] [--pictures FOLDER] [--all] [CASE...]
+    python3 crates/maxflow/benches/peers.py [--rounds N] [--pictures FOLDER] [--graph] [--all] [CASE...]
 
 Needs PyMaxflow and numpy, and for more columns ortools and scipy; says which are missing and goes on without, or ends
 well where the first two are. Each round runs the peer, ours, and the peer again; times are milliseconds of one
 processor to build and to solve, medians over the rounds. All answers are compared. Peers build from whole arrays.
 They are given the graph without auxiliary nodes in both of its forms (a term's two arcs equal, or all in one arc),
-and what is told is the faster. OR-tools and SciPy are asked for small cases only, unless there is --all.
+and what is told is the faster. With --graph ours is a graph in lists, too. OR-tools and SciPy are asked for small cases
+only, unless there is --all.
 """
 import argparse
 import glob
@@ -138,6 +139,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--pictures")
+    parser.add_argument("--graph", action="store_true")
     parser.add_argument("--all", action="store_true")
     parser.add_argument("cases", nargs="*")
     args = parser.parse_args()
@@ -153,7 +155,7 @@ def main():
             theirs, mine, sum_of = [], [], 0
             for _ in range(args.rounds):
                 one = best(bk, forms)
-                words = run(path).split()
+                words = run(path, *["--graph"] * args.graph).split()
                 two = best(bk, forms)
                 theirs += [one, two]
                 mine.append((float(words[2]), float(words[3])))

@@ -2,6 +2,10 @@
 //! [--graph] [--pictures FOLDER] [--dump FILE] [--list]` prints a line a case: name, nodes, milliseconds to build and
 //! to solve (of the processor where the system tells it), flow, size of the sink's side.
 //!
+//! Cases of strokes, `S/1000/gravel` or `S/75x50x20/gravel`, print instead: name, nodes, milliseconds of the first
+//! solve (a strip), of solving again after a stroke of a brush (median, 95th of 100), and of solving from nothing
+//! (median).
+//!
 //! `--graph` builds a `Graph` of any form instead of a grid.
 //!
 //! A case is a name as in `--list`, told in `benches/instances/classes.rs`, or a file that `--dump` wrote. Textures
@@ -15,7 +19,7 @@ mod instances;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use instances::Instance;
+use instances::{Brush, Instance};
 use selvedge_maxflow::{BinaryEnergy, Engine, Graph, GraphEnergy, GridGraph, MinCut, Minimum};
 
 /// Name, least energy, size of the sink's side.
@@ -60,6 +64,13 @@ fn main() {
             continue;
         }
         let engine = args.engine;
+        if case.starts_with('S') {
+            match instance.shape.len() {
+                2 => strokes::<2>(case, &instance, &args),
+                _ => strokes::<3>(case, &instance, &args),
+            }
+            continue;
+        }
         match instance.shape.len() {
             _ if args.graph => time(case, &instance, &args, || graph_energy(&instance, engine)),
             2 => time(case, &instance, &args, || energy::<2>(&instance, engine)),
@@ -171,6 +182,43 @@ fn time<E: Energy>(case: &str, instance: &Instance, args: &Args, build: impl Fn(
     });
     let (nodes, sink) = (instance.len(), instance.len() - found.cut.source_len());
     println!("{case:20} {nodes:9} {built:10.4} {:10.4} {:14} {sink:8}", both - built, found.after);
+}
+
+/// Times strokes: solved again, and from nothing. Both have the same answer.
+fn strokes<const D: usize>(case: &str, instance: &Instance, args: &Args) {
+    let mut again = energy::<D>(instance, args.engine);
+    let mut found = Minimum::default();
+    let first = busy(1, || found = again.least());
+    let mut brush = Brush::over(instance);
+    let mut held = vec![None; instance.len()];
+    let (mut mended, mut anew) = (Vec::new(), Vec::new());
+    for number in 0..args.repeat.unwrap_or(24) {
+        let (nodes, side) = brush.next(instance, |v| found.cut.side(v));
+        for &v in &nodes {
+            held[v] = side;
+            match side {
+                Some(side) => again.graph_mut().pin(v, side).expect("a node"),
+                None => again.graph_mut().unpin(v).expect("a node"),
+            }
+        }
+        mended.push(busy(1, || found = again.least()));
+        if number % 3 > 0 {
+            continue; // what is made anew takes several times as long
+        }
+        let mut fresh = energy::<D>(instance, args.engine);
+        for (v, side) in (0..).zip(&held) {
+            side.iter().for_each(|&side| fresh.graph_mut().pin(v, side).expect("a node"));
+        }
+        let mut least = Minimum::default();
+        anew.push(busy(1, || least = fresh.least()));
+        assert_eq!((found.after, &found.cut), (least.after, &least.cut), "{case}: stroke {number}");
+    }
+    for times in [&mut mended, &mut anew] {
+        times.sort_by(f64::total_cmp);
+    }
+    let [median, most] = [50, 95].map(|part| mended[(mended.len() - 1) * part / 100]);
+    let fresh = anew[anew.len() / 2];
+    println!("{case:20} {:9} {first:10.2} {median:10.2} {most:10.2} {fresh:10.2}", instance.len());
 }
 
 /// The least energy, checked. A wrong answer is not timed.

@@ -1,6 +1,6 @@
 //! The classes, by name: `A/64x512/brick` (columns x rows), `B/256/brick`, `C/75x50x20/box` and `C/75x50x20/time`,
-//! `D/256/tissue/10` (its tenth expansion). `B1` prices seams by eq. 1, the others by eq. 5.
-//! A number after that is the seed.
+//! `D/256/tissue/10` (its tenth expansion), `S/1000/gravel` and `S/75x50x20/gravel` (to be brushed). `B1` prices seams
+//! by eq. 1, the others by eq. 5. A number after that is the seed.
 
 use std::path::Path;
 
@@ -25,6 +25,11 @@ pub(crate) fn instance(name: &str, folder: Option<&Path>) -> Instance {
             let texture = Texture::named("gravel", folder);
             let [columns, rows, frames] = numbers(1)[..] else { panic!("three sizes") };
             volume(&texture, [frames, rows, columns], words[2] == "time", seed(3))
+        }
+        "S" if numbers(1).len() == 1 => merge(&Texture::named(words[2], folder), numbers(1)[0], seed(3)),
+        "S" => {
+            let [columns, rows, frames] = numbers(1)[..] else { panic!("three sizes") };
+            volume(&Texture::named(words[2], folder), [frames, rows, columns], true, seed(3))
         }
         _ => expansion(&Texture::named(words[2], folder), numbers(1)[0], numbers(3)[0], seed(4)),
     }
@@ -150,6 +155,20 @@ fn least(instance: &Instance) -> Vec<bool> {
         energy.pairwises(axis, terms).expect("terms");
     }
     energy.minimize().expect("memory suffices").cut.source_side().to_vec()
+}
+
+/// S: two pictures over each other, from the left to the right.
+fn merge(texture: &Texture, side: usize, seed: u64) -> Instance {
+    let mut draw = Draw(seed);
+    let offsets = [offset(&mut draw), offset(&mut draw)];
+    let mut instance = Instance { shape: vec![side, side], ..Instance::default() };
+    pairs([side, side], |v, axis, s, t| {
+        instance.set(v, axis, both_ways(metric(texture, axis, [s, t], offsets)));
+    });
+    for y in 0..side {
+        instance.pins.extend([(y * side, Side::Source), ((y + 1) * side - 1, Side::Sink)]);
+    }
+    instance
 }
 
 /// C: a clip over another, of two layers that move against each other. `time`: from the first frame to the last; else

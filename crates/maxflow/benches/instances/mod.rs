@@ -1,7 +1,10 @@
 //! Instances as texture synthesis makes them: classes A to D of `DESIGN.md`.
 
 mod classes;
+mod strokes;
 mod texture;
+
+pub(crate) use strokes::Brush;
 
 use std::path::Path;
 

@@ -71,6 +71,7 @@ impl Texture {
             "grass" => Self::of(1, |y, x, _| {
                 ((noise(y, x, [8, 2, 1], 4) + noise(y, (x + 3 * y) % SIDE, [16, 2, 1], 5)) / 2) as u8
             }),
+            "clouds" => Self::of(1, |y, x, _| noise(y, x, [64, 64, 32], 12) as u8),
             "gravel" => Self::of(1, |y, x, _| {
                 let [near, next, stone] = stones(y, x, 16);
                 (40 + stone % 60 + (6 * (next - near)).min(90) + noise(y, x, [1, 1, 2], 6) / 6) as u8
