@@ -65,32 +65,11 @@
 //! transforms win from some 30 samples on. Leaving a position early, once it is worse than the best, does not pay: the
 //! kernels are faster than the branches, and choices within a tolerance need every cost.
 //!
-//! # Speed
-//! Processor time on one thread of a server with AVX-512 VNNI, measured in turns with the peers in one run
-//! (`cargo bench -p selvedge-fft-ssd --no-run`, then `crates/fft-ssd/benches/peers.py`). OpenCV 5.0 answers in floats,
-//! FFTW (pyFFTW 0.15, measured plans, kept spectra of the clip) without sums of squares.
-//!
-//! | search, 8-bit RGB, every position | ms | peer | ms | ratio |
-//! |---|---|---|---|---|
-//! | 64^2 over 1024^2 | 9.8 | OpenCV `TM_SQDIFF` | 135 | 13.8 |
-//! | 64^2 with a disc-shaped hole over 1024^2 | 11.7 | OpenCV with mask | 115 | 9.8 |
-//! | L of 36^2 with arms of 6 over 192^2 | 0.17 | OpenCV with mask | 2.2 | 13.0 |
-//! | the same, at most AVX2 | 0.30 | OpenCV with mask | 2.2 | 7.2 |
-//! | the same, at most AVX2, direct engine | 0.56 | OpenCV with mask | 2.2 | 3.9 |
-//! | the same | 0.17 | three plain nested loops in Rust | 42 | 250 |
-//! | 15 x 50 x 75 over a clip of 30 x 100 x 150 | 7.8 | FFTW, single precision | 8.4 | 1.1 |
-//! | the same | 7.7 | FFTW, double precision | 11.6 | 1.5 |
-//!
-//! On two threads (the bench's `--threads 2`, ahead of all else on the machine, medians in turns) the clock shows 1.84
-//! to 1.92 times less for the first of these searches, 1.86 for the second, 1.86 for the clip, and 1.41 for the L: a
-//! thread that sleeps takes some 0.05 ms to wake, a third of that search. Searches expected to take less than 0.1 ms
-//! are not split; where many are asked, run them beside each other, each with a [`Scratch`] of its own.
-//!
 //! # Memory
 //! [`estimate()`] tells it from sizes. Spectra are the largest part: some 13 bytes a sample and channel. They are
 //! kept while they fit [`Options::cache`]; beyond that they are made again for each search.
 //!
-//! `DESIGN.md` in this crate tells how it works and why, and how time grows.
+//! `DESIGN.md` in this crate tells how it works and why, how fast it is beside its peers, and how time grows.
 //!
 //! # Features
 //! `rayon` (default): a search is split over the caller's pool; the result is the same without it.
