@@ -73,16 +73,12 @@ pub(crate) fn eroded(set: &Grid<bool, 2>, steps: u32) -> Result<Grid<bool, 2>, F
     let mut out = set.map(|v| v)?;
     for axis in 0..2 {
         let from = out.map(|v| v)?;
-        let side = i64::from(domain.shape[axis]);
         // Beyond the domain's own length everything was met.
-        let reach = i64::from(steps).min(side);
+        let reach = steps.min(domain.shape[axis]) as i32;
         for (i, at) in domain.positions().enumerate().filter(|(i, _)| from.samples()[*i]) {
             let gone = (-reach..=reach).any(|by| {
-                let place = i64::from(at[axis]) + by;
-                let place = if domain.periodic[axis] { place.rem_euclid(side) } else { place };
-                let mut other = at;
-                other[axis] = place.clamp(0, side - 1) as u32;
-                (0..side).contains(&place) && !from.get(0, other)
+                let by = [0, 1].map(|a| if a == axis { by } else { 0 });
+                domain.step(at, by).is_some_and(|other| !from.get(0, other))
             });
             out.samples_mut()[i] = !gone;
         }

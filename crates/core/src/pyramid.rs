@@ -142,10 +142,7 @@ impl<const D: usize> SourceMap<D> {
             let Some((source, coarse)) = self.locate(at.map(|p| p / 2)) else { continue };
             let domain = table.sources()[source].1;
             // A single sample along an axis stands for itself.
-            let along = |a: usize| {
-                let (p, side) = (2 * coarse[a] + at[a] % 2, domain.shape[a]);
-                if domain.periodic[a] { p % side } else { p.min(side - 1) }
-            };
+            let along = |a: usize| domain.nearest(a, i64::from(2 * coarse[a] + at[a] % 2));
             *id = table.id(source, std::array::from_fn(along));
         }
         Ok(map)
