@@ -3,11 +3,12 @@
 use selvedge_core::{Bytes, Domain};
 use selvedge_fft_ssd::{Error, Held, Options, Sizes, held_in_box};
 
-/// Of a texture at most so many samples around the centre are looked at.
+/// Of a texture at most so many samples around the centre are looked at: time and memory grow with them. A guess
+/// at what people wait for.
 pub(crate) const SAMPLES: usize = 1 << 20;
 /// So many for their structures: some five looks at them take no longer than one at [`SAMPLES`].
 pub(crate) const CLOSELY: usize = 1 << 18;
-/// So many for what is larger than any middle.
+/// So many for what is larger than any middle: there what is small has been averaged away, and a coarse look does.
 pub(crate) const ROUGHLY: usize = 1 << 16;
 
 /// The shape of a middle of at most so many samples: the longest side is halved until it has them.

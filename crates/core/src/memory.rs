@@ -18,6 +18,7 @@ pub fn try_vec<T: Clone>(len: usize, value: T) -> Result<Vec<T>, Error> {
 /// Small things are made without asking, and a process ends where one of them finds no memory: so much is left to them
 /// by whatever is large. Without, one of a hundred address limits at which a run does not fit ended it.
 const SPARE: usize = 2 << 20;
+/// Below, a vector is one of those small things itself, and is not worth the question.
 const LARGE: u64 = 1 << 18;
 
 /// Refuses the last memory that there is.

@@ -136,7 +136,7 @@ impl Judge {
     }
 }
 
-/// Halvings until a sample is the mean of 32 px.
+/// Halvings until a sample is the mean of 32 px: what differs over fewer belongs to bodies, not to light. A guess.
 const SHADE: usize = 5;
 
 fn large_enough(shape: [u32; 2]) -> Result<(), Error> {

@@ -16,7 +16,7 @@ const DRAWN_TIMES_SAMPLES: usize = DRAWN << 18;
 const PAIRS: u64 = 1 << 32;
 /// Sides of a tile in those of a window: windows that overlap share their work.
 const TILE: u32 = 4;
-/// So many tiles at least, whatever it takes.
+/// So many tiles at least, whatever it takes: fewer may all lie in one part of a large picture. A guess.
 const LEAST_TILES: u64 = 16;
 /// A window this close is a copy of its place, whatever phase the halving had: a copy laid at an odd offset is averaged
 /// over other samples than its place was. The value is a guess.
