@@ -21,12 +21,16 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The one rule for outputs and budgets: no side and no number of samples over the caps, and no more than so much
-    /// `needed` memory.
+    /// The one rule for outputs and budgets: something to fill, no side and no number of samples over the caps, and no
+    /// more than so much `needed` memory.
     ///
     /// # Errors
-    /// [`Error::OverCaps`] before [`Error::OverBudget`]: no budget helps an output that is too large by itself.
+    /// [`Error::EmptyOutput`], [`Error::OverCaps`] before [`Error::OverBudget`]: no budget helps an output that is too
+    /// large by itself.
     pub fn admit<const D: usize>(&self, output: Domain<D>, needed: Bytes) -> Result<(), Error> {
+        if output.is_empty() {
+            return Err(Error::EmptyOutput { shape: output.shape.to_vec() });
+        }
         let over = output.shape.iter().any(|&side| self.side < side);
         if over || self.samples < Bytes::of_samples(output, 1).0 {
             return Err(Error::OverCaps { shape: output.shape.to_vec(), side: self.side, samples: self.samples });
@@ -153,6 +157,7 @@ mod tests {
         let admit = |shape, needed| limits.admit(Domain::open(shape), Bytes(needed));
         assert_eq!(admit([7, 7, 1], 10), Ok(()));
         assert_eq!(admit([7, 7, 1], 11), Err(Error::OverBudget { needed: Bytes(11), budget: Bytes(10) }));
+        assert_eq!(admit([9, 0, 1], 11), Err(Error::EmptyOutput { shape: vec![9, 0, 1] }));
         for shape in [[8, 1, 1], [1, 1, 8], [4, 4, 4]] {
             let refused = admit(shape, 11).unwrap_err();
             assert_eq!(refused, Error::OverCaps { shape: shape.to_vec(), side: 7, samples: 50 });

@@ -1,6 +1,6 @@
 //! What a run will do: options checked, and what they leave open chosen.
 
-use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
 use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
@@ -37,9 +37,6 @@ impl Plan {
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
         options.validate()?;
-        if output.is_empty() {
-            return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
-        }
         check_fit(exemplars, output, options.block)?;
         let domains = exemplars.domains();
         run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;

@@ -1,6 +1,6 @@
 //! Algorithm 1, level by level. `[Kwatra05 3]`
 
-use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
 
 use crate::control::{Control, Guidance, Wishes};
 use crate::error::Error;
@@ -35,9 +35,6 @@ impl<'e> Plan<'e> {
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
         options.validate()?;
-        if output.is_empty() {
-            return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
-        }
         run.limits.admit(output, Self::bytes(exemplars, output, options))?;
         let schedule = Schedule::new(exemplars, output, &options.schedule)?;
         Ok(Self { exemplars, output, options: options.clone(), schedule })

@@ -1,6 +1,6 @@
 //! Labels decided by expansions.
 
-use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SeamCosts, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::labels::label::Label;
@@ -42,9 +42,6 @@ pub fn expand<const D: usize>(
     options: &LabelOptions<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
-    if start.map.domain().is_empty() {
-        return Err(CoreError::EmptyOutput { shape: start.map.domain().shape.to_vec() }.into());
-    }
     options.validate(labels, exemplars.sources().len(), start.map.domain())?;
     start.check(exemplars)?;
     let output = start.map.domain();

@@ -117,9 +117,6 @@ pub fn fill<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, FillStats>, Error> {
     let output = start.map.domain();
-    if output.is_empty() {
-        return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
-    }
     start.check(exemplars)?;
     options.offsets.validate()?;
     let domains = exemplars.domains();

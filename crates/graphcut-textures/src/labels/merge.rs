@@ -1,9 +1,7 @@
 //! A merge under a brush: strokes say what must show, and each is answered from where the last one ended.
 //! `[Kwatra03 6B]`
 
-use selvedge_core::{
-    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap, Start, Window, reserve, try_vec,
-};
+use selvedge_core::{Domain, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap, Start, Window, reserve, try_vec};
 
 use crate::error::Error;
 use crate::labels::expand::estimate_labels;
@@ -94,9 +92,6 @@ impl<'e, const D: usize> Merge<'e, D> {
         options: LabelOptions<D>,
         run: &Run<'_, D>,
     ) -> Result<Self, Error> {
-        if output.is_empty() {
-            return Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into());
-        }
         options.validate(&labels, exemplars.sources().len(), output)?;
         let domains = exemplars.domains();
         run.limits.admit(output, estimate_labels(&domains, exemplars.channels(), output))?;
