@@ -15,11 +15,14 @@ const A_SEARCH: Bytes = Bytes(1 << 20);
 /// An upper bound of the bytes that an analysis of a texture of this size holds beside its features,
 /// [`Texture`](crate::Texture) or any other: no more than 2^20 samples are looked at closely.
 pub fn estimate<const D: usize>(domain: Domain<D>, channels: usize, masked: bool) -> Bytes {
-    let whole = in_middle(domain, channels, masked, SAMPLES);
+    in_middle(domain, channels, masked, SAMPLES).max(estimate_texture(domain, channels, masked))
+}
+
+/// That of [`Texture`](crate::Texture) alone: no more than 2^18 samples are looked at closely.
+pub fn estimate_texture<const D: usize>(domain: Domain<D>, channels: usize, masked: bool) -> Bytes {
     let (_, cells) = cells(frame(domain));
     let moved = searched(cells, channels, (true, masked), Lattice::reach(cells));
-    let sizes = if is_seen_whole(domain) { Bytes(0) } else { estimate_size(domain, channels, masked) };
-    whole.max(sizes).then(moved + CELLS)
+    estimate_size(domain, channels, masked).then(moved + CELLS)
 }
 
 /// That of [`feature_size_of`](crate::feature_size_of) alone: no more than 2^18 samples are looked at closely, and the
@@ -95,7 +98,7 @@ mod tests {
         };
         let check = |number: usize, held: u64| {
             let (shape, masked, _, whole) = cases[number];
-            let estimate = if whole { estimate } else { estimate_size };
+            let estimate = if whole { estimate_texture } else { estimate_size };
             let told = estimate(Domain::open(shape), 3, masked).0;
             println!("{:.2} case {number}: held {held}, estimated {told}", told as f64 / held as f64);
             assert!(held <= told && told <= held * 3 / 2 + (8 << 20), "case {number}: held {held}, estimated {told}");

@@ -1,8 +1,9 @@
 //! Two translations that a texture is made of.
 
-use selvedge_core::{Domain, collected};
+use selvedge_core::{Domain, collected, par};
 use selvedge_fft_ssd::Error;
 
+use crate::near::Near;
 use crate::periods::Strengths;
 use crate::picture::Picture;
 use crate::reach::Reach;
@@ -73,20 +74,13 @@ impl Lattice {
     }
 
     /// The same by samples, after it was found by cells.
-    pub(crate) fn refined<const D: usize>(self, strengths: &Strengths<D>, side: u32) -> Self {
-        let at = |[y, x]: [i32; 2]| {
-            let mut vector = [0; D];
-            vector[D - 1] = x;
-            if D < 2 {
-                return (y == 0).then(|| strengths.at(vector)).flatten();
-            }
-            vector[D - 2] = y;
-            strengths.at(vector)
-        };
+    pub(crate) fn refined<const D: usize>(self, texture: &Near<'_, D>, side: u32) -> Self {
         let best = |vector: [i32; 2], off: [i32; 2]| {
-            let near = (-off[0]..=off[0]).flat_map(|y| (-off[1]..=off[1]).map(move |x| [vector[0] + y, vector[1] + x]));
-            near.filter_map(|v| Some((at(v)?, std::cmp::Reverse(length([v[0] - vector[0], v[1] - vector[1]])), v)))
-                .max()
+            let [down, across] = off.map(|n| 2 * n as usize + 1);
+            let place = |i: usize| [vector[0] - off[0] + (i / across) as i32, vector[1] - off[1] + (i % across) as i32];
+            let found = par::map_indexed(down * across, |i| texture.at(place(i)));
+            let far = |v: [i32; 2]| std::cmp::Reverse(length([v[0] - vector[0], v[1] - vector[1]]));
+            found.into_iter().enumerate().filter_map(|(i, at)| Some((at?, far(place(i)), place(i)))).max()
         };
         let vectors = self.vectors.map(|v| best(v, [side as i32; 2]).map_or(v, |(_, _, v)| v));
         let often = |axis: usize| {

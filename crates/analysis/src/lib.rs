@@ -15,12 +15,13 @@ mod estimate;
 mod feature_size;
 mod lattice;
 mod lines;
+mod near;
 mod periods;
 mod picture;
 mod reach;
 mod texture;
 
-pub use estimate::{estimate, estimate_size};
+pub use estimate::{estimate, estimate_size, estimate_texture};
 pub use feature_size::{feature_size, feature_size_of};
 pub use lattice::Lattice;
 pub use lines::Lines;

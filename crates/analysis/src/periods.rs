@@ -53,7 +53,11 @@ fn differences<const D: usize>(
 }
 
 /// Twice the weighted variance of the samples that count, as a fraction: `2 (n sum w v^2 - (sum v)^2 w) / n^2`.
-fn twice_variance<const D: usize>(features: &Grid<u8, D>, mask: Option<&[bool]>, weights: &[u8]) -> (u128, u128) {
+pub(crate) fn twice_variance<const D: usize>(
+    features: &Grid<u8, D>,
+    mask: Option<&[bool]>,
+    weights: &[u8],
+) -> (u128, u128) {
     let mut variance = 0;
     let mut n = 0;
     for (c, &w) in weights.iter().enumerate() {
@@ -65,6 +69,13 @@ fn twice_variance<const D: usize>(features: &Grid<u8, D>, mask: Option<&[bool]>,
         variance += u128::from(w) * (u128::from(n) * u128::from(squares) - u128::from(sum) * u128::from(sum));
     }
     (2 * variance, u128::from(n) * u128::from(n))
+}
+
+/// In thousandths, of a sum over so many samples.
+pub(crate) fn likeness(error: u64, samples: u64, (variance, n2): (u128, u128)) -> i64 {
+    // Sums stay below 2^20 * 65025 * 2040 < 2^47, and of 2^28 samples the square is below 2^57: the product fits.
+    let ratio = u128::from(error) * n2 * 1000 / (u128::from(samples) * variance);
+    1000 - i64::try_from(ratio).unwrap_or(i64::MAX - 1000)
 }
 
 /// How alike an exemplar is to itself at each translation.
@@ -115,10 +126,7 @@ impl<const D: usize> Strengths<D> {
     pub(crate) fn at(&self, vector: [i32; D]) -> Option<i64> {
         let vector = if vector[0] < 0 { vector.map(|v| -v) } else { vector };
         let c = self.costs.get(0, vector)?;
-        let (variance, n2) = self.twice_variance;
-        // Sums stay below 2^20 * 65025 * 2040 < 2^47, so the product below 2^97.
-        let ratio = u128::from(c.error) * n2 * 1000 / (u128::from(c.samples) * variance);
-        Some(1000 - i64::try_from(ratio).unwrap_or(i64::MAX - 1000))
+        Some(likeness(c.error, c.samples, self.twice_variance))
     }
 
     /// The period at a vector, if it is above all its neighbours; of equal neighbours the first counts.

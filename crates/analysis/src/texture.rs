@@ -6,6 +6,7 @@ use selvedge_fft_ssd::Error;
 use crate::feature_size::{feature_size_of, lost_likeness};
 use crate::lattice::Lattice;
 use crate::lines::{Lines, share};
+use crate::near::Near;
 use crate::periods::Strengths;
 use crate::picture::Picture;
 
@@ -91,7 +92,6 @@ impl Texture {
         valid: Option<&Grid<bool, D>>,
         weights: &[u8],
     ) -> Result<Self, Error> {
-        let whole = Strengths::of(features, valid, weights)?;
         let feature_size = feature_size_of(features, valid, weights)?;
         let picture = Picture::of(features, valid)?;
         let lesser = picture.shape()[0].min(picture.shape()[1]);
@@ -103,8 +103,8 @@ impl Texture {
             Strengths::within(&even.features()?, Some(&even.known), weights, Lattice::reach(even.domain()))?;
         let lattice = strengths.as_ref().map(|s| Lattice::of(s, &even)).transpose()?.flatten();
         // Shade draws likeness towards the short ways: where cells are samples, what was found without it is as fine.
-        let lattice = lattice.map(|l| match &whole {
-            Some(whole) if 1 < picture.side => l.refined(whole, picture.side),
+        let lattice = lattice.map(|l| match Near::new(features, valid, weights) {
+            Some(near) if 1 < picture.side => l.refined(&near, picture.side),
             _ => l,
         });
         let near = |v| strengths.as_ref().and_then(|s| s.at(v)).unwrap_or(1000);
