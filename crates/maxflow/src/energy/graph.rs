@@ -55,10 +55,14 @@ impl GraphEnergy {
     /// As [`Graph::terminal`].
     pub fn unary(&mut self, node: usize, e0: i64, e1: i64) -> Result<()> {
         let least = e0.min(e1);
-        let too_large = MaxflowError::CapacityTooLarge { node, value: e0.max(e1), max: Graph::MAX_TOTAL };
-        let constant = self.books.constant.checked_add(least).ok_or(too_large.clone())?;
+        // Made only where it is needed: making one costs as much as the rest.
+        let too_large = || MaxflowError::CapacityTooLarge { node, value: e0.max(e1), max: Graph::MAX_TOTAL };
+        let constant = self.books.constant.checked_add(least).ok_or_else(too_large)?;
         let [from_source, to_sink] = [e1.checked_sub(least), e0.checked_sub(least)];
-        self.graph.terminal(node, from_source.ok_or(too_large.clone())?, to_sink.ok_or(too_large)?)?;
+        // Half of the nodes of pairwise terms are given nothing.
+        if e0 != e1 || self.graph.len() <= node {
+            self.graph.terminal(node, from_source.ok_or_else(too_large)?, to_sink.ok_or_else(too_large)?)?;
+        }
         self.books.constant = constant;
         Ok(())
     }

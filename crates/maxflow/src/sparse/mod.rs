@@ -162,7 +162,7 @@ impl Graph {
         self.inside(node)?;
         let old = self.terminals[node];
         let too_large = |value| MaxflowError::CapacityTooLarge { node, value, max: Self::MAX_TOTAL };
-        let sum = |a: i64, b: i64| a.checked_add(b).ok_or(too_large(b));
+        let sum = |a: i64, b: i64| a.checked_add(b).ok_or_else(|| too_large(b));
         let new = [sum(old[0], from_source)?, sum(old[1], to_sink)?];
         not_negative(node, new[0].min(new[1]))?;
         let source_total = sum(self.source_total, from_source)?;
