@@ -67,7 +67,7 @@ pub struct Cut {
 /// Two overlaps that face each other must not meet: `left + right <= w`, `top + bottom <= h`.
 ///
 /// Time `O(h * w)` for a cut that is open at both ends. A strip between two corners, where the output closes, is solved
-/// for each cell of its middle row: `O(side * overlap^2)` time and space for its paths, and `O(overlap^4)` time for a
+/// for each cell of its middle row: `O(side * overlap^2)` time and space for its paths, and `overlap^4` sums for a
 /// corner between two of them.
 ///
 /// # Errors
@@ -128,11 +128,26 @@ struct Ring {
     strips: [Option<Strip>; 4],
 }
 
-/// For each pair of the two strips' states the cost of the best meeting cell, and the cell (depth on the first strip's
-/// end, depth on the second's: each is the other's `across`).
+/// For each pair of the two strips' states the cost of the best meeting cell.
 struct Corner {
     n_second: usize,
-    best: Vec<(u64, [usize; 2])>,
+    costs: Vec<u64>,
+}
+
+/// What no path leads to costs more than any path, and twice as much is still a number.
+const UNREACHED: u64 = 1 << 62;
+
+/// The cells of a corner that two strips reach over so many rows: depth on the first strip's end, depth on the
+/// second's. Each is the other's `across`.
+fn cells([a, b]: [&Strip; 2], [a_rows, b_rows]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+    let (depths, others) = (b.width().min(a_rows), a.width().min(b_rows));
+    (0..depths).flat_map(move |u| (0..others).map(move |v| [u, v]))
+}
+
+/// The error of a corner's cell. Where nothing old is there, the two strips may see different errors beyond it.
+fn shared(corner: usize, [a, b]: [&Strip; 2], [u, v]: [usize; 2]) -> u64 {
+    let (end_a, end_b) = CORNERS[corner];
+    a.error(a.row(end_a, u), v).min(b.error(b.row(end_b, v), u))
 }
 
 impl Ring {
@@ -166,32 +181,52 @@ impl Ring {
         if self.is_double(side) { Start::Cell { along: strip.len() / 2, across: state } } else { Start::OtherEnd }
     }
 
+    /// What leads to a corner from each state of its two strips.
+    fn ways(&self, corner: usize, a: &Strip, b: &Strip) -> Result<[Vec<Cumulative>; 2], Error> {
+        let (second, (end_a, end_b)) = ((corner + 1) % 4, CORNERS[corner]);
+        let from = |side, strip: &Strip, end| -> Result<Vec<Cumulative>, Error> {
+            (0..self.n_states(side)).map(|s| strip.cumulative(self.start(side, strip, s), end)).collect()
+        };
+        Ok([from(corner, a, end_a)?, from(second, b, end_b)?])
+    }
+
+    /// Costs alone: of four strips there are `overlap^4` sums, and the cells of only one pair of states are asked for.
     fn corner(&self, corner: usize) -> Result<Corner, Error> {
         let second = (corner + 1) % 4;
         let (n_first, n_second) = (self.n_states(corner), self.n_states(second));
-        let mut best = try_vec(n_first * n_second, (0, [0; 2]))?;
         let (Some(a), Some(b)) = (&self.strips[corner], &self.strips[second]) else {
-            return Ok(Corner { n_second, best });
+            return Ok(Corner { n_second, costs: try_vec(n_first * n_second, 0)? });
         };
-        let (end_a, end_b) = CORNERS[corner];
-        let reach = |side, strip: &Strip, end, n| -> Result<Vec<Cumulative>, Error> {
-            (0..n).map(|s| strip.cumulative(self.start(side, strip, s), end)).collect()
-        };
-        let (from_a, from_b) = (reach(corner, a, end_a, n_first)?, reach(second, b, end_b, n_second)?);
-        for (i, best) in best.iter_mut().enumerate() {
-            let (a_sums, b_sums) = (&from_a[i / n_second], &from_b[i % n_second]);
-            // Cell (u, v): u rows from a's end and v rows from b's end; u is b's `across`, v is a's.
-            let cells = (0..b.width()).flat_map(|u| (0..a.width()).map(move |v| (u, v)));
-            let cost = |u: usize, v: usize| {
-                let (va, vb) = (a_sums.row(a_sums.len() - 1 - u)[v], b_sums.row(b_sums.len() - 1 - v)[u]);
-                // The cell counts once. Where nothing old is there, the two strips may see different errors beyond it.
-                let shared = a.error(a.row(end_a, u), v).min(b.error(b.row(end_b, v), u));
-                va.saturating_add(vb).saturating_sub(shared)
-            };
-            let cells = cells.filter(|&(u, v)| u < a_sums.len() && v < b_sums.len());
-            *best = cells.map(|(u, v)| (cost(u, v), [u, v])).min().unwrap_or((u64::MAX, [0; 2]));
+        let mut costs = try_vec(n_first * n_second, u64::MAX)?;
+        let [from_a, from_b] = self.ways(corner, a, b)?;
+        let (mut to_a, mut to_b) = (try_vec(n_first, 0)?, try_vec(n_second, 0)?);
+        for [u, v] in cells([a, b], [from_a[0].len(), from_b[0].len()]) {
+            let shared = shared(corner, [a, b], [u, v]);
+            // The cell counts once.
+            let at_a = |sums: &Cumulative| sums.row(sums.len() - 1 - u)[v].min(UNREACHED).saturating_sub(shared);
+            let at_b = |sums: &Cumulative| sums.row(sums.len() - 1 - v)[u].min(UNREACHED);
+            to_a.iter_mut().zip(&from_a).for_each(|(to, sums)| *to = at_a(sums));
+            to_b.iter_mut().zip(&from_b).for_each(|(to, sums)| *to = at_b(sums));
+            for (costs, a) in costs.chunks_mut(n_second).zip(&to_a) {
+                costs.iter_mut().zip(&to_b).for_each(|(cost, b)| *cost = (*cost).min(a + b));
+            }
         }
-        Ok(Corner { n_second, best })
+        Ok(Corner { n_second, costs })
+    }
+
+    /// The cell in which the paths of two states meet; of cells that cost the same the first.
+    fn meeting(&self, corner: usize, [state_a, state_b]: [usize; 2]) -> Result<[usize; 2], Error> {
+        let second = (corner + 1) % 4;
+        let (Some(a), Some(b)) = (&self.strips[corner], &self.strips[second]) else { return Ok([0; 2]) };
+        let (end_a, end_b) = CORNERS[corner];
+        let a_sums = a.cumulative(self.start(corner, a, state_a), end_a)?;
+        let b_sums = b.cumulative(self.start(second, b, state_b), end_b)?;
+        let cost = |[u, v]: [usize; 2]| {
+            let (va, vb) = (a_sums.row(a_sums.len() - 1 - u)[v], b_sums.row(b_sums.len() - 1 - v)[u]);
+            va.saturating_add(vb).saturating_sub(shared(corner, [a, b], [u, v]))
+        };
+        let cells = cells([a, b], [a_sums.len(), b_sums.len()]);
+        Ok(cells.map(|cell| (cost(cell), cell)).min().map_or([0; 2], |(_, cell)| cell))
     }
 
     /// The cheapest closed cut: paths of all sides, and its cost.
@@ -209,7 +244,7 @@ impl Ring {
                     continue;
                 }
                 any_corner = true;
-                let [u, v] = corners[c].best[states[c] * corners[c].n_second + states[(c + 1) % 4]].1;
+                let [u, v] = self.meeting(c, [states[c], states[(c + 1) % 4]])?;
                 let (depth, across) = if c == side { (u, v) } else { (v, u) };
                 draw(&mut paths[side], &strip.trace(self.start(side, strip, states[side]), end, depth, across)?);
             }
@@ -231,7 +266,7 @@ impl Ring {
             Some(strip) if self.is_double(side) => strip.error(strip.len() / 2, state),
             _ => 0,
         };
-        let corner = |c: usize, a: usize, b: usize| corners[c].best[a * n[(c + 1) % 4] + b].0;
+        let corner = |c: usize, a: usize, b: usize| corners[c].costs[a * corners[c].n_second + b];
         let mut best = (u64::MAX, [0; 4]);
         for left in 0..n[LEFT] {
             // Cheapest way round so far to each state of a side, with the states before it.
