@@ -37,6 +37,7 @@ mod encoder;
 mod error;
 mod exemplars;
 mod extended;
+mod few_places;
 mod firsts;
 mod flow;
 mod grid;

@@ -54,6 +54,9 @@ impl<const D: usize> Weaver<'_, D> {
         matches: &mut Matches<D>,
     ) -> Result<Draw<D>, Error> {
         let usable = Usable::of(&self.canvas, region, at);
+        if region.shape != [1; D] && !self.matcher.holds(region.shape, usable) {
+            return Ok(Draw { patches: Vec::new(), forgets: false });
+        }
         let near = if self.placement == Placement::Entire { self.near(region) } else { *region };
         if self.placement != Placement::Random {
             self.matcher.search(&self.canvas.map, region, &near, usable, matches)?;

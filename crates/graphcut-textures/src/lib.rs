@@ -57,6 +57,7 @@ mod covered;
 mod error;
 mod error_cells;
 mod estimate;
+mod few;
 mod graphcut;
 mod history;
 pub mod labels;

@@ -7,6 +7,7 @@ use selvedge_fft_ssd::{Costs, Options as SearchOptions, Placement, Scratch, SsdS
 
 use crate::candidates::Candidate;
 use crate::error::Error;
+use crate::few::Few;
 use crate::sliding::slide;
 use crate::usable::Usable;
 
@@ -52,6 +53,7 @@ pub(crate) struct Matcher<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
     /// None where exemplars are not moved along all axes.
     parts: Vec<Part<'e, D>>,
+    few: Few<'e, D>,
     free: [bool; D],
 }
 
@@ -76,20 +78,20 @@ pub(crate) struct Matches<const D: usize> {
     spare: Vec<Costs<D>>,
     /// Where in the output the template began.
     start: [i32; D],
-    /// What was found where exemplars are not moved along all axes.
-    slid: Vec<Candidate<D>>,
+    /// What was found one by one: where exemplars are not moved along all axes, or masks leave few places.
+    single: Vec<Candidate<D>>,
 }
 
 impl<'e, const D: usize> Matcher<'e, D> {
     /// Searches all sources together, or, if there are `singles`, one by one those that are asked for; along the `free`
-    /// axes.
+    /// axes. Where masks leave few places for a `region`, or for its halves, these are compared one by one.
     ///
     /// # Errors
     /// [`Error::Search`] if memory is short.
     pub(crate) fn new(
         exemplars: &'e Exemplars<D>,
         singles: &'e [Single<D>],
-        free: [bool; D],
+        (region, free): ([u32; D], [bool; D]),
         simd: SimdLevel,
     ) -> Result<Self, Error> {
         let options = SearchOptions { simd, ..SearchOptions::default() };
@@ -104,7 +106,13 @@ impl<'e, const D: usize> Matcher<'e, D> {
             let options = SearchOptions { cache: options.cache / singles.len() as u64, ..options };
             singles.iter().map(|s| part(s.source, s.start, &s.exemplars, options)).collect::<Result<_, Error>>()?
         };
-        Ok(Self { exemplars, parts, free })
+        let few = if free.contains(&false) { Few::none(exemplars) } else { Few::new(exemplars, region)? };
+        Ok(Self { exemplars, parts, few, free })
+    }
+
+    /// False if masks leave a region of this shape no place, which is known without a search.
+    pub(crate) fn holds(&self, region: [u32; D], usable: Usable) -> bool {
+        self.few.of(region, usable).is_none_or(|mut places| places.next().is_some())
     }
 
     /// Compares what is known in `window` with the sources, wherever one covers `region`, a part of it. The window may
@@ -133,12 +141,18 @@ impl<'e, const D: usize> Matcher<'e, D> {
         }
         to.start = window.start;
         if self.free.contains(&false) {
-            to.slid = slide(self.exemplars, &to.look, (region, window), self.free, usable);
+            to.single = slide(self.exemplars, &to.look, (region, window), self.free, usable);
+            return Ok(());
+        }
+        to.spare.extend(to.costs.drain(..).flatten());
+        to.single.clear();
+        if let Some(places) = self.few.of(region.shape, usable) {
+            let (windows, everywhere) = ((region, window), window == region);
+            to.single.extend(places.filter_map(|place| self.few.candidate(place, windows, &to.look, everywhere)));
             return Ok(());
         }
         let template = Template::new(window.shape, to.look.features()).masked(to.look.known());
         let start = std::array::from_fn(|a| (region.start[a] - window.start[a]) as u32);
-        to.spare.extend(to.costs.drain(..).flatten());
         for Part { first, searcher, .. } in &self.parts {
             let mut costs = usable.has(*first).then(|| to.spare.pop().unwrap_or_default());
             if let Some(costs) = &mut costs {
@@ -165,14 +179,14 @@ impl<'e, const D: usize> Matcher<'e, D> {
             },
             cost: c.error as f64 / c.samples.max(1) as f64,
         });
-        moved.chain(matches.slid.iter().copied())
+        moved.chain(matches.single.iter().copied())
     }
 }
 
 impl<const D: usize> Default for Matches<D> {
     fn default() -> Self {
         let (look, scratch) = (Look::new(), Scratch::new());
-        Self { look, scratch, costs: Vec::new(), spare: Vec::new(), start: [0; D], slid: Vec::new() }
+        Self { look, scratch, costs: Vec::new(), spare: Vec::new(), start: [0; D], single: Vec::new() }
     }
 }
 
@@ -199,7 +213,7 @@ mod tests {
             let region = Window { start: [9, 9], shape: [side; 2] };
             let window = Window { start: [5, 5], shape: [side + 8; 2] };
             for window in [region, window] {
-                let matcher = Matcher::new(&exemplars, &[], [true; 2], SimdLevel::Auto).unwrap();
+                let matcher = Matcher::new(&exemplars, &[], ([1; 2], [true; 2]), SimdLevel::Auto).unwrap();
                 let mut matches = Matches::default();
                 matcher.search(&map, &region, &window, Usable::all(), &mut matches).unwrap();
                 let found: Vec<Candidate<2>> = matcher.found(&matches).collect();
@@ -214,5 +228,52 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn few_places_of_a_mask_are_those_that_a_search_finds() {
+        let mut found = 0;
+        for case in 0..60 {
+            let mut rng = selvedge_core::Seed(case).rng();
+            let mut source = || {
+                let domain = Domain::open([12 + rng.below(5), 14]);
+                let samples = (0..2 * domain.len()).map(|_| rng.below(256) as u8).collect();
+                let valid = |[y, x]: [u32; 2]| (3..6).contains(&y) && (4..8).contains(&x) || rng.below(12) == 0;
+                let valid = Grid::from_vec(domain, 1, domain.positions().map(valid).collect()).unwrap();
+                let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+                Source { features: Grid::from_vec(domain, 2, samples).unwrap(), valid: Some(valid), origin }
+            };
+            let e = Exemplars::from_sources(vec![source(), source()], vec![1, 3]).unwrap();
+            let output = Domain { shape: [20, 24], periodic: [case % 2 == 0, false] };
+            let mut map = SourceMap::unassigned(&e, output).unwrap();
+            for id in map.ids.plane_mut(0) {
+                let sample = rng.below(e.table().len());
+                *id = if rng.below(3) == 0 { SampleId::UNASSIGNED } else { SampleId::new(sample) };
+            }
+            for shape in [[6, 8], [3, 4], [2, 2]] {
+                let region = Window { start: [rng.below(14) as i32, rng.below(16) as i32], shape };
+                let around = Window { start: region.start.map(|n| n - 4), shape: shape.map(|n| n + 9) };
+                for window in [region, around] {
+                    let search = |of: [u32; 2]| {
+                        let matcher = Matcher::new(&e, &[], (of, [true; 2]), SimdLevel::Auto).unwrap();
+                        let mut matches = Matches::default();
+                        matcher.search(&map, &region, &window, Usable::all(), &mut matches).unwrap();
+                        let all: Vec<Candidate<2>> = matcher.found(&matches).collect();
+                        assert!(
+                            of == [1; 2] || matcher.few.of(shape, Usable::all()).is_some(),
+                            "{shape:?} has few places"
+                        );
+                        assert_eq!(of != [1; 2], matches.costs.is_empty(), "few are compared without a search");
+                        assert!(matcher.holds(shape, Usable::all()) || all.is_empty());
+                        all
+                    };
+                    let few = search([6, 8]);
+                    // Shapes that are no halves of a region are searched.
+                    assert_eq!(few, search([1; 2]), "{shape:?} {window:?}");
+                    found += few.len();
+                }
+            }
+        }
+        assert!(200 < found, "{found}");
     }
 }

@@ -7,6 +7,7 @@ use selvedge_core::{Patch, Window, par};
 use crate::canvas::Offer;
 use crate::choice::Draw;
 use crate::error::Error;
+use crate::few::halved;
 use crate::options::Options;
 use crate::weaver::{BATCH, Weaver, Worker};
 
@@ -114,7 +115,7 @@ impl<const D: usize> Weaver<'_, D> {
                 break drawn;
             }
             // No source that may show here is as large.
-            let shape = region.shape.map(|n| n.div_ceil(2));
+            let shape = halved(region.shape);
             region = Window { start: std::array::from_fn(|a| middle[a] - shape[a] as i32 / 2), shape };
         };
         let cancelled = || self.run.observer.cancelled();

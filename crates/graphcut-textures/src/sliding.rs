@@ -150,7 +150,7 @@ mod tests {
             let entire = Window { start: [region.start[0] - 3, 0, 0], shape: [7, 4, 6] };
             for window in [region, entire] {
                 let costs = |free: [bool; 3]| {
-                    let matcher = Matcher::new(&e, &[], free, SimdLevel::Auto).unwrap();
+                    let matcher = Matcher::new(&e, &[], ([1; 3], free), SimdLevel::Auto).unwrap();
                     let mut matches = Matches::default();
                     matcher.search(&map, &region, &window, Usable::all(), &mut matches).unwrap();
                     let turned = |mut patch: Patch<3>| {

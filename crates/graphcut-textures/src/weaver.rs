@@ -8,6 +8,7 @@ use selvedge_expansion::Scratch;
 use crate::canvas::Canvas;
 use crate::error::Error;
 use crate::error_cells::CELLS_A_REGION;
+use crate::few::halved;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single, singles};
 use crate::options::{Options, Placement};
@@ -120,7 +121,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
             canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, cells)?,
-            matcher: Matcher::new(exemplars, singles, options.free, run.simd)?,
+            matcher: Matcher::new(exemplars, singles, (region, options.free), run.simd)?,
             options,
             run,
             placement: plan.placement,
@@ -187,7 +188,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
                 return Err(selvedge_core::Error::NoSource { at: at.to_vec() }.into());
             }
             // No source holds so large a region without masked samples.
-            shape = shape.map(|n| n.div_ceil(2));
+            shape = halved(shape);
         }
     }
 

@@ -32,6 +32,8 @@ struct Neighbor {
 pub(crate) struct Pixels<'e> {
     exemplars: &'e Exemplars<2>,
     boxes: ValidBoxes<'e, 2>,
+    /// Those that may be chosen, where masks leave some out: an exact search would find that out again for each place.
+    listed: Option<Vec<SampleId>>,
     coherence: Coherence<'e, 2>,
     search: PixelSearch,
     /// By source, whether its samples may be chosen.
@@ -65,9 +67,10 @@ impl<'e> Pixels<'e> {
                 to.zip(source.features.plane(c)).for_each(|(to, &from)| *to = from);
             }
         }
-        Ok(Self {
+        let mut pixels = Self {
             exemplars,
             boxes: ValidBoxes::of(exemplars),
+            listed: None,
             coherence: Coherence::new(exemplars),
             search,
             allowed,
@@ -76,7 +79,16 @@ impl<'e> Pixels<'e> {
             missing: Limit::of(Threshold::OfRandom(1.0), Of::Pixel, exemplars).whole(),
             neighbors: Vec::new(),
             candidates: Vec::new(),
-        })
+        };
+        if exemplars.sources().iter().any(|source| source.valid.is_some()) {
+            let may = |id: &SampleId| pixels.is_allowed(*id) && pixels.is_valid(*id);
+            let all = || pixels.boxes.samples(0..pixels.boxes.len()).filter(may);
+            let mut listed = Vec::new();
+            reserve(&mut listed, all().count())?;
+            listed.extend(all());
+            pixels.listed = Some(listed);
+        }
+        Ok(pixels)
     }
 
     /// Re-synthesises the waiting samples of `places`, from what is known inwards, and returns how many; those that
@@ -85,12 +97,7 @@ impl<'e> Pixels<'e> {
         let order = dilation::order(canvas, places)?;
         let mut done = 0;
         for (place, _) in order {
-            let choice = match self.search {
-                PixelSearch::Coherent => self.coherent(canvas, place)?,
-                PixelSearch::Exact => None,
-            };
-            let choice = choice.map_or_else(|| self.exact(canvas, place), |choice| Ok(Some(choice)))?;
-            if let Some(Choice { id, .. }) = choice {
+            if let Some(Choice { id, .. }) = self.choose(canvas, place)? {
                 canvas.set(place, id);
                 done += 1;
             }
@@ -99,18 +106,23 @@ impl<'e> Pixels<'e> {
         Ok(done)
     }
 
+    /// The best for a place of those that are searched.
+    pub(crate) fn choose(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
+        let choice = match self.search {
+            PixelSearch::Coherent => self.coherent(canvas, place)?,
+            PixelSearch::Exact => None,
+        };
+        choice.map_or_else(|| self.exact(canvas, place), |choice| Ok(Some(choice)))
+    }
+
     /// The best of the samples that continue what is known around; `None` if there is none.
     pub(crate) fn coherent(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
         let mut candidates = std::mem::take(&mut self.candidates);
         let at = canvas.domain().position(place);
         self.coherence.around(&canvas.map, at, COHERENT, |place| canvas.is_known(place), &mut candidates);
         self.look(canvas, place)?;
-        let mut best: Option<Choice> = None;
-        for &id in candidates.iter().filter(|&&id| self.is_allowed(id)) {
-            let bound = best.map_or(u64::MAX, |b| b.error);
-            // Of equal ones the first: it continues a nearer neighbour.
-            best = self.error(id, bound).map(|error| Choice { error, id }).or(best);
-        }
+        // Of equal ones the first: it continues a nearer neighbour.
+        let best = self.best(candidates.iter().copied().filter(|&id| self.is_allowed(id)));
         self.candidates = candidates;
         Ok(best)
     }
@@ -119,17 +131,16 @@ impl<'e> Pixels<'e> {
     pub(crate) fn exact(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
         self.look(canvas, place)?;
         let this = &*self;
+        let all = this.listed.as_ref().map_or(this.boxes.len() as usize, Vec::len);
         let best = par::fold_blocks(
-            this.boxes.len() as usize,
+            all,
             TOGETHER,
-            |range| {
-                let mut best: Option<Choice> = None;
-                let ids = this.boxes.samples(range.start as u32..range.end as u32);
-                for id in ids.filter(|&id| this.is_allowed(id) && this.is_valid(id)) {
-                    let bound = best.map_or(u64::MAX, |b| b.error);
-                    best = this.error(id, bound).map(|error| Choice { error, id }).or(best);
+            |range| match &this.listed {
+                Some(listed) => this.best(listed[range].iter().copied()),
+                None => {
+                    let ids = this.boxes.samples(range.start as u32..range.end as u32);
+                    this.best(ids.filter(|&id| this.is_allowed(id)))
                 }
-                best
             },
             |a, b| match (a, b) {
                 (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
@@ -137,6 +148,14 @@ impl<'e> Pixels<'e> {
             },
         );
         Ok(best.flatten())
+    }
+
+    /// The best of some samples, the first of equal ones.
+    fn best(&self, ids: impl Iterator<Item = SampleId>) -> Option<Choice> {
+        ids.fold(None, |best: Option<Choice>, id| {
+            let bound = best.map_or(u64::MAX, |b| b.error);
+            self.error(id, bound).map(|error| Choice { error, id }).or(best)
+        })
     }
 
     /// Notes what is known around a place.

@@ -1,8 +1,9 @@
 //! The exact search of `selvedge-fft-ssd`, for blocks.
 
 use selvedge_core::{Exemplars, Guide, Rng, SimdLevel, reserve};
-use selvedge_fft_ssd::{Costs, Placement, SsdSearcher, SumScratch, Tolerance, search_sum};
+use selvedge_fft_ssd::{Costs, Place, Placement, SsdSearcher, SumScratch, Tolerance, search_sum};
 
+use super::few::{Few, compare, near_of};
 use super::{Avoid, Candidate, Preference, Search, Space, Term, Within, draw};
 use crate::options::Error;
 
@@ -12,6 +13,7 @@ pub struct BlockSearch<'e> {
     texture: SsdSearcher<'e, 2>,
     guide: Option<SsdSearcher<'e, 2>>,
     places: u64,
+    few: Few<'e>,
 }
 
 /// Working memory of a [`BlockSearch`]; it serves search after search.
@@ -19,6 +21,8 @@ pub struct BlockSearch<'e> {
 pub struct BlockScratch {
     sum: SumScratch<2>,
     costs: Costs<2>,
+    places: Vec<Place>,
+    all: Vec<Candidate>,
     found: Vec<Candidate>,
 }
 
@@ -31,7 +35,7 @@ impl<'e> BlockSearch<'e> {
         let options = selvedge_fft_ssd::Options { simd, ..selvedge_fft_ssd::Options::default() };
         let texture = SsdSearcher::with_options(exemplars, options)?;
         let guide = guide.map(|guide| SsdSearcher::of_guide(guide, options)).transpose()?;
-        Ok(Self { texture, guide, places: exemplars.table().len().into() })
+        Ok(Self { texture, guide, places: exemplars.table().len().into(), few: Few::new(exemplars) })
     }
 
     /// Of all blocks whose error counts within the tolerance of the least, one by a uniform draw, and how many there
@@ -60,14 +64,19 @@ impl<'e> BlockSearch<'e> {
         self.texture.channels()
     }
 
+    /// What a term is compared with.
+    fn searcher(&self, space: Space) -> &SsdSearcher<'e, 2> {
+        match space {
+            Space::Texture => &self.texture,
+            Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
+        }
+    }
+
     /// The weighted sum of all terms.
     fn sum(&self, terms: &[Term<'_>], to: &mut BlockScratch) -> Result<(), Error> {
         let mut sum = Vec::with_capacity(terms.len());
         for Term { space, template, weight } in terms {
-            let searcher = match space {
-                Space::Texture => &self.texture,
-                Space::Guide => self.guide.as_ref().expect("guide terms come with a guide"),
-            };
+            let searcher = self.searcher(*space);
             sum.push(selvedge_fft_ssd::Term { searcher, template: *template, weight: *weight });
         }
         Ok(search_sum(&sum, Placement::INSIDE, &mut to.sum, &mut to.costs)?)
@@ -88,6 +97,13 @@ impl Search for BlockSearch<'_> {
         avoid: Avoid<'_>,
         scratch: &'s mut BlockScratch,
     ) -> Result<&'s [Candidate], Error> {
+        if let Some(few) = self.few.of(terms[0].template.shape())? {
+            let BlockScratch { places, all, found, .. } = scratch;
+            let searchers = terms.iter().map(|term| self.searcher(term.space));
+            compare(&few, searchers.zip(terms), places, all)?;
+            near_of(all, within, avoid, found)?;
+            return Ok(found);
+        }
         self.sum(terms, scratch)?;
         let BlockScratch { costs, found, .. } = scratch;
         near(costs, within, avoid, found)?;
@@ -150,6 +166,45 @@ mod tests {
         fn template(&self) -> Template<'_, 2> {
             Template::new(self.shape, &self.features).masked(&self.mask)
         }
+    }
+
+    #[test]
+    fn of_a_mask_that_leaves_few_places_these_alone_are_compared() {
+        let domain = Domain::open([40, 40]);
+        // Two squares of 5 samples, and single samples.
+        let valid = |[y, x]: [u32; 2]| {
+            (3..8).contains(&y) && (30..35).contains(&x)
+                || (20..25).contains(&y) && (9..14).contains(&x)
+                || y * x % 7 == 3
+        };
+        let e = exemplars(domain.shape, Some(domain.positions().map(valid).collect()));
+        let map = Grid::from_vec(domain, 1, (0..domain.len()).map(|i| (i * 37 % 251) as u8).collect()).unwrap();
+        let guide = Guide::new(&e, std::slice::from_ref(&map), map.clone()).unwrap();
+        let fast = BlockSearch::new(&e, Some(&guide), SimdLevel::Auto).unwrap();
+        let plain = PlainSearch::new(&e, Some(&guide));
+        let mut found = 0;
+        for shape in [[5, 5], [4, 5], [3, 3], [6, 5], [1, 1]] {
+            let t = template(&e, [1, 1], shape);
+            let len = (shape[0] * shape[1]) as usize;
+            let g = Under { shape, features: map.plane(0)[30..30 + len].to_vec(), mask: vec![true; len] };
+            let terms = [
+                Term { space: Space::Texture, template: t.template(), weight: 3 },
+                Term { space: Space::Guide, template: g.template(), weight: 2 },
+            ];
+            for (per_mille, avoid) in [(0, 0), (500, 10), (100_000, 35)] {
+                let avoid: Avoid<'_> = &move |_, at| at[0] + at[1] < avoid;
+                for terms in [&terms[..1], &terms] {
+                    let listed = list(&fast, terms, per_mille, avoid);
+                    assert_eq!(listed, list(&plain, terms, per_mille, avoid), "{shape:?}");
+                    found += listed.len();
+                }
+            }
+            let is_few = fast.few.of(shape).unwrap().is_some();
+            assert_eq!(is_few, ![[1, 1], [3, 3]].contains(&shape), "many places are searched: {shape:?}");
+        }
+        assert!(20 < found, "{found}");
+        let whole = exemplars(domain.shape, None);
+        assert!(BlockSearch::new(&whole, None, SimdLevel::Auto).unwrap().few.of([40, 40]).unwrap().is_none());
     }
 
     fn template(e: &Exemplars<2>, at: [u32; 2], shape: [u32; 2]) -> Under {

@@ -25,6 +25,7 @@
 
 mod block_search;
 mod continued;
+mod few;
 mod from_above;
 #[cfg(test)]
 pub(crate) mod plain;
