@@ -44,6 +44,10 @@ pub(crate) struct Global {
     /// Check everything and say what would be done; write nothing but the file of --save-config.
     #[arg(long, global = true, alias = "pretend")]
     pub(crate) dry_run: bool,
+    /// Refuse to read any file but those with these marks, by name and content: so 'selvedge info' tells the command of
+    /// a picture.
+    #[arg(long, global = true, value_name = "MARK", value_delimiter = ',', hide = true)]
+    pub(crate) expect: Vec<String>,
     /// Take options from a TOML file; what is typed goes before it.
     #[arg(long, global = true, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,

@@ -86,6 +86,16 @@ impl Blending {
         self.feather.is_none() && self.spline.is_none() && !self.fuse
     }
 
+    /// What is done, in a word for who waits: splines of many bands and fusing take longer than the weave.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self { feather: Some(_), .. } => "feather",
+            Self { spline: Some(_), .. } => "spline",
+            Self { fuse: true, .. } => "fuse",
+            _ => "render",
+        }
+    }
+
     /// The map laid over planes; `valid` says by source what may show, and what is `kept` stays as it is.
     pub(crate) fn render(
         self,

@@ -263,14 +263,15 @@ Examples:
   selvedge again wall.png -o wall-again.png
   selvedge again wall.png -o wall-again.png --look-in ~/textures scans
 
-The command that 'selvedge info' shows can be pasted as well, but takes whatever has the names of its inputs now: only
-'again' knows whether they are the same files.";
+The command that 'selvedge info' shows can be pasted as well, in the folder of its inputs and with -o OUT: by the marks
+of --expect it refuses other files of their names. Only 'again' looks for the right ones.";
 const INFO: &str = "\
 Examples:
   selvedge info wall.png
   selvedge info wall-map.exr --json
 
-To run the command that made a picture, use 'selvedge again': pasted, it takes whatever has the names of its inputs now.";
+To run the command that made a picture, use 'selvedge again', or paste what is told here, with -o OUT: by the marks of
+--expect it refuses other files of the same names (but for those of animate, which has none).";
 const INSPECT: &str = "\
 Examples:
   selvedge inspect bricks.png";

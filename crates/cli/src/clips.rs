@@ -75,6 +75,7 @@ impl ClipInput {
             session.warn(&path, warning);
         }
         let (info, fingerprint) = (self.reader.info().clone(), self.reader.fingerprint());
+        session.expect(&fingerprint)?;
         let frames = self.reader.frame_fingerprints();
         report.inputs.push(json!({
             "path": selvedge_io::path_text(&path),

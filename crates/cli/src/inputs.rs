@@ -60,6 +60,7 @@ impl Input {
             Some(bytes) => selvedge_io::decode(bytes, &self.path, options),
             None => selvedge_io::read(&self.path, options),
         }?;
+        session.expect(&fingerprint(&self.path, &picture))?;
         for warning in &picture.warnings {
             session.warn(&self.path, &warning.of(&self.path));
         }
@@ -72,7 +73,9 @@ impl Input {
 
     /// Reads a source map.
     pub(crate) fn read_map(&self, session: &Session<'_>) -> Result<ReadMap, Failure> {
-        Ok(self.noted_map(self.map(session)??))
+        let read = self.noted_map(self.map(session)??);
+        session.expect(&read.fingerprint)?;
+        Ok(read)
     }
 
     /// A source map by name and content, and as the report has it.

@@ -173,7 +173,7 @@ impl Loom<'_> {
 
     /// Renders what was woven, to be written; a run that was interrupted ends here.
     pub(crate) fn finish(mut self, used: Used, mut outcome: Outcome) -> Result<Done, Failure> {
-        self.session.watch.busy(if self.blending.is_none() { "render" } else { "blend" });
+        self.session.watch.busy(self.blending.name());
         self.report.stage("synthesis");
         self.made_by = outcome.made_by.take();
         self.report.options = self.made_by.as_ref().map_or(used, |made| made.options.clone());
@@ -247,6 +247,7 @@ impl Loom<'_> {
         outputs.picture(&name(&self.written.output), self.format, &plane, &metadata)?;
         for mut ready in std::mem::take(&mut self.layers) {
             ready.layer.blending = if complete { ready.layer.blending } else { Blending::default() };
+            self.session.watch.busy(ready.layer.blending.name());
             let laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
             let laid = transparent(laid, ready.layer.format)?;
             let provenance = complete.then(|| self.provenance_of(&ready));

@@ -6,6 +6,28 @@ use selvedge_io::{Fingerprint, Provenance};
 
 use crate::used::Used;
 
+/// What tells an input by name and content: eight signs, few enough to be read in a command line. They guard against
+/// mistakes, and not against whoever makes a file on purpose.
+pub(crate) fn mark(input: &Fingerprint) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for part in [input.name.as_bytes(), b"\0", input.blake3.as_bytes()] {
+        hasher.update(part);
+    }
+    hasher.finalize().to_hex()[..8].to_owned()
+}
+
+/// The command of a picture for people who paste it: with other files of these names it is refused. That is no part of
+/// what pictures carry, which stays as it was typed: it follows from the inputs beside it. The masks of an animation
+/// are read one by one and known as one, so that none of them could be told by itself.
+pub(crate) fn pasteable(made: &Provenance) -> String {
+    let marks: Vec<String> = made.inputs.iter().map(mark).collect();
+    if marks.is_empty() || made.command.starts_with("selvedge animate ") {
+        made.command.clone()
+    } else {
+        format!("{} --expect {}", made.command, marks.join(","))
+    }
+}
+
 /// A run by what decides its samples: nothing that differs between equal runs.
 pub(crate) fn provenance(
     (command, seed): (&str, u64),

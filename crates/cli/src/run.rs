@@ -53,6 +53,7 @@ fn execute(typed: &Typed, session: &Session<'_>) -> Result<Done, Failure> {
     } else {
         several(session, &turns)?
     };
+    session.expected()?;
     // A dry run is how options are tried: what they are is all that it writes.
     if let (Some(path), Some(text)) = (&global.save_config, saved) {
         done.outputs.bytes(path, text.into_bytes());

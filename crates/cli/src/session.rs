@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use selvedge_core::{Limits, Run, Seed, SimdLevel};
+use selvedge_io::Fingerprint;
 
 use crate::args::Global;
 use crate::available;
 use crate::failure::{Failure, shown};
+use crate::made;
 use crate::stdio;
 use crate::used::Used;
 use crate::watch::Watch;
@@ -23,6 +25,8 @@ pub(crate) struct Session<'a> {
     typed: Vec<String>,
     /// All that the run reads, as far as it is known.
     inputs: Arc<Mutex<Vec<PathBuf>>>,
+    /// The marks of what was read, where some are expected.
+    marks: Arc<Mutex<Vec<String>>>,
 }
 
 impl<'a> Session<'a> {
@@ -35,6 +39,7 @@ impl<'a> Session<'a> {
             options,
             typed,
             inputs: Arc::default(),
+            marks: Arc::default(),
         }
     }
 
@@ -47,7 +52,8 @@ impl<'a> Session<'a> {
         held: u64,
     ) -> Session<'g> {
         let limits = Limits { memory: self.limits.memory.saturating_sub(held), ..self.limits };
-        Session { global, watch: self.watch.clone(), limits, options, typed, inputs: self.inputs.clone() }
+        let (inputs, marks) = (self.inputs.clone(), self.marks.clone());
+        Session { global, watch: self.watch.clone(), limits, options, typed, inputs, marks }
     }
 
     /// The first option of these that was typed, as it is typed.
@@ -63,6 +69,33 @@ impl<'a> Session<'a> {
     /// All that the run reads, as far as it is known.
     pub(crate) fn inputs(&self) -> Vec<PathBuf> {
         self.inputs.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Refuses a file that is none of those of `--expect`.
+    pub(crate) fn expect(&self, input: &Fingerprint) -> Result<(), Failure> {
+        let expected = &self.global.expect;
+        if expected.is_empty() {
+            return Ok(());
+        }
+        let mark = made::mark(input);
+        if expected.contains(&mark) {
+            self.marks.lock().unwrap_or_else(PoisonError::into_inner).push(mark);
+            return Ok(());
+        }
+        let failure = Failure::new(3, "is not the file that it was").named(&input.name);
+        Err(failure.remedy("give the one that the picture was made from; 'selvedge again' finds it by its content"))
+    }
+
+    /// Refuses a run that did not read all files of `--expect`: of two that had one name it read one twice.
+    pub(crate) fn expected(&self) -> Result<(), Failure> {
+        let marks = self.marks.lock().unwrap_or_else(PoisonError::into_inner);
+        match self.global.expect.iter().find(|mark| !marks.contains(mark)) {
+            Some(mark) if !self.global.dry_run => {
+                let failure = Failure::new(3, format!("no file that was read has the mark {mark} of --expect"));
+                Err(failure.remedy("use 'selvedge again', which finds files by their content"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// What methods are handed.

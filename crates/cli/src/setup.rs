@@ -208,6 +208,7 @@ impl<'a> Setup<'a> {
         let need = |domain| self.need(&headers, &layers, estimate, domain);
         let needed = memory::check(&session.limits, only, domain, resized, &need)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
+        session.watch.prepare(if self.transforms.len() == 1 { "read" } else { "read, turn" });
         let loaded = headers.load(session, &self.transforms, &mut report)?;
         if !self.transforms.iter().all(|transform| is_upright(*transform)) {
             for (path, plane) in loaded.given().iter().zip(&loaded.payload) {
@@ -220,6 +221,7 @@ impl<'a> Setup<'a> {
             Ok(ready)
         };
         let layers = layers.into_iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        session.watch.prepare("measure");
         let domain = self.closed(session, &loaded, domain)?;
         report.estimate = Some(needed.0);
         report.stage("read");

@@ -53,8 +53,16 @@ impl Watch {
         }
     }
 
-    /// Says what is done that cannot tell how far it is.
+    /// Says what is done that cannot tell how far it is: 0 of 0 to programs.
     pub(crate) fn busy(&self, what: &'static str) {
+        self.prepare(what);
+        if self.json {
+            Observer::<2>::event(&Self { bar: None, ..self.clone() }, &Event::step(what, 0, 0));
+        }
+    }
+
+    /// The same of what comes before the work, which is told to people alone: programs wait for its first step.
+    pub(crate) fn prepare(&self, what: &'static str) {
         if let Some(bar) = &self.bar {
             bar.set_message(what);
             bar.set_length(0);

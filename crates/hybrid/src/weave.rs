@@ -192,7 +192,8 @@ impl<'a> Weaver<'a> {
     }
 
     /// A single sample that no source holds with all that is known around it: whichever agrees best with that, of those
-    /// that are searched. All of them for each would take minutes where a mask is noise, and every sample is such a one.
+    /// that are searched. All of them for each would take minutes where a mask is noise, and every sample is such a
+    /// one.
     fn lay_sample(&mut self, core: &Window<2>) -> Result<(), Error> {
         for place in core.places(self.canvas.domain()).flatten() {
             if let Some(choice) = self.compositor.pixels.choose(&self.canvas, place)? {

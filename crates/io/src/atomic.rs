@@ -78,8 +78,10 @@ fn take_names(steps: &impl Steps, staged: &[StagedFile<'_>], made: &mut Vec<Path
         let before = if staged.len() == 1 { Before::Lost } else { one.before(steps) };
         if let Err(e) = one.take_name(steps) {
             before.forget();
-            taken.into_iter().rev().for_each(|(one, before)| one.give_back(before));
-            return Err(one.problem(e));
+            let not_back = taken.into_iter().rev().filter_map(|(one, before)| one.give_back(steps, before).err());
+            let left: Vec<PathBuf> = not_back.collect();
+            let refused = one.problem(e);
+            return Err(if left.is_empty() { refused } else { refused.leaving(left) });
         }
         taken.push((one, before));
     }
@@ -204,14 +206,15 @@ impl<'a> StagedFile<'a> {
         }
     }
 
-    /// Takes back that it took its name.
-    fn give_back(&self, before: Before) {
-        let Some(part) = &self.part else { return };
-        let _ = match before {
-            Before::Nothing => fs::remove_file(&part.path),
-            Before::Kept(old) => fs::rename(old, &part.path),
-            Before::Lost => Ok(()),
+    /// Takes back that it took its name; the error is the file that stays as it is now.
+    fn give_back(&self, steps: &impl Steps, before: Before) -> Result<(), PathBuf> {
+        let Some(part) = &self.part else { return Ok(()) };
+        let given = match before {
+            Before::Nothing => steps.remove(&part.path),
+            Before::Kept(old) => steps.take_name(&old, &part.path, false),
+            Before::Lost => Err(io::ErrorKind::Unsupported.into()),
         };
+        given.map_err(|_| self.path.to_path_buf())
     }
 
     /// Makes the folders that its name needs, outermost first.

@@ -13,6 +13,8 @@ use crate::metadata::Metadata;
 /// Converts the samples of a plane.
 ///
 /// - u8 to u16: times 257. u16 to u8: divided by 257, rounded to the nearest, so u8 to u16 and back changes nothing.
+///   Colours of narrow range have 256 in place of 257: their white is 235 of 8 bits, and 235 times 256 of 16.
+///   `[H.273 8.3]`
 /// - Half to float: exact. Float to half: to the nearest, ties to even.
 /// - Integers to floats: 0..1; colour is decoded into linear light as the file's tags say (sRGB where they say
 ///   nothing; of narrow range, from its black to its white), alpha and other roles are not.
@@ -27,9 +29,24 @@ use crate::metadata::Metadata;
 pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conversion, Problem> {
     let mut clipped = 0;
     let same = |samples| Plane { role: plane.role, samples, alpha: plane.alpha, association: plane.association };
+    // Channels whose greatest integers are not their white.
+    let narrow = 0..if is_narrow(plane, metadata) { plane.color_channels() } else { 0 };
     let kept = match (&plane.samples, to) {
-        (Samples::U8(g), Depth::U16) => Some(Samples::U16(g.map(|v| u16::from(v) * 257)?)),
-        (Samples::U16(g), Depth::U8) => Some(Samples::U8(g.map(|v| ((u32::from(v) + 128) / 257) as u8)?)),
+        (Samples::U8(g), Depth::U16) => {
+            let mut out = g.map(|v| u16::from(v) * 257)?;
+            for c in narrow.clone() {
+                out.plane_mut(c).iter_mut().zip(g.plane(c)).for_each(|(to, &v)| *to = u16::from(v) << 8);
+            }
+            Some(Samples::U16(out))
+        }
+        (Samples::U16(g), Depth::U8) => {
+            let mut out = g.map(|v| ((u32::from(v) + 128) / 257) as u8)?;
+            for c in narrow.clone() {
+                let rounded = |v: u16| ((u32::from(v) + 128) >> 8).min(255) as u8;
+                out.plane_mut(c).iter_mut().zip(g.plane(c)).for_each(|(to, &v)| *to = rounded(v));
+            }
+            Some(Samples::U8(out))
+        }
         (Samples::F16(g), Depth::F32) => Some(Samples::F32(g.map(|v| f16::from_bits(v).to_f32())?)),
         (Samples::F32(g), Depth::F16) => {
             let half = |v: f32| to_half(f64::from(v), &mut clipped);
@@ -62,6 +79,11 @@ pub fn convert(plane: &Plane<2>, to: Depth, metadata: &Metadata) -> Result<Conve
     Ok(Conversion { plane: Plane { association: Association::Straight, ..same(samples) }, clipped, warnings })
 }
 
+/// True of colours whose tag says that black and white lie within the range of integers.
+fn is_narrow(plane: &Plane<2>, metadata: &Metadata) -> bool {
+    plane.role == Role::Color && metadata.cicp.is_some_and(|[.., full]| full == 0)
+}
+
 /// How a plane's stored values and its values between 0 and 1 go together.
 struct Curves {
     /// Channels below this one are sRGB-encoded where they are integers.
@@ -91,9 +113,11 @@ impl Curves {
             Some(_) if plane.role == Role::Color => Linear::of(metadata, encoded),
             _ => Linear::of(&Metadata::default(), encoded),
         };
-        let is_narrow = plane.role == Role::Color && metadata.cicp.is_some_and(|[.., full]| full == 0);
         // 16 to 235 of eight bits, and as many bits more of all others. `[H.273 8.3]`
-        let narrow = max.filter(|_| is_narrow).map(|max| (max + 1.0) / 256.0).map(|one| (16.0 * one, 219.0 * one));
+        let narrow = max
+            .filter(|_| is_narrow(plane, metadata))
+            .map(|max| (max + 1.0) / 256.0)
+            .map(|one| (16.0 * one, 219.0 * one));
         let mut warnings: Vec<Warning> = warning.into_iter().collect();
         warnings.extend(narrow.map(|_| Warning::NarrowRange));
         (Self { encoded, max, signed, linear, narrow }, warnings)
@@ -156,6 +180,22 @@ mod tests {
         assert!(
             Metadata { cicp: Some([1, 13, 0, 1]), ..Metadata::default() }.left_out(crate::Format::Tiff, 1).is_empty()
         );
+    }
+
+    #[test]
+    fn integers_of_narrow_range_keep_their_black_and_white_in_other_depths() {
+        let narrow = Metadata { cicp: Some([1, 8, 0, 0]), ..Metadata::default() };
+        let grid = Grid::from_vec(Domain::open([1, 4]), 2, vec![16, 235, 0, 255, 16, 235, 0, 255]).unwrap();
+        let start = Plane::with_alpha(Role::Color, Samples::U8(grid));
+        let deep = convert(&start, Depth::U16, &narrow).unwrap().plane;
+        let Samples::U16(grid) = &deep.samples else { panic!("16 bits") };
+        assert_eq!(grid.plane(0), [16 << 8, 235 << 8, 0, 255 << 8]);
+        assert_eq!(grid.plane(1), [16 * 257, 235 * 257, 0, 65_535], "alpha has no narrow range");
+        assert_eq!(convert(&deep, Depth::U8, &narrow).unwrap().plane, start);
+        let light = |plane| convert(plane, Depth::F32, &narrow).unwrap().plane.samples.value(0, 1);
+        assert_eq!((light(&start), light(&deep)), (1.0, 1.0));
+        let most = plane(Role::Color, Samples::U16(Grid::from_vec(Domain::open([1, 1]), 1, vec![65_535]).unwrap()));
+        assert_eq!(convert(&most, Depth::U8, &narrow).unwrap().plane.samples.value(0, 0), 255.0);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::clip::ClipProblem;
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
 
+mod system;
 mod words;
 
 pub(crate) use self::words::WriteProtected;
@@ -27,6 +28,11 @@ pub struct Error {
 impl Error {
     pub(crate) fn new(path: &Path, problem: impl Into<Problem>) -> Self {
         Self { path: path.to_path_buf(), problem: problem.into() }
+    }
+
+    /// The same, where some files of a set have their new content all the same.
+    pub(crate) fn leaving(self, files: Vec<PathBuf>) -> Self {
+        Self { path: self.path, problem: Problem::Left { cause: Box::new(self.problem), files } }
     }
 
     /// Who can mend it.
@@ -260,6 +266,14 @@ pub enum Problem {
         /// The file's size.
         bytes: u64,
     },
+    /// A set of files could not be written, and of some the old content, or none, could not be put back.
+    #[error("{cause}; {} could not be put back as before", files.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(", "))]
+    Left {
+        /// Why the set could not be written.
+        cause: Box<Problem>,
+        /// Those that have their new content.
+        files: Vec<PathBuf>,
+    },
     /// More memory than allowed.
     #[error("needs {needed} bytes of memory, and {budget} are allowed")]
     Memory {
@@ -301,6 +315,7 @@ impl Problem {
             | Self::IsInput { .. }
             | Self::FileSystem(_) => ErrorKind::FileSystem,
             Self::NoSpace { .. } => ErrorKind::NoSpace,
+            Self::Left { cause, .. } => cause.kind(),
             Self::Memory { .. } => ErrorKind::Memory,
             Self::Encoder { .. } => ErrorKind::Internal,
             Self::Core(e) => e.kind(),
@@ -349,6 +364,7 @@ impl Problem {
             Self::Exists | Self::IsInput { .. } => "choose another name",
             Self::FileSystem(_) => "check the path and the disk",
             Self::NoSpace { .. } => "free some, or write elsewhere",
+            Self::Left { cause, .. } => return cause.remedy(),
             Self::Memory { .. } => "give a smaller picture, or allow more",
             Self::Core(e) => return e.remedy(),
             Self::Clip(e) => return e.remedy(),
@@ -376,23 +392,6 @@ impl Problem {
     /// Something that a format has and we do not read.
     pub(crate) fn unsupported(format: Format, what: impl Into<String>) -> Self {
         Self::Unsupported { format, what: what.into() }
-    }
-
-    /// A file system's refusal, while `bytes` were to be written.
-    pub(crate) fn file_system(error: io::Error, bytes: u64) -> Self {
-        use io::ErrorKind as Io;
-        match error.kind() {
-            Io::NotFound => Self::Missing,
-            Io::NotADirectory => Self::NoFolder,
-            Io::PermissionDenied => Self::Denied,
-            Io::ReadOnlyFilesystem => Self::ReadOnly,
-            Io::Other if error.get_ref().is_some_and(|e| e.is::<WriteProtected>()) => Self::WriteProtected,
-            Io::AlreadyExists => Self::Exists,
-            Io::IsADirectory => Self::Folder,
-            Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge => Self::NoSpace { bytes },
-            Io::OutOfMemory => Self::Core(selvedge_core::Error::Allocation { bytes }),
-            _ => Self::FileSystem(error),
-        }
     }
 }
 

@@ -52,6 +52,11 @@ impl Again {
         let mut done = run(&words)?;
         let before = input.hash();
         let same = done.report.outputs.iter().any(|output| output["blake3"] == before.as_str());
+        if let Some(name) = twice(&made).filter(|_| !same && !session.global.dry_run) {
+            let what = format!("two of its files had the name '{name}', and as they were found they do not give it");
+            let remedy = "run the command that 'selvedge info' tells, with each file in its place";
+            return Err(Failure::new(3, what).about(&self.picture).remedy(remedy));
+        }
         let verdict = if same { "the same bytes as" } else { "made as" };
         if let Some(line) = done.lines.last_mut() {
             *line += &format!("; {verdict} '{}'", shown(&self.picture));
@@ -130,6 +135,13 @@ impl Again {
         };
         Err(failure.remedy("name the folder of the right one with --look-in"))
     }
+}
+
+/// A name that two different inputs had: which stood where, the command does not say.
+fn twice(made: &Provenance) -> Option<&str> {
+    let other = |a: &Fingerprint, b: &Fingerprint| a.name == b.name && a.blake3 != b.blake3;
+    let found = made.inputs.iter().enumerate().find(|(i, one)| made.inputs[..*i].iter().any(|b| other(one, b)));
+    found.map(|(_, one)| one.name.as_str())
 }
 
 fn with_selector(path: PathBuf, selector: &str) -> PathBuf {

@@ -225,7 +225,7 @@ impl Run<'_> {
         if self.session.global.dry_run {
             return Ok(());
         }
-        self.session.watch.busy(if ready.layer.blending.is_none() { "render" } else { "blend" });
+        self.session.watch.busy(ready.layer.blending.name());
         let valid = if ready.layer.blending.is_none() {
             Vec::new()
         } else {

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::failure::{Failure, shown};
 use crate::inputs::{Either, Input};
+use crate::made;
 use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -189,7 +190,8 @@ fn carried(metadata: &Metadata) -> Facts {
     ];
     if let Some(made) = &metadata.provenance {
         let inputs: Vec<Value> = made.inputs.iter().map(|i| json!({"name": i.name, "blake3": i.blake3})).collect();
-        let made = json!({"version": made.version, "seed": made.seed, "input": inputs, "command": made.command});
+        let command = made::pasteable(made);
+        let made = json!({"version": made.version, "seed": made.seed, "input": inputs, "command": command});
         facts.push(("made by selvedge", made));
     }
     facts

@@ -75,3 +75,69 @@ fn names_that_are_no_text_or_several_lines_are_found_by_their_content() {
         }
     }
 }
+
+/// The words of a command that 'info' tells, as a shell would take them.
+fn told(folder: &Folder, picture: &str) -> Vec<OsString> {
+    let info = folder.run(&format!("info {picture} --json")).done().json();
+    let command = info["stats"]["made_by_selvedge"]["command"].as_str().unwrap().to_owned();
+    let said = std::process::Command::new("sh").args(["-c", &format!("printf '%s\\0' {command}")]).output().unwrap();
+    let words = String::from_utf8(said.stdout).unwrap();
+    let words: Vec<OsString> = words.split_terminator('\0').skip(1).map(OsString::from).collect();
+    words.into_iter().chain(["-o".into(), "pasted.png".into()]).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pasted_command_gives_the_same_bytes_or_is_refused() {
+    let folder = Folder::new("pasted");
+    for name in ["weave.png", "it's a weave.png", "-dash.png"] {
+        copy(&folder, "weave.png", name);
+        let given = if name.starts_with('-') { format!("./{name}") } else { name.to_owned() };
+        folder.run_words(["quilt", &given, "-o", "out.png", "--size", "48"]).done();
+        let words = told(&folder, "out.png");
+        folder.run_words(&words).done();
+        assert_eq!(fs::read(folder.path("pasted.png")).unwrap(), fs::read(folder.path("out.png")).unwrap(), "{name:?}");
+        fs::remove_file(folder.path("pasted.png")).unwrap();
+        copy(&folder, "stars.png", name);
+        folder.run_words(&words).refused(3, &["is not the file that it was", "again"]);
+        assert!(!folder.path("pasted.png").exists());
+    }
+    // Two files that took each other's names.
+    copy(&folder, "weave.png", "a.png");
+    copy(&folder, "stars.png", "b.png");
+    folder.run("quilt a.png b.png -o out.png --size 48").done();
+    let words = told(&folder, "out.png");
+    folder.run_words(&words).done();
+    copy(&folder, "weave.png", "b.png");
+    copy(&folder, "stars.png", "a.png");
+    folder.run_words(&words).refused(3, &["a.png", "is not the file that it was"]);
+    // Names that are no text or several lines are told in other words, by which nothing is there.
+    use std::os::unix::ffi::OsStringExt;
+    for name in [b"no\xfftext.png".to_vec(), b"two\nlines.png".to_vec()] {
+        let name = OsString::from_vec(name);
+        copy(&folder, "weave.png", &name);
+        let words = [OsString::from("quilt"), name, "-o".into(), "out.png".into(), "--size".into(), "48".into()];
+        folder.run_words(words).done();
+        folder.run_words(told(&folder, "out.png")).refused(4, &["not found"]);
+    }
+}
+
+#[test]
+fn inputs_of_one_name_are_never_taken_for_each_other_in_silence() {
+    let folder = Folder::new("again-twice");
+    for (file, to) in [("weave.png", "a"), ("stars.png", "b")] {
+        fs::create_dir(folder.path(to)).unwrap();
+        copy(&folder, file, format!("{to}/x.png"));
+    }
+    folder.run("quilt a/x.png b/x.png -o out.png --size 48").done();
+    let said = folder.run("again out.png -o again.png --look-in a b").done();
+    assert!(said.stderr.contains("the same bytes as"), "{said:?}");
+    // Pasted, both are the one that lies here.
+    copy(&folder, "weave.png", "x.png");
+    folder.run_words(told(&folder, "out.png")).refused(3, &["mark", "selvedge again"]);
+    fs::remove_file(folder.path("x.png")).unwrap();
+    // What was typed in another order than it was read in, or with names that are others now.
+    fs::rename(folder.path("b/x.png"), folder.path("b/y.png")).unwrap();
+    folder.run("again out.png -o no.png --look-in a b").refused(3, &["x.png", "selvedge info"]);
+    assert!(!folder.path("no.png").exists());
+}

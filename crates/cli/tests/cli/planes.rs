@@ -161,3 +161,16 @@ fn planes_of_match_decide_with_the_exemplar() {
     folder.run("quilt grey.png -o o.png --match wood.png --weight -1").refused(2, &["-1", "--weight"]);
     folder.run("quilt grey.png -o o.png --match @/stars.png").refused(3, &["128x128", "48x48"]);
 }
+
+#[test]
+fn planes_of_two_kinds_in_one_group_are_refused_with_the_order() {
+    let folder = Folder::new("with-mixed");
+    for name in ["a.png", "b.png", "a_normal.png", "b_normal.png", "a_height.png", "b_height.png"] {
+        std::fs::copy(crate::program::fixtures() + "/weave.png", folder.path(name)).unwrap();
+    }
+    let line = "quilt a.png b.png -o out-{name} --size 48 --dry-run --with";
+    let mixed = format!("{line} a_normal.png a_height.png b_normal.png b_height.png");
+    folder.run(&mixed).refused(2, &["a_normal.png and a_height.png", "planes of different kinds", "--role"]);
+    folder.run(&format!("{line} a_normal.png b_normal.png a_height.png b_height.png")).done();
+    folder.run(&format!("{mixed} --role scalar")).done();
+}

@@ -94,6 +94,16 @@ fn progress_is_one_object_a_line_when_asked_for() {
     let steps: Vec<serde_json::Value> = said.stderr.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(!steps.is_empty());
     assert_eq!(steps[steps.len() - 1]["done"], steps[steps.len() - 1]["of"]);
+    // What cannot tell how far it is says what it is.
+    let line = "quilt @/weave.png -o a.png --size 80 --map m.exr --progress json -q";
+    for (line, stage) in [
+        (format!("{line} --spline 2"), "spline"),
+        (format!("{line} --feather 1"), "feather"),
+        ("apply m.exr @/weave.png -o b.png --fuse --progress json -q".to_owned(), "fuse"),
+    ] {
+        let said = folder.run(&line).done();
+        assert!(said.stderr.contains(&format!("\"stage\":\"{stage}\"")), "{said:?}");
+    }
     let quiet = folder.run("quilt @/weave.png -o a.png --size 80 -q").done();
     assert!(quiet.stderr.is_empty() && quiet.stdout.is_empty(), "{quiet:?}");
 }

@@ -27,3 +27,44 @@ fn names_that_were_taken_are_given_back_when_a_later_one_is_refused() {
     finish_all(staged.into()).unwrap();
     assert_eq!(folder.files(), ["a.png", "b.png", "c.png"].map(|name| (name.to_owned(), b"new".to_vec())));
 }
+
+/// The same without hard links: nothing is kept of the old files.
+struct FailsUnlinked(FailsFor);
+impl Steps for FailsUnlinked {
+    fn link(&self, _: &Path, _: &Path) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+    fn take_name(&self, part: &Path, path: &Path, no_clobber: bool) -> io::Result<()> {
+        self.0.take_name(part, path, no_clobber)
+    }
+}
+
+#[test]
+fn what_cannot_be_given_back_is_told() {
+    let folder = Folder::new("not-back");
+    let [a, b, c] = ["a.png", "b.png", "c.png"].map(|name| folder.path(name));
+    fs::write(&a, b"old").unwrap();
+    fs::write(&c, b"last").unwrap();
+    let last = fs::canonicalize(&c).unwrap();
+    let staged = [&a, &b, &c].map(|path| StagedFile::new(path, b"new", false).unwrap());
+    let refused = finish_with(&FailsUnlinked(FailsFor(last)), staged.into()).unwrap_err();
+    let Problem::Left { cause, files } = &refused.problem else { panic!("{refused}") };
+    assert!(matches!(**cause, Problem::NoSpace { .. }) && *files == [a.clone()], "{refused}");
+    assert!(refused.to_string().contains("a.png' could not be put back as before"), "{refused}");
+    assert!(!b.exists() && fs::read(a).unwrap() == b"new");
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_run_keeps_to_give_back_is_swept_by_no_other() {
+    let folder = Folder::new("kept");
+    let (path, kept) = (folder.path("a.png"), folder.path(".a.png.12-3.0.part"));
+    fs::write(&kept, b"old").unwrap();
+    let of_writer = File::open(folder.path("")).unwrap();
+    of_writer.lock().unwrap();
+    super::parts::sweep(&Disk, &path);
+    assert!(kept.exists(), "its writer has the folder");
+    drop(of_writer);
+    super::parts::sweep(&Disk, &path);
+    assert!(!kept.exists(), "its writer is gone");
+}

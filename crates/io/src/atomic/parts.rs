@@ -152,8 +152,17 @@ pub(super) fn sweep(steps: &impl Steps, path: &Path) {
         let Some(middle) = bytes.strip_prefix(prefix.as_encoded_bytes()).and_then(|r| r.strip_suffix(b".part")) else {
             continue;
         };
-        // What was kept of the old file has a point in its number.
-        if middle.iter().all(|b| b.is_ascii_digit() || matches!(b, b'-' | b'.')) {
+        if !middle.iter().all(|b| b.is_ascii_digit() || matches!(b, b'-' | b'.')) {
+            continue;
+        }
+        // What was kept of the old file has a point in its number. Nobody locks that file: while its writer lives, and
+        // may have to give it back, it has the folder's lock.
+        if middle.contains(&b'.') {
+            let Ok(folder) = File::open(nearest(path)) else { continue };
+            if folder.try_lock().is_ok() {
+                remove_unlocked(steps, &entry.path());
+            }
+        } else {
             remove_unlocked(steps, &entry.path());
         }
     }
