@@ -115,10 +115,11 @@ fn run_unsettled<N: Network>(
 /// How much work engine T may do on what changes have left, in arcs and ancestors looked at for each node.
 ///
 /// After a stroke of a brush few paths are left, and T finds them without giving every node between a distance: over
-/// two textures of 1000^2 (`S/1000/gravel`) 91 ms in the median where P took 310. With 1 or 4 a node it is stopped too
-/// often (`S/400/gravel`: the worst stroke but one took 50 ms, with 16 23); with 64 what it is bad at, paths
-/// that are cut off again and again, loses more than it saves (the worst of nine strokes 0.88 s, with 16 0.68).
-const MENDING: u64 = 16;
+/// two textures of 1000^2 (`S/1000/gravel`) 91 ms in the median where P took 317. With 1 or 4 a node it is stopped too
+/// often (`S/400/gravel`: the worst stroke but one took 50 ms, with 24 it takes 24), with 16 still on `S/1000/brick`
+/// (median 186 ms, with 24 it is 125); with 64 what it is bad at, paths that are cut off again and again, loses more
+/// than it saves (`S/1000/gravel`: worst but one 521 ms, with 16 327).
+const MENDING: u64 = 24;
 
 /// Solves what changes have left to do, which lies between positive and negative excess: engine T, and if that takes
 /// long, whatever else is best.
