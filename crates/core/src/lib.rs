@@ -30,6 +30,7 @@
 
 mod averaging;
 mod bytes;
+mod came_from;
 mod coherence;
 mod crop;
 mod domain;
@@ -71,6 +72,7 @@ mod window;
 
 pub use averaging::Averaging;
 pub use bytes::Bytes;
+pub use came_from::{CameFrom, Direction};
 pub use coherence::Coherence;
 pub use crop::ValidBoxes;
 pub use domain::Domain;

@@ -69,7 +69,7 @@ pub use selvedge_core as core;
 pub use control::{Control, Guidance, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
-pub use flow::{Animation, Animator, Direction, Field, FrameStats, Motion, animation_estimate, closing_bytes};
+pub use flow::{Animation, Animator, Field, FrameStats, Motion, animation_estimate, closing_bytes};
 pub use level::Level;
 pub use optimize::{Plan, optimize, optimize_from};
 pub use optimized::Optimized;

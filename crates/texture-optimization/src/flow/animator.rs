@@ -1,10 +1,11 @@
 //! Frame after frame. `[Kwatra05 4.1]`
 
-use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Flow, Grid, Run, SourceMap, Woven};
+use selvedge_core::{
+    Bytes, CameFrom, Direction, Domain, Error as CoreError, Exemplars, Flow, Grid, Run, SourceMap, Woven,
+};
 
 use super::carry::Carried;
 use super::closing::Closing;
-use super::origins::{Direction, Origin, origins};
 use crate::control::{self, Wanted};
 use crate::error::Error;
 use crate::level::Level;
@@ -179,10 +180,10 @@ fn came_from(
     flow: &Flow,
     direction: Direction,
     (output, within): (Domain<2>, Option<&Grid<bool, 2>>),
-) -> Result<Vec<Origin>, CoreError> {
+) -> Result<Vec<CameFrom>, CoreError> {
     let known = flow.known.as_ref().map(|known| known.map(|v| v)).transpose()?;
     let flow = Flow { by: flow.by.map(|v| v)?.with_periodic(output.periodic), known };
-    let mut origins = origins(&flow, direction)?;
+    let mut origins = flow.came_from(direction)?;
     if let Some(within) = within {
         origins.iter_mut().for_each(|origin| origin.is_sure &= within.get(0, origin.nearest(output).0));
     }

@@ -4,9 +4,8 @@
 //! not warped again and again, which would blur it, nor rounded in every frame, which would hold still what moves by
 //! less than half a sample: the place is carried as it is, and the next frame is wished for at it.
 
-use selvedge_core::{Domain, Error, Exemplars, Grid, SampleId, SourceMap, collected};
+use selvedge_core::{CameFrom, Domain, Error, Exemplars, Grid, SampleId, SourceMap, collected};
 
-use super::origins::{Origin, corners};
 use crate::assignment::Place;
 use crate::control::Wishes;
 
@@ -46,8 +45,8 @@ impl Carried {
     ///
     /// # Errors
     /// No memory.
-    pub(crate) fn moved(&self, origins: &[Origin]) -> Result<Self, Error> {
-        let one = |origin: &Origin| {
+    pub(crate) fn moved(&self, origins: &[CameFrom]) -> Result<Self, Error> {
+        let one = |origin: &CameFrom| {
             let (near, by) = origin.nearest(self.domain);
             let Spot { source, at } = self.places[self.domain.index(near)]?;
             Some(Spot { source, at: [0, 1].map(|axis| at[axis] + by[axis]) })
@@ -103,7 +102,7 @@ impl Carried {
     pub(crate) fn wishes(
         &self,
         exemplars: &Exemplars<2>,
-        (origins, lambda): (&[Origin], f64),
+        (origins, lambda): (&[CameFrom], f64),
         before: &Grid<f64, 2>,
     ) -> Result<Wishes, Error> {
         let none = || Grid::try_filled(self.domain, exemplars.channels(), 0.0);
@@ -141,7 +140,7 @@ fn shown(exemplars: &Exemplars<2>, spot: Spot, color: &mut [f64]) -> bool {
         return false;
     }
     color.fill(0.0);
-    for (at, weight) in corners(domain, spot.at) {
+    for (at, weight) in domain.corners(spot.at) {
         if source.valid.as_ref().is_some_and(|valid| !valid.get(0, at)) {
             return false;
         }
@@ -155,10 +154,8 @@ fn shown(exemplars: &Exemplars<2>, spot: Spot, color: &mut [f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::Direction;
-    use crate::flow::origins::origins;
     use crate::testing::exemplars;
-    use selvedge_core::{Flow, Seed};
+    use selvedge_core::{Direction, Flow, Seed};
 
     /// A map of samples in a row, and a flow of parts of samples.
     #[test]
@@ -169,7 +166,7 @@ mod tests {
         let id = |[y, x]: [u32; 2]| exemplars.table().id(0, [y + 2, x + 3]);
         domain.positions().for_each(|at| map.ids.set(0, at, id(at)));
         let by = Grid::from_vec(domain, 2, [vec![0.25; 42], vec![0.0; 42]].concat()).unwrap();
-        let all = origins(&Flow { by, known: None }, Direction::Forward).unwrap();
+        let all = Flow { by, known: None }.came_from(Direction::Forward).unwrap();
         let mut carried = Carried::of(&map).unwrap();
         for step in 1..=4 {
             let moved = carried.moved(&all).unwrap();

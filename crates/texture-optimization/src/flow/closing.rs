@@ -4,10 +4,9 @@
 //! so on. Over the last frames the wish to be the frame before, moved, passes to the wish to be that, cell by cell: a
 //! mean of both would be a wish for mush. What has passed once agrees with both from then on.
 
-use selvedge_core::{Domain, Error, Seed, try_vec};
+use selvedge_core::{CameFrom, Domain, Error, Seed, try_vec};
 
 use super::carry::Carried;
-use super::origins::Origin;
 
 /// Samples a side of what passes at once: neighborhoods of 16 and 32 samples lay texture over its borders.
 const CELL: u32 = 16;
@@ -37,7 +36,7 @@ impl Closing {
     pub(crate) fn new(
         first: &Carried,
         output: Domain<2>,
-        back: impl ExactSizeIterator<Item = Result<Vec<Origin>, Error>>,
+        back: impl ExactSizeIterator<Item = Result<Vec<CameFrom>, Error>>,
         seed: Seed,
     ) -> Result<Self, Error> {
         let of = back.len();
@@ -69,7 +68,7 @@ impl Closing {
     }
 
     /// Lets cells of the next frame pass: so many of all as frames of all are gone with it.
-    pub(crate) fn pass(&self, output: Domain<2>, moved: &mut Carried, origins: &mut [Origin]) {
+    pub(crate) fn pass(&self, output: Domain<2>, moved: &mut Carried, origins: &mut [CameFrom]) {
         let Some(target) = self.ahead.last() else { return };
         let gone = self.of + 1 - self.ahead.len();
         let passed = |at: [u32; 2]| {

@@ -1,12 +1,12 @@
 //! Textures that flow: frame after frame, each as near to the one before, moved, as a texture can be. `[Kwatra05 4.1]`
 
 mod animator;
+#[cfg(test)]
+mod came_from_tests;
 mod carry;
 mod closing;
 mod fields;
-mod origins;
 
 pub use animator::{Animation, Animator, FrameStats, animation_estimate, closing_bytes};
 pub(crate) use carry::Carried;
 pub use fields::{Field, Motion};
-pub use origins::Direction;

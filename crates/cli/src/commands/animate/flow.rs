@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum, ValueHint};
-use selvedge_core::{Domain, Flow, Limits, Seed};
+use selvedge_core::{Direction, Domain, Flow, Limits, Seed};
 use selvedge_io::clip::ClipName;
 use selvedge_io::flow::{FlowFile, read_flow};
 use selvedge_io::{Fingerprint, display_name};
-use selvedge_texture_optimization::{Direction, Field, Motion};
+use selvedge_texture_optimization::{Field, Motion};
 
 use crate::clips;
 use crate::failure::Failure;
