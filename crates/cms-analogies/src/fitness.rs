@@ -111,8 +111,13 @@ fn of(constraint: &Constraint, allowed: &[bool], options: &Options) -> Result<Fi
 fn compared(guide: &Guide<2>, allowed: &[bool], side: u32, factor: u32) -> Result<Fitness, Error> {
     let sources: Vec<&Source<2>> =
         guide.exemplars().sources().iter().zip(allowed).filter(|(_, used)| **used).map(|(s, _)| &**s).collect();
-    let is_used = |first: &&Source<2>| sources.iter().any(|source| std::ptr::eq(*source, *first));
-    let firsts: Vec<&Source<2>> = guide.exemplars().firsts().filter(is_used).collect();
+    // Of each exemplar the first orientation that may be used: the others show the same samples.
+    let mut firsts: Vec<&Source<2>> = Vec::new();
+    for source in &sources {
+        if firsts.last().is_none_or(|last| last.origin.exemplar != source.origin.exemplar) {
+            firsts.push(source);
+        }
+    }
     let samples = |source: &Source<2>| source.domain().len() as u64;
     let own: u64 = firsts.iter().map(|source| samples(source)).sum();
     let all: u64 = sources.iter().map(|source| samples(source)).sum();
