@@ -9,7 +9,7 @@ use selvedge_testkit::from_png;
 
 use crate::outcome::Outcome;
 use crate::tree::Tree;
-use crate::{fixtures, large, program};
+use crate::{fixtures, large, program, table};
 
 /// One benchmark: tests/bench/NAME.toml.
 struct Bench {
@@ -22,10 +22,11 @@ struct Bench {
 const ROUNDS: usize = 5;
 
 /// Times the benchmarks whose names contain the pattern; `--against PROGRAM` times another build in turns with this
-/// one. `large` is not a pattern: see [`large`].
+/// one. `large` and `cms` are no patterns: see [`large`] and [`table`].
 pub(crate) fn run(args: &[String]) -> Outcome {
     let (pattern, other) = match args {
         [pattern, rest @ ..] if pattern == "large" => return large::run(rest),
+        [pattern, rest @ ..] if pattern == "cms" => return table::run(rest),
         [] => ("", None),
         [pattern] => (pattern.as_str(), None),
         [flag, other] if flag == "--against" => ("", Some(PathBuf::from(other))),

@@ -74,7 +74,7 @@ fn row(program: &Path, exemplar: &Exemplar, method: &str, output: u32, folder: &
 }
 
 /// The whole number after a key of an object in JSON.
-fn number(object: &str, key: &str) -> Option<u64> {
+pub(crate) fn number(object: &str, key: &str) -> Option<u64> {
     let rest = object.split_once(&format!("\"{key}\":"))?.1.trim_start();
     rest[..rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len())].parse().ok()
 }

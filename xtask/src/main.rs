@@ -12,6 +12,7 @@ mod program;
 mod readme;
 mod regress;
 mod soak;
+mod table;
 mod tidy;
 mod tree;
 
@@ -25,7 +26,7 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Outcome);
 const CHORES: [Chore; 11] = [
     (
         "bench [PATTERN]",
-        "time whole runs of the program and check their answers; --against PROGRAM compares; `large` times real sizes",
+        "time whole runs of the program and check their answers; --against PROGRAM compares; `large` times real sizes, `cms` a table",
         bench::run,
     ),
     ("ci", "everything that has to pass: format, lints, documentation, tests, each crate bare, tidiness", ci::run),
