@@ -211,7 +211,7 @@ pub(crate) fn check_size(
 }
 
 /// A map by the numbers that its samples have in this run; what is masked now is a hole.
-fn rebased(file: &MapFile, loaded: &ExemplarSet) -> Result<SourceMap<2>, Failure> {
+pub(crate) fn rebased(file: &MapFile, loaded: &ExemplarSet) -> Result<SourceMap<2>, Failure> {
     let table = loaded.exemplars.table();
     let found: Vec<Option<usize>> = (0..file.map.table.sources().len()).map(|s| find(table, file, s, loaded)).collect();
     file.map.rebased(&loaded.exemplars, &found).map_err(|error| match error {

@@ -15,6 +15,7 @@ mod exemplars;
 mod explain;
 mod eyes;
 mod failure;
+mod flows;
 mod ground;
 mod harmonise;
 mod inputs;

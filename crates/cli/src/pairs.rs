@@ -35,6 +35,17 @@ impl GuideArgs {
         self.guide.len() / 2
     }
 
+    /// The same with other pictures under the output.
+    pub(crate) fn over(&self, target: impl Fn(&Path) -> PathBuf) -> Self {
+        let of = |(i, file): (usize, &PathBuf)| if i % 2 == 1 { target(file) } else { file.clone() };
+        Self { guide: self.guide.iter().enumerate().map(of).collect() }
+    }
+
+    /// The pictures under the output.
+    pub(crate) fn targets(&self) -> impl Iterator<Item = &PathBuf> {
+        self.guide.iter().skip(1).step_by(2)
+    }
+
     /// The pairs that were typed, each with its weight.
     pub(crate) fn pairs(&self, weaving: &Weaving) -> Result<Vec<Pair>, Failure> {
         let exemplars = weaving.input.exemplars.len();

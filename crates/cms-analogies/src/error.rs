@@ -41,6 +41,14 @@ pub enum Error {
         /// The output's shape, slowest axis first.
         expected: Vec<u32>,
     },
+    /// A flow does not lie over the frame that it moves.
+    #[error("the flow has {found:?} vectors, and the frame is of {expected:?}")]
+    Flow {
+        /// The frame's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The flow's.
+        found: Vec<u32>,
+    },
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -70,6 +78,7 @@ impl Error {
             Self::Target { .. } | Self::Low { .. } => "make all of one size",
             Self::Neighborhood { .. } => "use smaller neighborhoods or larger pictures",
             Self::Start { .. } => "give a map of the size of the constraints",
+            Self::Flow { .. } => "give a flow of the frames' size",
             Self::Cut(error) => return error.remedy(),
             Self::Search(error) => return error.remedy(),
             Self::Core(error) => return error.remedy(),

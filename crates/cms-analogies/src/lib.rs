@@ -50,7 +50,12 @@
 //! Taps of a constraint that is `r` times coarser lie `r` samples apart, so that `N` counts its samples. Reaching as
 //! far as the paper's 15 samples is enough: of chickpeas, bricks and dirt enlarged four- and eightfold, each from
 //! another part of its picture, the reduction is nearer to what was given with `N` 1 than with 3 by 1.2 to 2.4 dB, in
-//! half the time. [`match_low`] adds what is lacking still.
+//! half the time. [`match_low`] adds what is lacking still. How the picture was reduced is a [`Kernel`]; where that is
+//! another one than it was, `Q` is blurrier or sharper than `C` and nothing agrees well.
+//!
+//! # Sequences
+//! [`carried`] moves a frame's labelling by a flow, for the next frame to go on from, and [`as_shown`] makes what it
+//! shows one more constraint.
 //!
 //! # Determinism
 //! Prices are integers; the search runs on many threads, what is accepted is decided on one, in order.
@@ -71,6 +76,7 @@ mod error;
 mod estimate;
 mod expansion;
 mod fitness;
+mod kernel;
 mod labelling;
 #[cfg(test)]
 mod level_tests;
@@ -79,6 +85,7 @@ mod low;
 mod options;
 mod plan;
 mod ranking;
+mod sequence;
 mod stats;
 mod synthesis;
 #[cfg(test)]
@@ -97,9 +104,11 @@ pub use constraint::Constraint;
 pub use error::Error;
 pub use estimate::{Sizes, estimate};
 pub use fitness::{Fitness, fitness, fitness_from};
+pub use kernel::Kernel;
 pub use low::{low_resolution, match_low};
 pub use options::Options;
 pub use plan::Plan;
+pub use sequence::{as_shown, carried};
 pub use stats::{Energy, Stats};
 
 /// An output that follows constraints; it has the size of what they lie over.

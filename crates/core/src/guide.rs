@@ -42,6 +42,17 @@ impl<const D: usize> Guide<D> {
         Ok(Self { exemplars: exemplars.with_features(maps, weights)?, target, asked: None })
     }
 
+    /// The exemplars' own features under them: the output is to look like what `target` shows in these.
+    ///
+    /// # Errors
+    /// [`Error::Weights`] if the target has other channels than the exemplars.
+    pub fn of_look(exemplars: &Exemplars<D>, target: Grid<u8, D>) -> Result<Self, Error> {
+        match (target.channels(), exemplars.channels()) {
+            (found, expected) if found != expected => Err(Error::Weights { expected, found }),
+            _ => Ok(Self { exemplars: exemplars.clone(), target, asked: None }),
+        }
+    }
+
     /// A guide fits the exemplars it was made for: it has a map of each source's shape.
     ///
     /// # Errors
@@ -257,6 +268,14 @@ mod tests {
         assert_eq!(joined.with_target(grid([1, 1], 3)).unwrap().asked(), None);
         let wrong = guide().asking(Grid::try_filled(Domain::open([2, 3]), 1, true).unwrap());
         assert_eq!(wrong, Err(Error::GuideTarget { expected: vec![2, 2], found: vec![2, 3] }));
+    }
+
+    #[test]
+    fn what_exemplars_look_like_lies_under_them() {
+        let e = exemplars(&[Transform::IDENTITY]);
+        let guide = Guide::of_look(&e, grid([1, 4], 1)).unwrap();
+        assert_eq!((guide.exemplars(), guide.target()), (&e, &grid([1, 4], 1)));
+        assert_eq!(Guide::of_look(&e, grid([1, 4], 2)), Err(Error::Weights { expected: 1, found: 2 }));
     }
 
     #[test]

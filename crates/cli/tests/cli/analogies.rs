@@ -1,6 +1,10 @@
 //! Constrained synthesis: what is told of guides that do not fit, and runs that sweep what is not known yet.
 
-use crate::program::Folder;
+use std::fs;
+
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+
+use crate::program::{Folder, fixtures};
 
 const NUMBERS: &str =
     "numbers @/ground/picture.png --labels @/ground/labels.png --target @/ground/target.png --history 1";
@@ -31,4 +35,107 @@ fn a_sweep_makes_a_run_for_each_pair_of_values() {
     folder.run(&format!("{NUMBERS} --sweep N=1,40 -o {{n}}.png")).refused(2, &["40"]);
     folder.run(&format!("{NUMBERS} --sweep N=40 -o out.png")).refused(2, &["40"]);
     assert!(folder.names().is_empty(), "refused before the first run: {:?}", folder.names());
+}
+
+/// Frames b.1.png to b.4.png, over which a picture is panned by two pixels each, and pan.flo that says so.
+fn panned(folder: &Folder) {
+    let picture = selvedge_io::read(fixtures() + "/ground/target.png", &Default::default()).unwrap().plane;
+    let Samples::U8(grid) = &picture.samples else { panic!("8 bits") };
+    let (domain, channels) = (Domain::open([48, 56]), grid.channels());
+    for frame in 0..4_u32 {
+        let seen = |c: usize| domain.positions().map(move |[y, x]| grid.get(c, [y, x + 2 * frame]));
+        let samples = (0..channels).flat_map(seen).collect();
+        let plane = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, channels, samples).unwrap()));
+        let path = folder.path(format!("b.{}.png", frame + 1));
+        let bytes = selvedge_io::encode(&plane, &Default::default(), &path, &Default::default()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    let head = [b"PIEH".to_vec(), 56_i32.to_le_bytes().to_vec(), 48_i32.to_le_bytes().to_vec()].concat();
+    let vector = [(-2_f32).to_le_bytes(), 0_f32.to_le_bytes()].concat();
+    fs::write(folder.path("pan.flo"), [head, vector.repeat(domain.len())].concat()).unwrap();
+}
+
+const FRAMES: &str =
+    "analogy @/ground/labels.png @/ground/picture.png b.#.png -K 1 -N 1 --history 2 -o o.#.png --map m.#.exr";
+
+/// Of the samples that stay in sight from frame to frame, how many show the same.
+fn steady(folder: &Folder) -> f64 {
+    let map =
+        |frame: u32| selvedge_io::read_map(folder.path(format!("m.{frame}.exr")), &Default::default()).unwrap().map;
+    let (mut same, mut all) = (0, 0);
+    for frame in 1..4 {
+        let (before, after) = (map(frame), map(frame + 1));
+        for [y, x] in after.domain().positions().filter(|[_, x]| x + 2 < 56) {
+            all += 1;
+            same += u32::from(after.ids.get(0, [y, x]) == before.ids.get(0, [y, x + 2]));
+        }
+    }
+    f64::from(same) / f64::from(all)
+}
+
+#[test]
+fn frames_go_on_from_each_other_along_a_flow() {
+    let folder = Folder::new("analogies-frames");
+    panned(&folder);
+    let said = folder.run(&format!("{FRAMES} --flow pan.flo --json")).done();
+    assert_eq!(said.json()["runs"].as_array().unwrap().len(), 4);
+    let made = folder.files();
+    assert!((1..=4).all(|i| made.contains_key(std::path::Path::new(&format!("o.{i}.png")))), "{:?}", folder.names());
+    let along = steady(&folder);
+    // What was ended is gone on with, to the same bytes, on any number of threads.
+    for name in ["o.3.png", "m.3.exr", "o.4.png"] {
+        fs::remove_file(folder.path(name)).unwrap();
+    }
+    let said = folder.run(&format!("{FRAMES} --flow pan.flo --resume -j 3")).done();
+    assert!(said.stderr.contains("2 of 4 frames are there"), "{}", said.stderr);
+    assert_eq!(folder.files(), made);
+    let said = folder.run(&format!("{FRAMES} --flow pan.flo --resume")).done();
+    assert!(said.stderr.contains("4 of 4 frames are there"), "{}", said.stderr);
+    folder.run(&format!("{FRAMES} --temporal 0")).done();
+    let alone = steady(&folder);
+    assert!(0.8 < along && alone < 0.2, "{along} along the flow, {alone} where each is made by itself");
+}
+
+#[test]
+fn frames_that_do_not_belong_together_are_refused_before_the_first() {
+    let folder = Folder::new("analogies-no-frames");
+    panned(&folder);
+    let before = folder.names();
+    let pair = "analogy @/ground/labels.png @/ground/picture.png";
+    folder.run(&format!("{pair} b.#.png -o out.png")).refused(2, &["out.png", "'name.####.png'"]);
+    folder.run(&format!("{pair} b.1.png -o o.png --flow pan.flo")).refused(2, &["--flow", "B is one picture"]);
+    folder.run(&format!("{pair} b.#.png -o o.#.png --resume")).refused(2, &["--map"]);
+    folder.run(&format!("{pair} b.#.png -o o.#.png --temporal -1")).refused(2, &["-1"]);
+    folder.run(&format!("{pair} b.#.png -o o.#.png --start m.exr")).refused(2, &["--start"]);
+    fs::copy(fixtures() + "/ground/target.png", folder.path("b.5.png")).unwrap();
+    folder.run(&format!("{pair} b.#.png -o o.#.png")).refused(3, &["b.5.png", "80x60", "56x48"]);
+    fs::copy(folder.path("b.4.png"), folder.path("c.1.png")).unwrap();
+    fs::copy(folder.path("b.4.png"), folder.path("c.2.png")).unwrap();
+    fs::remove_file(folder.path("b.5.png")).unwrap();
+    let guide = "--guide @/ground/labels.png c.#.png";
+    folder.run(&format!("{pair} b.#.png {guide} -o o.#.png")).refused(3, &["2 files for 4 frames"]);
+    fs::remove_file(folder.path("c.1.png")).unwrap();
+    fs::remove_file(folder.path("c.2.png")).unwrap();
+    assert_eq!(folder.names(), before);
+}
+
+#[test]
+fn threads_change_nothing_of_what_is_made_beside_labels() {
+    let folder = Folder::new("analogies-threads");
+    let lines = [
+        "detail @/cobbles.png --low @/ground/target.png --scale 2 --no-turn --levels 1 --tolerance 1e6 --match-low",
+        "detail @/cobbles.png --low @/ground/target.png --scale 2 --no-turn --levels 1 --tolerance 1e6 --kernel lanczos",
+        "analogy @/ground/labels.png @/ground/picture.png @/ground/target.png --auto-guides edge=.2,orientation,blur=.1 \
+         --follow-where @/ground/target.png -K 1 -N 1 --history 1",
+    ];
+    let mut different = Vec::new();
+    for line in lines {
+        let made = [1, 2, 3].map(|threads| {
+            folder.run(&format!("{line} -o {threads}.png -j {threads}")).done();
+            fs::read(folder.path(format!("{threads}.png"))).unwrap()
+        });
+        assert!(made[0] == made[1] && made[1] == made[2], "{line}");
+        different.extend(made.into_iter().take(1));
+    }
+    assert!(different[0] != different[1], "a kernel is another reduction");
 }

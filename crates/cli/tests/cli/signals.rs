@@ -98,6 +98,21 @@ fn the_best_so_far_is_kept_when_asked_for() {
     }
 }
 
+/// An output that follows a constraint, ended while it is searched for: what stands is kept.
+#[test]
+fn the_best_so_far_of_a_constrained_run_is_kept() {
+    let folder = Folder::new("partial-numbers");
+    let line = "numbers @/ground/picture.png --labels @/ground/labels.png --target @/ground/target.png --levels 1 \
+                --history 1000 --tolerance 0 -o out.png --map map.exr --progress json";
+    let (child, stderr) = begun(&folder, &format!("{line} --keep-partial"));
+    send(&child, "-INT");
+    ended(child, stderr).refused(130, &["interrupted; the best so far is in 'out.partial.png'"]);
+    assert_eq!(folder.names(), ["map.partial.exr", "out.partial.png"]);
+    let map = selvedge_io::read_map(folder.path("map.partial.exr"), &Default::default()).unwrap().map;
+    // Steps are told once all is covered.
+    assert!(map.ids.plane(0).iter().all(|id| id.is_assigned()));
+}
+
 #[test]
 fn a_second_signal_ends_at_once_and_cleans_up() {
     let folder = Folder::new("twice");

@@ -5,6 +5,7 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
+use super::frames::{self, Frame, SequenceArgs, Typed};
 use super::job::{Asked, Job};
 use super::{Knobs, Task};
 use crate::correspondence::Correspondence;
@@ -38,27 +39,47 @@ pub(crate) struct Analogy {
     #[arg(long, value_name = "WHAT[=WEIGHT]", value_delimiter = ',')]
     auto_guides: Vec<Correspondence>,
     #[command(flatten)]
+    sequence: SequenceArgs,
+    #[command(flatten)]
     knobs: Knobs,
 }
 
 impl Analogy {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let files = &self.weaving.input.exemplars;
+        let target = self.weaving.input.exemplars.last().filter(|target| frames::is_clip(target));
+        if let Some(target) = target {
+            let typed = Typed { weaving: &self.weaving, sequence: &self.sequence, knobs: &self.knobs };
+            return typed
+                .frames(session, target, &|weaving, knobs, frame| self.one(session, weaving, knobs, Some(frame)));
+        }
+        self.sequence.check_single()?;
+        self.one(session, &self.weaving, &self.knobs, None)
+    }
+
+    /// One picture, or one frame.
+    fn one(
+        &self,
+        session: &Session<'_>,
+        typed: &Weaving,
+        knobs: &Knobs,
+        frame: Option<&Frame<'_>>,
+    ) -> Result<Done, Failure> {
+        let files = &typed.input.exemplars;
         let Some((target, before_and_after)) = files.split_last().filter(|(_, pairs)| pairs.len().is_multiple_of(2))
         else {
             let what = format!("{} pictures are no pairs and one more", files.len());
             return Err(Failure::new(2, what).remedy("give A and A' of each pair, and B last"));
         };
         let [before, after] = [0, 1].map(|k| before_and_after.iter().skip(k).step_by(2).cloned().collect::<Vec<_>>());
-        let mut weaving = self.weaving.clone();
+        let mut weaving = typed.clone();
         weaving.input.exemplars = after;
         let pair = Pair { sources: before, target: target.clone(), weight: 1.0 };
-        let options = self.knobs.options(TASK);
+        let options = knobs.options(TASK);
         Job {
             name: "analogy",
             weaving: &weaving,
-            knobs: &self.knobs,
+            knobs,
             task: TASK,
             options,
             first: target,
@@ -67,7 +88,9 @@ impl Analogy {
             derived: self.auto_guides.len(),
             others: pair.files().cloned().collect(),
             read: &|_, loom| self.asked(loom, &pair),
-            files: Some(files.clone()),
+            // Those of a frame are made by the command for all.
+            files: Some(self.weaving.input.exemplars.clone()),
+            frame,
         }
         .run(session)
     }

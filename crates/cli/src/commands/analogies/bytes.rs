@@ -19,6 +19,7 @@ impl Job<'_> {
         let constraints: Vec<_> = std::iter::once((own, self.ratio))
             .chain((0..self.knobs.guides.len()).map(|_| (3, 1)))
             .chain((0..self.derived).map(|_| (What::CHANNELS, 1)))
+            .chain(self.frame.map(|_| (channels, 1)))
             .collect();
         let sizes = Sizes { sources, channels, constraints: &constraints, output };
         let orientations = self.knobs.turning(self.task).transforms().len();
@@ -26,6 +27,8 @@ impl Job<'_> {
         let of = |domain: &Domain<2>, each: u64| Bytes::of_samples(*domain, each);
         let maps = constraints.iter().map(|&(channels, _)| channels as u64).sum::<u64>();
         let pictures = maps + OF_PICTURE * constraints.len() as u64;
+        // That of `--follow-where`, and a copy in each constraint. `--match-low` holds less than the work before it.
+        let asked = if self.knobs.follow_where.is_some() { 1 + constraints.len() as u64 } else { 0 };
         let held: Bytes = sources.iter().chain(std::iter::once(&output)).map(|domain| of(domain, maps)).sum();
         let made: Bytes = sources
             .iter()
@@ -33,7 +36,12 @@ impl Job<'_> {
             .chain(std::iter::once(&output))
             .map(|domain| of(domain, pictures))
             .sum();
-        estimate(&sizes, &self.options) + held + made + self.knobs.start.bytes(output)
+        estimate(&sizes, &self.options)
+            + held
+            + made
+            + self.knobs.start.bytes(output)
+            + of(&output, asked)
+            + self.frame.map_or(Bytes(0), |frame| frame.bytes(output))
     }
 
     /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueHint};
-use selvedge_cms_analogies::{Constraint, low_resolution, match_low};
+use clap::{Args, ValueEnum, ValueHint};
+use selvedge_cms_analogies::{Constraint, Kernel, low_resolution, match_low};
 use selvedge_core::Plane;
 use selvedge_guides::encode_together;
 
@@ -39,12 +39,36 @@ pub(crate) struct Detail {
     /// How many times larger the output is; the exemplar has the output's resolution.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=64))]
     scale: u32,
+    /// How --low was made smaller: of a photograph by box or lanczos, of a blurred one by gauss.
+    #[arg(long, value_enum, value_name = "KERNEL", default_value_t = KernelArg::Box)]
+    kernel: KernelArg,
     /// Add what the picture still lacks of --low at the end: the light and colours of its large parts are exactly those
     /// then. --map and other planes stay as they are.
     #[arg(long)]
     match_low: bool,
     #[command(flatten)]
     knobs: Knobs,
+}
+
+/// How a picture was made smaller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum KernelArg {
+    /// Means over squares.
+    Box,
+    /// Means by a Gaussian of half the scale.
+    Gauss,
+    /// Three lobes, as programs for pictures do.
+    Lanczos,
+}
+
+impl From<KernelArg> for Kernel {
+    fn from(typed: KernelArg) -> Self {
+        match typed {
+            KernelArg::Box => Self::Box,
+            KernelArg::Gauss => Self::Gauss,
+            KernelArg::Lanczos => Self::Lanczos,
+        }
+    }
 }
 
 impl Detail {
@@ -65,15 +89,16 @@ impl Detail {
             others: vec![self.low.clone()],
             read: &|_, loom| self.asked(loom),
             files: None,
+            frame: None,
         }
         .run(session)
     }
 
     fn asked(&self, loom: &mut Loom<'_>) -> Result<Asked, Failure> {
-        let (low, scale) = (loom.open(&self.low)?, self.scale);
+        let (low, scale, kernel) = (loom.open(&self.low)?, self.scale, self.kernel.into());
         self.check_match(loom, &low)?;
         let own = self.constraint(loom, &low)?;
-        let after = move |plane: &mut Plane<2>| match_low(plane, &low, scale).map_err(told::failure);
+        let after = move |plane: &mut Plane<2>| match_low(plane, &low, scale, kernel).map_err(told::failure);
         Ok(Asked { after: self.match_low.then(|| Box::new(after) as After), ..Asked::one(own) })
     }
 
@@ -102,6 +127,6 @@ impl Detail {
         let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(low)).collect();
         let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.low))?;
         let low = maps.pop().expect("the picture's").with_periodic(loom.domain.periodic);
-        low_resolution(&loom.loaded.exemplars, &maps, &low, self.scale).map_err(told::failure)
+        low_resolution(&loom.loaded.exemplars, &maps, &low, self.scale, self.kernel.into()).map_err(told::failure)
     }
 }

@@ -6,6 +6,7 @@ use selvedge_cms_analogies::{Constraint, Options, Plan, fitness_from};
 use selvedge_core::{Bytes, Domain};
 
 use super::fit;
+use super::frames::Frame;
 use super::told::{failure, outcome};
 use super::{Knobs, Task};
 use crate::failure::{Failure, n};
@@ -57,6 +58,8 @@ pub(super) struct Job<'a> {
     pub(super) read: &'a Read<'a>,
     /// What its canonical command has where other commands have their exemplars.
     pub(super) files: Option<Vec<PathBuf>>,
+    /// What it has from the frame before, if it is one.
+    pub(super) frame: Option<&'a Frame<'a>>,
 }
 
 impl Method for Job<'_> {
@@ -102,7 +105,12 @@ impl Method for Job<'_> {
             let asking = |c: Constraint| Ok(Constraint { guide: c.guide.asking(asked.map(|v| v)?)?, ..c });
             constraints = constraints.into_iter().map(asking).collect::<Result<_, Failure>>()?;
         }
-        let (start, loom) = (loom.start()?, &*loom);
+        let mut start = loom.start()?;
+        if let Some((begun, shown)) = self.frame.map_or(Ok(None), |frame| frame.begun(loom))? {
+            constraints.push(shown);
+            start = begun;
+        }
+        let loom = &*loom;
         self.planned(loom, &constraints)?;
         let exemplars = &loom.loaded.exemplars;
         let fits = fitness_from(exemplars, &constraints[..followed.len()], &start, &self.options).map_err(failure)?;
@@ -110,6 +118,7 @@ impl Method for Job<'_> {
         let how = format!("under {}", n("constraint", constraints.len()));
         Ok(Planned::new(self.used(loom), how, move || {
             let woven = self.planned(loom, &constraints)?.weave_from(&start, &loom.session.run()).map_err(failure)?;
+            self.frame.map_or(Ok(()), |frame| frame.keep(&woven.result))?;
             let mut outcome = Outcome { kept: start.fixed, after, ..outcome(woven) };
             outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
             if loom.args.explain.is_some() || loom.args.report.is_some() {

@@ -4,6 +4,7 @@ pub(crate) mod analogy;
 mod bytes;
 pub(crate) mod detail;
 pub(super) mod fit;
+mod frames;
 mod job;
 pub(crate) mod numbers;
 pub(super) mod palette;
@@ -23,7 +24,7 @@ use crate::sweep::Sweep;
 use crate::values::{Auto, count};
 
 /// Options of all commands of constrained synthesis.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(mut_args(option("guide", |arg| arg
     .help("Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With \
         several exemplars write theirs as one list, separated by commas. May be given several times"))))]

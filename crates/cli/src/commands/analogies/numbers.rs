@@ -63,6 +63,7 @@ impl Numbers {
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
             read: &|job, loom| Ok(Asked::one(self.constraint(job, loom, &sources)?)),
             files: None,
+            frame: None,
         }
         .run(session)
     }

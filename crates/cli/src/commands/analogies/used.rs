@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use super::frames::SequenceArgs;
 use super::job::Job;
 use crate::loom::Loom;
 use crate::used::Used;
@@ -22,6 +23,7 @@ impl Job<'_> {
             .set("spread", options.spread)
             .set("levels", options.levels)
             .unless("tolerance", Value::Null)
+            .unless("kernel", "box")
             .unless("spread", 0.0)
             .unless("levels", Value::Null)
             .unless("auto-guides", Value::Null)
@@ -30,6 +32,11 @@ impl Job<'_> {
             .unless("over", Value::Null)
             .unless("fixed", Value::Null)
             .unless("random-labels", Value::Null);
-        knobs.guides.used(loom, used).unless("weight", Vec::<Value>::new())
+        let used = match self.frame {
+            Some(frame) => frame.used(loom, used),
+            None if used.has("temporal") => SequenceArgs::idle(knobs.guides.used(loom, used)),
+            None => knobs.guides.used(loom, used),
+        };
+        used.unless("weight", Vec::<Value>::new())
     }
 }

@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum, ValueHint};
+use clap::{Args, ValueHint};
 use selvedge_core::{Direction, Domain, Flow, Limits, Seed};
 use selvedge_io::clip::ClipName;
-use selvedge_io::flow::{FlowFile, read_flow};
 use selvedge_io::{Fingerprint, display_name};
 use selvedge_texture_optimization::{Field, Motion};
 
-use crate::clips;
 use crate::failure::Failure;
+use crate::flows::DirectionArg;
 use crate::used::Used;
 use crate::wrong::Wrong;
+use crate::{clips, flows};
 
 /// Options about the flow.
 #[derive(Args, Clone, Debug)]
@@ -47,14 +47,6 @@ enum What {
 
 #[derive(Clone, Copy, Debug)]
 struct Center([f64; 2]);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum DirectionArg {
-    /// Forward.
-    Forward,
-    /// Backward.
-    Backward,
-}
 
 /// Fields by the names that they are typed by.
 const FIELDS: [(&str, Field); 7] = [
@@ -133,43 +125,22 @@ impl FlowArgs {
     pub(super) fn files(&self) -> Result<Vec<PathBuf>, Failure> {
         match &self.flow {
             What::Field(_) => Ok(Vec::new()),
-            What::Files(path) => {
-                let files = clips::files(path, None)?;
-                match files.iter().find(|file| !selvedge_io::flow::is_flow_name(file)) {
-                    Some(other) => Err(Failure::new(3, "is no file of vectors")
-                        .about(other)
-                        .remedy("name the frames by a pattern, such as 'name.####.flo'")),
-                    None => Ok(files),
-                }
-            }
+            What::Files(path) => flows::files(path),
         }
     }
 
     /// Reads the [`files`](Self::files), which must be of one size.
     pub(super) fn read(&self, files: &[PathBuf], limits: &Limits) -> Result<Option<Flows>, Failure> {
         let What::Files(path) = &self.flow else { return Ok(None) };
-        let mut all: Vec<FlowFile> = Vec::new();
+        let (mut all, mut each): (Vec<Flow>, Vec<Fingerprint>) = (Vec::new(), Vec::new());
         for file in files {
-            let mut read = read_flow(file, limits)?;
-            if let Some(first) = all.first() {
-                let ([h, w], [fh, fw]) = (read.flow.domain().shape, first.flow.domain().shape);
-                if [h, w] != [fh, fw] {
-                    let what = format!("{w}x{h} vectors, but the first one has {fw}x{fh}");
-                    return Err(Failure::new(3, what).about(file).remedy("give flows of one size"));
-                }
-            }
-            let scale = self.flow_scale as f32;
-            read.flow.by.samples_mut().iter_mut().for_each(|v| *v *= scale);
-            all.push(read);
+            let before = all.first().map(|flow| flow.domain().shape);
+            let (flow, fingerprint) = flows::read(file, before, (self.flow_scale as f32, limits))?;
+            all.push(flow);
+            each.push(fingerprint);
         }
-        let each: Vec<Fingerprint> = all.iter().map(|file| file.fingerprint.clone()).collect();
         let fingerprint = clips::fingerprint(path, &each);
-        let direction = match self.flow_direction {
-            DirectionArg::Forward => Direction::Forward,
-            DirectionArg::Backward => Direction::Backward,
-        };
-        let flows = all.into_iter().map(|file| file.flow).collect();
-        Ok(Some(Flows { flows, direction, fingerprint: Some(fingerprint) }))
+        Ok(Some(Flows { flows: all, direction: self.flow_direction.into(), fingerprint: Some(fingerprint) }))
     }
 
     /// A field that is built in, over an output.

@@ -1,0 +1,289 @@
+//! Frame after frame: `selvedge analogy A A' B.####.png`.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use selvedge_cms_analogies::{Constraint, as_shown, carried};
+use selvedge_core::{Bytes, Domain, Flow, SourceMap, Start};
+use selvedge_io::clip::ClipName;
+
+use super::Knobs;
+use super::told::failure;
+use crate::failure::{Failure, n};
+use crate::flows::{self, DirectionArg};
+use crate::ground::{self, check_size};
+use crate::inputs::Input;
+use crate::loom::Loom;
+use crate::outputs::Outputs;
+use crate::report::{Done, Report};
+use crate::session::Session;
+use crate::used::Used;
+use crate::weaving::Weaving;
+use crate::{clips, names};
+
+/// 24 frames of a drawing that four guides lead, panned by 2 px a frame: made by themselves they change by 11.7 grey
+/// levels along the flow, with 0.1 by 0.12 and with 1 by 0.06, and follow their guides to within 3.58, 3.74 and 3.90.
+const TEMPORAL: f64 = 0.1;
+
+/// Options about B as the frames of a clip.
+#[derive(Args, Clone, Debug)]
+pub(super) struct SequenceArgs {
+    /// How the frames of a sequence move: one file of vectors a step as 'name.####.flo' (.flo, a PNG as KITTI has it,
+    /// EXR), or one for all.
+    #[arg(help_heading = "Sequences", long, value_name = "FLOWS", value_hint = ValueHint::FilePath)]
+    flow: Option<PathBuf>,
+    /// What the vectors say: where pixels go in the next frame, or where they come from.
+    #[arg(help_heading = "Sequences", long, value_enum, value_name = "HOW", default_value_t = DirectionArg::Forward)]
+    flow_direction: DirectionArg,
+    /// How much a frame is to look like the one before, moved, where B counts 1. With 0 each frame is made by itself.
+    #[arg(help_heading = "Sequences", long, value_name = "W", default_value_t = TEMPORAL, allow_negative_numbers = true)]
+    temporal: f64,
+    /// Go on after the last frame that is there, with its map.
+    #[arg(help_heading = "Sequences", long, requires = "map")]
+    resume: bool,
+}
+
+/// What a frame has from the one before, and what the next one has from it.
+pub(super) struct Frame<'a> {
+    args: &'a SequenceArgs,
+    /// The knobs as they were typed, for all frames.
+    typed: &'a Knobs,
+    before: RefCell<Option<Before>>,
+    /// Vectors from that one to this one.
+    flow: Option<PathBuf>,
+    made: RefCell<Option<SourceMap<2>>>,
+}
+
+/// The labelling of a frame.
+enum Before {
+    Made(SourceMap<2>),
+    File(PathBuf),
+}
+
+impl SequenceArgs {
+    /// Refuses what is about frames where there are none.
+    pub(super) fn check_single(&self) -> Result<(), Failure> {
+        let typed = [("--flow", self.flow.is_some()), ("--resume", self.resume)];
+        match typed.iter().find(|(_, typed)| *typed) {
+            Some((option, _)) => {
+                let failure = Failure::new(2, format!("{option} is about frames, and B is one picture"));
+                Err(failure.remedy("leave it out, or name B's frames by a pattern, such as 'name.####.png'"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Without all of them, of a single picture.
+    pub(super) fn idle(used: Used) -> Used {
+        ["flow", "flow-direction", "temporal", "resume"].into_iter().fold(used, Used::without)
+    }
+}
+
+impl Frame<'_> {
+    /// Bytes of what is held of the frame before: its labelling, and as it is moved, with vectors.
+    pub(super) fn bytes(&self, output: Domain<2>) -> Bytes {
+        Bytes::of_samples(output, 3 * 4 + 9 + size_of::<selvedge_core::CameFrom>() as u64)
+    }
+
+    /// What the frame begins with, and one more constraint.
+    pub(super) fn begun(&self, loom: &mut Loom<'_>) -> Result<Option<(Start<2>, Constraint)>, Failure> {
+        let map = match self.before.take() {
+            Some(Before::Made(map)) => map,
+            Some(Before::File(path)) => {
+                let read = Input::new(loom.session, &path)?.read_map(loom.session)?;
+                let of = "the frame has";
+                let remedy = "leave --resume out, to make all frames again";
+                check_size(&path, read.file.map.domain().shape, Some(loom.domain.shape), of, remedy)?;
+                ground::rebased(&read.file, &loom.loaded).map_err(|e| e.about(&path))?
+            }
+            None => return Ok(None),
+        };
+        let flow = self.flow.as_ref().map(|path| self.read(loom, path)).transpose()?;
+        let map = carried(&map, flow.as_ref(), self.args.flow_direction.into()).map_err(failure)?;
+        let shown = as_shown(&loom.loaded.exemplars, &map, self.args.temporal).map_err(failure)?;
+        Ok(Some((Start { map, fixed: None, sources: None }, shown)))
+    }
+
+    fn read(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Flow, Failure> {
+        let (flow, fingerprint) = flows::read(path, Some(loom.domain.shape), (1.0, &loom.session.limits))?;
+        loom.others.push(fingerprint);
+        Ok(flow)
+    }
+
+    /// The options as used: names are those of all frames.
+    pub(super) fn used(&self, loom: &Loom<'_>, used: Used) -> Used {
+        let used = self.typed.guides.used(loom, used).without("resume");
+        match &self.args.flow {
+            Some(flow) => used.set("flow", selvedge_io::display_name(flow)),
+            None => used.without("flow").without("flow-direction"),
+        }
+    }
+
+    /// Keeps a labelling for the next frame.
+    pub(super) fn keep(&self, map: &SourceMap<2>) -> Result<(), Failure> {
+        if self.args.temporal != 0.0 {
+            self.made.replace(Some(carried(map, None, self.args.flow_direction.into()).map_err(failure)?));
+        }
+        Ok(())
+    }
+}
+
+/// The files of a sequence.
+struct Sequence<'a> {
+    of: &'a Typed<'a>,
+    /// By the name that was typed, those of its frames.
+    files: BTreeMap<PathBuf, Vec<PathBuf>>,
+    flows: Vec<PathBuf>,
+    frames: usize,
+}
+
+/// A command as it was typed, for all frames.
+pub(super) struct Typed<'a> {
+    pub(super) weaving: &'a Weaving,
+    pub(super) sequence: &'a SequenceArgs,
+    pub(super) knobs: &'a Knobs,
+}
+
+/// Makes a frame of the names and knobs that are its own.
+pub(super) type One<'o> = dyn Fn(&Weaving, &Knobs, &Frame<'_>) -> Result<Done, Failure> + 'o;
+
+impl Typed<'_> {
+    /// Makes a frame after the other: what is there stays if the run is ended.
+    pub(super) fn frames(&self, session: &Session<'_>, target: &Path, make: &One<'_>) -> Result<Done, Failure> {
+        let sequence = Sequence::of(self, session, target)?;
+        let mut done = Done::answered(Report::new("analogy"), String::new());
+        let mut before = None;
+        for i in sequence.first(session)?..sequence.frames {
+            session.watch.turn(i + 1, sequence.frames);
+            let weaving = sequence.weaving(i)?;
+            let before_file = || sequence.weaving(i - 1).ok()?.map.map(Before::File);
+            let frame = Frame {
+                args: self.sequence,
+                typed: self.knobs,
+                before: RefCell::new(before.take().or_else(|| self.is_resumed(i).then(before_file).flatten())),
+                flow: i.checked_sub(1).and_then(|step| sequence.flow(step)),
+                made: RefCell::new(None),
+            };
+            let mut one = make(&weaving, &sequence.knobs(i), &frame)?;
+            one.outputs.write(session)?;
+            one.outputs = Outputs::default();
+            done.add(one, session.global.seed(), session.global.dry_run);
+            before = frame.made.take().map(Before::Made);
+        }
+        Ok(done)
+    }
+
+    /// Whether a frame goes on from files: only the first one that is made after others which are there does.
+    fn is_resumed(&self, frame: usize) -> bool {
+        0 < frame && self.sequence.resume && self.sequence.temporal != 0.0
+    }
+}
+
+impl<'a> Sequence<'a> {
+    /// Lists the files, and refuses frames that do not belong together, before the first is made.
+    fn of(of: &'a Typed<'a>, session: &Session<'_>, target: &Path) -> Result<Self, Failure> {
+        let (args, knobs) = (of.sequence, of.knobs);
+        if !args.temporal.is_finite() || args.temporal < 0.0 {
+            let what = format!("a temporal weight of {} is none", args.temporal);
+            return Err(Failure::new(2, what).remedy("use a number from 0 on"));
+        }
+        if !knobs.start.files().is_empty() {
+            let what = "frames go on from each other, and --start, --over and --fixed are of one picture";
+            return Err(Failure::new(2, what).remedy("leave them out, or make one frame"));
+        }
+        let mut files = BTreeMap::from([(target.to_path_buf(), clips::files(target, None)?)]);
+        let frames = files[target].len();
+        for path in knobs.guides.targets().chain(&knobs.follow_where).filter(|path| is_clip(path)) {
+            let all = clips::files(path, None)?;
+            if all.len() != frames {
+                let what = format!("{} for {}", n("file", all.len()), n("frame", frames));
+                return Err(Failure::new(3, what).about(path).remedy("give one a frame, or one for all"));
+            }
+            files.insert(path.clone(), all);
+        }
+        let flows = args.flow.as_deref().map_or(Ok(Vec::new()), flows::files)?;
+        if 1 < flows.len() && flows.len() + 1 < frames {
+            let what = format!("{} for {}", n("flow", flows.len()), n("step", frames - 1));
+            let failure = Failure::new(3, what).about(args.flow.as_ref().expect("typed"));
+            return Err(failure.remedy("give one a step, or one for all"));
+        }
+        let sequence = Self { of, files, flows, frames };
+        sequence.check_sizes(session)?;
+        (0..frames).try_for_each(|i| sequence.weaving(i).map(|_| ()))?;
+        Ok(sequence)
+    }
+
+    /// All frames are of one size.
+    fn check_sizes(&self, session: &Session<'_>) -> Result<(), Failure> {
+        let options = self.of.weaving.read_options(session);
+        for all in self.files.values() {
+            let mut first = None;
+            for path in all {
+                let info = Input::new(session, path)?.probe(&options)?;
+                let shape = [info.height, info.width];
+                check_size(path, shape, first, "the first frame has", "give frames of one size")?;
+                first = Some(shape);
+            }
+        }
+        Ok(())
+    }
+
+    /// The first frame to make: with --resume, after those that are there.
+    fn first(&self, session: &Session<'_>) -> Result<usize, Failure> {
+        if !self.of.sequence.resume {
+            return Ok(0);
+        }
+        let is_there = |i: &usize| {
+            let weaving = self.weaving(*i);
+            weaving.is_ok_and(|w| w.output.is_file() && w.map.is_some_and(|map| map.is_file()))
+        };
+        let there = (0..self.frames).take_while(is_there).count();
+        if 0 < there {
+            session.say(&format!("{} of {} are there", there, n("frame", self.frames)));
+        }
+        Ok(there)
+    }
+
+    /// A frame's file by the name that was typed.
+    fn file(&self, path: &Path, frame: usize) -> PathBuf {
+        self.files.get(path).map_or_else(|| path.to_path_buf(), |all| all[frame].clone())
+    }
+
+    fn flow(&self, step: usize) -> Option<PathBuf> {
+        self.flows.get(step.min(self.flows.len().saturating_sub(1))).cloned()
+    }
+
+    fn knobs(&self, frame: usize) -> Knobs {
+        let knobs = self.of.knobs;
+        let at = |path: &Path| self.file(path, frame);
+        Knobs { guides: knobs.guides.over(at), follow_where: knobs.follow_where.as_deref().map(at), ..knobs.clone() }
+    }
+
+    /// Exemplars and a frame, and the frame's own names, counted from 1.
+    fn weaving(&self, frame: usize) -> Result<Weaving, Failure> {
+        let typed = self.of.weaving;
+        let mut weaving = typed.clone();
+        if let Some(target) = weaving.input.exemplars.last_mut() {
+            *target = self.file(target, frame);
+        }
+        let numbered = |path: &PathBuf| {
+            let name = names::of_plane(path, &typed.input.exemplars[0]);
+            ClipName::parse(&name).and_then(|name| name.file(frame as u32 + 1)).ok_or_else(|| {
+                let failure = Failure::new(2, format!("{} would have this name", n("frame", self.frames)));
+                failure.about(path).remedy("name frames by a pattern, such as 'name.####.png'")
+            })
+        };
+        let maybe = |path: &Option<PathBuf>| path.as_ref().map(numbered).transpose();
+        weaving.output = numbered(&typed.output)?;
+        (weaving.map, weaving.explain) = (maybe(&typed.map)?, maybe(&typed.explain)?);
+        (weaving.preview, weaving.report) = (maybe(&typed.preview)?, maybe(&typed.report)?);
+        Ok(weaving)
+    }
+}
+
+/// True for a name that stands for frames.
+pub(super) fn is_clip(path: &Path) -> bool {
+    ClipName::parse(selvedge_io::file_of(path)).is_some()
+}

@@ -1,0 +1,56 @@
+//! Fields of motion that are read from files: one, or one a frame.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use selvedge_core::{Direction, Flow, Limits};
+use selvedge_io::Fingerprint;
+use selvedge_io::flow::{is_flow_name, read_flow};
+
+use crate::clips;
+use crate::failure::Failure;
+
+/// What vectors say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DirectionArg {
+    /// Forward.
+    Forward,
+    /// Backward.
+    Backward,
+}
+
+impl From<DirectionArg> for Direction {
+    fn from(typed: DirectionArg) -> Self {
+        match typed {
+            DirectionArg::Forward => Self::Forward,
+            DirectionArg::Backward => Self::Backward,
+        }
+    }
+}
+
+/// The files of a flow, in order.
+pub(crate) fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let files = clips::files(path, None)?;
+    match files.iter().find(|file| !is_flow_name(file)) {
+        Some(other) => Err(Failure::new(3, "is no file of vectors")
+            .about(other)
+            .remedy("name the frames by a pattern, such as 'name.####.flo'")),
+        None => Ok(files),
+    }
+}
+
+/// Reads one, which has to be of the size of those before.
+pub(crate) fn read(
+    file: &Path,
+    before: Option<[u32; 2]>,
+    (scale, limits): (f32, &Limits),
+) -> Result<(Flow, Fingerprint), Failure> {
+    let mut read = read_flow(file, limits)?;
+    let [h, w] = read.flow.domain().shape;
+    if let Some([fh, fw]) = before.filter(|before| *before != [h, w]) {
+        let what = format!("{w}x{h} vectors, but the first one has {fw}x{fh}");
+        return Err(Failure::new(3, what).about(file).remedy("give flows of one size"));
+    }
+    read.flow.by.samples_mut().iter_mut().for_each(|v| *v *= scale);
+    Ok((read.flow, read.fingerprint))
+}
