@@ -147,13 +147,39 @@ pub(crate) fn is_orderly(exemplars: &Exemplars<2>) -> Result<bool, Error> {
 /// Two readers ranked such candidates of 24 textures at twice the sides and of ten at four times, blind. Quilts, with
 /// blocks of three eighths and a half, were last but one of six: preference takes them too often, so they are not among
 /// these. Whole patches are not where many copies would show, however much preference likes them there.
-pub(crate) fn of_kind(exemplars: &Exemplars<2>, orderly: bool) -> Vec<Box<dyn Candidate>> {
+pub(crate) fn of_kind(
+    exemplars: &Exemplars<2>,
+    output: Domain<2>,
+    orderly: bool,
+    run: &Run<'_, 2>,
+) -> Vec<Box<dyn Candidate>> {
     // The exemplar that is longest on its lesser side holds a region of that side.
     let between = Some([(shortest(exemplars).max().unwrap_or(1) * 3 / 8).max(1); 2]);
     let second = if orderly {
         graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..Default::default() }
     } else {
-        graphcut::Options { placement: graphcut::Placement::Sub, region: between, reach: between, ..Default::default() }
+        // Who names a region says how far patches lie apart: here as far as in the first, which is one region.
+        let first = graphcut::plan(exemplars, output, None, &graphcut::Options::default(), &run.limits);
+        let apart = Some(first.map_or(0, |plan| plan.apart));
+        let placement = graphcut::Placement::Sub;
+        graphcut::Options { placement, region: between, reach: between, apart, ..Default::default() }
     };
     [graphcut::Options::default(), second].map(|options| Box::new(Graphcut(options)) as Box<dyn Candidate>).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use selvedge_testkit::exemplars::cobbles;
+
+    #[test]
+    fn all_patches_of_large_outputs_lie_apart() {
+        let e = Exemplars::of(&[&[cobbles()]]).unwrap();
+        let apart = |side| {
+            let all = of_kind(&e, Domain::open([side; 2]), false, &Run::seeded(0));
+            all.iter().map(|candidate| format!("{candidate:?}")).filter(|text| text.contains("apart: Some(72)")).count()
+        };
+        // The first chooses it by itself.
+        assert_eq!([apart(384), apart(600)], [0, 1]);
+    }
 }

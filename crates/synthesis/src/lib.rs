@@ -117,15 +117,15 @@ pub fn synthesize(
     if bench.judge.is_none() {
         // Nothing to choose by: the likeliest, which is first of any kind.
         bench.of = 1;
-        let all = of_kind(exemplars, false);
+        let all = of_kind(exemplars, output, false, run);
         let only = Chosen { turn: Turn::new(0, all.len(), run.seed), preference: 0.0, rest: None };
         bench.finish(&all, vec![only], &mut best)?;
         return best.answer();
     }
     let orderly = is_orderly(exemplars)?;
-    let all = of_kind(exemplars, orderly);
+    let all = of_kind(exemplars, output, orderly, run);
     let turns: Vec<Turn> = (0..drafts).map(|i| Turn::new(i, all.len(), run.seed)).collect();
-    let small = of_kind(bench.sizes.small(exemplars), orderly);
+    let small = of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), orderly, run);
     let chosen = bench.draft(&small, &turns, finished, &mut best)?;
     bench.finish(&all, chosen, &mut best)?;
     let mut woven = best.answer()?;
