@@ -72,6 +72,9 @@ impl Bands {
 }
 
 impl Blending {
+    /// Seams splined as widely as patches allow.
+    pub(crate) const SPLINED: Self = Self { feather: None, spline: Some(Bands::Auto), fuse: false, told: false };
+
     /// Patches fused.
     pub(crate) const FUSED: Self = Self { feather: None, spline: None, fuse: true, told: false };
 

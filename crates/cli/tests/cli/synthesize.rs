@@ -69,3 +69,27 @@ fn candidates_stand_on_the_page_and_below_the_explanation() {
     let height = |name: &str| u32::from_be_bytes(std::fs::read(folder.path(name)).unwrap()[20..24].try_into().unwrap());
     assert!(height("b-e.png") + 64 < height("a-e.png"));
 }
+
+#[test]
+fn seams_of_what_is_lit_unevenly_are_splined_unless_said_otherwise() {
+    let folder = Folder::new("synthesize-light");
+    let line = "--size 200x160 --effort 1 --seed 2";
+    let say = |of: &str, more: &str, out: &str| {
+        folder.run(&format!("synthesize @/{of}.png {line} {more} -o {out}.png --map {out}.exr")).done().stderr
+    };
+    let said = say("plaster", "", "light");
+    assert!(said.contains("its light is uneven"), "{said}");
+    assert!(!say("plaster", "--spline 0", "exact").contains("uneven"));
+    say("plaster", "--spline auto", "asked");
+    let [light, exact, asked] = ["light.png", "exact.png", "asked.png"].map(|name| samples(&folder, name));
+    assert!(light == asked && light != exact);
+    assert_eq!(map(&folder, "light.exr").map.ids, map(&folder, "exact.exr").map.ids);
+    let command = told(&folder, "light.png");
+    folder.run(&format!("{command} -o again.png")).done();
+    assert!(command.contains("--spline auto") && samples(&folder, "again.png") == light, "{command}");
+    // An even one is copied, and so is a material.
+    assert!(!say("cobbles", "", "even").contains("uneven") && !told(&folder, "even.png").contains("spline"));
+    let said =
+        folder.run(&format!("synthesize @/plaster.png {line} --with @/planks.png --role scalar -o with-{{name}}"));
+    assert!(!said.done().stderr.contains("uneven"));
+}
