@@ -64,8 +64,6 @@ const SIGNS: u32 = 524;
 const STRAIGHT: u32 = 286;
 /// From this strength on a lattice is what the texture is made of;
 const REGULAR: u32 = 650;
-/// from this one on as well if it comes again straight along both axes, which chance does not;
-const STRAIGHTFORWARD: u32 = 500;
 /// from this one on patches are better laid by it.
 const ORDERLY: u32 = 400;
 /// Means over a third of the side with more of the variance than this are uneven light.
@@ -152,19 +150,13 @@ impl Texture {
         let (share, along) = self.lines.strongest();
         match self.lattice {
             _ if WRITTEN <= share && SIGNS <= along => Kind::Text,
-            Some(l) if is_made_of(&l) && share < MOSTLY_LINES => Kind::Lattice,
+            Some(l) if REGULAR <= l.strength && share < MOSTLY_LINES => Kind::Lattice,
             _ if LINED <= share || self.lines.upright.min(1000 - self.lines.upright) < STRAIGHT => Kind::Lines,
             _ if self.is_uneven() && FEW <= self.body => Kind::Scene,
             _ if !self.is_uneven() && self.grain <= SMOOTH && self.skew <= GLINTS => Kind::Objects,
             _ => Kind::Stochastic,
         }
     }
-}
-
-/// True if a lattice is what a texture is made of.
-fn is_made_of(lattice: &Lattice) -> bool {
-    let is_straight = lattice.along.iter().all(Option::is_some);
-    REGULAR <= lattice.strength || is_straight && STRAIGHTFORWARD <= lattice.strength
 }
 
 #[cfg(test)]
