@@ -74,6 +74,7 @@ mod tests {
             ([512, 512], false, even, true),
             ([512, 512], false, eye, false),
             ([1000, 800], false, eye, false),
+            ([1000, 800], true, eye, true),
             ([1500, 1100], false, even, false),
         ]
     }

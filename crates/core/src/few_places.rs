@@ -29,7 +29,8 @@ impl<const D: usize> Source<D> {
                 .all(|p| valid[first + (0..D).map(|a| p[a] as usize * strides[a]).sum::<usize>()])
         };
         let inside = |at: &[u32; D]| (0..D).all(|a| at[a] + shape[a] <= domain.shape[a]);
-        let step = domain.len().div_ceil(GLANCE);
+        // Odd, so that it is no multiple of usual widths and looks at all columns.
+        let step = domain.len().div_ceil(GLANCE) | 1;
         let glance = (0..domain.len()).step_by(step).map(|i| domain.position(i)).filter(inside);
         // So many that all of them can be no fewer than asked for, but by chance: then a search looks at all, and finds
         // the same.

@@ -54,11 +54,13 @@ impl<const D: usize> Weaver<'_, D> {
         matches: &mut Matches<D>,
     ) -> Result<Draw<D>, Error> {
         let usable = Usable::of(&self.canvas, region, at);
-        if region.shape != [1; D] && !self.matcher.holds(region.shape, usable) {
+        // What is drawn without a search may be masked in part.
+        let searches = self.placement != Placement::Random;
+        if searches && region.shape != [1; D] && !self.matcher.holds(region.shape, usable) {
             return Ok(Draw { patches: Vec::new(), forgets: false });
         }
         let near = if self.placement == Placement::Entire { self.near(region) } else { *region };
-        if self.placement != Placement::Random {
+        if searches {
             self.matcher.search(&self.canvas.map, region, &near, usable, matches)?;
         }
         let neighbours = self.canvas.map.patches(region);

@@ -80,7 +80,7 @@ fn of_levels<const D: usize>(
 ) -> Bytes {
     let of = |levels| at_levels(sources, channels, output, options, levels);
     // What is measured first takes less than a run at the size of a source, but more than one at a fraction of it.
-    let measured = |s: &Domain<D>| selvedge_analysis::estimate(*s, channels, masked);
+    let measured = |s: &Domain<D>| selvedge_analysis::estimate_texture(*s, channels, masked);
     let small = 1 < *levels.start();
     let measured = sources.iter().filter(|s| small || A_LARGE < len(s.shape)).map(measured).max().unwrap_or_default();
     let run = if options.free.contains(&false) { of(1) } else { levels.map(of).max().unwrap_or_default() };

@@ -1,6 +1,6 @@
 //! The method: lay patches until everything is covered, then lay more over the worst seams. `[Kwatra03 3, 4]`
 
-use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::estimate::{estimate, estimate_whole};
@@ -67,11 +67,10 @@ fn check<const D: usize>(
     limits: &Limits,
 ) -> Result<(), Error> {
     options.validate()?;
-    let domains: Vec<Domain<D>> = exemplars.sources().iter().map(|s| s.domain()).collect();
+    let domains = exemplars.domains();
     let is_whole = exemplars.sources().iter().all(|s| s.valid.is_none());
     let estimate = if is_fresh && is_whole { estimate_whole } else { estimate };
-    limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
-    if output.is_empty() { Err(CoreError::EmptyOutput { shape: output.shape.to_vec() }.into()) } else { Ok(()) }
+    Ok(limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?)
 }
 
 /// True where nothing is there, or asked for, that a run at several sizes could not begin from.

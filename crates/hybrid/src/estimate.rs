@@ -8,6 +8,8 @@ use crate::options::Options;
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
 const A_CANDIDATE: u64 = 40;
+/// Bytes of a valid sample's number.
+const A_NUMBER: u64 = 4;
 /// Bytes of the error of a place.
 const AN_ERROR: u64 = 8;
 /// Bytes that tell of a place how much of a mask lies before it, twice.
@@ -37,8 +39,9 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     // blocks are kept as well.
     let templates = [grown(block), grown(block), grown(block), grown(block.map(|n| (n / 4).max(1))), [7, 7]];
     let search = templates.map(|template| search(exemplars, channels, template, options)).into_iter().sum::<Bytes>();
-    // Features side by side, links and weights of seams, and the exemplars once more if they go around.
-    let features = samples * (2 * channels_of + 2 + if options.circular { channels_of + 1 } else { 0 });
+    // Features side by side, links and weights of seams, numbers of valid samples, and the exemplars once more if they go
+    // around.
+    let features = samples * (2 * channels_of + 2 + A_NUMBER + if options.circular { channels_of + 1 } else { 0 });
     let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
     let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);
     let woven = search + features + lists + cut + Bytes::of_samples(output, A_SAMPLE);
@@ -58,7 +61,7 @@ const A_BAD_SAMPLE: u64 = 4 + 3 + 2 * 24 + 4 + (8 + 1 + 16 + 8 + 16);
 /// `circular` as in its options.
 pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, circular: bool) -> Bytes {
     let channels = channels as u64;
-    let each = 2 * channels + 2 + if circular { channels + 1 } else { 0 };
+    let each = 2 * channels + 2 + A_NUMBER + if circular { channels + 1 } else { 0 };
     let features = exemplars.iter().map(|&e| Bytes::of_samples(e, each)).sum::<Bytes>();
     features + Bytes::of_samples(output, A_BAD_SAMPLE)
 }

@@ -72,10 +72,16 @@ impl Level {
         let drawn = self.distances(output, &searcher, side, (n, &at))?;
         let mut across = Vec::new();
         for axis in (0..2).filter(|&axis| domain.periodic[axis] && side <= domain.shape[axis]) {
-            let step = (side / 2).max(domain.shape[1 - axis].div_ceil(MOST_ACROSS));
+            let along = domain.shape[1 - axis];
+            let step = (side / 2).max(along.div_ceil(MOST_ACROSS.min(n as u32 / 10).max(LEAST_ACROSS)));
             let middle = domain.shape[axis] - side / 2;
             let at = |i: usize| std::array::from_fn(|a| if a == axis { middle } else { i as u32 * step });
-            let n = (domain.shape[1 - axis] / step) as usize;
+            // Where the other axis ends no window lies across its border.
+            let n = match domain.periodic[1 - axis] {
+                true => along / step,
+                false => along.checked_sub(side).map_or(0, |rest| rest / step + 1),
+            };
+            let n = n as usize;
             let near = self.distances(output, &searcher, side, (n, &at))?.concat();
             across.push(mean(&near.iter().map(|(_, distance)| *distance).collect::<Vec<_>>()));
         }
@@ -109,6 +115,8 @@ impl Level {
 const BLOCK: usize = 50;
 /// Windows across the wrap along an axis, at most: a tenth of those that are drawn elsewhere.
 const MOST_ACROSS: u32 = 200;
+/// And at least, along an axis that is long enough: fewer may miss what is torn. A guess.
+const LEAST_ACROSS: u32 = 20;
 /// A distance that is nothing, where two are compared as a ratio.
 const GROUND: f64 = 0.05;
 

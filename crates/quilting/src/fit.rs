@@ -7,11 +7,6 @@ use crate::finding::masked;
 use crate::free::FreePlaces;
 use crate::options::Error;
 
-/// The domains of all sources.
-pub(crate) fn domains(exemplars: &Exemplars<2>) -> Vec<Domain<2>> {
-    exemplars.sources().iter().map(|s| s.domain()).collect()
-}
-
 /// There is something to fill, and at least one source holds a block.
 pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<u32>) -> Result<(), Error> {
     if output.is_empty() {

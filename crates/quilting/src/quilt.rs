@@ -5,7 +5,7 @@ use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
 use crate::estimate::{estimate, estimate_whole};
-use crate::fit::{check_fit, check_places, domains};
+use crate::fit::{check_fit, check_places};
 use crate::options::{Error, Options, SearchBy, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
@@ -158,7 +158,7 @@ impl<'e> Plan<'e> {
 
 fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Bytes {
     let estimate = if is_whole(exemplars) { estimate_whole } else { estimate };
-    estimate(&domains(exemplars), exemplars.channels(), output, options)
+    estimate(&exemplars.domains(), exemplars.channels(), output, options)
 }
 
 /// Quilts an output from blocks of the exemplars. `[Efros01 2.2]`

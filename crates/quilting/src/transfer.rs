@@ -4,7 +4,7 @@ use selvedge_core::{Bytes, Domain, Exemplars, Guide, Run, SourceMap, Woven, par}
 
 use crate::block_grid::BlockGrid;
 use crate::estimate::estimate_transfer;
-use crate::fit::{check_fit, check_places, domains};
+use crate::fit::{check_fit, check_places};
 use crate::options::{Continuation, Error, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
@@ -81,7 +81,7 @@ impl<'e> TransferPlan<'e> {
     /// Bytes that it will take at most, beside the exemplars; see [`estimate_transfer`].
     pub fn bytes(&self) -> Bytes {
         let (channels, guide_channels) = (self.exemplars.channels(), self.guide.weights().len());
-        estimate_transfer(&domains(self.exemplars), channels, guide_channels, self.output(), &self.options)
+        estimate_transfer(&self.exemplars.domains(), channels, guide_channels, self.output(), &self.options)
     }
 
     /// Lays the blocks of all passes.

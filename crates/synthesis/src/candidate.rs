@@ -74,7 +74,7 @@ impl Candidate for Graphcut {
         }
         let covered = graphcut::cover(exemplars, output, &self.0, run)?;
         let woven = Woven {
-            result: covered.woven.result.clone(),
+            result: copied(&covered.woven.result)?,
             stats: used(&graphcut::Options { refine: Some(0), ..self.0 }, &covered.woven.stats),
             complete: covered.woven.complete,
         };
@@ -152,19 +152,25 @@ pub(crate) fn of_kind(
     output: Domain<2>,
     orderly: bool,
     run: &Run<'_, 2>,
-) -> Vec<Box<dyn Candidate>> {
+) -> Result<Vec<Box<dyn Candidate>>, Error> {
     // The exemplar that is longest on its lesser side holds a region of that side.
     let between = Some([(shortest(exemplars).max().unwrap_or(1) * 3 / 8).max(1); 2]);
     let second = if orderly {
         graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..Default::default() }
     } else {
         // Who names a region says how far patches lie apart: here as far as in the first, which is one region.
-        let first = graphcut::plan(exemplars, output, None, &graphcut::Options::default(), &run.limits);
-        let apart = Some(first.map_or(0, |plan| plan.apart));
+        let first = graphcut::plan(exemplars, output, None, &graphcut::Options::default(), &run.limits)?;
+        let apart = Some(first.apart);
         let placement = graphcut::Placement::Sub;
         graphcut::Options { placement, region: between, reach: between, apart, ..Default::default() }
     };
-    [graphcut::Options::default(), second].map(|options| Box::new(Graphcut(options)) as Box<dyn Candidate>).into()
+    let candidate = |options| Box::new(Graphcut(options)) as Box<dyn Candidate>;
+    Ok([graphcut::Options::default(), second].map(candidate).into())
+}
+
+/// A map once more, where there is memory for it.
+fn copied(map: &SourceMap<2>) -> Result<SourceMap<2>, Error> {
+    Ok(SourceMap { ids: map.ids.map(|id| id)?, table: map.table.clone() })
 }
 
 #[cfg(test)]
@@ -176,7 +182,7 @@ mod tests {
     fn all_patches_of_large_outputs_lie_apart() {
         let e = Exemplars::of(&[&[cobbles()]]).unwrap();
         let apart = |side| {
-            let all = of_kind(&e, Domain::open([side; 2]), false, &Run::seeded(0));
+            let all = of_kind(&e, Domain::open([side; 2]), false, &Run::seeded(0)).unwrap();
             all.iter().map(|candidate| format!("{candidate:?}")).filter(|text| text.contains("apart: Some(72)")).count()
         };
         // The first chooses it by itself.

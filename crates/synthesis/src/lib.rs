@@ -103,7 +103,7 @@ pub fn synthesize(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let [drafts, finished] = options.steps()?;
-    let domains: Vec<Domain<2>> = exemplars.sources().iter().map(|source| source.domain()).collect();
+    let domains = exemplars.domains();
     let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
     run.limits.admit(output, of(&domains, exemplars.channels(), output, (options, par::threads(), masked)))?;
     let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
@@ -117,15 +117,15 @@ pub fn synthesize(
     if bench.judge.is_none() {
         // Nothing to choose by: the likeliest, which is first of any kind.
         bench.of = 1;
-        let all = of_kind(exemplars, output, false, run);
+        let all = of_kind(exemplars, output, false, run)?;
         let only = Chosen { turn: Turn::new(0, all.len(), run.seed), preference: 0.0, rest: None };
         bench.finish(&all, vec![only], &mut best)?;
         return best.answer();
     }
     let orderly = is_orderly(exemplars)?;
-    let all = of_kind(exemplars, output, orderly, run);
+    let all = of_kind(exemplars, output, orderly, run)?;
     let turns: Vec<Turn> = (0..drafts).map(|i| Turn::new(i, all.len(), run.seed)).collect();
-    let small = of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), orderly, run);
+    let small = of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), orderly, run)?;
     let chosen = bench.draft(&small, &turns, finished, &mut best)?;
     bench.finish(&all, chosen, &mut best)?;
     let mut woven = best.answer()?;

@@ -158,7 +158,7 @@ fn by_label(palette: &Palette, target: &Grid<u8, 2>, fit: &Fitness) -> Result<Ve
 fn need(info: &Info) -> Bytes {
     let (domain, layout) = (Domain::open([info.height, info.width]), Layout::of(info));
     let kept = memory::pictures(std::slice::from_ref(info), layout.channels(), info.depth);
-    let analysis = selvedge_analysis::estimate(domain, layout.colors, info.alpha);
+    let analysis = selvedge_analysis::estimate_texture(domain, layout.colors, info.alpha);
     let worked = memory::sources(&[domain], layout.colors) + analysis;
     memory::PROGRAM + kept + memory::reading([info]).then(worked)
 }

@@ -9,7 +9,6 @@ use selvedge_fft_ssd::{Costs, Place, Placement, Scratch, SsdSearcher};
 
 use super::block_search::near;
 use super::{Avoid, BlockScratch, BlockSearch, Candidate, Search, Term, Within};
-use crate::fit::domains;
 use crate::options::Error;
 use compared::Compared;
 use piece::Piece;
@@ -62,7 +61,7 @@ pub(crate) fn halvings(exemplars: &Exemplars<2>, overlap: u32) -> u32 {
     if !is_whole(exemplars) {
         return 0;
     }
-    halvings_of(&domains(exemplars), overlap)
+    halvings_of(&exemplars.domains(), overlap)
 }
 
 /// True if no sample of any is masked, and none tiles.

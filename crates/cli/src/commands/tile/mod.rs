@@ -82,7 +82,7 @@ impl Method for TileCommand {
         match self.method {
             MethodArg::Overlap => {
                 // For its period, all of the picture is looked at before.
-                let look = |source: &Domain<2>| selvedge_analysis::estimate(*source, channels, true);
+                let look = |source: &Domain<2>| selvedge_analysis::estimate_texture(*source, channels, true);
                 let looked = sources.iter().filter(|_| self.period.is_some()).map(look).max().unwrap_or_default();
                 looked.then(estimate_labels(sources, channels, output) + Bytes::of_samples(output, 8))
             }
