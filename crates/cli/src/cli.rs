@@ -271,7 +271,7 @@ Examples:
   selvedge info wall-map.exr --json
 
 To run the command that made a picture, use 'selvedge again', or paste what is told here, with -o OUT: by the marks of
---expect it refuses other files of the same names (but for those of animate, which has none).";
+--expect it refuses other files of the same names (commands of clips and frames have none).";
 const INSPECT: &str = "\
 Examples:
   selvedge inspect bricks.png";

@@ -18,10 +18,13 @@ pub(crate) fn mark(input: &Fingerprint) -> String {
 
 /// The command of a picture for people who paste it: with other files of these names it is refused. That is no part of
 /// what pictures carry, which stays as it was typed: it follows from the inputs beside it. The masks of an animation
-/// are read one by one and known as one, so that none of them could be told by itself.
+/// are read one by one and known as one, so that none of them could be told by itself; commands of clips read what no
+/// picture of theirs tells, and one of frames names all of them where each carries its own.
 pub(crate) fn pasteable(made: &Provenance) -> String {
     let marks: Vec<String> = made.inputs.iter().map(mark).collect();
-    if marks.is_empty() || made.command.starts_with("selvedge animate ") {
+    let is_of = |command: &str| made.command.starts_with(&format!("selvedge {command} "));
+    let of_frames = is_of("analogy") && made.command.contains('#');
+    if marks.is_empty() || of_frames || is_of("animate") || is_of("video") {
         made.command.clone()
     } else {
         format!("{} --expect {}", made.command, marks.join(","))

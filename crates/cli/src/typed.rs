@@ -4,7 +4,7 @@ use std::error::Error as _;
 use std::ffi::OsString;
 
 use clap::error::ErrorKind;
-use clap::{ArgMatches, FromArgMatches};
+use clap::{Arg, ArgMatches, FromArgMatches};
 
 use crate::cli::{self, Cli};
 use crate::config;
@@ -21,6 +21,8 @@ pub(crate) struct Typed {
     pub(crate) cli: Cli,
     /// Where each value came from.
     matches: ArgMatches,
+    /// The same without what a file of options says.
+    own: ArgMatches,
     /// The command line that they match.
     command: clap::Command,
 }
@@ -32,11 +34,18 @@ impl Typed {
         Used::of(&config::command(&self.command, name), matches)
     }
 
-    /// Long names of the command's options that were typed.
+    /// Long names of the command's options that were typed, or are by a file of options what they are not by default:
+    /// a saved file tells all of them.
     pub(crate) fn names(&self) -> Vec<String> {
         let Some((name, matches)) = self.matches.subcommand() else { return Vec::new() };
+        let own = self.own.subcommand_matches(name);
         let command = config::command(&self.command, name);
-        let typed = command.get_arguments().filter(|arg| config::was_typed(arg, matches));
+        let by_hand = |arg: &Arg| own.is_some_and(|own| config::was_typed(arg, own));
+        let is_other = |arg: &Arg| {
+            let values = matches.get_raw(arg.get_id().as_str()).into_iter().flatten();
+            config::was_typed(arg, matches) && !values.eq(arg.get_default_values().iter().map(|value| &**value))
+        };
+        let typed = command.get_arguments().filter(|arg| by_hand(arg) || is_other(arg));
         typed.filter_map(|arg| arg.get_long().map(str::to_owned)).collect()
     }
 
@@ -109,7 +118,7 @@ pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
     let words = spliced(&words, from_file.as_ref().map_or(&[], |file| &file.words));
     let all = command.clone().try_get_matches_from(words).and_then(|matches| {
         let cli = Cli::from_arg_matches(&matches)?;
-        Ok(Typed { cli, matches, command })
+        Ok(Typed { cli, matches, own: typed, command })
     });
     all.map_err(|error| match (Stop::from(error), from_file) {
         // The words alone were fine.

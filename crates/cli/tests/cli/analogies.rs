@@ -107,6 +107,20 @@ fn frames_that_do_not_belong_together_are_refused_before_the_first() {
     folder.run(&format!("{pair} b.#.png -o o.#.png --resume")).refused(2, &["--map"]);
     folder.run(&format!("{pair} b.#.png -o o.#.png --temporal -1")).refused(2, &["-1"]);
     folder.run(&format!("{pair} b.#.png -o o.#.png --start m.exr")).refused(2, &["--start"]);
+    folder.run(&format!("{pair} b.#.png -o o.#.png --flow pan.flo --temporal 0")).refused(2, &["--flow", "--temporal"]);
+    folder.run(&format!("{pair} b.#.png -o o.#.png --sheet s.png")).refused(2, &["s.png", "--sheet"]);
+    // The first frame would be written over the second, which is still to be read.
+    for frame in 1..5 {
+        let name = |frame: u32| folder.path(format!("b.{frame}.png"));
+        fs::rename(name(frame), name(frame - 1)).unwrap();
+    }
+    let frames = folder.files();
+    folder.run(&format!("{pair} b.#.png -o b.#.png")).refused(4, &["b.1.png", "input"]);
+    assert_eq!(folder.files(), frames);
+    for frame in (1..5).rev() {
+        let name = |frame: u32| folder.path(format!("b.{frame}.png"));
+        fs::rename(name(frame - 1), name(frame)).unwrap();
+    }
     fs::copy(fixtures() + "/ground/target.png", folder.path("b.5.png")).unwrap();
     folder.run(&format!("{pair} b.#.png -o o.#.png")).refused(3, &["b.5.png", "80x60", "56x48"]);
     fs::copy(folder.path("b.4.png"), folder.path("c.1.png")).unwrap();

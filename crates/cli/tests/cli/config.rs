@@ -34,6 +34,19 @@ fn typed_goes_before_the_file_and_the_file_before_defaults() {
     assert_eq!(early["seed"], 9, "options of every command may stand before the command");
 }
 
+/// A saved file tells what every option is, those of other modes too.
+#[test]
+fn saved_options_of_one_mode_are_none_of_another() {
+    let folder = Folder::new("modes");
+    for mode in ["transition", "temporal"] {
+        let line = format!("video @/fire.png -o a.png --dry-run --mode {mode}");
+        folder.run(&format!("{line} --save-config {mode}.toml")).done();
+        folder.run(&format!("video @/fire.png -o a.png --dry-run --config {mode}.toml")).done();
+        fs::write(folder.path("own.toml"), format!("mode = \"{mode}\"\njumps = 7\nrefine = \"3\"\n")).unwrap();
+        folder.run("video @/fire.png -o a.png --dry-run --config own.toml").refused(2, &["does nothing in --mode"]);
+    }
+}
+
 #[test]
 fn paper_survives_saving() {
     let folder = Folder::new("paper");

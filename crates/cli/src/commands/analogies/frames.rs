@@ -16,7 +16,7 @@ use crate::flows::{self, DirectionArg};
 use crate::ground::{self, check_size};
 use crate::inputs::Input;
 use crate::loom::Loom;
-use crate::outputs::Outputs;
+use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
@@ -155,14 +155,18 @@ impl Typed<'_> {
         let sequence = Sequence::of(self, session, target)?;
         let mut done = Done::answered(Report::new("analogy"), String::new());
         let mut before = None;
-        for i in sequence.first(session)?..sequence.frames {
+        let first = sequence.first(session)?;
+        sequence.check_names(session, first)?;
+        for i in first..sequence.frames {
             session.watch.turn(i + 1, sequence.frames);
             let weaving = sequence.weaving(i)?;
             let before_file = || sequence.weaving(i - 1).ok()?.map.map(Before::File);
             let frame = Frame {
                 args: self.sequence,
                 typed: self.knobs,
-                before: RefCell::new(before.take().or_else(|| self.is_resumed(i).then(before_file).flatten())),
+                before: RefCell::new(
+                    before.take().or_else(|| (i == first && self.is_resumed(i)).then(before_file).flatten()),
+                ),
                 flow: i.checked_sub(1).and_then(|step| sequence.flow(step)),
                 made: RefCell::new(None),
             };
@@ -192,6 +196,14 @@ impl<'a> Sequence<'a> {
         if !knobs.start.files().is_empty() {
             let what = "frames go on from each other, and --start, --over and --fixed are of one picture";
             return Err(Failure::new(2, what).remedy("leave them out, or make one frame"));
+        }
+        if args.flow.is_some() && args.temporal == 0.0 {
+            let what = "--flow moves the frame before, which --temporal 0 leaves out";
+            return Err(Failure::new(2, what).remedy("leave out one of them"));
+        }
+        if let Some(sheet) = &of.weaving.sheet {
+            let failure = Failure::new(2, "a sheet shows single pictures, and these are frames").about(sheet);
+            return Err(failure.remedy("leave --sheet out"));
         }
         let mut files = BTreeMap::from([(target.to_path_buf(), clips::files(target, None)?)]);
         let frames = files[target].len();
@@ -228,6 +240,18 @@ impl<'a> Sequence<'a> {
             }
         }
         Ok(())
+    }
+
+    /// No frame may be written over what is read for any: a frame's own check knows its own files.
+    fn check_names(&self, session: &Session<'_>, first: usize) -> Result<(), Failure> {
+        let mut written = Vec::new();
+        for frame in first..self.frames {
+            let weaving = self.weaving(frame)?;
+            written.push(weaving.output);
+            written.extend([weaving.map, weaving.explain, weaving.preview].into_iter().flatten());
+        }
+        let read = self.files.values().flatten().chain(&self.flows).cloned();
+        outputs::check(session, &written, &read.collect::<Vec<_>>())
     }
 
     /// The first frame to make: with --resume, after those that are there.
