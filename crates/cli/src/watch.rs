@@ -157,13 +157,18 @@ fn bar() -> ProgressBar {
 impl<const D: usize> Observer<D> for Watch {
     fn event(&self, event: &Event<'_, D>) {
         if let Some(bar) = &self.bar {
+            // One bar for all stages, so that what is left follows from the run's own first part.
+            let [done, of] = event.work.unwrap_or([event.done, event.of]);
             bar.set_message(event.stage);
-            bar.set_length(event.of);
-            bar.set_position(event.done);
+            bar.set_length(of);
+            bar.set_position(done);
         }
         if self.json {
-            let step =
+            let mut step =
                 serde_json::json!({"stage": event.stage, "done": event.done, "of": event.of, "energy": event.energy});
+            if let Some([done, of]) = event.work {
+                step["work"] = serde_json::json!({"done": done, "of": of});
+            }
             stdio::tell_program(&step.to_string());
         }
     }

@@ -56,6 +56,9 @@ pub struct Event<'a, const D: usize> {
     pub done: u64,
     /// Steps in all; 0 where nobody knows.
     pub of: u64,
+    /// Of a run of several stages, the work that is done and all of it, in units that take about as long in each: what
+    /// is left follows from these. `None` where steps say as much.
+    pub work: Option<[u64; 2]>,
     /// The method's energy or cost so far, where it has one.
     pub energy: Option<i64>,
     /// The result so far, where it can be shown.
@@ -65,7 +68,7 @@ pub struct Event<'a, const D: usize> {
 impl<const D: usize> Event<'_, D> {
     /// Progress without energy or picture.
     pub const fn step(stage: &'static str, done: u64, of: u64) -> Self {
-        Self { stage, done, of, energy: None, so_far: None }
+        Self { stage, done, of, work: None, energy: None, so_far: None }
     }
 }
 

@@ -25,6 +25,7 @@ pub struct Pins<'a, const D: usize> {
 
 /// Decides a map again within `width` of its seams: every patch that meets a tile is offered to all of its band, and
 /// taken where seams become cheaper. Answers with how much the price of all seams fell: it never rises. Holes stay.
+/// `told` hears from the calling thread how many tiles of how many are done.
 ///
 /// A map that was solved at half the size ([`SourceMap::finer`]) has its seams to within two samples of where they
 /// would lie; so they are found for the price of a band, not of a picture.
@@ -45,12 +46,16 @@ pub fn settle<const D: usize>(
     kept: Pins<'_, D>,
     width: u32,
     cancelled: &(dyn Fn() -> bool + Sync),
+    told: &dyn Fn(u64, u64),
 ) -> Result<i64, Error> {
     let mut workers: Vec<Scratch<D>> = (0..par::threads()).map(|_| Scratch::default()).collect();
     let mut gain = 0;
     // A seam cannot leave its tile; the second time others do not end where those of the first did.
-    for shift in [0, TILE / 2] {
-        for tiles in tiles(map.domain(), TILE, shift) {
+    let passes = [0, TILE / 2].map(|shift| tiles(map.domain(), TILE, shift));
+    let of = passes.iter().flatten().map(|tiles| tiles.len() as u64).sum();
+    let mut done = 0;
+    for pass in passes {
+        for tiles in pass {
             for some in tiles.chunks(TOGETHER) {
                 let sweep = Sweep { exemplars, map, costs, kept, width, cancelled };
                 let settled = par::map_with(&mut workers, some.len(), |scratch, i| sweep.tile(&some[i], scratch));
@@ -60,6 +65,8 @@ pub fn settle<const D: usize>(
                     let ids = map.ids.plane_mut(0);
                     frame.places.iter().zip(&frame.old).for_each(|(&place, &id)| ids[place as usize] = id);
                 }
+                done += some.len() as u64;
+                told(done, of);
             }
         }
     }

@@ -9,6 +9,7 @@ use crate::options::Options;
 use crate::plan::{Plan, measured};
 use crate::stats::Stats;
 use crate::weaver::weave_at;
+use crate::work::{Weighed, Work};
 
 /// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
 ///
@@ -23,7 +24,8 @@ use crate::weaver::weave_at;
 /// # Events
 /// `"cover"` after each patch until nothing is empty; `"refine"` once before the first refinement and after each. All
 /// of them carry the price of all seams and the map so far ([`Render::as_map`](selvedge_core::Render::as_map)), these
-/// of the smallest of several levels but no map; `"settle"` once a finer level was decided.
+/// of the smallest of several levels but no map; `"settle"` as finer levels are decided, with the price once one is.
+/// All tell their part of the whole [work](selvedge_core::Event::work).
 ///
 /// # Determinism
 /// The map follows from exemplars, domain, options and seed alone. Step number `i` draws from `"graphcut/draw"`, `i`.
@@ -108,7 +110,7 @@ impl<const D: usize> Plan<D> {
     ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
         start.check(exemplars)?;
         if self.levels == 1 {
-            return weave_at(exemplars, start, self, options, run);
+            return at_one_size(exemplars, start, self, options, run);
         }
         let output = start.map.domain();
         if is_fresh(&start) {
@@ -118,8 +120,21 @@ impl<const D: usize> Plan<D> {
             Some(levels) => Err(Error::LevelsOfStart { levels }),
             None => {
                 check(exemplars, output, false, options, &run.limits)?;
-                weave_at(exemplars, start, &Self { levels: 1, ..*self }, options, run)
+                at_one_size(exemplars, start, &Self { levels: 1, ..*self }, options, run)
             }
         }
     }
+}
+
+/// A run at the size of its output, which says how far it is.
+fn at_one_size<const D: usize>(
+    exemplars: &Exemplars<D>,
+    start: Start<D>,
+    plan: &Plan<D>,
+    options: &Options<D>,
+    run: &Run<'_, D>,
+) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    let work = Work::of(plan, start.map.domain(), 0, options);
+    let observer = &Weighed { observer: run.observer, work };
+    weave_at(exemplars, start, plan, options, &Run { observer, ..*run })
 }

@@ -13,6 +13,7 @@ use crate::options::Options;
 use crate::plan::Plan;
 use crate::stats::Stats;
 use crate::weaver::weave_at;
+use crate::work::{Weighed, Work};
 
 /// How far seams may move at a finer level, in its samples. Twice the sample of the coarser one that they were solved
 /// for, and as much again for what the finer one shows.
@@ -38,21 +39,34 @@ pub(crate) fn weave<const D: usize>(
     let Some((coarsest, small)) = coarser.last() else {
         return weave_at(exemplars, empty(exemplars, output)?, plan, options, run);
     };
+    let coarse_plan = plan.coarser(coarsest, options);
+    let len = |output: &Domain<D>| output.len() as u64;
+    let larger = len(&output) + coarser.iter().rev().skip(1).map(|(_, output)| len(output)).sum::<u64>();
+    let work = Work::of(&coarse_plan, *small, larger, options);
+    let run = &Run { observer: &Weighed { observer: run.observer, work }, ..*run };
     // What it has so far is no map of these exemplars.
     let within = Run { observer: &Within(run.observer), ..*run };
-    let coarse_plan = plan.coarser(coarsest, options);
     let mut woven = weave_at(coarsest, empty(coarsest, *small)?, &coarse_plan, options, &within)?;
     coarser.insert(0, (exemplars.clone(), output));
     coarser.pop();
-    let of = coarser.len() as u64;
-    for (done, (finer, output)) in coarser.into_iter().rev().enumerate() {
+    let mut done = 0;
+    let levels = coarser.len() as u64;
+    for (number, (finer, output)) in coarser.into_iter().rev().enumerate() {
         woven.result = woven.result.finer(&finer, output)?;
         if woven.complete {
+            let told = |tiles: u64, of: u64| {
+                let part = len(&output) * tiles / of.max(1);
+                let step = Event::step("settle", number as u64, levels);
+                run.observer.event(&Event { work: Some(work.settled(done + part)), ..step });
+            };
             let energy;
-            (energy, woven.complete) = near_seams(&finer, &mut woven.result, options, run)?;
+            (energy, woven.complete) = near_seams(&finer, &mut woven.result, options, run, &told)?;
             woven.stats.settled.push(energy);
+            done += len(&output);
             let so_far = (finer.table() == exemplars.table()).then_some(&woven.result as _);
-            run.observer.event(&Event { stage: "settle", done: done as u64 + 1, of, energy: Some(energy), so_far });
+            let work = Some(work.settled(done));
+            let step = Event::step("settle", number as u64 + 1, levels);
+            run.observer.event(&Event { work, energy: Some(energy), so_far, ..step });
         }
     }
     woven.stats.tell(plan);
@@ -65,11 +79,12 @@ fn near_seams<const D: usize>(
     map: &mut SourceMap<D>,
     options: &Options<D>,
     run: &Run<'_, D>,
+    told: &dyn Fn(u64, u64),
 ) -> Result<(i64, bool), Error> {
     let costs = SeamCosts::new(exemplars, options.seam)?;
     let cancelled = || run.observer.cancelled();
     let decided = shift(exemplars, map, &costs, None, &cancelled)
-        .and_then(|_| settle(exemplars, map, &costs, Pins::default(), WIDTH, &cancelled));
+        .and_then(|_| settle(exemplars, map, &costs, Pins::default(), WIDTH, &cancelled, told));
     let complete = match decided {
         Err(error) if error.is_cancelled() => false,
         other => other.map(|_| true)?,
@@ -96,6 +111,6 @@ mod tests {
             map.ids.set(0, at, exemplars.table().id(0, [y + 4, x + 4 + u32::from(40 <= x)]));
         }
         let (run, options) = (Run::seeded(1), Options::default());
-        assert_eq!(near_seams(&exemplars, &mut map, &options, &run).unwrap(), (0, true));
+        assert_eq!(near_seams(&exemplars, &mut map, &options, &run, &|_, _| {}).unwrap(), (0, true));
     }
 }

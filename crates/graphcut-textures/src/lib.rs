@@ -77,6 +77,7 @@ mod stills;
 mod usable;
 pub mod video;
 mod weaver;
+mod work;
 
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;

@@ -37,6 +37,8 @@ pub struct Plan<const D: usize> {
     pub levels: u32,
     /// `k sigma^2`. `[Kwatra03 eq. 3]`
     pub(crate) scale: f64,
+    /// The longest sides of sources.
+    pub(crate) longest: [u32; D],
 }
 
 /// The plan for the sources that a field of sources lets show anywhere: regions and draws are measured by them. A
@@ -116,7 +118,8 @@ impl<const D: usize> Plan<D> {
         let told = if options.placement == Placement::Auto { &measured[..] } else { &[] };
         let regularity = told.iter().map(|t| t.lattice.map_or(0, |l| l.strength)).max();
         let sides = region_sides(exemplars, &boxes, &measured, options)?;
-        let reach = reach(options, placement, sides, longest(boxes.domains()));
+        let longest = longest(boxes.domains());
+        let reach = reach(options, placement, sides, longest);
         // At most far beyond any output, and still far from the end of positions.
         let reach = reach.map(|n| n.min(1 << 24));
         let scale = options.randomness * variance(exemplars);
@@ -125,7 +128,7 @@ impl<const D: usize> Plan<D> {
         let regularity = regularity.map(|r| f64::from(r) / 1000.0);
         let apart = options.apart.unwrap_or(if lies_apart { apart(sides, &measured) } else { 0 });
         let levels = sizes(exemplars, output, &measured, options)?;
-        Ok(Self { placement, regularity, region: sides, reach, variety, apart, levels, scale })
+        Ok(Self { placement, regularity, region: sides, reach, variety, apart, levels, scale, longest })
     }
 
     /// The same at the size of these exemplars, the coarsest.
@@ -133,7 +136,8 @@ impl<const D: usize> Plan<D> {
         let small = |sides: [u32; D]| sides.map(|n| n >> (self.levels - 1));
         let (region, reach) = (small(self.region).map(|n| n.max(1)), small(self.reach));
         let apart = self.apart >> (self.levels - 1);
-        Self { region, reach, apart, levels: 1, scale: options.randomness * variance(exemplars), ..*self }
+        let (scale, longest) = (options.randomness * variance(exemplars), small(self.longest));
+        Self { region, reach, apart, levels: 1, scale, longest, ..*self }
     }
 }
 

@@ -161,7 +161,8 @@ impl<'a, const D: usize> Weaver<'a, D> {
 
     pub(crate) fn tell(&self, stage: &'static str, done: u64, of: u64) {
         let energy = Some(self.canvas.energy());
-        self.run.observer.event(&Event { stage, done, of, energy, so_far: Some(&self.canvas.map) });
+        let step = Event::step(stage, done, of);
+        self.run.observer.event(&Event { energy, so_far: Some(&self.canvas.map), ..step });
     }
 
     /// Lays a patch over the first hole and what is around it.

@@ -24,7 +24,7 @@ fn check_settling<const D: usize>(case: u64, most: u32) -> i64 {
     let sources = Grid::from_vec(map.domain(), 1, sources).unwrap();
     let kept = Pins { fixed: Some(&fixed), sources: Some(&sources) };
     let width = [0, 2, 5, u32::MAX][rng.below(4) as usize];
-    let gain = settle(&e, &mut map, &costs, kept, width, &|| false).unwrap();
+    let gain = settle(&e, &mut map, &costs, kept, width, &|| false, &|_, _| {}).unwrap();
     assert_eq!(costs.total(&before) - costs.total(&map), gain, "case {case}: gains are true");
     assert!(0 <= gain);
     for (i, (&was, &is)) in before.ids.plane(0).iter().zip(map.ids.plane(0)).enumerate() {
@@ -86,7 +86,7 @@ fn a_seam_along_the_border_of_tiles_leaves_it() {
     }
     let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
     let before = costs.total(&map);
-    let gain = settle(&e, &mut map, &costs, Pins::default(), 16, &|| false).unwrap();
+    let gain = settle(&e, &mut map, &costs, Pins::default(), 16, &|| false, &|_, _| {}).unwrap();
     assert!(0 < before);
     assert_eq!((gain, costs.total(&map)), (before, 0));
 }
@@ -96,7 +96,7 @@ fn who_asks_to_stop_is_heard() {
     let (e, mut map) = patched::<2>(&mut Seed(3).rng(), 40, false);
     let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
     let before = map.clone();
-    let stopped = settle(&e, &mut map, &costs, Pins::default(), 4, &|| true).unwrap_err();
+    let stopped = settle(&e, &mut map, &costs, Pins::default(), 4, &|| true, &|_, _| {}).unwrap_err();
     assert!(stopped.is_cancelled());
     assert_eq!(map, before);
 }

@@ -153,7 +153,7 @@ impl<'a, const D: usize> Sweeps<'a, D> {
             self.parts[part].failed[label] = Some(self.parts[part].changes);
         }
         let (done, energy) = (self.stats.improvements, Some(self.energy));
-        self.run.observer.event(&Event { stage: "labels", done, of: 0, energy, so_far: Some(&self.map) });
+        self.run.observer.event(&Event { energy, so_far: Some(&self.map), ..Event::step("labels", done, 0) });
         Ok(true)
     }
 
