@@ -1,8 +1,8 @@
 //! What kind of texture is it? One analysis for all that choose by themselves: sizes, placements, defaults, advice.
 //!
 //! - [`Texture`] says what kind of texture an exemplar is: lattice, lines, rows of text, bodies, grain, uneven light.
-//! - [`periods`](periods()) lists the translations under which an exemplar resembles itself.
-//! - [`feature_size`](feature_size()) is the side of a box that holds the largest structures.
+//! - [`periods()`] lists the translations under which an exemplar resembles itself.
+//! - [`feature_size()`] is the side of a box that holds the largest structures.
 //!
 //! All of it follows from exact integer sums over the exemplars' features: the same on any machine and any number of
 //! threads. Nothing here knows which method asks.

@@ -78,6 +78,13 @@ pub(crate) fn command(all: &Command, name: &str) -> Command {
     all.find_subcommand(name).cloned().unwrap_or_default()
 }
 
+/// The command with nothing required.
+pub(crate) fn optional(command: Command) -> Command {
+    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let command = command.mut_args(|arg| arg.required(false));
+    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, optional))
+}
+
 /// The option of this long name, unless a file of options cannot hold it.
 fn option<'a>(command: &'a Command, long: &str) -> Option<&'a Arg> {
     let never = ["config", "save-config", "help", "version"].contains(&long);
@@ -86,6 +93,12 @@ fn option<'a>(command: &'a Command, long: &str) -> Option<&'a Arg> {
 
 pub(crate) fn was_typed(arg: &Arg, matches: &ArgMatches) -> bool {
     matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine)
+}
+
+/// True if words or a file say anything but what it is by default.
+pub(crate) fn says_other(arg: &Arg, matches: &ArgMatches) -> bool {
+    let values = matches.get_raw(arg.get_id().as_str()).into_iter().flatten();
+    was_typed(arg, matches) && !values.eq(arg.get_default_values().iter().map(|value| &**value))
 }
 
 /// Something was typed that the option cannot go with.

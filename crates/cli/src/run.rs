@@ -88,6 +88,9 @@ fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
         }
         done.add(one, seed, global.dry_run);
     }
+    if let Some((path, _)) = sheet.filter(|_| cells.is_empty() && !session.global.dry_run) {
+        session.warn(path, &"is not written: frames are on no sheet");
+    }
     if let Some((path, format)) = sheet.filter(|_| !cells.is_empty()) {
         let mut sheet = Outputs::default();
         sheet.picture(path, format, &sheet::sheet(&cells, turns.columns)?, &Metadata::default())?;

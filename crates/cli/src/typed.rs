@@ -41,11 +41,7 @@ impl Typed {
         let own = self.own.subcommand_matches(name);
         let command = config::command(&self.command, name);
         let by_hand = |arg: &Arg| own.is_some_and(|own| config::was_typed(arg, own));
-        let is_other = |arg: &Arg| {
-            let values = matches.get_raw(arg.get_id().as_str()).into_iter().flatten();
-            config::was_typed(arg, matches) && !values.eq(arg.get_default_values().iter().map(|value| &**value))
-        };
-        let typed = command.get_arguments().filter(|arg| by_hand(arg) || is_other(arg));
+        let typed = command.get_arguments().filter(|arg| by_hand(arg) || config::says_other(arg, matches));
         typed.filter_map(|arg| arg.get_long().map(str::to_owned)).collect()
     }
 
@@ -113,7 +109,7 @@ pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
     let command = numbers(cli::program());
     let words = lists::spread(&command, words);
     // What the file may still supply is not missing yet.
-    let typed = optional(command.clone()).try_get_matches_from(&words)?;
+    let typed = config::optional(command.clone()).try_get_matches_from(&words)?;
     let from_file = config::words(&command, &typed)?;
     let words = spliced(&words, from_file.as_ref().map_or(&[], |file| &file.words));
     let all = command.clone().try_get_matches_from(words).and_then(|matches| {
@@ -127,13 +123,6 @@ pub(crate) fn parse(words: &[OsString]) -> Result<Typed, Stop> {
         }
         (stop, _) => stop,
     })
-}
-
-/// The command with nothing required.
-fn optional(command: clap::Command) -> clap::Command {
-    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
-    let command = command.mut_args(|arg| arg.required(false));
-    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, optional))
 }
 
 /// The command whose options take negative numbers, so that they are refused by their range.
@@ -355,7 +344,7 @@ mod tests {
             ("graphcut", "a -o b"),
             ("hybrid", "a -o b"),
             ("optimize", "a -o b"),
-            ("analogy", "a b c -o d"),
+            ("analogy", "a b c -o d --map m.exr"),
             ("numbers", "a --labels b --target c -o d"),
             ("detail", "a --low b --scale 2 -o c"),
             ("animate", "a --flow sink -o b.####.png"),

@@ -39,8 +39,8 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     // blocks are kept as well.
     let templates = [grown(block), grown(block), grown(block), grown(block.map(|n| (n / 4).max(1))), [7, 7]];
     let search = templates.map(|template| search(exemplars, channels, template, options)).into_iter().sum::<Bytes>();
-    // Features side by side, links and weights of seams, numbers of valid samples, and the exemplars once more if they go
-    // around.
+    // Features side by side, links and weights of seams, numbers of valid samples, and the exemplars once more if they
+    // go around.
     let features = samples * (2 * channels_of + 2 + A_NUMBER + if options.circular { channels_of + 1 } else { 0 });
     let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
     let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);

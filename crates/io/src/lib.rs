@@ -22,17 +22,16 @@
 //! # Formats
 //! | | reads | writes | carries |
 //! |---|---|---|---|
-//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, cICP, sRGB, gamma, chromaticities, density,
-//! provenance |
-//! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density, provenance
-//! |
-//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density,
-//! provenance |
-//! | EXR | half, float; any layer or channels | half, float | chromaticities, density, provenance |
-//! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | provenance |
-//! | WebP | 8 bits | u8, lossless | profile, provenance |
-//! | TGA | 8 bits, palettes | u8 | provenance |
+//! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, cICP, sRGB, gamma, chromaticities, density |
+//! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density |
+//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density |
+//! | EXR | half, float; any layer or channels | half, float | chromaticities, density |
+//! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | |
+//! | WebP | 8 bits | u8, lossless | profile |
+//! | TGA | 8 bits, palettes | u8 | |
 //! | GIF, BMP | first frame | – | – |
+//!
+//! What is written carries provenance besides.
 //!
 //! [`read_map`] and [`write_map`] keep source maps, [`read_mask`] reads masks, and [`check_output`] tells before a long
 //! run whether its output could be written.

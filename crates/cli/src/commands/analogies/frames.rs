@@ -201,10 +201,6 @@ impl<'a> Sequence<'a> {
             let what = "--flow moves the frame before, which --temporal 0 leaves out";
             return Err(Failure::new(2, what).remedy("leave out one of them"));
         }
-        if let Some(sheet) = &of.weaving.sheet {
-            let failure = Failure::new(2, "a sheet shows single pictures, and these are frames").about(sheet);
-            return Err(failure.remedy("leave --sheet out"));
-        }
         let mut files = BTreeMap::from([(target.to_path_buf(), clips::files(target, None)?)]);
         let frames = files[target].len();
         for path in knobs.guides.targets().chain(&knobs.follow_where).filter(|path| is_clip(path)) {
