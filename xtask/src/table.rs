@@ -1,4 +1,4 @@
-//! `bench cms`: the ten examples of Table I of [CMS] with its `K` and `N`, on pictures of their sizes: seconds and
+//! `bench cms`: the ten examples of Table I of `[CMS]` with its `K` and `N`, on pictures of their sizes: seconds and
 //! searches beside the paper's, one candidate beside five, memory beside what is told.
 
 use std::path::{Path, PathBuf};
