@@ -74,7 +74,7 @@ mod tests {
             ([512, 512], false, even, true),
             ([512, 512], false, eye, false),
             ([1000, 800], false, eye, false),
-            ([1000, 800], false, eye, true),
+            ([1000, 800], false, even, true),
             ([1500, 1100], false, even, false),
         ]
     }
@@ -102,7 +102,7 @@ mod tests {
             let estimate = if whole { estimate_texture } else { estimate_size };
             let told = estimate(Domain::open(shape), 3, masked).0;
             println!("{:.2} case {number}: held {held}, estimated {told}", told as f64 / held as f64);
-            assert!(held <= told && told <= held * 2 + (2 << 20), "case {number}: held {held}, estimated {told}");
+            assert!(held <= told && told <= held * 3 / 2 + (8 << 20), "case {number}: held {held}, estimated {told}");
         };
         memory::of_each(TEST, cases.len(), measure, check);
     }
