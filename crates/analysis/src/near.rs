@@ -3,13 +3,12 @@
 use selvedge_core::{Domain, Grid};
 
 use crate::periods::{likeness, twice_variance};
+use crate::reach::Reach;
 
 /// Samples that are compared at a translation: of what overlaps in more, one row of each band of rows, all of whose
 /// samples are. They place a period to a sample: its likeness falls on both sides by far more than rows differ. At even
 /// distances they could all be mortar.
 const COMPARED: usize = 1 << 17;
-/// One in so many samples must overlap: few resemble each other by chance.
-const ONE_IN: usize = 8;
 
 /// A texture that is moved over itself, by at most half of its sides.
 pub(crate) struct Near<'a, const D: usize> {
@@ -17,6 +16,8 @@ pub(crate) struct Near<'a, const D: usize> {
     valid: Option<&'a Grid<bool, D>>,
     weights: &'a [u8],
     twice_variance: (u128, u128),
+    /// As far as all translations at once are looked at.
+    reach: Reach<D>,
     /// Those that count.
     samples: usize,
 }
@@ -27,7 +28,8 @@ impl<'a, const D: usize> Near<'a, D> {
         let mask = valid.map(Grid::samples);
         let twice_variance = twice_variance(features, mask, weights);
         let samples = mask.map_or(features.domain().len(), |mask| mask.iter().filter(|&&v| v).count());
-        (twice_variance.0 != 0).then_some(Self { features, valid, weights, twice_variance, samples })
+        let reach = Reach::half(features.domain());
+        (twice_variance.0 != 0).then_some(Self { features, valid, weights, twice_variance, reach, samples })
     }
 
     /// In thousandths, as [`Strengths::at`](crate::periods::Strengths::at) has it, of a translation down and across;
@@ -35,7 +37,7 @@ impl<'a, const D: usize> Near<'a, D> {
     pub(crate) fn at(&self, by: [i32; 2]) -> Option<i64> {
         let domain = self.features.domain();
         let by: [i32; D] = std::array::from_fn(|a| if a + 2 < D { 0 } else { by[a + 2 - D] });
-        let is_near = (0..D).all(|a| by[a].unsigned_abs() <= domain.shape[a] / 2);
+        let is_near = (0..D).all(|a| by[a].unsigned_abs() <= self.reach.most[a]);
         if D < 2 || !is_near {
             return None;
         }
@@ -55,7 +57,8 @@ impl<'a, const D: usize> Near<'a, D> {
             let (row_error, counted) = self.row(here, there, width);
             (error, compared, seen) = (error + row_error, compared + counted, seen + width);
         }
-        let enough = self.samples as u128 * seen as u128 <= (compared * ONE_IN) as u128 * overlap.len() as u128;
+        let enough =
+            self.samples as u128 * seen as u128 <= (compared * self.reach.one_in) as u128 * overlap.len() as u128;
         (0 < compared && enough).then(|| likeness(error, compared as u64, self.twice_variance))
     }
 
