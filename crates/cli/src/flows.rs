@@ -2,31 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use selvedge_core::{Direction, Flow, Limits};
 use selvedge_io::Fingerprint;
 use selvedge_io::flow::{is_flow_name, read_flow};
 
 use crate::clips;
 use crate::failure::Failure;
+use crate::values::choices;
 
-/// What vectors say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DirectionArg {
+choices!(DirectionArg for Direction {
     /// Forward.
     Forward,
     /// Backward.
     Backward,
-}
-
-impl From<DirectionArg> for Direction {
-    fn from(typed: DirectionArg) -> Self {
-        match typed {
-            DirectionArg::Forward => Self::Forward,
-            DirectionArg::Backward => Self::Backward,
-        }
-    }
-}
+});
 
 /// The files of a flow, in order.
 pub(crate) fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {

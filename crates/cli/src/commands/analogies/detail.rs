@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum, ValueHint};
+use clap::{Args, ValueHint};
 use selvedge_cms_analogies::{Constraint, Kernel, low_resolution, match_low};
 use selvedge_core::Plane;
 use selvedge_guides::encode_together;
@@ -16,6 +16,7 @@ use crate::method::Method as _;
 use crate::outcome::After;
 use crate::report::Done;
 use crate::session::Session;
+use crate::values::choices;
 use crate::weaving::Weaving;
 
 /// The paper's `K`. `[CMS V-B]`
@@ -50,26 +51,14 @@ pub(crate) struct Detail {
     knobs: Knobs,
 }
 
-/// How a picture was made smaller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum KernelArg {
+choices!(KernelArg for Kernel {
     /// Means over squares.
     Box,
     /// Means by a Gaussian of half the scale.
     Gauss,
     /// Three lobes, as programs for pictures do.
     Lanczos,
-}
-
-impl From<KernelArg> for Kernel {
-    fn from(typed: KernelArg) -> Self {
-        match typed {
-            KernelArg::Box => Self::Box,
-            KernelArg::Gauss => Self::Gauss,
-            KernelArg::Lanczos => Self::Lanczos,
-        }
-    }
-}
+});
 
 impl Detail {
     /// Runs the command.
