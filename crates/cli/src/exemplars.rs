@@ -7,16 +7,15 @@ use selvedge_core::{Bytes, Depth, Domain, Encoder, Exemplar, Exemplars, Grid, Pl
 use selvedge_io::{Fingerprint, Format, Info, Metadata, ReadOptions};
 use serde_json::Value;
 
-use crate::args::DepthArg;
 use crate::backdrop::{Backdrop, spare_holes};
 use crate::failure::{Failure, n};
 use crate::harmonise::{
-    Layout, alike, associated, common_association, common_depth, common_layout, converted, is_integer, stops, widened,
+    Layout, alike, associated, common_association, common_depth, common_layout, converted, is_integer, widened,
 };
 use crate::inputs::{self, Input};
 use crate::light::LightArgs;
 use crate::loaded::ExemplarSet;
-use crate::options::NonFinite;
+use crate::options::{Conversion, NonFinite};
 use crate::outputs;
 use crate::planes::check_size;
 use crate::report::Report;
@@ -37,12 +36,8 @@ pub(crate) struct ExemplarArgs {
     /// Use an exemplar only where this picture is white. Give one for each exemplar, in order, or 'none'.
     #[arg(long, value_name = "MASK", value_hint = clap::ValueHint::FilePath)]
     pub(crate) mask: Vec<PathBuf>,
-    /// Depth of the output; by default that of the exemplars.
-    #[arg(long, value_enum, value_name = "DEPTH")]
-    pub(crate) depth: Option<DepthArg>,
-    /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
-    pub(crate) exposure: f64,
+    #[command(flatten)]
+    pub(crate) conversion: Conversion,
     #[command(flatten)]
     pub(crate) nonfinite: NonFinite,
     #[command(flatten)]
@@ -129,12 +124,12 @@ impl ExemplarArgs {
             check_mask(&mask.path, [found.width, found.height], path, [info.width, info.height])?;
             mask_infos.push(found);
         }
-        let depth = match self.depth {
-            Some(depth) => depth.into(),
+        let depth = match self.conversion.depth() {
+            Some(depth) => depth,
             None => common_depth(of_each().map(|(path, info)| (path, info.depth)))?,
         };
         let layout = common_layout(of_each().map(|(path, info)| (path, Layout::of(info))))?;
-        let (converts, exposure) = (self.depth.is_some(), self.exposure);
+        let (converts, exposure) = (self.conversion.depth().is_some(), self.conversion.exposure);
         if exposure != 0.0 && (!is_integer(depth) || infos.iter().all(|info| is_integer(info.depth))) {
             let what = "--exposure is for floats that become integers, and none do";
             return Err(

@@ -242,7 +242,7 @@ impl Loom<'_> {
         self.report.stage("render");
         self.session.watch.busy("encode");
         let metadata = Metadata { provenance: provenance.clone(), ..self.loaded.metadata.clone() };
-        let mut outputs = Outputs::with_quality(self.args.quality);
+        let mut outputs = Outputs::with_quality(self.args.encoding.quality);
         let name = |path: &PathBuf| if complete { path.clone() } else { outputs::partial(path) };
         outputs.picture(&name(&self.written.output), self.format, &plane, &metadata)?;
         for mut ready in std::mem::take(&mut self.layers) {

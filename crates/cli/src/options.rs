@@ -1,9 +1,11 @@
 //! Options of several commands.
 
 use clap::{Arg, Args, Command};
-use selvedge_core::{SeamMeasure, Transform};
+use selvedge_core::{Depth, SeamMeasure, Transform};
+use selvedge_io::Format;
 
-use crate::args::{NonFiniteArg, typed_name};
+use crate::args::{DepthArg, FormatArg, NonFiniteArg, typed_name};
+use crate::harmonise::stops;
 use crate::values::SeamArg;
 
 /// Changes one option of those that a command shares with others, which stays where it is: one that clap changes alone
@@ -65,6 +67,52 @@ pub(crate) struct Spread {
     /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = selvedge_quilting::Options::default().spread)]
     pub(crate) spread: f64,
+}
+
+/// How pictures are written.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Encoding {
+    /// Format of the output, whatever its extension.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    format: Option<FormatArg>,
+    /// Quality of a JPEG file, 1 to 100.
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) quality: Option<u8>,
+}
+
+impl Encoding {
+    pub(crate) fn format(self) -> Option<Format> {
+        self.format.map(Format::from)
+    }
+}
+
+/// The depth that samples get.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Conversion {
+    /// Depth of the output; by default that of what is read.
+    #[arg(long, value_enum, value_name = "DEPTH")]
+    depth: Option<DepthArg>,
+    /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
+    pub(crate) exposure: f64,
+}
+
+impl Conversion {
+    pub(crate) fn depth(self) -> Option<Depth> {
+        self.depth.map(Depth::from)
+    }
+}
+
+/// How closely constraints are followed; what is not given is the task's own.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Following {
+    /// How much the constraints count against seams: large values follow them, small ones keep the texture whole.
+    #[arg(short = 'K', long, value_name = "K")]
+    pub(crate) constraint_weight: Option<f64>,
+    /// Half the side of the neighborhoods that are compared, in pixels of the constraint: large ones keep structures,
+    /// small ones follow curves.
+    #[arg(short = 'N', long, value_name = "N")]
+    pub(crate) neighborhood: Option<u32>,
 }
 
 /// What is read of floats.

@@ -57,8 +57,9 @@ impl<'a> Session<'a> {
     }
 
     /// The first option of these that was typed, as it is typed.
-    pub(crate) fn first_typed(&self, names: &[String]) -> Option<String> {
-        names.iter().find(|name| self.typed.contains(name)).map(|name| format!("--{name}"))
+    pub(crate) fn first_typed(&self, names: &[impl AsRef<str>]) -> Option<String> {
+        let typed = |name: &str| self.typed.iter().any(|typed| typed == name);
+        names.iter().map(AsRef::as_ref).find(|name| typed(name)).map(|name| format!("--{name}"))
     }
 
     /// Notes files that the run reads.

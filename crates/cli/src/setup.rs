@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Depth, Domain, Payload, Transform};
-use selvedge_io::Format;
 
 use crate::backdrop::Backdrop;
 use crate::blending::Blending;
@@ -157,8 +156,7 @@ impl<'a> Setup<'a> {
         let args = &self.weaving;
         let mut report = Report::new(self.command);
         let written = args.written();
-        let format =
-            outputs::format(&written.output, args.format.map(Format::from), args.input.depth.map(Depth::from))?;
+        let format = outputs::format(&written.output, args.encoding.format(), args.input.conversion.depth())?;
         let read = args.input.files().into_iter().chain(self.others.iter().chain(args.with.files()).cloned());
         let read: Vec<PathBuf> = read.collect();
         inputs::check_streams(&read)?;
@@ -301,9 +299,9 @@ impl<'a> Setup<'a> {
         let args = &self.weaving;
         Laying {
             roles: &args.with.role,
-            depth: args.input.depth.map(Depth::from),
-            format: args.format.map(Format::from),
-            exposure: args.input.exposure,
+            depth: args.input.conversion.depth(),
+            format: args.encoding.format(),
+            exposure: args.input.conversion.exposure,
             nonfinite: args.input.nonfinite.into(),
             blending: self.blending,
             copy: args.with.copy,

@@ -6,9 +6,9 @@ use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Role};
 use selvedge_io::ReadOptions;
 
-use crate::args::FormatArg;
 use crate::exemplars::ExemplarArgs;
 use crate::inputs;
+use crate::options::Encoding;
 use crate::session::Session;
 use crate::size::{Size, Tile};
 use crate::stdio::STREAM;
@@ -25,13 +25,8 @@ pub(crate) struct Weaving {
     /// The picture to write, '-' for standard output; the format follows the extension.
     #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(crate) output: PathBuf,
-    /// Format of the output, whatever its extension.
-    #[arg(help_heading = "Files that are written", long, value_enum, value_name = "FORMAT")]
-    pub(crate) format: Option<FormatArg>,
-    /// Quality of a JPEG file, 1 to 100.
-    #[arg(help_heading = "Files that are written", long, value_name = "Q")]
-    #[arg(value_parser = clap::value_parser!(u8).range(1..=100))]
-    pub(crate) quality: Option<u8>,
+    #[command(flatten, next_help_heading = "Files that are written")]
+    pub(crate) encoding: Encoding,
     /// Make the output tile without a seam along x, y or both; a size that is not in pixels follows the lattice.
     #[arg(long, value_enum, value_name = "AXES")]
     pub(crate) tile: Option<Tile>,

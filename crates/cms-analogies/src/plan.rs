@@ -1,5 +1,7 @@
 //! A run that was checked: exemplars, constraints and options fit each other, and there is room.
 
+use std::borrow::Cow;
+
 use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Start, Woven};
 
 use crate::constraint::Constraint;
@@ -13,29 +15,30 @@ use crate::synthesis;
 #[derive(Debug)]
 pub struct Plan<'a> {
     exemplars: &'a Exemplars<2>,
-    constraints: &'a [Constraint],
-    options: &'a Options,
+    constraints: Cow<'a, [Constraint]>,
+    options: Options,
     output: Domain<2>,
     needed: Bytes,
 }
 
 impl<'a> Plan<'a> {
-    /// Checks options and constraints, and that the run is within its limits.
+    /// Checks options and constraints, which the plan borrows or owns, and that the run is within its limits.
     ///
     /// # Errors
     /// [`Range`](selvedge_core::Error::Range), [`Error::NoConstraint`], [`Error::Target`], [`Error::Neighborhood`], and
     /// of the core those of a guide that does not fit the exemplars and of limits.
     pub fn new(
         exemplars: &'a Exemplars<2>,
-        constraints: &'a [Constraint],
-        options: &'a Options,
+        constraints: impl Into<Cow<'a, [Constraint]>>,
+        options: &Options,
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
+        let constraints = constraints.into();
         options.validate()?;
         let first = constraints.first().ok_or(Error::NoConstraint)?;
         constraints.iter().try_for_each(|constraint| constraint.check(exemplars, first, options))?;
         let output = first.guide.target().domain();
-        let sources: Vec<Domain<2>> = exemplars.table().sources().iter().map(|s| s.1).collect();
+        let sources = exemplars.domains();
         let sizes = Sizes {
             sources: &sources,
             channels: exemplars.channels(),
@@ -44,12 +47,17 @@ impl<'a> Plan<'a> {
         };
         let needed = bytes(&sizes, options)?;
         run.limits.admit(output, needed)?;
-        Ok(Self { exemplars, constraints, options, output, needed })
+        Ok(Self { exemplars, constraints, options: options.clone(), output, needed })
     }
 
     /// The output's shape and topology.
     pub fn output(&self) -> Domain<2> {
         self.output
+    }
+
+    /// What the output follows.
+    pub fn constraints(&self) -> &[Constraint] {
+        &self.constraints
     }
 
     /// An upper bound of the memory that the run takes, beside exemplars and constraints.
@@ -86,7 +94,7 @@ impl<'a> Plan<'a> {
         }
         start.check(self.exemplars)?;
         let (result, stats, complete) =
-            synthesis::weave(self.exemplars, self.constraints, start, self.options, run, pruning)?;
+            synthesis::weave(self.exemplars, &self.constraints, start, &self.options, run, pruning)?;
         Ok(Woven { result, stats, complete })
     }
 }

@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Transform};
-use selvedge_io::{Fingerprint, Format, Info, MapFile, Metadata, Provenance};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Transform};
+use selvedge_io::{Fingerprint, Info, MapFile, Metadata, Provenance};
 
-use crate::args::{DepthArg, FormatArg, RoleArg};
+use crate::args::RoleArg;
 use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n as count, shown};
-use crate::harmonise::stops;
 use crate::inputs::{self, Input, ReadMap};
-use crate::options::NonFinite;
+use crate::options::{Conversion, Encoding, NonFinite};
 use crate::outputs::{self, Outputs};
 use crate::planes::{Layer, Laying, PlaneHeaders, roles_typed};
 use crate::report::{Done, Report};
@@ -49,18 +48,10 @@ pub(crate) struct Apply {
     /// Where this picture is white, nothing is blended.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
-    /// Format of the output, whatever its extension.
-    #[arg(long, value_enum, value_name = "FORMAT")]
-    format: Option<FormatArg>,
-    /// Depth of the output; by default that of the planes.
-    #[arg(long, value_enum, value_name = "DEPTH")]
-    depth: Option<DepthArg>,
-    /// Quality of a JPEG file, 1 to 100.
-    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
-    quality: Option<u8>,
-    /// Stops by which light of floats becomes brighter, or darker below 0, where --depth makes integers of it.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
-    exposure: f64,
+    #[command(flatten)]
+    encoding: Encoding,
+    #[command(flatten)]
+    conversion: Conversion,
     #[command(flatten)]
     nonfinite: NonFinite,
 }
@@ -88,7 +79,7 @@ impl Apply {
         run.report.estimate = Some(needed.0);
         let roles: Vec<Role> = looked.iter().flat_map(|one| one.layer.roles.clone()).collect();
         run.report.options = self.used(session, roles_typed(&self.planes, &roles));
-        let mut outputs = Outputs::with_quality(self.quality);
+        let mut outputs = Outputs::with_quality(self.encoding.quality);
         looked.into_iter().try_for_each(|one| run.lay(one, &mut outputs))?;
         session.check_signal()?;
         Ok(run.done(&written, outputs))
@@ -97,9 +88,9 @@ impl Apply {
     fn laying(&self) -> Laying<'_> {
         Laying {
             roles: &self.role,
-            depth: self.depth.map(Depth::from),
-            exposure: self.exposure,
-            format: self.format.map(Format::from),
+            depth: self.conversion.depth(),
+            exposure: self.conversion.exposure,
+            format: self.encoding.format(),
             nonfinite: self.nonfinite.into(),
             blending: self.blending,
             copy: self.copy,
@@ -158,8 +149,8 @@ impl Apply {
     fn used(&self, session: &Session<'_>, roles: Vec<String>) -> Used {
         let used = self.blending.used(session.options.clone().without("role"));
         let used = if self.copy { used } else { used.without("copy") };
-        let used = if self.quality.is_none() { used.without("quality") } else { used };
-        let used = if self.exposure == 0.0 { used.without("exposure") } else { used };
+        let used = if self.encoding.quality.is_none() { used.without("quality") } else { used };
+        let used = if self.conversion.exposure == 0.0 { used.without("exposure") } else { used };
         used.set("nonfinite", self.nonfinite.typed()).with("role", roles)
     }
 }

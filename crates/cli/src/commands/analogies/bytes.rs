@@ -47,7 +47,7 @@ impl Job<'_> {
     /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.
     pub(super) fn admit(&self, loom: &mut Loom<'_>, channels: usize) -> Result<(), Failure> {
         let exemplars = &loom.loaded.exemplars;
-        let sources: Vec<Domain<2>> = exemplars.table().sources().iter().map(|s| s.1).collect();
+        let sources = exemplars.domains();
         let of = |own| self.bytes_with(own, &sources, exemplars.channels(), loom.domain);
         let known = loom.report.estimate.unwrap_or_default();
         let needed = known.saturating_add(of(channels).0.saturating_sub(of(self.channels).0));

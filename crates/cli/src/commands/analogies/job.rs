@@ -111,18 +111,19 @@ impl Method for Job<'_> {
             start = begun;
         }
         let loom = &*loom;
-        self.planned(loom, &constraints)?;
-        let exemplars = &loom.loaded.exemplars;
-        let fits = fitness_from(exemplars, &constraints[..followed.len()], &start, &self.options).map_err(failure)?;
+        let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
+        let plan = Plan::new(exemplars, constraints, &self.options, &run).map_err(failure)?;
+        let seen = &plan.constraints()[..followed.len()];
+        let fits = fitness_from(exemplars, seen, &start, &self.options).map_err(failure)?;
         followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
-        let how = format!("under {}", n("constraint", constraints.len()));
+        let how = format!("under {}", n("constraint", plan.constraints().len()));
         Ok(Planned::new(self.used(loom), how, move || {
-            let woven = self.planned(loom, &constraints)?.weave_from(&start, &loom.session.run()).map_err(failure)?;
+            let woven = plan.weave_from(&start, &run).map_err(failure)?;
             self.frame.map_or(Ok(()), |frame| frame.keep(&woven.result))?;
             let mut outcome = Outcome { kept: start.fixed, after, ..outcome(woven) };
             outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
             if loom.args.explain.is_some() || loom.args.report.is_some() {
-                let guides = followed.iter().zip(&constraints).zip(&fits);
+                let guides = followed.iter().zip(plan.constraints()).zip(&fits);
                 let drawn = guides.map(|((path, constraint), fit)| fit::drawn(path, constraint.guide.target(), fit));
                 let pictures = drawn.collect::<Result<_, _>>()?;
                 outcome.beside =
@@ -130,11 +131,5 @@ impl Method for Job<'_> {
             }
             Ok(outcome)
         }))
-    }
-}
-
-impl Job<'_> {
-    fn planned<'l>(&'l self, loom: &'l Loom<'_>, constraints: &'l [Constraint]) -> Result<Plan<'l>, Failure> {
-        Plan::new(&loom.loaded.exemplars, constraints, &self.options, &loom.session.run()).map_err(failure)
     }
 }

@@ -18,7 +18,7 @@ use selvedge_cms_analogies::Options;
 
 use crate::blending::Blending;
 use crate::ground::StartArgs;
-use crate::options::{Turning, option};
+use crate::options::{Following, Turning, option};
 use crate::pairs::GuideArgs;
 use crate::sweep::Sweep;
 use crate::values::{Auto, count};
@@ -29,13 +29,8 @@ use crate::values::{Auto, count};
     .help("Follow a further pair of pictures: one that lies under the exemplar, and one that lies under the output. With \
         several exemplars write theirs as one list, separated by commas. May be given several times"))))]
 pub(crate) struct Knobs {
-    /// How much the constraints count against seams: large values follow them, small ones keep the texture whole.
-    #[arg(short = 'K', long, value_name = "K")]
-    constraint_weight: Option<f64>,
-    /// Half the side of the neighborhoods that are compared, in pixels of the constraint: large ones keep structures,
-    /// small ones follow curves.
-    #[arg(short = 'N', long, value_name = "N")]
-    neighborhood: Option<u32>,
+    #[command(flatten)]
+    following: Following,
     #[command(flatten)]
     guides: GuideArgs,
     /// Follow what is asked for only where this picture is white; elsewhere the texture goes on as it likes.
@@ -96,8 +91,8 @@ impl Knobs {
 
     fn options(&self, task: Task) -> Options {
         Options {
-            constraint_weight: self.constraint_weight.unwrap_or(task.weight),
-            neighborhood: self.neighborhood.unwrap_or(task.neighborhood),
+            constraint_weight: self.following.constraint_weight.unwrap_or(task.weight),
+            neighborhood: self.following.neighborhood.unwrap_or(task.neighborhood),
             candidates: self.candidates,
             apart: self.apart,
             history: self.history,

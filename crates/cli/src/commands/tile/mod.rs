@@ -65,8 +65,8 @@ enum MethodArg {
 }
 
 impl Method for TileCommand {
-    fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        self.validate()?;
+    fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        self.validate(session)?;
         // The picture's own size is the most that it can have; what an overlap takes off is known once it is read.
         let tiled = Weaving { tile: Some(self.axes()), ..self.weaving.clone() };
         Ok(Setup {
@@ -104,11 +104,15 @@ impl TileCommand {
         self.weaving.tile.unwrap_or(Tile::Xy)
     }
 
-    fn validate(&self) -> Result<(), Failure> {
-        let (given, other) = match self.method {
-            MethodArg::Overlap => (self.band.0, "--band is for --method band"),
-            MethodArg::Band => (self.overlap.0, "--overlap is for --method overlap"),
+    fn validate(&self, session: &Session<'_>) -> Result<(), Failure> {
+        let (of_the_other, needed) = match self.method {
+            MethodArg::Overlap => (&["band"][..], "band"),
+            MethodArg::Band => (&["overlap", "period"][..], "overlap"),
         };
+        if let Some(option) = session.first_typed(of_the_other) {
+            let what = format!("{option} is for --method {needed}");
+            return Err(Failure::new(2, what).remedy("leave it out, or change --method"));
+        }
         let masks = self.weaving.input.mask.len();
         if 1 < masks {
             return Err(Failure::new(2, format!("{masks} masks for one picture")).remedy("give one --mask"));
@@ -116,10 +120,7 @@ impl TileCommand {
         if [self.overlap.0, self.band.0].contains(&Some(0)) {
             return Err(Failure::new(2, "a border of 0 px closes nothing").remedy("give 1 px or more, or leave it out"));
         }
-        if self.period.is_some() && self.method == MethodArg::Band {
-            return Err(Failure::new(2, "--period is for --method overlap").remedy("leave it out, or change --method"));
-        }
-        given.map_or(Ok(()), |_| Err(Failure::new(2, other).remedy("leave it out, or change --method")))
+        Ok(())
     }
 
     fn weave(&self, loom: &Loom<'_>, widths: Widths, how: String) -> Result<Outcome, Failure> {

@@ -2,9 +2,8 @@
 
 use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
 use selvedge_core::{Bytes, Domain, Guide};
-use selvedge_quilting::TransferOptions;
 
-use super::Transfer;
+use super::{OF_BLOCKS, Transfer};
 use crate::commands::analogies::told::{failure, outcome};
 use crate::failure::Failure;
 use crate::loom::Loom;
@@ -21,21 +20,8 @@ const NEIGHBORHOOD: u32 = 4;
 const SPREAD: f64 = 0.05;
 
 impl Transfer {
-    /// What labels need besides what is followed. Refuses what is of blocks alone.
+    /// What labels need besides what is followed.
     pub(super) fn setup_labels<'s>(&'s self, setup: Setup<'s>) -> Result<Setup<'s>, Failure> {
-        let blocks = TransferOptions::default();
-        let of_blocks = [
-            ("--paper", self.paper),
-            ("--block", self.block.0.is_some()),
-            ("--passes", self.passes != blocks.passes),
-            ("--alpha", self.alpha.is_some()),
-            ("--tolerance", self.tolerance != blocks.tolerance),
-            ("--spread", self.spread.spread != blocks.spread),
-        ];
-        if let Some((option, _)) = of_blocks.iter().find(|(_, typed)| *typed) {
-            let what = format!("{option} is of blocks, and --method cms has none");
-            return Err(Failure::new(2, what).remedy("leave it out, or use --method quilt"));
-        }
         self.options_of_labels().validate()?;
         Ok(Setup { transforms: Turning { turn: true, mirror: false }.transforms(), ..setup })
     }
@@ -49,25 +35,22 @@ impl Transfer {
     }
 
     pub(super) fn plan_labels<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
-        let (constraints, options, run) = ([Constraint::new(guide)], self.options_of_labels(), loom.session.run());
-        let exemplars = &loom.loaded.exemplars;
-        Plan::new(exemplars, &constraints, &options, &run).map_err(failure)?;
+        let (options, run) = (self.options_of_labels(), loom.session.run());
+        let constraints = vec![Constraint::new(guide)];
+        let plan = Plan::new(&loom.loaded.exemplars, constraints, &options, &run).map_err(failure)?;
         let used = self
             .followed
             .used(loom)
             .set("constraint-weight", options.constraint_weight)
             .set("neighborhood", options.neighborhood);
-        let used = ["block", "passes", "alpha", "tolerance", "spread"].into_iter().fold(used, Used::without);
-        Ok(Planned::new(used, "by labels", move || {
-            let plan = Plan::new(exemplars, &constraints, &options, &run);
-            Ok(outcome(plan.and_then(|plan| plan.weave(&run)).map_err(failure)?))
-        }))
+        let used = OF_BLOCKS.into_iter().fold(used, Used::without);
+        Ok(Planned::new(used, "by labels", move || Ok(outcome(plan.weave(&run).map_err(failure)?))))
     }
 
     fn options_of_labels(&self) -> Options {
         Options {
-            constraint_weight: self.constraint_weight.unwrap_or(WEIGHT),
-            neighborhood: self.neighborhood.unwrap_or(NEIGHBORHOOD),
+            constraint_weight: self.following.constraint_weight.unwrap_or(WEIGHT),
+            neighborhood: self.following.neighborhood.unwrap_or(NEIGHBORHOOD),
             spread: SPREAD,
             levels: None,
             ..Options::paper()

@@ -14,7 +14,7 @@ use crate::commands::quilt::failure;
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::options::{Spread, option};
+use crate::options::{Following, Spread, option};
 use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::Setup;
@@ -25,6 +25,10 @@ use crate::weaving::Weaving;
 /// Options of `transfer`.
 #[derive(Args, Debug)]
 #[command(mut_args(option("spread", |arg| arg.default_value(TransferOptions::default().spread.to_string()))))]
+#[command(mut_args(option("constraint_weight", |arg| arg
+    .help("With --method cms, how much what is followed counts against seams"))))]
+#[command(mut_args(option("neighborhood", |arg| arg
+    .help("With --method cms, half the side of the neighborhoods that are compared, in pixels"))))]
 pub(crate) struct Transfer {
     #[command(flatten)]
     weaving: Weaving,
@@ -33,12 +37,8 @@ pub(crate) struct Transfer {
     /// By which method.
     #[arg(long, value_name = "METHOD", default_value = "quilt")]
     method: By,
-    /// With --method cms, how much what is followed counts against seams.
-    #[arg(short = 'K', long, value_name = "K")]
-    constraint_weight: Option<f64>,
-    /// With --method cms, half the side of the neighborhoods that are compared, in pixels.
-    #[arg(short = 'N', long, value_name = "N")]
-    neighborhood: Option<u32>,
+    #[command(flatten)]
+    following: Following,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of
     /// the target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
@@ -61,6 +61,10 @@ pub(crate) struct Transfer {
     blending: Blending,
 }
 
+/// Options of one method alone.
+const OF_BLOCKS: [&str; 5] = ["block", "passes", "alpha", "tolerance", "spread"];
+const OF_LABELS: [&str; 2] = ["constraint-weight", "neighborhood"];
+
 /// What a picture is put together from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum By {
@@ -72,12 +76,13 @@ enum By {
 
 impl Method for Transfer {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        self.check_method(session)?;
         self.options().validate()?;
         self.blending.validate()?;
         let setup = self.followed.setup("transfer", &self.weaving, session)?;
         let setup = Setup { blending: self.blending, ..setup };
         match self.method {
-            By::Quilt => self.check_quilt().map(|()| Setup { block: self.block.0, ..setup }),
+            By::Quilt => Ok(Setup { block: self.block.0, ..setup }),
             By::Cms => self.setup_labels(setup),
         }
     }
@@ -100,12 +105,16 @@ impl Method for Transfer {
 }
 
 impl Transfer {
-    /// Refuses what is of labels alone.
-    fn check_quilt(&self) -> Result<(), Failure> {
-        let of_labels = [("-K", self.constraint_weight.is_some()), ("-N", self.neighborhood.is_some())];
-        let Some((option, _)) = of_labels.iter().find(|(_, typed)| *typed) else { return Ok(()) };
-        let what = format!("{option} is of labels, and --method quilt has none");
-        Err(Failure::new(2, what).remedy("leave it out, or use --method cms"))
+    /// Refuses options of the other method.
+    fn check_method(&self, session: &Session<'_>) -> Result<(), Failure> {
+        let typed = |options: &[&str]| session.first_typed(options);
+        let (option, of, has_none, remedy) = match self.method {
+            By::Quilt => (typed(&OF_LABELS), "labels", "quilt", "cms"),
+            By::Cms => (typed(&["paper"]).or_else(|| typed(&OF_BLOCKS)), "blocks", "cms", "quilt"),
+        };
+        let Some(option) = option else { return Ok(()) };
+        let what = format!("{option} is of {of}, and --method {has_none} has none");
+        Err(Failure::new(2, what).remedy(format!("leave it out, or use --method {remedy}")))
     }
 
     fn plan_blocks<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
@@ -113,7 +122,7 @@ impl Transfer {
         let plan = TransferPlan::new(exemplars, &guide, &options, &run).map_err(|e| failure(loom, e))?;
         let sides: Vec<u32> = plan.blocks().collect();
         let used = self.followed.used(loom).set("block", sides.first().copied());
-        let used = ["method", "constraint-weight", "neighborhood"].into_iter().fold(used, Used::without);
+        let used = OF_LABELS.into_iter().fold(used.without("method"), Used::without);
         Ok(Planned::new(used, how("blocks", &sides), move || {
             let plan = TransferPlan::new(exemplars, &guide, &options, &run);
             let woven = plan.and_then(|plan| plan.weave(&run)).map_err(|e| failure(loom, e))?;
