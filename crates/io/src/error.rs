@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::ErrorKind;
+use selvedge_core::{Bytes, ErrorKind};
 
 use crate::clip::ClipProblem;
 use crate::name::{escaped, quoted};
@@ -275,12 +275,12 @@ pub enum Problem {
         files: Vec<PathBuf>,
     },
     /// More memory than allowed.
-    #[error("needs {needed} bytes of memory, and {budget} are allowed")]
+    #[error("needs about {needed} of memory, and {budget} are allowed")]
     Memory {
         /// An upper bound of what is needed.
-        needed: u64,
+        needed: Bytes,
         /// The budget.
-        budget: u64,
+        budget: Bytes,
     },
     /// An error of the samples themselves.
     #[error(transparent)]

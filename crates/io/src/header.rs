@@ -1,6 +1,6 @@
 //! What a file's header claims, checked before anything is decoded.
 
-use selvedge_core::{Domain, Limits};
+use selvedge_core::{Bytes, Domain, Limits};
 
 use crate::Depth;
 use crate::error::Problem;
@@ -22,10 +22,7 @@ impl Header {
     pub(crate) fn check(&self, limits: &Limits, file_bytes: u64) -> Result<(), Problem> {
         self.check_size(limits)?;
         let needed = self.bytes().saturating_mul(2).saturating_add(file_bytes);
-        if limits.memory < needed {
-            return Err(Problem::Memory { needed, budget: limits.memory });
-        }
-        Ok(())
+        afford(limits, needed)
     }
 
     /// Refuses empty and oversized pictures.
@@ -57,6 +54,12 @@ impl Header {
     }
 }
 
+/// Refuses what takes more bytes than the budget.
+pub(crate) fn afford(limits: &Limits, needed: u64) -> Result<(), Problem> {
+    let (needed, budget) = (Bytes(needed), Bytes(limits.memory));
+    if needed <= budget { Ok(()) } else { Err(Problem::Memory { needed, budget }) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +84,6 @@ mod tests {
         let limits = |memory| Limits { memory, ..Limits::default() };
         assert!(header.check(&limits(1_250), 50).is_ok());
         let refused = header.check(&limits(1_249), 50);
-        assert!(matches!(refused, Err(Problem::Memory { needed: 1_250, budget: 1_249 })));
+        assert!(matches!(refused, Err(Problem::Memory { needed: Bytes(1_250), budget: Bytes(1_249) })));
     }
 }

@@ -12,6 +12,7 @@ use crate::codec::Context;
 use crate::error::{Error, Problem};
 use crate::finite;
 use crate::format::unread;
+use crate::header::afford;
 use crate::metadata::Metadata;
 use crate::name::{display_name, file_of, selector};
 use crate::options::ReadOptions;
@@ -111,9 +112,7 @@ pub(crate) fn split_selector(path: &Path, options: &ReadOptions) -> (PathBuf, Re
 /// A regular file's bytes, within the memory budget.
 pub(crate) fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, Problem> {
     let (mut file, len) = open(path)?;
-    if limits.memory < len {
-        return Err(Problem::Memory { needed: len, budget: limits.memory });
-    }
+    afford(limits, len)?;
     let mut bytes = Vec::new();
     let refused = |_| selvedge_core::Error::Allocation { bytes: len };
     bytes.try_reserve_exact(usize::try_from(len).unwrap_or(usize::MAX)).map_err(refused)?;

@@ -8,7 +8,7 @@ use image::AnimationDecoder as _;
 use selvedge_core::{Association, Domain, Grid, Plane, Samples};
 
 use super::info::{ClipInfo, Frames};
-use super::problem::ClipProblem;
+use super::problem::{ClipProblem, check_samples};
 use super::range::Range;
 use super::rate::Delays;
 use crate::codec::{Context, guarded};
@@ -56,7 +56,7 @@ impl Animation {
         let there = if format == Format::Gif { gif::count(&own.file) } else { webp::count(&own.file) };
         // Others are decoded one by one and let go.
         let kept = range.as_ref().map_or(there, |range| range.numbers().take_while(|&n| n <= there).count() as u32);
-        own.check(&header, kept)?;
+        check_samples((header.width, header.height), kept, &own.options.limits)?;
         let (mut count, mut delays, mut transparent) = (0_u32, Delays::default(), false);
         while let Some(frame) = if count < wanted { own.decoded()? } else { None } {
             let (num, den) = frame.delay().numer_denom_ms();
@@ -85,19 +85,6 @@ impl Animation {
             container: format.name().to_owned(),
         };
         Ok((info, own))
-    }
-
-    /// Refuses, before anything is decoded, more samples than a clip may have: a few bytes of a file can stand for a
-    /// whole frame.
-    fn check(&self, header: &Header, frames: u32) -> Result<(), Problem> {
-        let (width, height) = (header.width as u32, header.height as u32);
-        let samples = header.width.saturating_mul(header.height).saturating_mul(frames.into());
-        let limit = self.options.limits.samples.min(u64::from(u32::MAX) - 1);
-        if limit < samples {
-            Err(ClipProblem::Samples { frames, width, height, samples, limit }.into())
-        } else {
-            Ok(())
-        }
     }
 
     /// Begins to decode, with what the file claims checked first.

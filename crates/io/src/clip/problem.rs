@@ -1,6 +1,6 @@
 //! What is wrong with a clip that is wrong with no picture.
 
-use selvedge_core::ErrorKind;
+use selvedge_core::{ErrorKind, Limits};
 
 /// What is wrong with a clip.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -175,4 +175,16 @@ impl ClipProblem {
         }
         .to_owned()
     }
+}
+
+/// Refuses more samples than a clip of such frames may have, each of (width, height).
+pub(super) fn check_samples((width, height): (u64, u64), frames: u32, limits: &Limits) -> Result<(), ClipProblem> {
+    let samples = width.saturating_mul(height).saturating_mul(frames.into());
+    // Sample numbers end below 2^32.
+    let limit = limits.samples.min(u64::from(u32::MAX) - 1);
+    if samples <= limit {
+        return Ok(());
+    }
+    let (width, height) = (width as u32, height as u32);
+    Err(ClipProblem::Samples { frames, width, height, samples, limit })
 }

@@ -3,11 +3,11 @@
 use selvedge_core::{Domain, Grid, Limits, Plane, Samples};
 
 use super::info::ClipInfo;
-use super::problem::ClipProblem;
+use super::problem::{ClipProblem, check_samples};
 use super::reader::ClipReader;
 use crate::Depth;
 use crate::error::{Error, Problem};
-use crate::header::Header;
+use crate::header::{Header, afford};
 
 /// All frames of a clip, over time, height and width. The clip is read to its end.
 ///
@@ -47,15 +47,9 @@ pub fn read_clip(reader: &mut ClipReader, limits: &Limits) -> Result<Plane<3>, E
 /// Refuses what is too large to be held whole.
 fn check(info: &ClipInfo, limits: &Limits) -> Result<(), Problem> {
     let ClipInfo { width, height, frames, channels, alpha, depth, .. } = *info;
-    let samples = u64::from(width) * u64::from(height) * u64::from(frames);
-    // Sample numbers end below 2^32.
-    let limit = limits.samples.min(u64::from(u32::MAX) - 1);
-    if limit < samples {
-        return Err(ClipProblem::Samples { frames, width, height, samples, limit }.into());
-    }
     let frame = Header { width: width.into(), height: height.into(), channels, alpha, depth };
-    let needed = frame.bytes().saturating_mul(u64::from(frames) + 2);
-    if limits.memory < needed { Err(Problem::Memory { needed, budget: limits.memory }) } else { Ok(()) }
+    check_samples((frame.width, frame.height), frames, limits)?;
+    afford(limits, frame.bytes().saturating_mul(u64::from(frames) + 2))
 }
 
 fn put<T: Copy>(clip: &mut Grid<T, 3>, frame: &Grid<T, 2>, t: usize) {

@@ -9,7 +9,7 @@ pub(crate) mod webp;
 
 use image::error::LimitErrorKind;
 use image::{ColorType, ImageDecoder, ImageError, Limits};
-use selvedge_core::{Plane, Samples};
+use selvedge_core::{Bytes, Plane, Samples};
 
 use crate::codec::{Context, Decoded, Description, METADATA_BYTES};
 use crate::error::Problem;
@@ -76,7 +76,7 @@ pub(crate) fn complaint(error: ImageError, format: Format, context: &Context<'_>
     match error {
         ImageError::Limits(e) if matches!(e.kind(), LimitErrorKind::InsufficientMemory) => {
             let budget = context.options.limits.memory;
-            Problem::Memory { needed: budget.saturating_add(1), budget }
+            Problem::Memory { needed: Bytes(budget.saturating_add(1)), budget: Bytes(budget) }
         }
         ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(format),
         ImageError::Unsupported(e) => Problem::unsupported(format, e.to_string()),

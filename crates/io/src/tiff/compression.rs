@@ -7,7 +7,7 @@ use super::directory::{Directory, TILES};
 use crate::Format;
 use crate::codec::Context;
 use crate::error::Problem;
-use crate::header::Header;
+use crate::header::{Header, afford};
 
 const COMPRESSION: u16 = 259;
 const NONE: u16 = 1;
@@ -127,8 +127,7 @@ fn of_zstd(piece: &[u8], most: u64, out: &mut Vec<u8>, context: &Context<'_>) ->
 
 /// Refuses what is more than there may be.
 fn admit(out: &[u8], more: usize, context: &Context<'_>) -> Result<(), Problem> {
-    let (needed, budget) = ((out.len() + more) as u64, context.options.limits.memory);
-    if budget < needed { Err(Problem::Memory { needed, budget }) } else { Ok(()) }
+    afford(&context.options.limits, (out.len() + more) as u64)
 }
 
 fn append(out: &mut Vec<u8>, bytes: &[u8]) -> Result<(), Problem> {

@@ -177,7 +177,7 @@ fn clips_that_are_too_large_are_refused_before_they_are_read() {
     let samples = refused(Limits { samples: 499, ..Limits::default() });
     assert!(samples.contains("5 frames of 10x10 px are 500 px, over the cap of 499 px"), "{samples}");
     let memory = refused(Limits { memory: 2000, ..Limits::default() });
-    assert!(memory.contains("needs 2100 bytes of memory, and 2000 are allowed"), "{memory}");
+    assert!(memory.contains("needs about 2.1 KiB of memory, and 2.0 KiB are allowed"), "{memory}");
     let each = ReadOptions { limits: Limits { samples: 99, ..Limits::default() }, ..ReadOptions::default() };
     let frame = ClipReader::open(&path, &ClipOptions { frame: each, ..ClipOptions::default() });
     assert!(matches!(frame.unwrap_err().problem, Problem::Samples { .. }));

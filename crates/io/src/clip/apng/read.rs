@@ -12,7 +12,7 @@ use crate::clip::info::{ClipInfo, Frames};
 use crate::clip::rate::Delays;
 use crate::codec::{Context, METADATA_BYTES, guarded};
 use crate::error::{Error, Problem};
-use crate::header::Header;
+use crate::header::{Header, afford};
 use crate::png::{complaint, header, metadata};
 use crate::samples::zeros;
 use crate::{Depth, Format, ReadOptions, Warning};
@@ -60,9 +60,7 @@ impl Apng {
         let interlaced = reader.info().interlaced;
         let len = reader.output_buffer_size().unwrap_or(usize::MAX);
         let needed = (len as u64).saturating_mul(8).saturating_add(file.len() as u64);
-        if options.limits.memory < needed {
-            return Err(Problem::Memory { needed, budget: options.limits.memory });
-        }
+        afford(&options.limits, needed)?;
         if reader.info().frame_control.is_none() {
             // The picture for those who know no animations is not one of its frames.
             reader.next_frame(&mut zeros(len)?).map_err(complaint)?;
