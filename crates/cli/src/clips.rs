@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Plane};
+use selvedge_core::{Bytes, Domain, Exemplars, Plane};
 use selvedge_io::Fingerprint;
 use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip};
 use serde_json::json;
@@ -27,6 +27,13 @@ pub(crate) struct Clip {
     pub(crate) fingerprint: Fingerprint,
     /// By frame, the file that it comes from.
     pub(crate) frames: Vec<Fingerprint>,
+}
+
+impl Clip {
+    /// The clip as the one source of what is made from it.
+    pub(crate) fn exemplars(&self) -> Result<Exemplars<3>, Failure> {
+        Exemplars::of(&[std::slice::from_ref(&self.plane)]).map_err(|e| Failure::from(e).about(&self.path))
+    }
 }
 
 impl ClipInput {

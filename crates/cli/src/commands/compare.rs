@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Depth, Domain, Exemplars, Grid, Plane, Role, Samples};
+use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples};
 use selvedge_io::clip::ClipOptions;
 use selvedge_io::{Format, Info, Metadata};
 use serde_json::json;
@@ -130,8 +130,7 @@ impl Compare {
         report.estimate = Some(needed.0);
         let clip = clip.read(session, &mut report)?;
         report.stage("read");
-        let exemplars =
-            Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| Failure::from(e).about(&self.a))?;
+        let exemplars = clip.exemplars()?;
         let features = &exemplars.sources()[0].features;
         let one =
             || Failure::new(3, "has one frame, which is no loop").about(&self.a).remedy("give a clip of more frames");

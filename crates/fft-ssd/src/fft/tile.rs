@@ -1,5 +1,7 @@
 //! A block of a template over all tiles: products, inverse transforms, rounding, and what is added to each position.
 
+use std::ops::Range;
+
 use super::size::{Tiling, Window};
 use super::spectra::Spectra;
 use super::workers::{C64, Worker, deal};
@@ -127,65 +129,32 @@ pub(super) fn correlate<W: Word>(
 ) -> Result<bool, Error> {
     let &Tiled { ref block, ref tiling, spectra, kept } = tiled;
     let transforms = &spectra.transforms;
-    let signals = signals(job);
     if kept {
+        let signals = signals(job);
         for term in terms {
             spectra.get(term.signal(), &signals, &mut scratch.workers)?;
         }
     }
-    let FftScratch { workers, rows, templates, columns, transient, bound, .. } = scratch;
-    transforms.prepare(workers)?;
-    workers.iter_mut().for_each(|w| w.residual = 0.0);
-    let len = transforms.len();
-    templates.resize_with(terms.len().max(templates.len()), Vec::new);
-    transient.resize_with(terms.len().max(transient.len()), Vec::new);
-    for (term, template) in terms.iter().zip(templates.iter_mut()) {
-        fit(template, term.planes(job) * len)?;
-        let load = |plane: usize, t: usize, y: usize, row: &mut [f64]| block.load(job, *term, plane, t, y, row);
-        transforms.forward(term.planes(job), [block.shape[0], block.shape[1]], load, rows, template, workers)?;
-    }
-
+    transforms.prepare(&mut scratch.workers)?;
+    scratch.workers.iter_mut().for_each(|w| w.residual = 0.0);
+    forward(job, terms, tiled, scratch)?;
     let mut tasks = tasks(job, block, tiling, map)?;
     let mut tasks = tasks.as_mut_slice();
-    let column = transforms.column();
-    let stride = column + GAP;
-    let batch = batch(transforms.half(), column, workers.len());
+    let stride = transforms.column() + GAP;
+    let batch = batch(transforms.half(), transforms.column(), scratch.workers.len());
     for tile in (0..tiling.n_tiles()).step_by(batch) {
         let tiles = batch.min(tiling.n_tiles() - tile);
         if !kept {
-            for (term, transient) in terms.iter().zip(transient.iter_mut()) {
-                let len = term.planes(job) * len;
-                fit(transient, tiles * len)?;
-                for (i, spectra_of_tile) in transient.chunks_mut(len).enumerate() {
-                    spectra.tile(tile + i, term.signal(), &signals, rows, spectra_of_tile, workers)?;
-                }
-            }
+            transform_tiles(job, terms, tiled, tile..tile + tiles, scratch)?;
         }
-        // The planes of one column of a tile.
-        let of_source = |term: usize, t: usize, kx: usize| -> &[C64] {
-            let planes = terms[term].planes(job);
-            let (all, t) = match spectra.kept(terms[term].signal()).filter(|_| kept) {
-                Some(all) => (all, tile + t),
-                None => (transient[term].as_slice(), t),
-            };
-            &all[(t * transforms.half() + kx) * planes * column..][..planes * column]
-        };
+        let FftScratch { workers, templates, columns, transient, .. } = scratch;
+        let source = TileColumns { job, terms, spectra, kept, tile, transient };
         fit(columns, tiles * transforms.half() * stride)?;
         // Tiles of one frequency follow each other, so that they find the template's column near.
         deal(columns, stride, workers, |number, to, worker| {
             let (t, kx) = (number % tiles, number / tiles);
-            let to = &mut to[..column];
-            for (term, template) in templates[..terms.len()].iter().enumerate() {
-                let of_source = of_source(term, t, kx);
-                let of_template = &template[kx * of_source.len()..][..of_source.len()];
-                if term == 0 {
-                    job.kernel.multiply(to, of_template, of_source);
-                } else {
-                    let more = &mut worker.line[..column];
-                    job.kernel.multiply(more, of_template, of_source);
-                    to.iter_mut().zip(more).for_each(|(to, more)| *to += *more);
-                }
-            }
+            let to = &mut to[..transforms.column()];
+            source.multiplied(&templates[..terms.len()], t, kx, to, &mut worker.line);
             let answered = tiling.hop[0].min(block.window.count[0] - tiling.origin(tile + t)[0]);
             transforms.inverse_column(to, answered, worker);
         });
@@ -194,7 +163,82 @@ pub(super) fn correlate<W: Word>(
         let pass = Pass { job, spectra, finish, first, columns, stride, tile, tiles };
         deal(these, 1, workers, |_, rows, worker| pass.rows(&mut rows[0], worker));
     }
-    Ok(workers.iter().all(|w| w.residual <= *bound))
+    Ok(scratch.workers.iter().all(|w| w.residual <= scratch.bound))
+}
+
+/// The spectrum of the block of each term's template.
+fn forward(job: &Job<'_>, terms: &[Term], tiled: &Tiled<'_>, scratch: &mut FftScratch) -> Result<(), Error> {
+    let FftScratch { workers, rows, templates, .. } = scratch;
+    let (block, transforms) = (&tiled.block, &tiled.spectra.transforms);
+    templates.resize_with(terms.len().max(templates.len()), Vec::new);
+    for (term, template) in terms.iter().zip(templates) {
+        fit(template, term.planes(job) * transforms.len())?;
+        let load = |plane: usize, t: usize, y: usize, row: &mut [f64]| block.load(job, *term, plane, t, y, row);
+        transforms.forward(term.planes(job), [block.shape[0], block.shape[1]], load, rows, template, workers)?;
+    }
+    Ok(())
+}
+
+/// The source's spectra under a batch of tiles, which nobody keeps.
+fn transform_tiles(
+    job: &Job<'_>,
+    terms: &[Term],
+    tiled: &Tiled<'_>,
+    tiles: Range<usize>,
+    scratch: &mut FftScratch,
+) -> Result<(), Error> {
+    let FftScratch { workers, rows, transient, .. } = scratch;
+    let (spectra, signals) = (tiled.spectra, signals(job));
+    transient.resize_with(terms.len().max(transient.len()), Vec::new);
+    for (term, transient) in terms.iter().zip(transient) {
+        let len = term.planes(job) * spectra.transforms.len();
+        fit(transient, tiles.len() * len)?;
+        for (tile, spectra_of_tile) in tiles.clone().zip(transient.chunks_mut(len)) {
+            spectra.tile(tile, term.signal(), &signals, rows, spectra_of_tile, workers)?;
+        }
+    }
+    Ok(())
+}
+
+/// The source's spectra under a batch of tiles, column by column.
+struct TileColumns<'a> {
+    job: &'a Job<'a>,
+    terms: &'a [Term],
+    spectra: &'a Spectra,
+    kept: bool,
+    /// The batch's first tile.
+    tile: usize,
+    /// Where they are not kept, those of the batch for each term.
+    transient: &'a [Vec<C64>],
+}
+
+impl TileColumns<'_> {
+    /// The planes of one column of a tile of the batch.
+    fn of(&self, term: usize, t: usize, kx: usize) -> &[C64] {
+        let (transforms, signal) = (&self.spectra.transforms, self.terms[term].signal());
+        let of_column = self.terms[term].planes(self.job) * transforms.column();
+        let (all, t) = match self.spectra.kept(signal).filter(|_| self.kept) {
+            Some(all) => (all, self.tile + t),
+            None => (self.transient[term].as_slice(), t),
+        };
+        &all[(t * transforms.half() + kx) * of_column..][..of_column]
+    }
+
+    /// The column's products with those of the templates, summed over planes and terms.
+    fn multiplied(&self, templates: &[Vec<C64>], t: usize, kx: usize, to: &mut [C64], line: &mut [C64]) {
+        let kernel = self.job.kernel;
+        for (term, template) in templates.iter().enumerate() {
+            let of_source = self.of(term, t, kx);
+            let of_template = &template[kx * of_source.len()..][..of_source.len()];
+            if term == 0 {
+                kernel.multiply(to, of_template, of_source);
+            } else {
+                let more = &mut line[..to.len()];
+                kernel.multiply(more, of_template, of_source);
+                to.iter_mut().zip(more).for_each(|(to, more)| *to += *more);
+            }
+        }
+    }
 }
 
 /// The map's rows, four by four, tile by tile.

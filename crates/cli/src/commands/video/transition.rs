@@ -94,7 +94,7 @@ impl TransitionArgs {
         used: Used,
     ) -> Result<Made, Failure> {
         let about = |failure: Failure| failure.about(&clip.path);
-        let exemplars = Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| about(e.into()))?;
+        let exemplars = clip.exemplars()?;
         let run = session.run();
         let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run).or_else(|e| {
             // A signal is why, or nothing is.

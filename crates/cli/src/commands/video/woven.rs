@@ -68,7 +68,7 @@ impl WovenArgs {
         used: Used,
     ) -> Result<Made, Failure> {
         let about = |failure: Failure| failure.about(&clip.path);
-        let exemplars = Exemplars::of(&[std::slice::from_ref(&clip.plane)]).map_err(|e| about(e.into()))?;
+        let exemplars = clip.exemplars()?;
         let options = self.options(way, seam)?;
         let Woven { result: map, stats, complete } =
             weave(session, &exemplars, way, &options).map_err(|e| match e {
@@ -86,22 +86,7 @@ impl WovenArgs {
         let motion = Motion::of(&exemplars.sources()[0].features, &output);
         let shown = Shown { output: &output, map: &map, jumps: None };
         let preview = (write.preview.is_some() || write.report.is_some()).then(|| shown.picture()).transpose()?;
-        let [frames, height, width] = map.domain().shape;
-        let patches = stats.patches;
-        let how = match way.mode {
-            ModeArg::Temporal => "moved in time",
-            _ => "moved in space and time",
-        };
-        let loops = map.domain().periodic[0];
-        let why = way.why.as_ref().map_or(String::new(), |why| format!(" ({}, since {why})", name_of(way.mode)));
-        let how = format!(
-            "{} {frames} frames of {width}x{height} px from {patches} patches {how} and {}{why}, moving {:.2} times as much as the \
-             clip{}",
-            if loops { "a loop of" } else { "a clip of" },
-            n("refinement", stats.improvements as usize),
-            motion.usual,
-            if loops { format!(", {:.2} of what is usual over its end", motion.over_end) } else { String::new() },
-        );
+        let how = how(way, map.domain(), &stats, &motion);
         let used = used
             .set("placement", name_of(stats.placement))
             .set("region", typed(stats.region))
@@ -109,7 +94,7 @@ impl WovenArgs {
             .set("variety", stats.variety);
         let used = self.refining.used(used);
         Ok(Made {
-            frames,
+            frames: map.domain().shape[0],
             loops: way.loops(),
             played: None,
             how,
@@ -182,6 +167,25 @@ impl Motion {
         let usual_of = if had == 0.0 { 1.0 } else { has / had };
         Self { usual: usual_of, largest: beside(largest, usual), over_end: beside(of(frames - 1, 0), usual) }
     }
+}
+
+/// What came out, in words.
+fn how(way: &Way, output: Domain<3>, stats: &Stats<3>, motion: &Motion) -> String {
+    let Domain { shape: [frames, height, width], periodic: [loops, ..] } = output;
+    let (what, over_end) = if loops {
+        ("loop", format!(", {:.2} of what is usual over its end", motion.over_end))
+    } else {
+        ("clip", String::new())
+    };
+    let moved = if way.mode == ModeArg::Temporal { "moved in time" } else { "moved in space and time" };
+    let why = way.why.as_ref().map_or(String::new(), |why| format!(" ({}, since {why})", name_of(way.mode)));
+    format!(
+        "a {what} of {frames} frames of {width}x{height} px from {} patches {moved} and {}{why}, moving {:.2} times as \
+         much as the clip{over_end}",
+        stats.patches,
+        n("refinement", stats.improvements as usize),
+        motion.usual,
+    )
 }
 
 /// Counts of a run.
