@@ -18,7 +18,7 @@ const UNLIKE: i64 = 200;
 /// # Errors
 /// [`Error::Core`] if memory is short.
 pub fn feature_size<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Error> {
-    let mut sizes = exemplars.firsts().map(|s| feature_size_of(&s.features, s.valid.as_ref(), exemplars.weights()));
+    let mut sizes = exemplars.firsts().map(|s| feature_size_of(&s.features, s.valid.as_deref(), exemplars.weights()));
     sizes.try_fold(1, |size, of_one| Ok(size.max(of_one?)))
 }
 

@@ -127,7 +127,7 @@ impl Texture {
     /// # Errors
     /// Those of [`of`](Self::of).
     pub fn of_each<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<Self>, Error> {
-        exemplars.firsts().map(|s| Self::of(&s.features, s.valid.as_ref(), exemplars.weights())).collect()
+        exemplars.firsts().map(|s| Self::of(&s.features, s.valid.as_deref(), exemplars.weights())).collect()
     }
 
     /// True where patches are better laid by how the whole of them agrees than by their surroundings alone: on a

@@ -272,7 +272,7 @@ impl<'a> Setup<'a> {
             return Ok(domain);
         }
         let source = &loaded.exemplars.sources()[0];
-        let texture = Texture::of(&source.features, source.valid.as_ref(), loaded.exemplars.weights())?;
+        let texture = Texture::of(&source.features, source.valid.as_deref(), loaded.exemplars.weights())?;
         let Some(lattice) = texture.order() else { return Ok(domain) };
         let follows = self.size.follows_exemplar();
         let side = |axis: usize| match domain.shape[axis] {

@@ -59,7 +59,7 @@ impl<'a> Term<'a> {
                 }
                 let row = &mut row[run.start..run.start + run.len];
                 row.iter_mut().zip(&*errors).for_each(|(v, &e)| *v = packed(e));
-                clear(row, source.valid.as_ref(), from);
+                clear(row, source.valid.as_deref(), from);
             }
         }
         let Some(asked) = guide.asked() else { return };

@@ -18,7 +18,7 @@ fn every_sample_can_show_in_a_smaller_output_that_goes_around() {
     let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
     let features = map(source, &|[y, x]| (y * 5 + x * 3) as u8);
     for valid in [None, Some(valid)] {
-        let sources = vec![Source { features: features.clone(), valid, origin }];
+        let sources = vec![Source { features: features.clone(), valid: valid.map(Into::into), origin }];
         let exemplars = Exemplars::from_sources(sources, vec![1]).unwrap();
         let output = Domain::periodic([12, 15]);
         let guide = Guide::new(&exemplars, &[map(source, &right)], map(output, &|_| 200)).unwrap();

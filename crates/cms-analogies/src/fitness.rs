@@ -155,7 +155,7 @@ fn limit(firsts: &[&Source<2>], weights: &[u8], windows: Windows) -> Result<Opti
             let wide = source.domain().shape[1];
             let is_whole = |window: usize| {
                 let columns = (0..windows.side).map(|x| (window as u32 * windows.side + x) % wide);
-                let whole = |x: u32| rows.clone().all(|y| source.valid.as_ref().is_none_or(|v| v.get(0, [y, x])));
+                let whole = |x: u32| rows.clone().all(|y| source.valid.as_deref().is_none_or(|v| v.get(0, [y, x])));
                 columns.into_iter().all(whole)
             };
             reserve(&mut errors, found.domain().len())?;
@@ -186,7 +186,7 @@ fn without(source: &Source<2>, rows: &std::ops::Range<u32>) -> Result<Grid<bool,
     let domain = source.domain();
     let mut valid = Grid::try_filled(domain, 1, true)?;
     for (to, at) in valid.plane_mut(0).iter_mut().zip(domain.positions()) {
-        *to = !rows.contains(&at[0]) && source.valid.as_ref().is_none_or(|valid| valid.get(0, at));
+        *to = !rows.contains(&at[0]) && source.valid.as_deref().is_none_or(|valid| valid.get(0, at));
     }
     Ok(valid)
 }
@@ -203,7 +203,11 @@ mod tests {
 
     fn exemplars(map: &Grid<u8, 2>, valid: Option<Grid<bool, 2>>) -> Exemplars<2> {
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        Exemplars::from_sources(vec![Source { features: map.map(|v| v).unwrap(), valid, origin }], vec![1]).unwrap()
+        Exemplars::from_sources(
+            vec![Source { features: map.map(|v| v).unwrap(), valid: valid.map(Into::into), origin }],
+            vec![1],
+        )
+        .unwrap()
     }
 
     fn fit(exemplars: &Exemplars<2>, map: &Grid<u8, 2>, target: Grid<u8, 2>, half: u32) -> Fitness {

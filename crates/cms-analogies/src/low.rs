@@ -33,7 +33,7 @@ pub fn low_resolution(
 /// nothing counts, and 0 is the mean of nothing.
 fn averaged(source: &Source<2>, weights: &[i64]) -> Result<Grid<u8, 2>, Error> {
     let (map, domain) = (&source.features, source.domain());
-    let valid = source.valid.as_ref().map(|valid| valid.samples());
+    let valid = source.valid.as_deref().map(|valid| valid.samples());
     let mut out = Grid::try_filled(domain, map.channels(), 0)?;
     let reach = weights.len() as i32 - 1;
     let reached = |at: [u32; 2], axis: usize| {
@@ -178,7 +178,11 @@ mod tests {
     /// Means over what a mask shows.
     fn averaged(map: &Grid<u8, 2>, side: u32, valid: Option<Grid<bool, 2>>) -> Grid<u8, 2> {
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        super::averaged(&Source { features: map.clone(), valid, origin }, &Kernel::Box.weights(side)).unwrap()
+        super::averaged(
+            &Source { features: map.clone(), valid: valid.map(Into::into), origin },
+            &Kernel::Box.weights(side),
+        )
+        .unwrap()
     }
 
     #[test]
@@ -189,7 +193,7 @@ mod tests {
         let exemplars = Exemplars::from_sources(
             vec![Source {
                 features: map.clone(),
-                valid: Some(valid),
+                valid: Some(valid.into()),
                 origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
             }],
             vec![1],

@@ -135,7 +135,7 @@ impl<'a> Ranking<'a> {
                 totals.fill(NONE);
                 continue;
             }
-            let valid = source.valid.as_ref().map(|v| v.samples());
+            let valid = source.valid.as_deref().map(|v| v.samples());
             let searches: Vec<&Search<'_>> = self.searches.iter().filter(|s| s.known != 0).collect();
             let wide = domain.shape[1] as usize;
             par::for_rows(totals, wide.max(1), |y, row| {

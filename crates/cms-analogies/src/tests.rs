@@ -47,7 +47,7 @@ pub(crate) fn case(seed: u64) -> Case {
             Grid::from_vec(domain, 1, valid).unwrap()
         });
         let origin = Origin { exemplar, transform: Transform::IDENTITY };
-        Source { features: grid(&mut rng, domain, channels, 6), valid, origin }
+        Source { features: grid(&mut rng, domain, channels, 6), valid: valid.map(Into::into), origin }
     };
     let sources = vec![source(0, [false; 2], false), source(1, [false, seed.is_multiple_of(4)], true)];
     let exemplars = Exemplars::from_sources(sources, vec![1; channels]).unwrap();

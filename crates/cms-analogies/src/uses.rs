@@ -49,7 +49,7 @@ impl Uses {
             let first = exemplars.table().first(number) as usize;
             let mut last = None;
             for (i, at) in domain.positions().enumerate() {
-                if source.valid.as_ref().is_some_and(|valid| !valid.samples()[i]) {
+                if source.valid.as_deref().is_some_and(|valid| !valid.samples()[i]) {
                     continue;
                 }
                 let part = (origin.exemplar, origin.transform.origin(domain, at).map(|p| p / SIDE));

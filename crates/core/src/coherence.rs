@@ -69,7 +69,7 @@ impl<'e, const D: usize> Coherence<'e, D> {
 
     fn is_valid(&self, id: SampleId) -> bool {
         self.exemplars.locate(id).is_some_and(|(source, at)| {
-            self.exemplars.sources()[source].valid.as_ref().is_none_or(|valid| valid.get(0, at))
+            self.exemplars.sources()[source].valid.as_deref().is_none_or(|valid| valid.get(0, at))
         })
     }
 }
@@ -83,7 +83,7 @@ mod tests {
     fn what_is_masked_or_outside_is_not_proposed() {
         let source = Source {
             features: Grid::try_filled(Domain::open([1, 8]), 1, 0).unwrap(),
-            valid: Some(Grid::from_vec(Domain::open([1, 8]), 1, (0..8).map(|x| x != 3).collect()).unwrap()),
+            valid: Some(Grid::from_vec(Domain::open([1, 8]), 1, (0..8).map(|x| x != 3).collect()).unwrap().into()),
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();

@@ -34,7 +34,7 @@ impl<const D: usize> Source<D> {
         let periodic = std::array::from_fn(|a| whole.periodic[a] && to.shape[a] == whole.shape[a]);
         let domain = Domain { shape: to.shape, periodic };
         let valid = self.valid.as_ref().map(|valid| part(valid, to, domain)).transpose()?;
-        Ok(Self { features: part(&self.features, to, domain)?, valid, origin: self.origin })
+        Ok(Self { features: part(&self.features, to, domain)?, valid: valid.map(Into::into), origin: self.origin })
     }
 }
 
@@ -130,7 +130,7 @@ mod tests {
         let domain = Domain { shape: [5, 6], periodic };
         let features = Grid::from_vec(domain, 2, (0..60).collect()).unwrap();
         let valid = Grid::from_vec(domain, 1, domain.positions().map(valid).collect()).unwrap();
-        Source { features, valid: Some(valid), origin: Origin { exemplar: 0, transform: Transform::IDENTITY } }
+        Source { features, valid: Some(valid.into()), origin: Origin { exemplar: 0, transform: Transform::IDENTITY } }
     }
 
     #[test]
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(cropped.domain(), Domain { shape: [3, 6], periodic: [false, true] });
         for at @ [y, x] in cropped.domain().positions() {
             assert_eq!([0, 1].map(|c| cropped.features.get(c, at)), [0, 1].map(|c| source.features.get(c, [y + 1, x])));
-            assert_eq!(cropped.valid.as_ref().unwrap().get(0, at), x != 3);
+            assert_eq!(cropped.valid.as_deref().unwrap().get(0, at), x != 3);
         }
         let corner = source.cropped(&Window { start: [0, 0], shape: [1, 5] }).unwrap();
         assert_eq!(corner.domain(), Domain::open([1, 5]));

@@ -11,8 +11,8 @@ use crate::{Domain, Encoder, Error, Grid, Origin, Plane, SampleId, Transform};
 pub struct Source<const D: usize> {
     /// 8-bit features, one channel after the other.
     pub features: Grid<u8, D>,
-    /// Which samples may be used; `None` for all.
-    pub valid: Option<Grid<bool, D>>,
+    /// Which samples may be used; `None` for all. Shared with guides over the same source.
+    pub valid: Option<Arc<Grid<bool, D>>>,
     /// Where it came from.
     pub origin: Origin,
 }
@@ -24,7 +24,7 @@ impl<const D: usize> Source<D> {
     }
 
     fn new(features: &Grid<u8, D>, valid: Option<&Grid<bool, D>>, origin: Origin) -> Result<Self, Error> {
-        let valid = shown_validity(features.domain(), valid, origin.transform)?;
+        let valid = shown_validity(features.domain(), valid, origin.transform)?.map(Arc::new);
         Ok(Self { features: shown(features, origin.transform)?, valid, origin })
     }
 }
@@ -84,7 +84,7 @@ impl<'a, const D: usize> Exemplar<'a, D> {
         let mut sources =
             others.map(|(_, t)| Source::new(&features, valid.as_ref(), origin(t))).collect::<Result<Vec<_>, _>>()?;
         if let Some(i) = identity {
-            sources.insert(i, Source { features, valid, origin: origin(&Transform::IDENTITY) });
+            sources.insert(i, Source { features, valid: valid.map(Arc::new), origin: origin(&Transform::IDENTITY) });
         }
         Ok(sources)
     }
@@ -226,7 +226,7 @@ impl<const D: usize> Exemplars<D> {
             return Err(Error::Weights { expected: channels, found: weights.len() });
         }
         let any_valid =
-            |s: &Source<D>| s.valid.as_ref().map_or(!s.domain().is_empty(), |v| v.samples().contains(&true));
+            |s: &Source<D>| s.valid.as_deref().map_or(!s.domain().is_empty(), |v| v.samples().contains(&true));
         if !sources.iter().any(|s| any_valid(s)) {
             return Err(Error::NothingValid);
         }
@@ -250,7 +250,7 @@ impl<const D: usize> Exemplars<D> {
                 return Err(Error::GuideShape { exemplar: source.origin.exemplar.into(), expected, found });
             }
             let features = features.with_periodic(source.domain().periodic);
-            Ok(Source { features, valid: copied(source.valid.as_ref())?, origin: source.origin })
+            Ok(Source { features, valid: source.valid.clone(), origin: source.origin })
         };
         Self::from_sources(self.sources.iter().zip(features).map(like).collect::<Result<_, _>>()?, weights)
     }
@@ -283,7 +283,7 @@ impl<const D: usize> Exemplars<D> {
 
     /// Which samples of each source may be used; `None` for all.
     pub fn validity(&self) -> Vec<Option<&Grid<bool, D>>> {
-        self.sources.iter().map(|s| s.valid.as_ref()).collect()
+        self.sources.iter().map(|s| s.valid.as_deref()).collect()
     }
 
     /// Weight of each feature channel.
@@ -314,7 +314,7 @@ fn validity<const D: usize>(
 ) -> Result<Option<Grid<bool, D>>, Error> {
     let mut valid: Option<Grid<bool, D>> = None;
     let alphas = planes.iter().map(Plane::validity).collect::<Result<Vec<_>, _>>()?;
-    for one in alphas.into_iter().flatten().chain(mask.cloned()) {
+    for one in alphas.into_iter().flatten().chain(copied(mask)?) {
         let (expected, found) = (planes[0].domain().shape.to_vec(), one.domain().shape.to_vec());
         if expected != found {
             return Err(Error::Shape { exemplar, plane: planes.len(), expected, found });

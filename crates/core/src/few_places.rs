@@ -76,9 +76,10 @@ mod tests {
             let valid = (0..domain.len()).map(|_| 0 < rng.below(of)).collect();
             let valid = Some(Grid::from_vec(domain, 1, valid).unwrap());
             let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-            let source = Source { features: Grid::try_filled(domain, 1, 0).unwrap(), valid, origin };
+            let source =
+                Source { features: Grid::try_filled(domain, 1, 0).unwrap(), valid: valid.map(Into::into), origin };
             let shape = std::array::from_fn(|_| 1 + rng.below(4));
-            let valid = |at: [u32; 3]| source.valid.as_ref().unwrap().get(0, at);
+            let valid = |at: [u32; 3]| source.valid.as_deref().unwrap().get(0, at);
             let fits = |at: &[u32; 3]| {
                 Domain::open(shape).positions().all(|p| domain.step(*at, p.map(|p| p as i32)).is_some_and(valid))
             };
@@ -102,7 +103,9 @@ mod tests {
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
         let of = |domain: Domain<2>, masked: bool| {
             let valid = masked.then(|| Grid::try_filled(domain, 1, true).unwrap());
-            Source { features: Grid::try_filled(domain, 1, 0).unwrap(), valid, origin }.few_places([2, 2], 99).unwrap()
+            Source { features: Grid::try_filled(domain, 1, 0).unwrap(), valid: valid.map(Into::into), origin }
+                .few_places([2, 2], 99)
+                .unwrap()
         };
         let (open, around) = (Domain::open([3, 4]), Domain { shape: [3, 4], periodic: [false, true] });
         assert_eq!((of(open, false), of(around, true)), (None, None));

@@ -252,7 +252,7 @@ mod tests {
         let guide = Guide::new(&exemplars, &[grid([2, 3], 1)], grid([5, 4], 1)).unwrap();
         // The map holds what the exemplar holds.
         assert_eq!(guide.exemplars(), &exemplars);
-        assert!(guide.exemplars().sources()[1].valid.as_ref().is_some_and(|v| v.samples().contains(&false)));
+        assert!(guide.exemplars().sources()[1].valid.as_deref().is_some_and(|v| v.samples().contains(&false)));
     }
 
     #[test]

@@ -98,7 +98,7 @@ impl<const D: usize> Exemplars<D> {
         assert!((0.0..=1.0).contains(&share), "a share of {share}");
         let without = |source: &crate::Source<D>| {
             let domain = source.domain();
-            let known = |i: usize| source.valid.as_ref().is_none_or(|valid| valid.samples()[i]);
+            let known = |i: usize| source.valid.as_deref().is_none_or(|valid| valid.samples()[i]);
             let weight = |i: usize| f64::from(u8::from(known(i)));
             let lesser = domain.shape[D.saturating_sub(2)..].iter().min().copied().unwrap_or(0);
             let shade = Shade::new(domain, lesser / REACH, weight)?;

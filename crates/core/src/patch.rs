@@ -60,7 +60,7 @@ impl<const D: usize> Patch<D> {
     ) -> impl ExactSizeIterator<Item = SampleId> + use<'e, D> {
         let source = &exemplars.sources()[self.source];
         let first = exemplars.table().first(self.source);
-        let valid = source.valid.as_ref().map(Grid::samples);
+        let valid = source.valid.as_deref().map(Grid::samples);
         self.places(source.domain(), window).map(move |place| match place {
             Some(place) if valid.is_none_or(|v| v[place]) => SampleId::new(first + place as u32),
             _ => SampleId::UNASSIGNED,
@@ -99,7 +99,7 @@ mod tests {
         let features = Grid::from_vec(domain, 1, (0..domain.len() as u8).collect()).unwrap();
         let valid = valid.map(|v| Grid::from_vec(domain, 1, v).unwrap());
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        Exemplars::from_sources(vec![Source { features, valid, origin }], vec![1]).unwrap()
+        Exemplars::from_sources(vec![Source { features, valid: valid.map(Into::into), origin }], vec![1]).unwrap()
     }
 
     #[test]

@@ -120,8 +120,8 @@ impl<const D: usize> Exemplars<D> {
     /// [`Error::NothingValid`] if no whole block is, [`Error::Allocation`].
     pub fn coarser(&self) -> Result<Self, Error> {
         let coarse = |source: &Source<D>| {
-            let valid = source.valid.as_ref().map(Grid::<bool, D>::coarser).transpose()?;
-            Ok(Source { features: source.features.coarser()?, valid, origin: source.origin })
+            let valid = source.valid.as_deref().map(Grid::<bool, D>::coarser).transpose()?;
+            Ok(Source { features: source.features.coarser()?, valid: valid.map(Into::into), origin: source.origin })
         };
         let sources = self.sources().iter().map(|source| coarse(source)).collect::<Result<_, Error>>()?;
         Self::from_sources(sources, self.weights().to_vec())
@@ -192,7 +192,7 @@ mod tests {
             let valid = (0..domain.len()).map(|_| rng.below(8) != 0).collect();
             Source {
                 features: Grid::from_vec(domain, 2, features).unwrap(),
-                valid: (exemplar != 0).then(|| Grid::from_vec(domain, 1, valid).unwrap()),
+                valid: (exemplar != 0).then(|| Grid::from_vec(domain, 1, valid).unwrap()).map(Into::into),
                 origin: Origin { exemplar, transform: Transform::IDENTITY },
             }
         };
@@ -232,8 +232,8 @@ mod tests {
             assert_eq!(coarse.domain(), within(fine.domain()));
             for at in coarse.domain().positions() {
                 let block = block(fine.domain(), at);
-                let valid = block.iter().all(|&p| fine.valid.as_ref().is_none_or(|v| v.get(0, p)));
-                assert_eq!(coarse.valid.as_ref().is_none_or(|v| v.get(0, at)), valid);
+                let valid = block.iter().all(|&p| fine.valid.as_deref().is_none_or(|v| v.get(0, p)));
+                assert_eq!(coarse.valid.as_deref().is_none_or(|v| v.get(0, at)), valid);
                 for c in 0..2 {
                     let mean =
                         block.iter().map(|&p| f64::from(fine.features.get(c, p))).sum::<f64>() / block.len() as f64;

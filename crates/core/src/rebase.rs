@@ -21,7 +21,7 @@ impl<const D: usize> SourceMap<D> {
             let Some(source) = self.table.source(id) else { continue };
             let here = same(source).ok_or(Error::MissingSource { number: source })?;
             let index = id.get() - self.table.first(source);
-            let valid = exemplars.sources()[here].valid.as_ref();
+            let valid = exemplars.sources()[here].valid.as_deref();
             if valid.is_none_or(|v| v.samples()[index as usize]) {
                 *new = SampleId::new(table.first(here) + index);
             }
@@ -41,7 +41,7 @@ impl<const D: usize> SourceMap<D> {
             return Err(Error::Shape { exemplar: under.origin.exemplar.into(), plane: 0, expected, found });
         }
         for (i, id) in self.ids.plane_mut(0).iter_mut().enumerate() {
-            if !id.is_assigned() && under.valid.as_ref().is_none_or(|v| v.samples()[i]) {
+            if !id.is_assigned() && under.valid.as_deref().is_none_or(|v| v.samples()[i]) {
                 *id = SampleId::new(first + i as u32);
             }
         }
@@ -58,7 +58,7 @@ mod tests {
         let domain = Domain::open(shape);
         let valid = valid.map(|v| Grid::from_vec(domain, 1, v).unwrap());
         let features = Grid::try_filled(domain, 1, 0).unwrap();
-        Source { features, valid, origin: Origin { exemplar, transform: Transform::IDENTITY } }
+        Source { features, valid: valid.map(Into::into), origin: Origin { exemplar, transform: Transform::IDENTITY } }
     }
 
     fn ids(map: &SourceMap<1>) -> Vec<Option<u32>> {

@@ -212,7 +212,7 @@ fn links<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<u8>, Error> {
     let mut first = 0;
     for source in exemplars.sources() {
         let (domain, strides) = (source.domain(), source.domain().strides());
-        let valid = |i: usize| source.valid.as_ref().is_none_or(|v| v.samples()[i]);
+        let valid = |i: usize| source.valid.as_deref().is_none_or(|v| v.samples()[i]);
         for (i, at) in domain.positions().enumerate() {
             let mut bits = if valid(i) { VALID } else { 0 };
             for axis in 0..D {
@@ -236,7 +236,7 @@ mod tests {
         let samples = (0..domain.len() * weights.len()).map(|_| rng.below(256) as u8).collect();
         let source = Source {
             features: Grid::from_vec(domain, weights.len(), samples).unwrap(),
-            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()),
+            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()).map(Into::into),
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         Exemplars::from_sources(vec![source], weights.to_vec()).unwrap()

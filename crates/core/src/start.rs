@@ -38,7 +38,7 @@ impl<const D: usize> Start<D> {
         if most < found {
             return Err(Error::TooManySources { found, most });
         }
-        let usable = |s: &Source<D>| s.valid.as_ref().is_none_or(|v| v.samples().contains(&true));
+        let usable = |s: &Source<D>| s.valid.as_deref().is_none_or(|v| v.samples().contains(&true));
         let usable = exemplars.sources().iter().enumerate().filter(|(_, s)| usable(s));
         let bits = usable.fold(0_u64, |bits, (s, _)| bits | 1 << s);
         let ids = self.map.ids.plane(0);

@@ -64,7 +64,7 @@ fn step<const D: usize>(exemplars: &Exemplars<D>, id: SampleId, by: [i32; D]) ->
     let (source, at) = exemplars.locate(id)?;
     let source_of = &exemplars.sources()[source];
     let to = source_of.domain().step(at, by)?;
-    let is_valid = source_of.valid.as_ref().is_none_or(|v| v.get(0, to));
+    let is_valid = source_of.valid.as_deref().is_none_or(|v| v.get(0, to));
     is_valid.then(|| exemplars.table().id(source, to))
 }
 

@@ -79,7 +79,7 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
     /// [`Error::Core`] if memory is short.
     pub fn with_options(exemplars: &'e Exemplars<D>, options: Options) -> Result<Self, Error> {
         const { crate::axes::supported(D) };
-        let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_ref()));
+        let sources = exemplars.sources().iter().map(|s| SourceView::new(&s.features, s.valid.as_deref()));
         Self::build(collected(sources)?, exemplars.weights(), options)
     }
 
@@ -293,8 +293,13 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
 
     /// True if both look at the same masks.
     pub(crate) fn has_validity_of(&self, other: &Self) -> bool {
-        // Those of a guide are copies; two templates of one searcher are the frequent case.
-        std::ptr::eq(self, other) || self.sources.iter().map(|s| s.valid).eq(other.sources.iter().map(|s| s.valid))
+        // Two templates of one searcher, and guides, which share their masks, are the frequent cases.
+        let is_one = |a: &[bool], b: &[bool]| std::ptr::eq(a, b) || a == b;
+        let same = |(a, b): (&SourceView<'_>, &SourceView<'_>)| match (a.valid, b.valid) {
+            (Some(a), Some(b)) => is_one(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        self.sources.len() == other.sources.len() && self.sources.iter().zip(&other.sources).all(same)
     }
 
     /// Sets of spectra that are kept, and bytes of all that is.

@@ -48,7 +48,7 @@ pub(crate) fn variance<const D: usize>(exemplars: &Exemplars<D>) -> f64 {
     for (c, &weight) in exemplars.weights().iter().enumerate() {
         let (mut n, mut sum, mut squares) = (0_u64, 0_u64, 0_u64);
         for source in exemplars.sources() {
-            let valid = source.valid.as_ref().map(|v| v.samples());
+            let valid = source.valid.as_deref().map(|v| v.samples());
             for (i, &v) in source.features.plane(c).iter().enumerate() {
                 if valid.is_none_or(|valid| valid[i]) {
                     (n, sum, squares) = (n + 1, sum + u64::from(v), squares + u64::from(v) * u64::from(v));

@@ -67,7 +67,7 @@ impl<'e, const D: usize> Canvas<'e, D> {
     pub(crate) fn offered(&self, patch: &Patch<D>, at: [i32; D]) -> Option<SampleId> {
         let source = &self.exemplars.sources()[patch.source];
         let from = source.domain().step([0; D], std::array::from_fn(|a| at[a] - patch.offset[a]))?;
-        let valid = source.valid.as_ref().is_none_or(|v| v.get(0, from));
+        let valid = source.valid.as_deref().is_none_or(|v| v.get(0, from));
         let here = self.domain().step([0; D], at)?;
         let allowed = self.allowed.as_ref().is_none_or(|a| a.get(0, here) >> patch.source & 1 == 1);
         (valid && allowed).then(|| self.exemplars.table().id(patch.source, from))

@@ -104,7 +104,7 @@ impl<'e, const D: usize> Few<'e, D> {
 
 /// Of how many places each valid sample is compared sooner than a search takes.
 fn most<const D: usize>(source: &Source<D>) -> usize {
-    let valid = source.valid.as_ref().map_or(source.domain().len(), |v| v.samples().iter().filter(|v| **v).count());
+    let valid = source.valid.as_deref().map_or(source.domain().len(), |v| v.samples().iter().filter(|v| **v).count());
     source.domain().len().saturating_mul(SEARCHED) / valid.max(1)
 }
 

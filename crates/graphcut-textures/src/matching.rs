@@ -241,7 +241,7 @@ mod tests {
                 let valid = |[y, x]: [u32; 2]| (3..6).contains(&y) && (4..8).contains(&x) || rng.below(12) == 0;
                 let valid = Grid::from_vec(domain, 1, domain.positions().map(valid).collect()).unwrap();
                 let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-                Source { features: Grid::from_vec(domain, 2, samples).unwrap(), valid: Some(valid), origin }
+                Source { features: Grid::from_vec(domain, 2, samples).unwrap(), valid: Some(valid.into()), origin }
             };
             let e = Exemplars::from_sources(vec![source(), source()], vec![1, 3]).unwrap();
             let output = Domain { shape: [20, 24], periodic: [case % 2 == 0, false] };

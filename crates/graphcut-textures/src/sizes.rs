@@ -77,7 +77,7 @@ fn least<const D: usize>(exemplars: &Exemplars<D>, measured: &[Texture], largest
             continue;
         }
         let known = measured.get(number).map(|t| t.feature_size);
-        let measure = || feature_size_of(&source.features, source.valid.as_ref(), exemplars.weights());
+        let measure = || feature_size_of(&source.features, source.valid.as_deref(), exemplars.weights());
         let structure = known.map_or_else(measure, Ok)?;
         least = (least.0.min(side), least.1.min(structure));
     }
@@ -92,7 +92,7 @@ fn whole<const D: usize>(exemplars: &Exemplars<D>, levels: u32) -> Result<u32, E
         return Ok(levels);
     }
     let valid = |source: &Source<D>| {
-        source.valid.as_ref().map_or(source.domain().len(), |v| v.samples().iter().filter(|v| **v).count())
+        source.valid.as_deref().map_or(source.domain().len(), |v| v.samples().iter().filter(|v| **v).count())
     };
     let mut finer = exemplars.clone();
     for level in 1..levels {

@@ -72,7 +72,7 @@ impl<const D: usize> Sides<'_, D> {
     fn candidate(&self, patch: Patch<D>) -> Candidate<D> {
         let domain = self.source.domain();
         let (len, known) = (self.window.len(), self.look.known());
-        let valid = self.source.valid.as_ref().map(|v| v.plane(0));
+        let valid = self.source.valid.as_deref().map(|v| v.plane(0));
         let (mut sum, mut samples) = (0_u64, 0_u64);
         for (first, run) in runs(&self.window.moved(patch.offset.map(|n| -n)), domain) {
             let known = &known[first..][..run.len()];
@@ -130,7 +130,7 @@ mod tests {
             // Seldom masked, so that some patches cover the region.
             let valid = (0..domain.len()).map(|_| 0 < rng.below(40)).collect();
             let valid = (case % 2 == 1).then(|| Grid::from_vec(domain, 1, valid).unwrap());
-            Source { features: Grid::from_vec(domain, 2, noise).unwrap(), valid, origin }
+            Source { features: Grid::from_vec(domain, 2, noise).unwrap(), valid: valid.map(Into::into), origin }
         };
         Exemplars::from_sources(vec![source([9, 6, 7]), source([6, 5, 8])], vec![1, 3]).unwrap()
     }

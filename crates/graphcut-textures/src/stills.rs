@@ -13,7 +13,7 @@ pub(crate) fn stills<const D: usize>(clips: &Exemplars<D>) -> Result<Exemplars<D
     let still = |clip: &Source<D>| {
         let domain = clip.domain();
         let (frames, pixels) = (domain.shape[0] as usize, domain.strides()[0]);
-        let shown = |t: usize| clip.valid.as_ref().map_or(0, |v| shown(&v.plane(0)[t * pixels..][..pixels]));
+        let shown = |t: usize| clip.valid.as_deref().map_or(0, |v| shown(&v.plane(0)[t * pixels..][..pixels]));
         let middle = (0..frames).min_by_key(|&t| (Reverse(shown(t)), t.abs_diff(frames / 2))).unwrap_or(0);
         let mut one = Window::all(domain);
         (one.start[0], one.shape[0]) = (middle as i32, 1);

@@ -17,7 +17,7 @@ pub fn match_histogram<const D: usize>(guide: Guide<D>) -> Result<Guide<D>, Erro
     for c in 0..target.channels() {
         let from = histogram(masked(target.plane(c), asked.as_ref().map(Grid::samples)));
         let maps = guide.exemplars().sources().iter();
-        let to = histogram(maps.flat_map(|map| masked(map.features.plane(c), map.valid.as_ref().map(Grid::samples))));
+        let to = histogram(maps.flat_map(|map| masked(map.features.plane(c), map.valid.as_deref().map(Grid::samples))));
         let table = by_rank(&from, &to);
         target.plane_mut(c).iter_mut().for_each(|v| *v = table[usize::from(*v)]);
     }

@@ -185,7 +185,8 @@ impl<'e> Pixels<'e> {
     fn error(&self, id: SampleId, bound: u64) -> Option<u64> {
         let (source, at) = self.exemplars.locate(id)?;
         let (first, source) = (self.exemplars.table().first(source) as usize, &self.exemplars.sources()[source]);
-        let (domain, valid, channels) = (source.domain(), source.valid.as_ref().map(Grid::samples), self.weights.len());
+        let (domain, valid, channels) =
+            (source.domain(), source.valid.as_deref().map(Grid::samples), self.weights.len());
         let [h, w] = domain.shape;
         let reach = REACH as u32;
         let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
@@ -217,7 +218,7 @@ impl<'e> Pixels<'e> {
 
     fn is_valid(&self, id: SampleId) -> bool {
         self.exemplars.locate(id).is_some_and(|(source, at)| {
-            self.exemplars.sources()[source].valid.as_ref().is_none_or(|valid| valid.get(0, at))
+            self.exemplars.sources()[source].valid.as_deref().is_none_or(|valid| valid.get(0, at))
         })
     }
 }
@@ -236,7 +237,8 @@ mod tests {
                 features: Grid::from_vec(domain, 2, (0..2 * domain.len()).map(|_| rng.below(256) as u8).collect())
                     .unwrap(),
                 valid: valid
-                    .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| i % 5 != 2).collect()).unwrap()),
+                    .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| i % 5 != 2).collect()).unwrap())
+                    .map(Into::into),
                 origin: Origin { exemplar, transform: Transform::IDENTITY },
             }
         };
@@ -264,7 +266,7 @@ mod tests {
         let here = |by| canvas.domain().step(at, by).map(|p| canvas.domain().index(p)).filter(|&p| canvas.is_known(p));
         let is_valid = |id: &SampleId| {
             let (s, at) = exemplars.locate(*id).unwrap();
-            exemplars.sources()[s].valid.as_ref().is_none_or(|v| v.get(0, at))
+            exemplars.sources()[s].valid.as_deref().is_none_or(|v| v.get(0, at))
         };
         let feature = |id: SampleId, c: usize| {
             let (s, at) = exemplars.locate(id).unwrap();

@@ -113,10 +113,10 @@ fn suggested(exemplars: &Exemplars<2>) -> Result<[u32; 2], Error> {
 pub(crate) fn around(exemplars: &Exemplars<2>) -> Result<Exemplars<2>, Error> {
     let periodic = |s: &Source<2>| -> Result<Source<2>, selvedge_core::Error> {
         let valid =
-            s.valid.as_ref().map(|v| Ok::<_, selvedge_core::Error>(Grid::map(v, |v| v)?.with_periodic([true; 2])));
+            s.valid.as_deref().map(|v| Ok::<_, selvedge_core::Error>(Grid::map(v, |v| v)?.with_periodic([true; 2])));
         Ok(Source {
             features: s.features.map(|v| v)?.with_periodic([true; 2]),
-            valid: valid.transpose()?,
+            valid: valid.transpose()?.map(Into::into),
             origin: s.origin,
         })
     };

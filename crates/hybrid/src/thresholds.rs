@@ -86,7 +86,7 @@ pub(crate) fn largest(exemplars: &Exemplars<2>) -> u64 {
 pub(crate) fn random_error(exemplars: &Exemplars<2>) -> u128 {
     let (mut sum, mut samples) = (0_u128, 0_u128);
     for source in exemplars.sources() {
-        let is_valid = |i: usize| source.valid.as_ref().is_none_or(|v| v.samples()[i]);
+        let is_valid = |i: usize| source.valid.as_deref().is_none_or(|v| v.samples()[i]);
         let n = (0..source.domain().len()).filter(|&i| is_valid(i)).count() as u128;
         for (c, &weight) in exemplars.weights().iter().enumerate().filter(|_| 0 < n) {
             let values = source.features.plane(c).iter().enumerate().filter(|&(i, _)| is_valid(i));
@@ -110,7 +110,7 @@ mod tests {
         let domain = Domain::open([1, values.len() as u32 / 2]);
         let source = Source {
             features: Grid::from_vec(domain, 2, values).unwrap(),
-            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()),
+            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()).map(Into::into),
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         Exemplars::from_sources(vec![source], vec![3, 2]).unwrap()

@@ -217,7 +217,8 @@ mod tests {
                 features: Grid::from_vec(domain, 3, (0..3 * domain.len()).map(|_| rng.below(256) as u8).collect())
                     .unwrap(),
                 valid: masked
-                    .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| i % 97 != 50).collect()).unwrap()),
+                    .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| i % 97 != 50).collect()).unwrap())
+                    .map(Into::into),
                 origin: Origin { exemplar, transform: Transform::IDENTITY },
             }
         };
@@ -231,7 +232,7 @@ mod tests {
             let mut sum = 0;
             for local in window.local().positions() {
                 let from = source.domain().step(at, local.map(|v| v as i32))?;
-                if source.valid.as_ref().is_some_and(|v| !v.get(0, from)) {
+                if source.valid.as_deref().is_some_and(|v| !v.get(0, from)) {
                     return None;
                 }
                 let Some(stands) = window.position(map.domain(), local).and_then(|at| e.locate(map.ids.get(0, at)))

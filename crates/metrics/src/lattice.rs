@@ -17,7 +17,7 @@ pub(crate) struct Kept {
 /// The strongest clear period of the first exemplar, and the strongest that goes another way.
 pub(crate) fn lattice(exemplars: &Exemplars<2>) -> Result<Vec<Kept>, Error> {
     let Some(source) = exemplars.firsts().next() else { return Ok(Vec::new()) };
-    let found = periods(&source.features, source.valid.as_ref(), exemplars.weights())?;
+    let found = periods(&source.features, source.valid.as_deref(), exemplars.weights())?;
     let clear: Vec<_> = found.into_iter().filter(|p| CLEAR <= p.strength).collect();
     let Some(&first) = clear.first() else { return Ok(Vec::new()) };
     let other_way = |p: [i32; 2]| {

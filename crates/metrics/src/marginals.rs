@@ -9,7 +9,7 @@ pub(crate) type Valid<'a> = (&'a Grid<u8, 2>, Option<&'a Grid<bool, 2>>);
 
 /// First sources with their validity.
 pub(crate) fn pictures(exemplars: &Exemplars<2>) -> Vec<Valid<'_>> {
-    exemplars.firsts().map(|s| (&s.features, s.valid.as_ref())).collect()
+    exemplars.firsts().map(|s| (&s.features, s.valid.as_deref())).collect()
 }
 
 fn counts(valid: Option<&Grid<bool, 2>>, i: usize) -> bool {

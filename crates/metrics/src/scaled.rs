@@ -14,8 +14,12 @@ pub(crate) fn halved(grid: &Grid<u8, 2>) -> Result<Grid<u8, 2>, Error> {
 pub(crate) fn halved_exemplars(exemplars: &Exemplars<2>) -> Result<Exemplars<2>, Error> {
     let mut sources = Vec::new();
     for source in exemplars.sources().iter().filter(|s| s.domain().shape.iter().all(|&n| 2 <= n)) {
-        let valid = source.valid.as_ref().map(|v| by_fours(v, false, |four| four == [true; 4])).transpose()?;
-        sources.push(Source { features: halved(&source.features)?, valid, origin: source.origin });
+        let valid = source.valid.as_deref().map(|v| by_fours(v, false, |four| four == [true; 4])).transpose()?;
+        sources.push(Source {
+            features: halved(&source.features)?,
+            valid: valid.map(Into::into),
+            origin: source.origin,
+        });
     }
     Ok(Exemplars::from_sources(sources, exemplars.weights().to_vec())?)
 }

@@ -24,7 +24,7 @@ impl Prices {
         let table = exemplars.table();
         let is_valid = |id: SampleId| {
             let (source, at) = table.locate(id)?;
-            exemplars.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, at)).then_some(())
+            exemplars.sources()[source].valid.as_deref().is_none_or(|v| v.get(0, at)).then_some(())
         };
         let valid: Vec<SampleId> = (0..table.len()).map(SampleId::new).filter(|&id| is_valid(id).is_some()).collect();
         let drawn = |i: u64| valid[Seed(0).derive("metrics/meeting", i).rng().below(valid.len() as u32) as usize];

@@ -24,7 +24,7 @@ pub fn suggest_block(exemplars: &Exemplars<2>) -> Result<u32, Error> {
     let shorter = sides.iter().copied().filter(|&side| counts(side)).min().unwrap_or(1).max(1);
     let mut structure = 0;
     for (source, _) in exemplars.sources().iter().zip(&sides).filter(|&(_, &side)| counts(side)) {
-        structure = structure.max(feature_size_of(&source.features, source.valid.as_ref(), weights)?);
+        structure = structure.max(feature_size_of(&source.features, source.valid.as_deref(), weights)?);
     }
     if structure <= FLAT {
         return Ok(largest_block(shorter));
@@ -105,7 +105,7 @@ mod tests {
         let valid = domain.positions().map(|[y, x]| valid(y, x)).collect();
         Source {
             features: Grid::from_vec(domain, 1, samples).unwrap(),
-            valid: Some(Grid::from_vec(domain, 1, valid).unwrap()),
+            valid: Some(Grid::from_vec(domain, 1, valid).unwrap().into()),
             origin: selvedge_core::Origin { exemplar: 0, transform: selvedge_core::Transform::IDENTITY },
         }
     }

@@ -144,10 +144,12 @@ mod tests {
     fn exemplars() -> Exemplars<2> {
         let source = |exemplar, shape: [u32; 2], masked: bool| Source {
             features: Grid::try_filled(Domain::open(shape), 1, 0).unwrap(),
-            valid: masked.then(|| {
-                let valid = Domain::open(shape).positions().map(|[y, x]| (y * 7 + x * 3) % 17 != 0).collect();
-                Grid::from_vec(Domain::open(shape), 1, valid).unwrap()
-            }),
+            valid: masked
+                .then(|| {
+                    let valid = Domain::open(shape).positions().map(|[y, x]| (y * 7 + x * 3) % 17 != 0).collect();
+                    Grid::from_vec(Domain::open(shape), 1, valid).unwrap()
+                })
+                .map(Into::into),
             origin: Origin { exemplar, transform: Transform::IDENTITY },
         };
         let sources = vec![source(0, [9, 12], true), source(1, [20, 2], false), source(2, [6, 5], false)];
@@ -161,7 +163,7 @@ mod tests {
             let is_free = |at: [u32; 2]| {
                 Domain::open(shape).positions().all(|p| {
                     let from = source.domain().step(at, p.map(|p| p as i32));
-                    from.is_some_and(|from| source.valid.as_ref().is_none_or(|v| v.get(0, from)))
+                    from.is_some_and(|from| source.valid.as_deref().is_none_or(|v| v.get(0, from)))
                 })
             };
             all.extend(source.domain().positions().filter(|&at| is_free(at)).map(|at| (number, at)));

@@ -175,7 +175,7 @@ impl Around<'_> {
             let by = by.map(|b| b as i32 - r);
             let Some((p, q)) = here.step(at, by).zip(there.step(from, by)) else { continue };
             let (p, q) = (here.index(p), there.index(q));
-            if source.valid.as_ref().is_some_and(|valid| !valid.plane(0)[q]) {
+            if source.valid.as_deref().is_some_and(|valid| !valid.plane(0)[q]) {
                 continue;
             }
             n += 1;

@@ -46,7 +46,7 @@ fn whole<T>(samples: &Grid<T, 2>) -> Shown<'_, T> {
 
 /// What exemplars show.
 fn of_source(source: &Source<2>) -> Shown<'_, u8> {
-    Shown { samples: &source.features, valid: source.valid.as_ref() }
+    Shown { samples: &source.features, valid: source.valid.as_deref() }
 }
 
 /// Exemplars as searches compare them: their channels, then the differences down and across of the first `texture`
@@ -290,7 +290,7 @@ mod tests {
             };
             let [dark, light] = [with(0), with(255)];
             let [dark, light] = [&dark.sources()[1], &light.sources()[1]];
-            let seen = dark.features.domain().positions().filter(|&at| dark.valid.as_ref().unwrap().get(0, at));
+            let seen = dark.features.domain().positions().filter(|&at| dark.valid.as_deref().unwrap().get(0, at));
             for (at, c) in seen.flat_map(|at| (0..dark.features.channels()).map(move |c| (at, c))) {
                 assert_eq!(dark.features.get(c, at), light.features.get(c, at), "{case}: channel {c} at {at:?}");
             }

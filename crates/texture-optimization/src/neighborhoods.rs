@@ -95,7 +95,7 @@ impl Neighborhoods {
 pub(crate) fn places(source: &Source<2>, size: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
     let domain = source.domain();
     let over = selvedge_fft_ssd::Windows { side: size, step: 1 }.over(domain);
-    let hidden = source.valid.as_ref().filter(|_| !over.is_empty()).map(|valid| Hidden::new(valid, over, size));
+    let hidden = source.valid.as_deref().filter(|_| !over.is_empty()).map(|valid| Hidden::new(valid, over, size));
     over.positions().filter(move |&at| hidden.as_ref().is_none_or(|h| h.inside(at, size) == 0))
 }
 
@@ -161,14 +161,14 @@ mod tests {
             let valid = (0..domain.len()).map(|_| rng.below(12) != 0).collect();
             let source = Source {
                 features: Grid::try_filled(domain, 1, 0).unwrap(),
-                valid: (case % 4 != 0).then(|| Grid::from_vec(domain, 1, valid).unwrap()),
+                valid: (case % 4 != 0).then(|| Grid::from_vec(domain, 1, valid).unwrap()).map(Into::into),
                 origin: selvedge_core::Origin { exemplar: 0, transform: selvedge_core::Transform::IDENTITY },
             };
             let inside = |at: [u32; 2], by: [u32; 2]| domain.step(at, by.map(|b| b as i32));
             let is_whole = |at: &[u32; 2]| {
                 let fits = shape.iter().all(|&n| 4 <= n);
                 let mut all = Domain::open([4, 4]).positions().map(|by| inside(*at, by));
-                fits && all.all(|p| p.is_some_and(|p| source.valid.as_ref().is_none_or(|v| v.get(0, p))))
+                fits && all.all(|p| p.is_some_and(|p| source.valid.as_deref().is_none_or(|v| v.get(0, p))))
             };
             let expected: Vec<_> = domain.positions().filter(is_whole).collect();
             assert_eq!(places(&source, 4).collect::<Vec<_>>(), expected);

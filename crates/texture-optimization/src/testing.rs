@@ -16,7 +16,7 @@ pub(crate) fn exemplars(rng: &mut Rng, shape: [u32; 2], masked: bool) -> Exempla
         let hole = rng.below(domain.len() as u32 / 8) as usize;
         let valid = (masked && exemplar == 1).then(|| (0..domain.len()).map(|i| i != hole).collect());
         let valid = valid.map(|v| Grid::from_vec(domain, 1, v).unwrap());
-        Source { features, valid, origin: Origin { exemplar, transform: Transform::IDENTITY } }
+        Source { features, valid: valid.map(Into::into), origin: Origin { exemplar, transform: Transform::IDENTITY } }
     };
     let sources = vec![source(0, rng), source(1, rng)];
     Exemplars::from_sources(sources, vec![1, 1 + rng.below(3) as u8]).unwrap()

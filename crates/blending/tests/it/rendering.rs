@@ -43,7 +43,7 @@ fn feathered_slowly(e: &Exemplars<2>, map: &SourceMap<2>, plane: &Plane<2>, sigm
                 let Some(there) = map.domain().step(at, [y, x]) else { continue };
                 let Some(id) = map.table.step(map.ids.get(0, there), [-y, -x]) else { continue };
                 let (source, from) = map.table.locate(id).unwrap();
-                if e.sources()[source].valid.as_ref().is_some_and(|v| !v.get(0, from)) {
+                if e.sources()[source].valid.as_deref().is_some_and(|v| !v.get(0, from)) {
                     continue;
                 }
                 let weight = libm::exp(-f64::from(y * y + x * x) / (2.0 * sigma * sigma));
@@ -75,7 +75,7 @@ fn feathering_is_what_it_is_defined_as() {
             let key = Seed(round).derive("patch", u64::from(at[0] / 4) << 20 | u64::from(at[1] / 6)).0;
             let mut from =
                 [(key as u32 % 97 + at[0]) % domain.shape[0], ((key >> 32) as u32 + at[1]) % domain.shape[1]];
-            while !e.sources()[0].valid.as_ref().is_none_or(|v| v.get(0, from)) {
+            while !e.sources()[0].valid.as_deref().is_none_or(|v| v.get(0, from)) {
                 from[1] = (from[1] + 1) % domain.shape[1];
             }
             map.ids.set(0, at, e.table().id(0, from));

@@ -55,7 +55,7 @@ impl Inspect {
         report.stage("read");
         let source = &exemplars.sources()[0];
         session.watch.busy("inspect");
-        let texture = Texture::of(&source.features, source.valid.as_ref(), exemplars.weights());
+        let texture = Texture::of(&source.features, source.valid.as_deref(), exemplars.weights());
         let texture = texture.map_err(|e| about(Failure::of(e.kind(), &e, e.remedy())))?;
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
         let pairs = self.guide.chunks(2).map(|pair| followed(session, &exemplars, pair, &options, &mut report));

@@ -13,7 +13,7 @@ fn transparent_samples_are_not_valid() {
     let plane = rgba([0, 9]);
     let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
     assert_eq!(exemplars.channels(), 3);
-    assert_eq!(exemplars.sources()[0].valid.as_ref().unwrap().samples(), [false, true]);
+    assert_eq!(exemplars.sources()[0].valid.as_deref().unwrap().samples(), [false, true]);
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub(crate) fn patched<const D: usize>(rng: &mut Rng, most: u32, holes: bool) -> 
         let valid = (0..domain.len()).map(|_| rng.below(16) != 0).collect();
         Source {
             features: Grid::from_vec(domain, 1, features).unwrap(),
-            valid: (exemplar == 1).then(|| Grid::from_vec(domain, 1, valid).unwrap()),
+            valid: (exemplar == 1).then(|| Grid::from_vec(domain, 1, valid).unwrap()).map(Into::into),
             origin: Origin { exemplar, transform: Transform::IDENTITY },
         }
     };

@@ -8,7 +8,7 @@ use selvedge_core::{Origin, SeamMeasure, Seed, Source, Transform};
 fn is_of<const D: usize>(exemplars: &Exemplars<D>, id: SampleId) -> bool {
     exemplars
         .locate(id)
-        .is_none_or(|(source, at)| exemplars.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, at)))
+        .is_none_or(|(source, at)| exemplars.sources()[source].valid.as_deref().is_none_or(|v| v.get(0, at)))
 }
 
 fn check_settling<const D: usize>(case: u64, most: u32) -> i64 {

@@ -18,7 +18,7 @@ fn check_shift<const D: usize>(case: u64, most: u32) -> i64 {
         assert_eq!(was.is_assigned(), is.is_assigned());
         assert!(was == is || !fixed.samples()[i]);
         let Some((source, at)) = e.locate(is) else { continue };
-        assert!(was == is || e.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, at)));
+        assert!(was == is || e.sources()[source].valid.as_deref().is_none_or(|v| v.get(0, at)));
         assert!(was == is || ways().any(|by| step(&e, was, by) == Some(is)), "one sample, of the same source");
     }
     gain

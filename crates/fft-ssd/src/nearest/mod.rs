@@ -36,7 +36,7 @@ impl<'a> Field<'a> {
 
     /// A source of exemplars.
     pub fn of(source: &'a Source<2>) -> Self {
-        Self { features: &source.features, valid: source.valid.as_ref() }
+        Self { features: &source.features, valid: source.valid.as_deref() }
     }
 
     /// All sources of exemplars, in their order.

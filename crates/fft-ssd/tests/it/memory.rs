@@ -61,7 +61,7 @@ impl Large {
         let valid = (self.holes != 0)
             .then(|| Grid::from_vec(domain, 1, (0..domain.len()).map(|i| !hole(i)).collect()).unwrap());
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let source = Source { features, valid, origin };
+        let source = Source { features, valid: valid.map(Into::into), origin };
         let exemplars = Exemplars::from_sources(vec![source], self.weights.to_vec()).unwrap();
         let template = extremes(2, 3 * box_.len());
         let mask: Vec<bool> = box_.positions().map(|[y, x]| (self.counts)(y, x)).collect();
@@ -104,7 +104,7 @@ impl Large {
             let (mut error, mut samples, mut missing) = (0, 0, false);
             for x in box_.positions() {
                 let under = source.domain().step([0; 2], [0, 1].map(|a: usize| at[a] + x[a] as i32));
-                let under = under.filter(|&u| source.valid.as_ref().is_none_or(|v| v.get(0, u)));
+                let under = under.filter(|&u| source.valid.as_deref().is_none_or(|v| v.get(0, u)));
                 missing |= under.is_none();
                 let Some(under) = under.filter(|_| mask[box_.index(x)]) else { continue };
                 samples += 1;

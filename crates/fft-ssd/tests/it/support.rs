@@ -168,7 +168,7 @@ impl<const D: usize> Case<D> {
         let valid = (rng.below(3) == 0).then(|| region.mask(rng, Domain::open(shape))).flatten();
         // At least one sample must be valid.
         let valid = valid.filter(|v| v.contains(&true)).map(|v| Grid::from_vec(domain, 1, v).expect("right length"));
-        Source { features, valid, origin: Origin { exemplar, transform: Transform::IDENTITY } }
+        Source { features, valid: valid.map(Into::into), origin: Origin { exemplar, transform: Transform::IDENTITY } }
     }
 
     /// True if all samples of a part of the template, by its start and shape, stand on valid samples.
@@ -178,7 +178,7 @@ impl<const D: usize> Case<D> {
         Domain::open(part).positions().all(|x| {
             let by = std::array::from_fn(|a| position[a] + (start[a] + x[a]) as i32);
             let under = source.domain().step([0; D], by);
-            under.is_some_and(|u| source.valid.as_ref().is_none_or(|v| v.get(0, u)))
+            under.is_some_and(|u| source.valid.as_deref().is_none_or(|v| v.get(0, u)))
         })
     }
 
@@ -193,7 +193,7 @@ impl<const D: usize> Case<D> {
         for x in template.positions() {
             let on = self.mask.as_ref().is_none_or(|m| m[template.index(x)]);
             let by = std::array::from_fn(|axis| position[axis] + x[axis] as i32);
-            let under = wrapped.step([0; D], by).filter(|&u| source.valid.as_ref().is_none_or(|v| v.get(0, u)));
+            let under = wrapped.step([0; D], by).filter(|&u| source.valid.as_deref().is_none_or(|v| v.get(0, u)));
             match under {
                 Some(under) if on => {
                     count += 1;

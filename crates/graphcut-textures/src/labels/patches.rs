@@ -212,7 +212,7 @@ mod tests {
             let features = Grid::from_vec(domain, 2, features).unwrap();
             let valid = Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(40) != 0).collect()).unwrap();
             let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-            let source = Source { features, valid: Some(valid), origin };
+            let source = Source { features, valid: Some(valid.into()), origin };
             let e = Exemplars::from_sources(vec![source], vec![1, 3]).unwrap();
             let mut map = SourceMap::unassigned(&e, domain).unwrap();
             map.lay_under(&e, 0).unwrap();
@@ -221,7 +221,7 @@ mod tests {
             let samples = |at: [u32; 2]| -> Option<Vec<[u8; 2]>> {
                 let one = |step: [u32; 2]| {
                     let at = [at[0] + step[0], at[1] + step[1]];
-                    let valid = domain.contains(at) && source.valid.as_ref().unwrap().get(0, at);
+                    let valid = domain.contains(at) && source.valid.as_deref().unwrap().get(0, at);
                     valid.then(|| [0, 1].map(|c| source.features.get(c, at)))
                 };
                 Domain::open(shape).positions().map(one).collect()

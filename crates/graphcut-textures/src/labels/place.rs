@@ -25,9 +25,9 @@ pub fn aligned<const D: usize>(
 ) -> Result<Option<Label<D>>, Error> {
     let [below, above] = [under, over].map(|s| &exemplars.sources()[s]);
     let options = Options { simd, ..Options::default() };
-    let searcher = SsdSearcher::of_grid(&below.features, below.valid.as_ref(), exemplars.weights(), options)?;
+    let searcher = SsdSearcher::of_grid(&below.features, below.valid.as_deref(), exemplars.weights(), options)?;
     let template = Template::of(&above.features);
-    let template = above.valid.as_ref().map_or(template, |valid| template.masked(valid.samples()));
+    let template = above.valid.as_deref().map_or(template, |valid| template.masked(valid.samples()));
     let (low, high) = (below.domain().shape, above.domain().shape);
     let first = high.map(|n| 1 - n as i32);
     let count = std::array::from_fn(|a| low[a] + high[a] - 1);
@@ -89,7 +89,7 @@ pub fn preferred<const D: usize>(
         for (number, label) in labels.iter().enumerate() {
             let source = &exemplars.sources()[label.source];
             let from = source.domain().step([0; D], std::array::from_fn(|a| at[a] as i32 - label.offset[a]));
-            let Some(from) = from.filter(|&from| source.valid.as_ref().is_none_or(|v| v.get(0, from))) else {
+            let Some(from) = from.filter(|&from| source.valid.as_deref().is_none_or(|v| v.get(0, from))) else {
                 continue;
             };
             let values = match prefer {

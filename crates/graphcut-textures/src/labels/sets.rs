@@ -57,7 +57,7 @@ impl<'a, const D: usize> Sets<'a, D> {
             }
             from[axis] = place as u32;
         }
-        let valid = of.valid.as_ref().is_none_or(|valid| valid.get(0, from));
+        let valid = of.valid.as_deref().is_none_or(|valid| valid.get(0, from));
         if valid { self.exemplars.table().id(source, from) } else { SampleId::UNASSIGNED }
     }
 

@@ -207,10 +207,10 @@ pub fn banded<const D: usize>(exemplars: &Exemplars<D>, width: [u32; D]) -> Resu
     let output = Domain { shape: side, periodic: std::array::from_fn(|a| 0 < width[a]) };
     let stays = |at: [u32; D]| (0..D).all(|a| (width[a]..side[a] - width[a]).contains(&at[a]));
     let fixed: Vec<bool> = output.positions().map(stays).collect();
-    let valid = fixed.iter().enumerate().map(|(i, &f)| f && first.valid.as_ref().is_none_or(|v| v.samples()[i]));
+    let valid = fixed.iter().enumerate().map(|(i, &f)| f && first.valid.as_deref().is_none_or(|v| v.samples()[i]));
     let valid = Grid::from_vec(first.domain(), 1, valid.collect())?;
     let mut sources: Vec<Source<D>> = exemplars.sources().iter().map(|source| (**source).clone()).collect();
-    sources[0].valid = Some(valid);
+    sources[0].valid = Some(valid.into());
     let exemplars = Exemplars::from_sources(sources, exemplars.weights().to_vec())?;
     let mut map = SourceMap::unassigned(&exemplars, output)?;
     for (i, id) in map.ids.plane_mut(0).iter_mut().enumerate().filter(|(i, _)| fixed[*i]) {
@@ -275,7 +275,7 @@ mod tests {
         let whole = repeating([24, 40], 10);
         let mut source = (*whole.sources()[0]).clone();
         let valid = source.domain().positions().map(|[y, x]| 2 < y || 3 < x).collect();
-        source.valid = Some(Grid::from_vec(source.domain(), 1, valid).unwrap());
+        source.valid = Some(Grid::from_vec(source.domain(), 1, valid).unwrap().into());
         let e = Exemplars::from_sources(vec![source], vec![1]).unwrap();
         let woven = close(&e, [6, 10], SeamMeasure::Difference, &Run::seeded(0)).unwrap();
         let holes = woven.result.holes();

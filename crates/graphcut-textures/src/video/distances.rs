@@ -46,7 +46,7 @@ impl FrameDistances {
         let pixels = height as usize * width as usize;
         let used =
             |v: &Grid<bool, 3>| (0..pixels).map(|i| v.plane(0)[i..].iter().step_by(pixels).any(|v| *v)).collect();
-        let used = clip.valid.as_ref().map_or(Vec::new(), used);
+        let used = clip.valid.as_deref().map_or(Vec::new(), used);
         let frames = Frames { clip, weights: exemplars.weights(), used };
         run.limits.admit(Domain::open([n, height, width]), Self::bytes(n))?;
         let row = |i: usize| {
@@ -146,7 +146,7 @@ impl Frames<'_> {
         }
         let most: u64 = self.weights.iter().map(|&w| u64::from(w) * 255 * 255).sum();
         let valid = |frame: usize, i: usize| {
-            self.clip.valid.as_ref().is_none_or(|v| v.plane(0)[frame * self.samples() + from + i])
+            self.clip.valid.as_deref().is_none_or(|v| v.plane(0)[frame * self.samples() + from + i])
         };
         let sample = |i: usize| match (valid(a, i), valid(b, i)) {
             (true, true) => {

@@ -29,7 +29,7 @@ fn carried_maps_are_whole_and_show_only_what_is_valid() {
             assert_eq!(stats.levels, levels);
             for &id in map.ids.plane(0) {
                 let (source, at) = e.locate(id).unwrap();
-                assert!(e.sources()[source].valid.as_ref().is_none_or(|v| v.get(0, at)), "{source} {at:?}");
+                assert!(e.sources()[source].valid.as_deref().is_none_or(|v| v.get(0, at)), "{source} {at:?}");
             }
         }
     }

@@ -171,7 +171,7 @@ fn distances_are_those_of_the_definition() {
         let valid: Vec<bool> = (0..domain.len()).map(|i| !masked || (0 < rng.below(4) && i % 30 != 4)).collect();
         let source = Source {
             features: Grid::from_vec(domain, 2, samples.clone()).unwrap(),
-            valid: masked.then(|| Grid::from_vec(domain, 1, valid.clone()).unwrap()),
+            valid: masked.then(|| Grid::from_vec(domain, 1, valid.clone()).unwrap()).map(Into::into),
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         let known = distances(&Exemplars::from_sources(vec![source], vec![3, 7]).unwrap());

@@ -148,7 +148,7 @@ mod tests {
         let samples = (0..domain.len() * 2).map(|_| rng.below(256) as u8).collect();
         let source = Source {
             features: Grid::from_vec(domain, 2, samples).unwrap(),
-            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()),
+            valid: valid.map(|v| Grid::from_vec(domain, 1, v).unwrap()).map(Into::into),
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
         Exemplars::from_sources(vec![source], vec![1, 3]).unwrap()

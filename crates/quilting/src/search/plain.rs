@@ -51,7 +51,7 @@ impl<'e> PlainSearch<'e> {
 fn fits(source: &Source<2>, block: [u32; 2], at: [u32; 2]) -> bool {
     Domain::open(block).positions().all(|p| {
         let from = source.domain().step(at, p.map(|p| p as i32));
-        from.is_some_and(|from| source.valid.as_ref().is_none_or(|v| v.get(0, from)))
+        from.is_some_and(|from| source.valid.as_deref().is_none_or(|v| v.get(0, from)))
     })
 }
 

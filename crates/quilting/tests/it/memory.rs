@@ -53,7 +53,7 @@ fn exemplars(case: &Case) -> Exemplars<2> {
     let valid = domain.positions().map(|[y, x]| y % 70 != 1 && x % 80 != 1).collect();
     let valid = case.masked.then(|| Grid::from_vec(domain, 1, valid).unwrap());
     let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid, origin };
+    let source = Source { features: Grid::from_vec(domain, 3, samples).unwrap(), valid: valid.map(Into::into), origin };
     Exemplars::from_sources(vec![source], vec![1; 3]).unwrap()
 }
 

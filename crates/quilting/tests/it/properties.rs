@@ -327,7 +327,7 @@ fn transfers_follow_turned_and_scaled_exemplars() {
     let map = transfer(&exemplars, &guide, &options, &Run::seeded(2)).unwrap().result;
     let used = |source| map.domain().positions().filter(|&at| map.locate(at).unwrap().0 == source).count();
     assert!(0 < used(0) && 0 < used(1));
-    let valid = exemplars.sources()[1].valid.as_ref().unwrap();
+    let valid = exemplars.sources()[1].valid.as_deref().unwrap();
     let stands = |at| map.locate(at).is_none_or(|(source, from)| source != 1 || valid.get(0, from));
     assert!(map.domain().positions().all(stands));
 }

@@ -141,7 +141,7 @@ fn shown(exemplars: &Exemplars<2>, spot: Spot, color: &mut [f64]) -> bool {
     }
     color.fill(0.0);
     for (at, weight) in domain.corners(spot.at) {
-        if source.valid.as_ref().is_some_and(|valid| !valid.get(0, at)) {
+        if source.valid.as_deref().is_some_and(|valid| !valid.get(0, at)) {
             return false;
         }
         for (c, v) in color.iter_mut().enumerate() {

@@ -121,7 +121,7 @@ pub(crate) fn start(loom: &Loom<'_>, domain: Domain<2>) -> Result<Start<2>, Fail
     let mut map = SourceMap::unassigned(exemplars, domain)?;
     let shown = match &loom.loaded.masks[0] {
         Some(mask) => Some(mask.samples()),
-        None => exemplars.sources()[0].valid.as_ref().map(Grid::samples),
+        None => exemplars.sources()[0].valid.as_deref().map(Grid::samples),
     };
     for (i, id) in map.ids.plane_mut(0).iter_mut().enumerate() {
         if shown.is_none_or(|shown| shown[i]) {

@@ -107,7 +107,7 @@ fn alone(labels: &[Label<2>], domains: &[Domain<2>]) -> Option<usize> {
 pub(super) fn shows(exemplars: &Exemplars<2>, label: &Label<2>, at: [u32; 2]) -> bool {
     let source = &exemplars.sources()[label.source];
     let from = source.domain().step([0; 2], [0, 1].map(|axis| at[axis] as i32 - label.offset[axis]));
-    from.is_some_and(|from| source.valid.as_ref().is_none_or(|valid| valid.get(0, from)))
+    from.is_some_and(|from| source.valid.as_deref().is_none_or(|valid| valid.get(0, from)))
 }
 
 /// How many samples of the output are in no picture. Its format has to hold transparency if there are any.

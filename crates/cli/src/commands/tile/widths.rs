@@ -62,7 +62,7 @@ impl TileCommand {
             Some(Auto(Some(period))) => period,
             _ => {
                 let weights = loom.loaded.exemplars.weights();
-                let texture = Texture::of(&source.features, source.valid.as_ref(), weights)?;
+                let texture = Texture::of(&source.features, source.valid.as_deref(), weights)?;
                 let mut period = shape;
                 for axis in (0..2).filter(|&a| loom.domain.periodic[a]) {
                     let along = texture.order().and_then(|lattice| lattice.along[axis]);

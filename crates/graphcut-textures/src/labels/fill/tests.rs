@@ -23,7 +23,7 @@ fn holed(e: &Exemplars<2>, hole: impl Fn([u32; 2]) -> bool) -> (Exemplars<2>, St
     let domain = e.sources()[0].domain();
     let mut sources: Vec<Source<2>> = e.sources().iter().map(|source| (**source).clone()).collect();
     let valid = domain.positions().map(|at| !hole(at)).collect();
-    sources[0].valid = Some(Grid::from_vec(domain, 1, valid).unwrap());
+    sources[0].valid = Some(Grid::from_vec(domain, 1, valid).unwrap().into());
     let e = Exemplars::from_sources(sources, vec![1]).unwrap();
     let mut map = SourceMap::unassigned(&e, domain).unwrap();
     for (i, at) in domain.positions().enumerate().filter(|(_, at)| !hole(*at)) {

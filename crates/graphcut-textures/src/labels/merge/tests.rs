@@ -15,7 +15,7 @@ fn pictures(rng: &mut Rng, shape: [u32; 2], count: usize, holes: bool) -> Exempl
         let valid = (0..domain.len()).map(|_| shows(rng)).collect();
         Source {
             features: Grid::from_vec(domain, 1, features).unwrap(),
-            valid: Some(Grid::from_vec(domain, 1, valid).unwrap()),
+            valid: Some(Grid::from_vec(domain, 1, valid).unwrap().into()),
             origin: Origin { exemplar: number as u16, transform: Transform::IDENTITY },
         }
     };

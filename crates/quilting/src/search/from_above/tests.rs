@@ -89,7 +89,7 @@ fn what_is_small_thin_masked_or_tiled_is_searched_whole() {
         let features = Grid::try_filled(domain, 1, 7).unwrap();
         let valid = masked.then(|| Grid::try_filled(domain, 1, true).unwrap());
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        Exemplars::from_sources(vec![Source { features, valid, origin }], vec![1]).unwrap()
+        Exemplars::from_sources(vec![Source { features, valid: valid.map(Into::into), origin }], vec![1]).unwrap()
     };
     let of = |e: Exemplars<2>, overlap| halvings(&e, overlap);
     assert_eq!(of(source([383, 999], false, false), 99), 0);
