@@ -111,7 +111,7 @@ impl Worst {
                 continue;
             }
             let near: Vec<u32> =
-                found.iter().filter(|f| self.distance(f[0], y as u32, 0) < apart).map(|f| f[1]).collect();
+                found.iter().filter(|f| self.domain.apart(0, f[0], y as u32) < apart).map(|f| f[1]).collect();
             for x in 0..wide {
                 let place = y * wide + x;
                 let is_fixed = self.errors[place] == 0 && self.fixed.get(place) == Some(&true);
@@ -119,18 +119,12 @@ impl Worst {
                     continue;
                 }
                 let error = self.errors[place].saturating_add(added(place));
-                if worst < error && near.iter().all(|&f| apart <= self.distance(f, x as u32, 1)) {
+                if worst < error && near.iter().all(|&f| apart <= self.domain.apart(1, f, x as u32)) {
                     (worst, best) = (error, Some(place));
                 }
             }
         }
         best
-    }
-
-    /// The shorter way along an axis.
-    fn distance(&self, a: u32, b: u32, axis: usize) -> u32 {
-        let d = a.abs_diff(b);
-        if self.domain.periodic[axis] { d.min(self.domain.shape[axis] - d) } else { d }
     }
 }
 

@@ -105,6 +105,12 @@ impl<const D: usize> Domain<D> {
         (if self.periodic[axis] { place.rem_euclid(side) } else { place.clamp(0, side - 1) }) as u32
     }
 
+    /// How far two places of an axis are from each other, the shorter way around where the axis is periodic.
+    pub fn apart(&self, axis: usize, a: u32, b: u32) -> u32 {
+        let along = a.abs_diff(b);
+        if self.periodic[axis] { along.min(self.shape[axis] - along) } else { along }
+    }
+
     /// A place or an offset in the first turn of periodic axes; as it is along open ones.
     #[inline]
     pub fn wrapped(&self, place: [i32; D]) -> [i32; D] {
@@ -136,6 +142,8 @@ mod tests {
         let d = Domain { shape: [3, 4], periodic: [false, true] };
         assert_eq!([-5, 0, 2, 3, 9].map(|p| d.nearest(0, p)), [0, 0, 2, 2, 2]);
         assert_eq!([-5, -1, 3, 4, 9].map(|p| d.nearest(1, p)), [3, 3, 3, 0, 1]);
+        assert_eq!([(0, 2), (2, 0), (1, 1)].map(|(a, b)| d.apart(0, a, b)), [2, 2, 0]);
+        assert_eq!([(0, 3), (3, 0), (0, 2), (1, 2)].map(|(a, b)| d.apart(1, a, b)), [1, 1, 2, 1]);
         assert_eq!([[-5, -5], [7, 7]].map(|p| d.wrapped(p)), [[-5, 3], [7, 3]]);
     }
 

@@ -1,6 +1,7 @@
 //! Nearest windows that use all of the sources: an error counts less where no window of the picture is near.
 
-use super::{Bound, Field, Neighbor, Windows, check, one_by_one, walk};
+use super::comparison::Comparison;
+use super::{Field, Neighbor, Windows, check, one_by_one, walk};
 use crate::Error;
 use crate::kernel::Kernel;
 use selvedge_core::{Domain, Grid, SimdLevel, par, try_vec};
@@ -27,11 +28,14 @@ impl Coverage {
         simd: SimdLevel,
     ) -> Result<Self, Error> {
         check(picture, sources, weights, windows)?;
-        let least = |&source: &Field<'_>| match Bound::of(windows, weights, picture, source).by_displacement {
-            true => walk::least(picture, source, weights, windows, Kernel::new(simd)),
-            false => one_by_one::least(picture, source, weights, windows, simd),
-        };
-        Ok(Self { least: sources.iter().map(least).collect::<Result<_, _>>()? })
+        let least = sources.iter().map(|&source| {
+            let comparison = Comparison { picture, source, weights, windows };
+            match comparison.is_by_displacement() {
+                true => walk::least(comparison, Kernel::new(simd)),
+                false => one_by_one::least(comparison, simd),
+            }
+        });
+        Ok(Self { least: least.collect::<Result<_, _>>()? })
     }
 
     /// That of the windows of both.
@@ -71,9 +75,10 @@ impl Coverage {
         let added = self.added(alpha);
         let mut found: Vec<Option<(f32, u32, [u32; 2])>> = try_vec(over.len(), None)?;
         for (number, (&source, least)) in sources.iter().zip(&self.least).enumerate() {
-            let best = match Bound::of(windows, weights, picture, source).by_displacement {
-                true => walk::scaled(picture, source, weights, windows, (least, added), Kernel::new(simd))?,
-                false => one_by_one::scaled(picture, source, weights, windows, (least, added), simd)?,
+            let comparison = Comparison { picture, source, weights, windows };
+            let best = match comparison.is_by_displacement() {
+                true => walk::scaled(comparison, (least, added), Kernel::new(simd))?,
+                false => one_by_one::scaled(comparison, (least, added), simd)?,
             };
             for (found, best) in found.iter_mut().zip(best) {
                 if let Some((score, at)) = best.filter(|b| found.is_none_or(|f| b.0 < f.0)) {

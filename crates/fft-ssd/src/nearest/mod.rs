@@ -6,7 +6,7 @@
 //! of cells. So the time does not depend on the windows' side, and does on the step only by the number of windows. No
 //! tree and no propagation is exact, and none is faster at the sizes of textures.
 
-mod bound;
+mod comparison;
 mod coverage;
 mod field;
 mod one_by_one;
@@ -15,7 +15,7 @@ mod walk;
 
 use crate::kernel::Kernel;
 use crate::{Error, memory};
-use bound::Bound;
+use comparison::Comparison;
 pub use coverage::Coverage;
 use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, Source};
 
@@ -103,11 +103,11 @@ pub fn nearest(
     let over = check(picture, sources, weights, windows)?;
     let mut found = Grid::try_filled(over, 1, None)?;
     for (number, &source) in sources.iter().enumerate() {
-        let fits = Bound::of(windows, weights, picture, source);
-        let best = if fits.by_displacement {
-            walk::nearest(picture, source, weights, windows, Kernel::new(simd))?
+        let comparison = Comparison { picture, source, weights, windows };
+        let best = if comparison.is_by_displacement() {
+            walk::nearest(comparison, Kernel::new(simd))?
         } else {
-            one_by_one::nearest(picture, source, weights, windows, simd)?
+            one_by_one::nearest(comparison, simd)?
         };
         for (found, best) in found.plane_mut(0).iter_mut().zip(best) {
             let is_better = |&(error, _): &(u64, [u32; 2])| found.is_none_or(|f: Neighbor| error < f.error);
@@ -136,10 +136,11 @@ pub fn alike(
     simd: SimdLevel,
 ) -> Result<Grid<u32, 2>, Error> {
     let over = check(picture, &[picture], weights, windows)?;
-    let counts = if Bound::of(windows, weights, picture, picture).by_displacement {
-        walk::alike(picture, weights, windows, error, apart, Kernel::new(simd))?
+    let comparison = Comparison { picture, source: picture, weights, windows };
+    let counts = if comparison.is_by_displacement() {
+        walk::alike(comparison, error, apart, Kernel::new(simd))?
     } else {
-        one_by_one::alike(picture, weights, windows, error, apart, simd)?
+        one_by_one::alike(comparison, error, apart, simd)?
     };
     Ok(Grid::from_vec(over, 1, counts)?)
 }

@@ -1,39 +1,26 @@
 //! Window by window through the search at every position: for windows that cells do not tile, and errors beyond 32
 //! bits.
 
+use super::comparison::Comparison;
 use super::scale::{Best as Scaled, factor};
-use super::{Best, Field, Windows, joined};
+use super::{Best, joined};
 use crate::{Costs, Error, Options, Placement, Scratch, SsdSearcher, Template};
 use selvedge_core::{Grid, SimdLevel, par, try_vec};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// See [`super::walk::nearest`].
-pub(super) fn nearest(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
-    simd: SimdLevel,
-) -> Result<Vec<Best>, Error> {
+pub(super) fn nearest(comparison: Comparison<'_>, simd: SimdLevel) -> Result<Vec<Best>, Error> {
     // A search wraps a template even around what is smaller than it; a window stands nowhere there.
-    let stands = !windows.over(source.features.domain()).is_empty();
-    each(picture, source, weights, windows, simd, |_, costs| {
-        costs.best().filter(|_| stands).map(|c| (c.error, c.position.map(|p| p as u32)))
-    })
+    let stands = !comparison.offered().is_empty();
+    each(comparison, simd, |_, costs| costs.best().filter(|_| stands).map(|c| (c.error, c.position.map(|p| p as u32))))
 }
 
 /// See [`super::walk::least`].
-pub(super) fn least(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
-    simd: SimdLevel,
-) -> Result<Vec<u64>, Error> {
-    let over = Windows { step: 1, ..windows }.over(source.features.domain());
+pub(super) fn least(comparison: Comparison<'_>, simd: SimdLevel) -> Result<Vec<u64>, Error> {
+    let over = comparison.offered();
     let least: Vec<AtomicU64> = (0..over.len()).map(|_| AtomicU64::new(u64::MAX)).collect();
     if !over.is_empty() {
-        each(picture, source, weights, windows, simd, |_, costs| {
+        each(comparison, simd, |_, costs| {
             for c in costs.iter() {
                 // The least of all is the same in any order.
                 least[over.index(c.position.map(|p| p as u32))].fetch_min(c.error, Ordering::Relaxed);
@@ -45,18 +32,15 @@ pub(super) fn least(
 
 /// See [`super::walk::scaled`].
 pub(super) fn scaled(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
+    comparison: Comparison<'_>,
     (least, added): (&[u64], f64),
     simd: SimdLevel,
 ) -> Result<Vec<Scaled>, Error> {
-    let over = Windows { step: 1, ..windows }.over(source.features.domain());
+    let over = comparison.offered();
     if over.is_empty() {
-        return Ok(vec![None; windows.over(picture.features.domain()).len()]);
+        return Ok(vec![None; comparison.asked().len()]);
     }
-    each(picture, source, weights, windows, simd, |_, costs| {
+    each(comparison, simd, |_, costs| {
         let all = costs.iter().map(|c| {
             let at = c.position.map(|p| p as u32);
             (c.error as f32 * factor(least[over.index(at)], added), at)
@@ -66,20 +50,10 @@ pub(super) fn scaled(
 }
 
 /// See [`super::walk::alike`].
-pub(super) fn alike(
-    picture: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
-    error: u64,
-    apart: u32,
-    simd: SimdLevel,
-) -> Result<Vec<u32>, Error> {
-    let domain = picture.features.domain();
-    each(picture, picture, weights, windows, simd, |at, costs| {
-        let away = |axis: usize, to: i32| {
-            let by = at[axis].abs_diff(to as u32);
-            if domain.periodic[axis] { by.min(domain.shape[axis] - by) } else { by }
-        };
+pub(super) fn alike(comparison: Comparison<'_>, error: u64, apart: u32, simd: SimdLevel) -> Result<Vec<u32>, Error> {
+    let domain = comparison.picture.features.domain();
+    each(comparison, simd, |at, costs| {
+        let away = |axis: usize, to: i32| domain.apart(axis, at[axis], to as u32);
         let is_far = |p: [i32; 2]| apart <= away(0, p[0]).max(away(1, p[1]));
         costs.iter().filter(|c| c.error <= error && is_far(c.position)).count() as u32
     })
@@ -87,14 +61,12 @@ pub(super) fn alike(
 
 /// What `ask` makes of the costs of each window, told where it lies.
 fn each<T: Send>(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
+    comparison: Comparison<'_>,
     simd: SimdLevel,
     ask: impl Fn([u32; 2], &Costs<2>) -> T + Sync + Send,
 ) -> Result<Vec<T>, Error> {
-    let over = windows.over(picture.features.domain());
+    let Comparison { picture, source, weights, windows } = comparison;
+    let over = comparison.asked();
     let options = Options { simd, ..Options::default() };
     let searcher = SsdSearcher::of_grid(source.features, source.valid, weights, options)?;
     let row = |y: usize| {

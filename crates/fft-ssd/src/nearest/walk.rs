@@ -4,8 +4,9 @@ mod scaled;
 
 pub(super) use scaled::{least, scaled};
 
+use super::comparison::Comparison;
 use super::field::{Asked, Barred, Continued, Offered, groups};
-use super::{Best, Field, Windows, joined};
+use super::{Best, joined};
 use crate::Error;
 use crate::kernel::{self, Cells, Kernel, Lanes, SHIFTS};
 use selvedge_core::{Domain, par, try_vec};
@@ -16,26 +17,13 @@ use std::ops::Range;
 const BAND: usize = 16;
 
 /// Error and position of the nearest window of one source, for each window.
-pub(super) fn nearest(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
-    kernel: Kernel,
-) -> Result<Vec<Best>, Error> {
-    Walk::new(picture, source, weights, windows, kernel)?.nearest()
+pub(super) fn nearest(comparison: Comparison<'_>, kernel: Kernel) -> Result<Vec<Best>, Error> {
+    Walk::new(comparison, kernel)?.nearest()
 }
 
 /// How many windows of the picture itself are like each window.
-pub(super) fn alike(
-    picture: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
-    error: u64,
-    apart: u32,
-    kernel: Kernel,
-) -> Result<Vec<u32>, Error> {
-    Walk::new(picture, picture, weights, windows, kernel)?.alike(error, apart)
+pub(super) fn alike(comparison: Comparison<'_>, error: u64, apart: u32, kernel: Kernel) -> Result<Vec<u32>, Error> {
+    Walk::new(comparison, kernel)?.alike(error, apart)
 }
 
 struct Walk {
@@ -71,16 +59,10 @@ struct Sums {
 }
 
 impl Walk {
-    fn new(
-        picture: Field<'_>,
-        source: Field<'_>,
-        weights: &[u8],
-        windows: Windows,
-        kernel: Kernel,
-    ) -> Result<Self, Error> {
+    fn new(comparison: Comparison<'_>, kernel: Kernel) -> Result<Self, Error> {
+        let Comparison { picture, source, weights, windows } = comparison;
         let (domain, step) = (source.features.domain(), windows.step as usize);
-        let positions = Windows { step: 1, ..windows }.over(domain);
-        let asked = windows.over(picture.features.domain());
+        let (positions, asked) = (comparison.offered(), comparison.asked());
         let picture = Continued::new(picture, asked, windows, windows.step);
         let continued = Continued::new(source, positions, windows, 1);
         let words = |group: super::field::Group| -> Result<_, Error> {

@@ -1,8 +1,9 @@
 //! The same walk for errors that are scaled by where they lie: what is nearest to each position, and windows by their
 //! scaled errors.
 
+use super::super::comparison::Comparison;
+use super::super::joined;
 use super::super::scale::{Best, factor};
-use super::super::{Field, Windows, joined};
 use super::{Shift, Walk};
 use crate::Error;
 use crate::kernel::{Kernel, SHIFTS};
@@ -15,14 +16,8 @@ const PARTS: usize = 8;
 
 /// For each position of the source, row by row, the error of the most similar window of the picture; all ones where
 /// none can stand.
-pub(in crate::nearest) fn least(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
-    kernel: Kernel,
-) -> Result<Vec<u64>, Error> {
-    let walk = Walk::new(picture, source, weights, windows, kernel)?;
+pub(in crate::nearest) fn least(comparison: Comparison<'_>, kernel: Kernel) -> Result<Vec<u64>, Error> {
+    let walk = Walk::new(comparison, kernel)?;
     let least = walk.least()?;
     let [rows, columns] = walk.offered;
     let at = |i: usize| match least[walk.barred.at(i / columns, (i % columns) as isize)] {
@@ -34,14 +29,11 @@ pub(in crate::nearest) fn least(
 
 /// For each window of the picture the position of least error times [`factor`] of what `least` says of the position.
 pub(in crate::nearest) fn scaled(
-    picture: Field<'_>,
-    source: Field<'_>,
-    weights: &[u8],
-    windows: Windows,
+    comparison: Comparison<'_>,
     (least, added): (&[u64], f64),
     kernel: Kernel,
 ) -> Result<Vec<Best>, Error> {
-    let walk = Walk::new(picture, source, weights, windows, kernel)?;
+    let walk = Walk::new(comparison, kernel)?;
     let mut factors = try_vec(walk.barred.marks().len(), f32::INFINITY)?;
     for (i, &error) in least.iter().enumerate() {
         let columns = walk.offered[1];
