@@ -32,9 +32,9 @@ impl Kernel {
                     0.0
                 }
             }
-            Self::Gauss => libm::exp(-2.0 * distance * distance),
-            Self::Lanczos if distance.abs() < 3.0 => sinc(turn) * sinc(turn / 3.0),
-            Self::Lanczos => 0.0,
+            Self::Gauss if distance.abs() <= self.reach() => libm::exp(-2.0 * distance * distance),
+            Self::Lanczos if distance.abs() < self.reach() => sinc(turn) * sinc(turn / 3.0),
+            Self::Gauss | Self::Lanczos => 0.0,
         }
     }
 
@@ -86,6 +86,9 @@ mod tests {
                 assert!((middle - f64::from(ratio - 1) / 2.0).abs() < 1e-9, "{kernel:?} {ratio}: {middle}");
             }
         }
+        // As far as weights go, and no farther: 1.5 ratios from the middle.
+        let reach = |ratio: u32| Kernel::Gauss.shares(ratio).iter().map(|(by, _)| *by).min();
+        assert_eq!([reach(4), reach(5)], [Some(-4), Some(-5)]);
         assert!(Kernel::Lanczos.weights(4)[5..7].iter().all(|&w| w < 0), "lobes");
         assert_eq!(Kernel::Lanczos.shares(1), [(0, 1.0)]);
     }
