@@ -80,9 +80,9 @@ impl Failure {
         Self::new(128 + signal, "interrupted; nothing was written")
     }
 
-    /// The run was ended by a signal when its files had their names.
+    /// The run was ended by a signal when its files, or those of its first frames, had their names.
     pub(crate) fn late(signal: u8) -> Self {
-        Self::leaving(signal, "the files were written".into())
+        Self::leaving(signal, "what was finished is written".into())
     }
 
     /// The run was ended by a signal, and what there was is in a file.
@@ -94,11 +94,11 @@ impl Failure {
         Self { left: Some(left.clone()), ..Self::new(128 + signal, format!("interrupted; {left}")) }
     }
 
-    /// The same where so many runs before it are written.
-    pub(crate) fn after(self, runs: usize) -> Self {
+    /// The same where so many runs or frames before it are written.
+    pub(crate) fn after(self, thing: &str, number: usize) -> Self {
         let rest = self.left.as_ref().map_or(String::new(), |left| format!(", and {left}"));
-        let (runs, were) = (n("run", runs), if runs == 1 { "was" } else { "were" });
-        let message = format!("interrupted; {runs} before {were} written{rest}");
+        let (things, were) = (n(thing, number), if number == 1 { "was" } else { "were" });
+        let message = format!("interrupted; {things} before {were} written{rest}");
         Self { message, ..self }
     }
 

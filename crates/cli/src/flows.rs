@@ -28,17 +28,17 @@ pub(crate) fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     }
 }
 
-/// Reads one, which has to be of the size of those before.
+/// Reads one, which has to be of the size that something has.
 pub(crate) fn read(
     file: &Path,
-    before: Option<[u32; 2]>,
+    sized: Option<([u32; 2], &str)>,
     (scale, limits): (f32, &Limits),
 ) -> Result<(Flow, Fingerprint), Failure> {
     let mut read = read_flow(file, limits)?;
     let [h, w] = read.flow.domain().shape;
-    if let Some([fh, fw]) = before.filter(|before| *before != [h, w]) {
-        let what = format!("{w}x{h} vectors, but the first one has {fw}x{fh}");
-        return Err(Failure::new(3, what).about(file).remedy("give flows of one size"));
+    if let Some(([fh, fw], has)) = sized.filter(|(size, _)| *size != [h, w]) {
+        let what = format!("{w}x{h} vectors, but {has} {fw}x{fh}");
+        return Err(Failure::new(3, what).about(file).remedy("give flows of that size"));
     }
     read.flow.by.samples_mut().iter_mut().for_each(|v| *v *= scale);
     Ok((read.flow, read.fingerprint))

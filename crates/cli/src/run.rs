@@ -79,7 +79,7 @@ fn several(session: &Session<'_>, turns: &Turns) -> Result<Done, Failure> {
             if kept {
                 done.outputs.write(session)?;
             }
-            Err(if kept { failure.after(i) } else { failure })
+            Err(if kept { failure.after("run", i) } else { failure })
         })?;
         if sheet.is_some()
             && let Some(picture) = one.outputs.first()?

@@ -104,10 +104,20 @@ fn frames_that_do_not_belong_together_are_refused_before_the_first() {
     let pair = "analogy @/ground/labels.png @/ground/picture.png";
     folder.run(&format!("{pair} b.#.png -o out.png")).refused(2, &["out.png", "'name.####.png'"]);
     folder.run(&format!("{pair} b.1.png -o o.png --flow pan.flo")).refused(2, &["--flow", "B is one picture"]);
+    folder.run(&format!("{pair} b.1.png -o o.png --temporal 0.1")).refused(2, &["--temporal", "B is one picture"]);
+    folder.run(&format!("{pair} b.#.png -o o.#.png --flow-direction forward")).refused(2, &["--flow-direction"]);
     folder.run(&format!("{pair} b.#.png -o o.#.png --resume")).refused(2, &["--map"]);
     folder.run(&format!("{pair} b.#.png -o o.#.png --temporal -1")).refused(2, &["-1"]);
     folder.run(&format!("{pair} b.#.png -o o.#.png --start m.exr")).refused(2, &["--start"]);
     folder.run(&format!("{pair} b.#.png -o o.#.png --flow pan.flo --temporal 0")).refused(2, &["--flow", "--temporal"]);
+    // One flow by a pattern is not one for all, and one of another size is seen before the work.
+    let flow = fs::read(folder.path("pan.flo")).unwrap();
+    fs::write(folder.path("f.1.flo"), &flow).unwrap();
+    folder.run(&format!("{pair} b.#.png -o o.#.png --flow f.#.flo")).refused(3, &["1 flow for 3 steps"]);
+    let narrow = [&flow[..4], &55_u32.to_le_bytes()[..], &flow[8..12], &vec![0; 55 * 48 * 8][..]].concat();
+    fs::write(folder.path("f.1.flo"), narrow).unwrap();
+    folder.run(&format!("{pair} b.#.png -o o.#.png --flow f.1.flo")).refused(3, &["55x48", "the frames have 56x48"]);
+    fs::remove_file(folder.path("f.1.flo")).unwrap();
     // The first frame would be written over the second, which is still to be read.
     for frame in 1..5 {
         let name = |frame: u32| folder.path(format!("b.{frame}.png"));
@@ -130,6 +140,20 @@ fn frames_that_do_not_belong_together_are_refused_before_the_first() {
     fs::remove_file(folder.path("c.1.png")).unwrap();
     fs::remove_file(folder.path("c.2.png")).unwrap();
     assert_eq!(folder.names(), before);
+}
+
+#[test]
+fn a_frame_that_cannot_be_made_says_what_is_there() {
+    let folder = Folder::new("analogies-broken-frame");
+    panned(&folder);
+    let third = fs::read(folder.path("b.3.png")).unwrap();
+    fs::write(folder.path("b.3.png"), &third[..third.len() / 2]).unwrap();
+    folder.run(FRAMES).refused(3, &["b.3.png", "the frames before are written, and go on with --resume"]);
+    assert!(folder.path("m.2.exr").is_file() && !folder.path("o.3.png").exists(), "{:?}", folder.names());
+    fs::write(folder.path("b.3.png"), third).unwrap();
+    // Other planes of the exemplar come with each frame, by names of their own.
+    let pair = "analogy @/ground/labels.png @/ground/picture.png";
+    folder.run(&format!("{pair} b.#.png -o {{stem}}.#.png --with @/ground/labels.png --dry-run")).done();
 }
 
 #[test]

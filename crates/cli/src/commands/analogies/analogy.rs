@@ -53,7 +53,7 @@ impl Analogy {
             return typed
                 .frames(session, target, &|weaving, knobs, frame| self.one(session, weaving, knobs, Some(frame)));
         }
-        self.sequence.check_single()?;
+        SequenceArgs::check_single(session)?;
         self.one(session, &self.weaving, &self.knobs, None)
     }
 

@@ -11,6 +11,7 @@ use selvedge_io::clip::ClipName;
 
 use super::Knobs;
 use super::told::failure;
+use crate::clips;
 use crate::failure::{Failure, n};
 use crate::flows::{self, DirectionArg};
 use crate::ground::{self, check_size};
@@ -21,11 +22,15 @@ use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::used::Used;
 use crate::weaving::Weaving;
-use crate::{clips, names};
 
 /// 24 frames of a drawing that four guides lead, panned by 2 px a frame: made by themselves they change by 11.7 grey
 /// levels along the flow, with 0.1 by 0.12 and with 1 by 0.06, and follow their guides to within 3.58, 3.74 and 3.90.
 const TEMPORAL: f64 = 0.1;
+
+/// Of the size that vectors are to have.
+const FRAMES_HAVE: &str = "the frames have";
+/// Options that a single picture has no use for.
+const OF_FRAMES: [&str; 4] = ["flow", "flow-direction", "temporal", "resume"];
 
 /// Options about B as the frames of a clip.
 #[derive(Args, Clone, Debug)]
@@ -64,20 +69,15 @@ enum Before {
 
 impl SequenceArgs {
     /// Refuses what is about frames where there are none.
-    pub(super) fn check_single(&self) -> Result<(), Failure> {
-        let typed = [("--flow", self.flow.is_some()), ("--resume", self.resume)];
-        match typed.iter().find(|(_, typed)| *typed) {
-            Some((option, _)) => {
-                let failure = Failure::new(2, format!("{option} is about frames, and B is one picture"));
-                Err(failure.remedy("leave it out, or name B's frames by a pattern, such as 'name.####.png'"))
-            }
-            None => Ok(()),
-        }
+    pub(super) fn check_single(session: &Session<'_>) -> Result<(), Failure> {
+        let Some(option) = session.first_typed(&OF_FRAMES) else { return Ok(()) };
+        let failure = Failure::new(2, format!("{option} is about frames, and B is one picture"));
+        Err(failure.remedy("leave it out, or name B's frames by a pattern, such as 'name.####.png'"))
     }
 
     /// Without all of them, of a single picture.
     pub(super) fn idle(used: Used) -> Used {
-        ["flow", "flow-direction", "temporal", "resume"].into_iter().fold(used, Used::without)
+        OF_FRAMES.into_iter().fold(used, Used::without)
     }
 }
 
@@ -107,7 +107,8 @@ impl Frame<'_> {
     }
 
     fn read(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Flow, Failure> {
-        let (flow, fingerprint) = flows::read(path, Some(loom.domain.shape), (1.0, &loom.session.limits))?;
+        let sized = Some((loom.domain.shape, FRAMES_HAVE));
+        let (flow, fingerprint) = flows::read(path, sized, (1.0, &loom.session.limits))?;
         loom.others.push(fingerprint);
         Ok(flow)
     }
@@ -160,7 +161,7 @@ impl Typed<'_> {
         for i in first..sequence.frames {
             session.watch.turn(i + 1, sequence.frames);
             let weaving = sequence.weaving(i)?;
-            let before_file = || sequence.weaving(i - 1).ok()?.map.map(Before::File);
+            let before_file = || sequence.run(i - 1).ok()?.written().map.map(Before::File);
             let frame = Frame {
                 args: self.sequence,
                 typed: self.knobs,
@@ -170,13 +171,29 @@ impl Typed<'_> {
                 flow: i.checked_sub(1).and_then(|step| sequence.flow(step)),
                 made: RefCell::new(None),
             };
-            let mut one = make(&weaving, &sequence.knobs(i), &frame)?;
-            one.outputs.write(session)?;
+            let one = make(&weaving, &sequence.knobs(i), &frame);
+            let mut one = one
+                .and_then(|one| one.outputs.write(session).map(|_| one))
+                .map_err(|failure| self.after(session, failure, i))?;
             one.outputs = Outputs::default();
             done.add(one, session.global.seed(), session.global.dry_run);
             before = frame.made.take().map(Before::Made);
         }
         Ok(done)
+    }
+
+    /// What ended the run, where so many frames are there.
+    fn after(&self, session: &Session<'_>, failure: Failure, frames: usize) -> Failure {
+        if frames == 0 || session.global.dry_run {
+            return failure;
+        }
+        if session.watch.signal().is_some() {
+            return failure.after("frame", frames);
+        }
+        let there = if frames == 1 { "the frame before is" } else { "the frames before are" };
+        let resume = if self.weaving.map.is_some() { ", and go on with --resume" } else { "" };
+        let remedy = failure.remedy.as_ref().map_or(String::new(), |remedy| format!("{remedy}; "));
+        failure.remedy(format!("{remedy}{there} written{resume}"))
     }
 
     /// Whether a frame goes on from files: only the first one that is made after others which are there does.
@@ -201,6 +218,10 @@ impl<'a> Sequence<'a> {
             let what = "--flow moves the frame before, which --temporal 0 leaves out";
             return Err(Failure::new(2, what).remedy("leave out one of them"));
         }
+        if let (None, Some(option)) = (&args.flow, session.first_typed(&["flow-direction"])) {
+            let failure = Failure::new(2, format!("{option} says what vectors mean, and there are none"));
+            return Err(failure.remedy("leave it out, or give --flow"));
+        }
         let mut files = BTreeMap::from([(target.to_path_buf(), clips::files(target, None)?)]);
         let frames = files[target].len();
         for path in knobs.guides.targets().chain(&knobs.follow_where).filter(|path| is_clip(path)) {
@@ -212,10 +233,9 @@ impl<'a> Sequence<'a> {
             files.insert(path.clone(), all);
         }
         let flows = args.flow.as_deref().map_or(Ok(Vec::new()), flows::files)?;
-        if 1 < flows.len() && flows.len() + 1 < frames {
+        if let Some(path) = args.flow.as_ref().filter(|path| is_clip(path) && flows.len() + 1 < frames) {
             let what = format!("{} for {}", n("flow", flows.len()), n("step", frames - 1));
-            let failure = Failure::new(3, what).about(args.flow.as_ref().expect("typed"));
-            return Err(failure.remedy("give one a step, or one for all"));
+            return Err(Failure::new(3, what).about(path).remedy("give one a step, or the name of one for all"));
         }
         let sequence = Self { of, files, flows, frames };
         sequence.check_sizes(session)?;
@@ -235,16 +255,23 @@ impl<'a> Sequence<'a> {
                 first = Some(shape);
             }
         }
-        Ok(())
+        let target = Input::new(session, &self.files[self.target()][0])?.probe(&options)?;
+        let sized = Some(([target.height, target.width], FRAMES_HAVE));
+        let read = |flow: &PathBuf| flows::read(flow, sized, (1.0, &session.limits)).map(|_| ());
+        self.flows.iter().try_for_each(read)
+    }
+
+    /// The name of B's frames.
+    fn target(&self) -> &Path {
+        self.of.weaving.input.exemplars.last().expect("A, A' and B")
     }
 
     /// No frame may be written over what is read for any: a frame's own check knows its own files.
     fn check_names(&self, session: &Session<'_>, first: usize) -> Result<(), Failure> {
         let mut written = Vec::new();
         for frame in first..self.frames {
-            let weaving = self.weaving(frame)?;
-            written.push(weaving.output);
-            written.extend([weaving.map, weaving.explain, weaving.preview].into_iter().flatten());
+            let run = self.run(frame)?;
+            written.extend(run.files_written(session, &run.written(), run.input.exemplars.len() / 2));
         }
         let read = self.files.values().flatten().chain(&self.flows).cloned();
         outputs::check(session, &written, &read.collect::<Vec<_>>())
@@ -256,8 +283,8 @@ impl<'a> Sequence<'a> {
             return Ok(0);
         }
         let is_there = |i: &usize| {
-            let weaving = self.weaving(*i);
-            weaving.is_ok_and(|w| w.output.is_file() && w.map.is_some_and(|map| map.is_file()))
+            let names = self.run(*i).map(|run| run.written());
+            names.is_ok_and(|names| names.output.is_file() && names.map.is_some_and(|map| map.is_file()))
         };
         let there = (0..self.frames).take_while(is_there).count();
         if 0 < there {
@@ -281,6 +308,13 @@ impl<'a> Sequence<'a> {
         Knobs { guides: knobs.guides.over(at), follow_where: knobs.follow_where.as_deref().map(at), ..knobs.clone() }
     }
 
+    /// The same as its own run has it, whose first exemplar is A'.
+    fn run(&self, frame: usize) -> Result<Weaving, Failure> {
+        let mut weaving = self.weaving(frame)?;
+        weaving.input.exemplars.remove(0);
+        Ok(weaving)
+    }
+
     /// Exemplars and a frame, and the frame's own names, counted from 1.
     fn weaving(&self, frame: usize) -> Result<Weaving, Failure> {
         let typed = self.of.weaving;
@@ -289,8 +323,7 @@ impl<'a> Sequence<'a> {
             *target = self.file(target, frame);
         }
         let numbered = |path: &PathBuf| {
-            let name = names::of_plane(path, &typed.input.exemplars[0]);
-            ClipName::parse(&name).and_then(|name| name.file(frame as u32 + 1)).ok_or_else(|| {
+            ClipName::parse(path).and_then(|name| name.file(frame as u32 + 1)).ok_or_else(|| {
                 let failure = Failure::new(2, format!("{} would have this name", n("frame", self.frames)));
                 failure.about(path).remedy("name frames by a pattern, such as 'name.####.png'")
             })

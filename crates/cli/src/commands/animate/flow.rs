@@ -135,7 +135,8 @@ impl FlowArgs {
         let (mut all, mut each): (Vec<Flow>, Vec<Fingerprint>) = (Vec::new(), Vec::new());
         for file in files {
             let before = all.first().map(|flow| flow.domain().shape);
-            let (flow, fingerprint) = flows::read(file, before, (self.flow_scale as f32, limits))?;
+            let (flow, fingerprint) =
+                flows::read(file, before.map(|size| (size, "the first one has")), (self.flow_scale as f32, limits))?;
             all.push(flow);
             each.push(fingerprint);
         }
