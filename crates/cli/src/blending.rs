@@ -99,6 +99,11 @@ impl Blending {
         }
     }
 
+    /// The same of what is whole; what is not is not blended: holes would darken what is around them.
+    pub(crate) fn of_whole(self, complete: bool) -> Self {
+        if complete { self } else { Self::default() }
+    }
+
     /// The map laid over planes; `valid` says by source what may show, and what is `kept` stays as it is.
     pub(crate) fn render(
         self,

@@ -12,7 +12,8 @@ use crate::wrong::Wrong;
 const LEAST_AVERAGE: f64 = 2.0;
 /// What is blurred tells of what is larger than strokes and grains.
 const LEAST_BLUR: f64 = 4.0;
-/// Edges tell of what is nearer than that.
+/// Edges tell of what is nearer than that: a guess, more than the strokes of most pictures are wide. Farther ones would
+/// make one ramp of a picture with few edges.
 const FARTHEST: u32 = 32;
 
 /// What of the target is followed, and how much it counts.

@@ -89,6 +89,14 @@ impl ExemplarArgs {
         used.set("nonfinite", self.nonfinite.typed())
     }
 
+    /// Of the commands that take one picture.
+    pub(crate) fn check_one_mask(&self) -> Result<(), Failure> {
+        match self.mask.len() {
+            0 | 1 => Ok(()),
+            masks => Err(Failure::new(2, format!("{masks} masks for one picture")).remedy("give one --mask")),
+        }
+    }
+
     /// All files that are read.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         self.exemplars.iter().chain(self.mask.iter().filter(|mask| mask.as_os_str() != NO_MASK)).cloned().collect()

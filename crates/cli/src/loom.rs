@@ -213,24 +213,11 @@ impl Loom<'_> {
     }
 
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
-        let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
+        let plane = self.picture(&outcome)?;
         let Outcome { woven, kept, holes, complete, course, how, others, after, beside, .. } = outcome;
-        // What is not whole is not blended: holes would darken what is around them. Nor does it say how it was made: no
-        // command makes it again.
-        let blending = if complete { self.blending } else { Blending::default() };
+        // What is not whole does not say how it was made: no command makes it again.
         let provenance = complete.then(|| self.provenance());
-        let plane = match woven.as_map() {
-            // Were holes black for the blend, they would darken what is around them.
-            Some(map) if holes && !blending.is_none() && !payload[0].alpha => {
-                let layout = Layout { colors: payload[0].color_channels(), alpha: true };
-                let widened: Vec<Plane<2>> =
-                    payload.iter().map(|plane| widened((*plane).clone(), layout)).collect::<Result<_, _>>()?;
-                let payload: Vec<&Plane<2>> = widened.iter().collect();
-                opaque(blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?, map)
-            }
-            Some(map) => blending.render(map, self.loaded.exemplars.validity(), kept.as_ref(), &payload)?,
-            None => woven.render(&payload)?,
-        };
+        let told = || Metadata { provenance: provenance.clone(), ..Metadata::default() };
         // Black would be as good as any colour of the picture.
         let bare = woven.as_map().filter(|_| holes || !complete);
         let transparent = |plane, format| match bare {
@@ -246,7 +233,7 @@ impl Loom<'_> {
         let name = |path: &PathBuf| if complete { path.clone() } else { outputs::partial(path) };
         outputs.picture(&name(&self.written.output), self.format, &plane, &metadata)?;
         for mut ready in std::mem::take(&mut self.layers) {
-            ready.layer.blending = if complete { ready.layer.blending } else { Blending::default() };
+            ready.layer.blending = ready.layer.blending.of_whole(complete);
             self.session.watch.busy(ready.layer.blending.name());
             let laid = ready.rendered(&*woven, self.loaded.exemplars.validity(), kept.as_ref())?;
             let laid = transparent(laid, ready.layer.format)?;
@@ -255,42 +242,49 @@ impl Loom<'_> {
             outputs.picture(&name(&ready.layer.output), ready.layer.format, &laid, &metadata)?;
         }
         // Of a partial result there is nothing to explain.
-        let explains = self.written.explain.is_some() || self.written.report.is_some();
-        let shown = provenance.as_ref().filter(|_| explains);
-        let shown = shown
-            .map(|made| {
-                let explained = explain(woven.as_map().ok_or_else(averaged)?, &plane)?;
-                Ok::<_, Failure>((made.command.clone(), explained))
-            })
-            .transpose()?;
-        if let (Some(path), Some((_, explained))) = (&self.written.explain, &shown) {
-            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            let format = outputs::format(path, None, None)?;
+        let explains = complete && (self.written.explain.is_some() || self.written.report.is_some());
+        let explain = || explain(woven.as_map().ok_or_else(averaged)?, &plane);
+        let explained = explains.then(explain).transpose()?;
+        if let (Some(path), Some(explained)) = (&self.written.explain, &explained) {
             let pictures = &beside.pictures;
             let all = if pictures.is_empty() { None } else { Some(sheet::below(explained, pictures)?) };
-            outputs.picture(path, format, all.as_ref().unwrap_or(explained), &metadata)?;
+            outputs.view(path, all.as_ref().unwrap_or(explained), &told())?;
         }
         if let (Some(path), true) = (&self.written.preview, complete) {
-            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, &eyes::tiled(&plane, self.domain)?, &metadata)?;
+            outputs.view(path, &eyes::tiled(&plane, self.domain)?, &told())?;
         }
         for (path, plane) in others.iter().filter(|_| complete) {
-            let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
+            outputs.view(path, plane, &told())?;
         }
         if let Some(path) = &self.written.map {
-            let metadata = Metadata { provenance, ..Metadata::default() };
             let map = woven.into_map().ok_or_else(averaged)?;
-            outputs.map(&name(path), &MapFile::new(map, self.loaded.fingerprints.clone(), metadata))?;
+            outputs.map(&name(path), &MapFile::new(map, self.loaded.fingerprints.clone(), told()))?;
         }
         self.report.stage("encode");
-        if let (Some(folder), Some((command, explained))) = (&self.written.report, &shown) {
+        if let (Some(folder), Some(explained), Some(made)) = (&self.written.report, &explained, &provenance) {
             let course = course.as_ref().map_or(Ok(String::new()), Course::html)?;
             let course = course + &page::gallery(beside.heading, &beside.pictures)?;
-            let page = self.page((command, &how), &outputs, &[&plane, explained], &course)?;
+            let page = self.page((&made.command, &how), &outputs, &[&plane, explained], &course)?;
             outputs.bytes(&page::file(folder), page.into_bytes());
         }
         Ok(outputs)
+    }
+
+    /// The exemplars' own picture of what was woven.
+    fn picture(&self, outcome: &Outcome) -> Result<Plane<2>, Failure> {
+        let blending = self.blending.of_whole(outcome.complete);
+        let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
+        let Some(map) = outcome.woven.as_map() else { return Ok(outcome.woven.render(&payload)?) };
+        let render = |payload: &[&Plane<2>]| {
+            blending.render(map, self.loaded.exemplars.validity(), outcome.kept.as_ref(), payload)
+        };
+        if !outcome.holes || blending.is_none() || payload[0].alpha {
+            return render(&payload);
+        }
+        // Were holes black for the blend, they would darken what is around them.
+        let layout = Layout { colors: payload[0].color_channels(), alpha: true };
+        let widened = payload.iter().map(|plane| widened((*plane).clone(), layout)).collect::<Result<Vec<_>, _>>()?;
+        Ok(opaque(render(&widened.iter().collect::<Vec<_>>())?, map))
     }
 
     /// The page of `--report`.

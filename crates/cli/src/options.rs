@@ -14,6 +14,13 @@ pub(crate) fn option(id: &'static str, mut change: impl FnMut(Arg) -> Arg) -> im
     move |arg| if arg.get_id() == id { change(arg) } else { arg }
 }
 
+/// The exemplars of a command that takes one picture.
+pub(crate) fn one_picture(arg: Arg) -> Arg {
+    arg.value_names(["PICTURE"])
+        .num_args(1)
+        .help("The picture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")
+}
+
 /// Long names of a group of options.
 pub(crate) fn names_of<A: Args>() -> Vec<String> {
     A::augment_args(Command::new("")).get_arguments().filter_map(|arg| arg.get_long().map(str::to_owned)).collect()

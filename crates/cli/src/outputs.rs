@@ -110,6 +110,11 @@ impl Outputs {
         Self { quality, ..Self::default() }
     }
 
+    /// Adds a picture for eyes, in the format of its name.
+    pub(crate) fn view(&mut self, path: &Path, plane: &Plane<2>, metadata: &Metadata) -> Result<(), Failure> {
+        self.picture(path, format(path, None, None)?, plane, metadata)
+    }
+
     /// Adds a picture.
     pub(crate) fn picture(
         &mut self,

@@ -10,7 +10,7 @@ use crate::memory::{filled, push, reserve};
 use crate::pack::{Lanes, Packed, Packing, in_lane};
 use crate::template::Checked;
 
-/// Rows of positions that a kernel computes at once.
+/// Rows of positions that a kernel computes at once: they share each load of the template (`DESIGN.md`, 3).
 pub(crate) const ROWS: usize = 4;
 
 /// One image word and its factors.

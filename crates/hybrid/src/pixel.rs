@@ -9,7 +9,7 @@ use crate::options::PixelSearch;
 use crate::options::Threshold;
 use crate::thresholds::{Limit, Of};
 
-/// Neighborhoods reach so far on each side: 7 by 7 samples.
+/// Neighborhoods reach so far on each side: 7 by 7 samples, as in the paper.
 pub(crate) const REACH: i32 = 3;
 /// Candidates continue neighbours up to so far away. A guess: further ones mostly belong to the same patches.
 const COHERENT: u32 = 2;

@@ -9,7 +9,8 @@ use crate::options::Threshold;
 /// exemplars split, and knots, bricks and olives come apart; the preference of twelve exemplars is best from 75 % on
 /// (`DESIGN.md`), where only blocks split that fit hardly better than chance.
 const MAX_ERROR: f64 = 0.75;
-/// The largest error of a sample: the paper's 0.02 on its first exemplar.
+/// The largest error of a sample, as a part of that of two random ones: what the paper's absolute 0.02 is on its first
+/// exemplar. No other was ranked.
 const PIXEL_ERROR: f64 = 0.12;
 /// Thresholds are rounded to so many parts: exact beside any that a person types.
 const PARTS: u128 = 1_000_000;

@@ -20,7 +20,8 @@ const LEAST_OVERLAP: u32 = 4;
 /// The sides from which on thinner overlaps are halved as well, while anything is left of them: to compare narrow
 /// blocks with all places of 2048^2 takes a gigabyte, and for an output of twice its sides hours.
 const MOST_SIDE: u32 = 1024;
-/// Places that are followed from one size to the next.
+/// Places that are followed from one size to the next. With so many the error of what is drawn is within 5 % of the
+/// least on 95 % of the blocks of fifty exemplars (a test holds it to that); time grows with them.
 const FOLLOWED: usize = 32;
 /// Of these, at the smallest size, so many are the best; the others are spread over all that may be near the best at
 /// full size, so that a draw has as much to choose from.

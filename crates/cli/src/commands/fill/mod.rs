@@ -12,7 +12,7 @@ use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::options::{Seams, Turning, option};
+use crate::options::{Seams, Turning, one_picture, option};
 use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
@@ -21,10 +21,7 @@ use crate::weaving::Weaving;
 
 /// Options of `fill`.
 #[derive(Args, Debug)]
-#[command(mut_arg("exemplars", |arg| arg
-    .value_names(["PICTURE"])
-    .num_args(1)
-    .help("The picture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_arg("exemplars", one_picture))]
 #[command(mut_arg("mask", |arg| arg
     .help("What to fill: white, from half of full light on. Default: what is transparent in the picture")))]
 #[command(mut_args(option("seam", |arg| arg.default_value("difference"))))]
@@ -81,9 +78,7 @@ impl Fill {
     fn all(&self) -> Result<Weaving, Failure> {
         let mut all = self.weaving.clone();
         let (masks, others, of_others) = (all.input.mask.len(), self.from.len(), self.source_mask.len());
-        if 1 < masks {
-            return Err(Failure::new(2, format!("{masks} masks for one picture")).remedy("give one --mask"));
-        }
+        all.input.check_one_mask()?;
         if of_others != 0 && of_others != others {
             let what = format!("{} for {} of --from", n("--source-mask", of_others), n("picture", others));
             return Err(Failure::new(2, what).remedy("give one for each, or '--source-mask none'"));

@@ -17,7 +17,7 @@ use crate::blending::Blending;
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
-use crate::options::{Seams, option};
+use crate::options::{Seams, one_picture, option};
 use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
@@ -27,10 +27,7 @@ use crate::weaving::Weaving;
 
 /// Options of `tile`.
 #[derive(Args, Debug)]
-#[command(mut_arg("exemplars", |arg| arg
-    .value_names(["PICTURE"])
-    .num_args(1)
-    .help("The picture; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_arg("exemplars", one_picture))]
 #[command(mut_args(option("seam", |arg| arg.default_value("difference"))))]
 #[command(mut_arg("tile", |arg| arg.help("Along which axes it is to tile. Default: both")))]
 pub(crate) struct TileCommand {
@@ -113,10 +110,7 @@ impl TileCommand {
             let what = format!("{option} is for --method {needed}");
             return Err(Failure::new(2, what).remedy("leave it out, or change --method"));
         }
-        let masks = self.weaving.input.mask.len();
-        if 1 < masks {
-            return Err(Failure::new(2, format!("{masks} masks for one picture")).remedy("give one --mask"));
-        }
+        self.weaving.input.check_one_mask()?;
         if [self.overlap.0, self.band.0].contains(&Some(0)) {
             return Err(Failure::new(2, "a border of 0 px closes nothing").remedy("give 1 px or more, or leave it out"));
         }
