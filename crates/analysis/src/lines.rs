@@ -28,6 +28,11 @@ impl Lines {
         }
     }
 
+    /// The lesser of the shares of rows and columns.
+    pub(crate) fn lesser(&self) -> u32 {
+        self.rows.min(self.columns)
+    }
+
     /// The larger share, and how many thousandths of the differences lie along its lines.
     pub(crate) fn strongest(&self) -> (u32, u32) {
         if self.columns <= self.rows { (self.rows, self.upright) } else { (self.columns, 1000 - self.upright) }

@@ -58,6 +58,8 @@ const WRITTEN: u32 = 200;
 const LINED: u32 = 120;
 /// So much of the variance in one direction is no lattice, however it repeats itself: planks.
 const MOSTLY_LINES: u32 = 400;
+/// Along both axes so much of it are the joints of tiles, which are one: of 77 textures none else has more than 160.
+const LINED_BOTH_WAYS: u32 = 200;
 /// Differences along the lines of more than that share: signs.
 const SIGNS: u32 = 524;
 /// Of less than this one: lines.
@@ -150,7 +152,9 @@ impl Texture {
         let (share, along) = self.lines.strongest();
         match self.lattice {
             _ if WRITTEN <= share && SIGNS <= along => Kind::Text,
-            Some(l) if REGULAR <= l.strength && share < MOSTLY_LINES => Kind::Lattice,
+            Some(l) if REGULAR <= l.strength && (share < MOSTLY_LINES || LINED_BOTH_WAYS <= self.lines.lesser()) => {
+                Kind::Lattice
+            }
             _ if LINED <= share || self.lines.upright.min(1000 - self.lines.upright) < STRAIGHT => Kind::Lines,
             _ if self.is_uneven() && FEW <= self.body => Kind::Scene,
             _ if !self.is_uneven() && self.grain <= SMOOTH && self.skew <= GLINTS => Kind::Objects,
@@ -232,6 +236,11 @@ mod tests {
         let lattice = board.lattice.unwrap();
         assert!(board.kind == Kind::Lattice && lattice.vectors == [[35, -35], [35, 35]], "{board:?}");
         assert_eq!(lattice.along, [Some((70, 1)), Some((70, 1))]);
+        // Tiles are nearly all joints, along both axes; planks are along one.
+        let joint = |v: i64| v % 24 < 6;
+        let tiles = of([144, 144], |y, x| if joint(y) || joint(x) { 30 } else { 200 });
+        assert!(400 < tiles.lines.rows && 400 < tiles.lines.columns && tiles.kind == Kind::Lattice, "{tiles:?}");
+        assert_eq!(of([144, 144], |y, x| if joint(y) { 30 } else { 200 + (x % 2) as u8 }).kind, Kind::Lines);
         // Rows moved by half, in a picture whose cells are three samples.
         let rows = of([500, 600], |y, x| if disc(y % 50 - 25, (x + y / 50 * 35) % 70 - 35, 18) { 220 } else { 40 });
         let lattice = rows.lattice.unwrap();
