@@ -66,6 +66,7 @@ pub mod dimacs;
 mod energy;
 mod engine;
 mod error;
+mod forms;
 mod grid;
 mod lattice;
 mod network;

@@ -3,6 +3,7 @@
 use super::books::{Books, Lowered, Parts};
 use super::{Minimum, PairwiseTerm};
 use crate::error::{MaxflowError, Result};
+use crate::forms::minimizes;
 use crate::sparse::Graph;
 
 /// [`BinaryEnergy`](super::BinaryEnergy) over a [`Graph`]: any two nodes may have a term.
@@ -104,46 +105,7 @@ impl GraphEnergy {
         self.books.constant -= least;
     }
 
-    /// The energy, of the terms as they were given, of a labelling: `true` for label 0.
-    ///
-    /// # Errors
-    ///
-    /// [`MaxflowError::LabellingSize`].
-    pub fn value(&self, is_zero: &[bool]) -> Result<i64> {
-        Ok(self.graph.capacity_of(is_zero)? + self.books.beside(is_zero))
-    }
-
-    /// A labelling of least energy; of several, the one with the most labels 1.
-    ///
-    /// # Errors
-    ///
-    /// [`MaxflowError::OutOfMemory`].
-    pub fn minimize(&mut self) -> Result<Minimum> {
-        self.minimize_until(&|| false)
-    }
-
-    /// [`minimize`](Self::minimize), unless `cancelled`, which is asked now and then.
-    ///
-    /// # Errors
-    ///
-    /// As [`minimize`](Self::minimize), and [`MaxflowError::Cancelled`].
-    pub fn minimize_until(&mut self, cancelled: &dyn Fn() -> bool) -> Result<Minimum> {
-        let mut minimum = Minimum::default();
-        self.minimize_into(&mut minimum, cancelled)?;
-        Ok(minimum)
-    }
-
-    /// [`minimize_until`](Self::minimize_until) into a result whose memory is used again.
-    ///
-    /// # Errors
-    ///
-    /// As [`minimize_until`](Self::minimize_until); `minimum` is then unspecified.
-    pub fn minimize_into(&mut self, minimum: &mut Minimum, cancelled: &dyn Fn() -> bool) -> Result<()> {
-        let all_zero = self.graph.capacity_of_all_source();
-        self.graph.solve_into(&mut minimum.cut, cancelled)?;
-        self.books.complete(minimum, all_zero);
-        Ok(())
-    }
+    minimizes!();
 }
 
 impl From<Graph> for GraphEnergy {

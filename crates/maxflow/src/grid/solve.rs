@@ -5,38 +5,18 @@ use super::residual::GridNet;
 use crate::cut::MinCut;
 use crate::engine::{self, Engine, Outcome, closure, strip};
 use crate::error::{MaxflowError, Result};
+use crate::forms::solves;
 
 impl<const D: usize> GridGraph<D> {
-    /// The minimum cut with the smallest source side.
-    ///
-    /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. Time is at worst
-    /// `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured to grow as `nodes^1.1` to
-    /// `nodes^1.3`.
-    ///
-    /// # Errors
-    ///
-    /// [`MaxflowError::OutOfMemory`]; the flow found so far is kept.
-    pub fn solve(&mut self) -> Result<MinCut> {
-        self.solve_until(&|| false)
+    solves! {
+        /// The minimum cut with the smallest source side.
+        ///
+        /// A later solve, after changes of capacities, terminals or pins, starts from this one's flow. Time is at worst
+        /// `O(nodes^3)`, unless [`Engine::Trees`] is named; on overlays it was measured to grow as `nodes^1.1` to
+        /// `nodes^1.3`.
     }
 
-    /// [`solve`](Self::solve), unless `cancelled`, which is asked now and then.
-    ///
-    /// # Errors
-    ///
-    /// As [`solve`](Self::solve), and [`MaxflowError::Cancelled`]; the flow found so far is kept.
-    pub fn solve_until(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
-        let mut cut = MinCut::default();
-        self.solve_into(&mut cut, cancelled)?;
-        Ok(cut)
-    }
-
-    /// [`solve_until`](Self::solve_until) into a cut whose memory is used again.
-    ///
-    /// # Errors
-    ///
-    /// As [`solve_until`](Self::solve_until); `cut` is then unspecified.
-    pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
+    fn find(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.touched = true;
         let wrap = self.lattice.periodic.contains(&true);
         match (self.lattice.directions, wrap) {

@@ -6,6 +6,7 @@ mod whole;
 use crate::cut::{MinCut, Side};
 use crate::engine::{self, Engine, Scratch, closure};
 use crate::error::{MaxflowError, Result, filled, push};
+use crate::forms::solves;
 use crate::network::Role;
 use residual::{Cursors, Edge, Rows, SparseNet};
 
@@ -275,33 +276,14 @@ impl Graph {
         Ok(())
     }
 
-    /// The minimum cut with the smallest source side. A later solve, after changes, starts from this one's flow. Time
-    /// is at worst `O(nodes^2 arcs)`, unless [`Engine::Trees`] is named.
-    ///
-    /// # Errors
-    ///
-    /// [`MaxflowError::OutOfMemory`].
-    pub fn solve(&mut self) -> Result<MinCut> {
-        self.solve_until(&|| false)
+    solves! {
+        /// The minimum cut with the smallest source side.
+        ///
+        /// A later solve, after changes, starts from this one's flow. Time is at worst `O(nodes^2 arcs)`, unless
+        /// [`Engine::Trees`] is named.
     }
 
-    /// [`solve`](Self::solve), unless `cancelled`, which is asked now and then.
-    ///
-    /// # Errors
-    ///
-    /// As [`solve`](Self::solve), and [`MaxflowError::Cancelled`]; the flow found so far is kept.
-    pub fn solve_until(&mut self, cancelled: &dyn Fn() -> bool) -> Result<MinCut> {
-        let mut cut = MinCut::default();
-        self.solve_into(&mut cut, cancelled)?;
-        Ok(cut)
-    }
-
-    /// [`solve_until`](Self::solve_until) into a cut whose memory is used again.
-    ///
-    /// # Errors
-    ///
-    /// As [`solve_until`](Self::solve_until); `cut` is then unspecified.
-    pub fn solve_into(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
+    fn find(&mut self, cut: &mut MinCut, cancelled: &dyn Fn() -> bool) -> Result<()> {
         self.sort_in()?;
         (self.current, self.whole) = (false, false);
         let mut net = SparseNet { rows: &mut self.rows, excess: &mut self.excess, roles: &mut self.roles };
