@@ -5,8 +5,8 @@ use std::fs;
 use crate::outcome::Outcome;
 use crate::tree::{Tree, root};
 
-/// Written by hand: the program's is the project's, and max-flow's lists its calls.
-const BY_HAND: [&str; 2] = ["cli", "maxflow"];
+/// Written by hand: the program's is the project's.
+const BY_HAND: [&str; 1] = ["cli"];
 
 /// Writes them.
 pub(crate) fn run(_: &[String]) -> Outcome {
@@ -39,7 +39,7 @@ fn readme(package: &str, lib: &str) -> String {
         text += &match (fence, code) {
             (true, false) if line == "```" => "```rust".to_owned(),
             (false, false) if line.starts_with('#') => format!("#{}", unlinked(line)),
-            (false, false) => unlinked(line),
+            (false, false) => unlinked(line).replace("`DESIGN.md`", "[DESIGN.md](DESIGN.md)"),
             _ => line.to_owned(),
         };
         text.push('\n');

@@ -149,11 +149,20 @@ impl MaxflowError {
         match self {
             Self::Shape { .. } => "use one to three axes, none of them empty",
             Self::TooLarge { .. } => "solve it in parts",
-            Self::NoSuchArc { .. } | Self::ForeignArc { .. } => "use the name that `arc` gave for this graph",
+            Self::NoSuchArc { .. } | Self::ForeignArc { .. } => {
+                "use a name that this graph gave: from `arc`, `arc_id` or `arc_ids`"
+            }
             Self::NodeOutOfRange { .. } => "count nodes from 0",
-            Self::NoNeighbour { .. } => "link along the axes and diagonals that the grid was made with, inside of it",
+            Self::NoNeighbour { .. } => {
+                "link along the axes and diagonals that the grid was made with, inside of it; of many at once, give 0 at the end of an open axis"
+            }
             Self::NegativeCapacity { .. } => "give capacities of at least 0, and take back no more than there is",
-            Self::CapacityTooLarge { .. } | Self::Cost { .. } => "scale all capacities down alike",
+            Self::CapacityTooLarge { .. } => "scale all capacities down alike",
+            Self::Cost { cost, .. } if !(0.0..f64::INFINITY).contains(cost) => {
+                "give a cost of at least 0 that is finite"
+            }
+            Self::Cost { scale, .. } if scale.is_nan() || *scale <= 0.0 => "give a scale above 0",
+            Self::Cost { .. } => "scale all costs down alike",
             Self::MaskTooLate { .. } => "mask nodes first",
             Self::LabellingSize { .. } | Self::Count { .. } => "give one value a node",
             Self::NotSolved => "solve it first",

@@ -21,6 +21,10 @@ impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> TryFrom<&petgraph::Gra
     /// graph.pin(0, Side::Source)?;
     /// graph.pin(2, Side::Sink)?;
     /// assert_eq!(graph.solve()?.flow, 3);
+    /// for edge in roads.edge_indices() {
+    ///     let arc = graph.arc_id(edge.index()).expect("an arc an edge");
+    ///     assert_eq!(graph.flow(arc)?, 3);
+    /// }
     /// # Ok::<(), selvedge_maxflow::MaxflowError>(())
     /// ```
     ///
@@ -35,7 +39,8 @@ impl<N, E: Copy + Into<i64>, Ty: EdgeType, Ix: IndexType> TryFrom<&petgraph::Gra
 impl Graph {
     /// Any graph that tells its edges by reference (`&Graph`, `&StableGraph`, `&GraphMap`, `&MatrixGraph`, `&Csr`),
     /// with capacities from any weight. Nodes have the numbers that petgraph gives them
-    /// ([`NodeIndexable::to_index`]); of numbers that are not used there are nodes without arcs.
+    /// ([`NodeIndexable::to_index`]); of numbers that are not used there are nodes without arcs. Arcs come in the order
+    /// in which the graph tells its edges: [`Graph::arc_ids`] beside `edge_references` gives each its name.
     ///
     /// # Errors
     ///

@@ -7,7 +7,8 @@ use crate::error::{MaxflowError, Result};
 /// Rounding up, unlike rounding to nearest, keeps the triangle inequality: `a <= b + c` gives
 /// `ceil(a) <= ceil(b) + ceil(c)`. So costs that form a metric still form one in integers, and pairwise terms built
 /// from them stay regular (see [`PairwiseTerm`](crate::PairwiseTerm)). Choose the scale so that the largest cost lands
-/// well below `2^26`, half of what a link takes.
+/// well below `2^26`: a link takes twice that, both ways together, and refuses more
+/// ([`GridGraph::MAX_LINK`](crate::GridGraph::MAX_LINK)); any `i32` can be asked for here.
 ///
 /// # Errors
 ///

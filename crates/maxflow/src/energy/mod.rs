@@ -31,7 +31,8 @@ pub struct PairwiseTerm {
 pub struct Minimum {
     /// The labelling as a cut: label 0 is [`Side::Source`](crate::Side::Source), label 1 the sink's side.
     pub cut: MinCut,
-    /// Energy of label 0 everywhere, of the terms as they were given.
+    /// Energy of label 0 everywhere, of the terms as they were given. Pins do not count: where one wants label 1, what
+    /// was found, `after`, may be more than this.
     pub before: i64,
     /// Energy of the labelling found, of the terms as they were given.
     pub after: i64,
@@ -39,10 +40,19 @@ pub struct Minimum {
     pub truncated: usize,
 }
 
+impl Minimum {
+    /// The label of each node, in node order: `true` for label 1.
+    pub fn labels(&self) -> impl ExactSizeIterator<Item = bool> + '_ {
+        self.cut.sink_side()
+    }
+}
+
 /// An energy of one binary label a grid node, `sum of unary(p) + sum of pairwise(p, q)`, and the memory to minimise it.
 ///
-/// Label 0 stands for what is there (keep, old), label 1 for what is offered (alpha, new). It is the source's side that
-/// has label 0, so ties go to label 1: the cut has the *smallest* source side.
+/// To segment a picture: [`unary`](Self::unary) says what either label costs at a pixel, [`pairwise`](Self::pairwise)
+/// what a change of label costs between two, less where their contrast is high; [`Minimum::labels`] is the mask. To
+/// synthesise: label 0 stands for what is there (keep, old), label 1 for what is offered (alpha, new). It is the
+/// source's side that has label 0, so ties go to label 1: the cut has the *smallest* source side.
 ///
 /// ```
 /// use selvedge_maxflow::{BinaryEnergy, PairwiseTerm};
@@ -57,7 +67,7 @@ pub struct Minimum {
 /// }
 /// let minimum = energy.minimize()?;
 /// assert_eq!((minimum.before, minimum.after), (10, 3));
-/// assert_eq!(minimum.cut.source_side(), [false, false, false]);
+/// assert_eq!(minimum.labels().collect::<Vec<_>>(), [true, true, true]);
 /// # Ok::<(), selvedge_maxflow::MaxflowError>(())
 /// ```
 #[derive(Clone, Debug)]

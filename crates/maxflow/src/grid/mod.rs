@@ -177,6 +177,21 @@ impl<const D: usize> GridGraph<D> {
         }
     }
 
+    /// The position of a node: the inverse of [`node`](Self::node).
+    ///
+    /// # Panics
+    ///
+    /// With both in numbers, if the grid has no such node.
+    #[inline]
+    pub fn position(&self, node: usize) -> [usize; D] {
+        assert!(node < self.len(), "node {node} is outside a grid of {:?}", self.lattice.shape);
+        let (mut at, mut rest) = ([0; D], node);
+        for axis in (0..D).rev() {
+            (at[axis], rest) = (rest % self.lattice.shape[axis], rest / self.lattice.shape[axis]);
+        }
+        at
+    }
+
     /// The next node along an axis; around on a periodic axis, `None` at the end of an open one (and for a node or an
     /// axis that does not exist).
     #[inline]

@@ -1,5 +1,6 @@
 //! Graphs of any form.
 
+mod arcs;
 mod residual;
 mod whole;
 
@@ -8,23 +9,10 @@ use crate::engine::{self, Engine, Scratch, closure};
 use crate::error::{MaxflowError, Result, filled, push};
 use crate::forms::solves;
 use crate::network::Role;
-use residual::{Cursors, Edge, Rows, SparseNet};
-
-/// Names an arc of a [`Graph`] and of its clones: the number of arcs added before it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ArcId {
-    number: u32,
-    /// In debug builds, whose arc it is.
-    #[cfg(debug_assertions)]
-    graph: u64,
-}
-
-/// The number of a new graph.
+pub use arcs::ArcId;
 #[cfg(debug_assertions)]
-fn new_graph() -> u64 {
-    static GRAPHS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-    GRAPHS.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
-}
+use arcs::new_graph;
+use residual::{Cursors, Edge, Rows, SparseNet};
 
 /// A min-cut problem on a graph of any form, its current flow, and the memory to solve it.
 ///
@@ -199,11 +187,7 @@ impl Graph {
             return Err(MaxflowError::OutOfMemory { nodes: self.len(), links: id + 1 });
         }
         self.current = false;
-        Ok(ArcId {
-            number: id as u32,
-            #[cfg(debug_assertions)]
-            graph: self.number,
-        })
+        Ok(self.numbered(id))
     }
 
     /// Changes the two capacities of an arc by the given amounts, which may be negative; also after a solve, whose flow
@@ -237,16 +221,6 @@ impl Graph {
         self.excess[w] -= returned;
         self.current = false;
         Ok(())
-    }
-
-    /// Where the forward half of an arc stands, once it is sorted in.
-    fn place_of(&self, arc: ArcId) -> Result<usize> {
-        let (id, arcs) = (arc.number as usize, self.arc_count());
-        #[cfg(debug_assertions)]
-        if arc.graph != self.number {
-            return Err(MaxflowError::ForeignArc { arc: id });
-        }
-        self.rows.place.get(id).map(|&at| at as usize).ok_or(MaxflowError::NoSuchArc { arc: id, arcs })
     }
 
     /// Holds a node on one side, whatever the capacities say. May be set, moved and taken off between solves.

@@ -94,3 +94,18 @@ fn a_flow_is_asked_for_after_a_solve() {
     graph.change_arc(arc, 1, 0).unwrap();
     assert_eq!(graph.flow(arc), Err(MaxflowError::NotSolved));
 }
+
+#[test]
+fn arcs_that_others_added_have_names() {
+    let mut graph = Graph::new(3).unwrap();
+    assert_eq!((graph.arc_id(0), graph.arc_ids().count()), (None, 0));
+    let arcs = [graph.arc(0, 1, 3, 0).unwrap(), graph.arc(1, 2, 2, 0).unwrap()];
+    graph.terminal(0, 9, 0).unwrap();
+    graph.terminal(2, 0, 9).unwrap();
+    for _ in 0..2 {
+        assert_eq!(graph.arc_ids().collect::<Vec<_>>(), arcs);
+        assert_eq!([0, 1, 2].map(|number| graph.arc_id(number)), [Some(arcs[0]), Some(arcs[1]), None]);
+        graph.solve().unwrap();
+    }
+    assert_eq!(graph.arc_ids().map(|arc| graph.flow(arc).unwrap()).collect::<Vec<_>>(), [2, 2]);
+}

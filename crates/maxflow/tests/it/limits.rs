@@ -225,3 +225,28 @@ fn hostile_files_end_in_one_line() {
 fn a_position_outside_is_told_in_numbers() {
     GridGraph::new([3, 4], [false; 2]).unwrap().node([2, 9]);
 }
+
+#[test]
+fn positions_are_those_of_nodes() {
+    let graph = GridGraph::new([2, 3, 4], [false; 3]).unwrap();
+    for node in 0..graph.len() {
+        assert_eq!(graph.node(graph.position(node)), node);
+    }
+    assert_eq!(graph.position(23), [1, 2, 3]);
+}
+
+#[test]
+#[should_panic(expected = "node 12 is outside a grid of [3, 4]")]
+fn a_node_outside_has_no_position() {
+    GridGraph::new([3, 4], [false; 2]).unwrap().position(12);
+}
+
+#[test]
+fn remedies_of_costs_are_of_what_is_wrong() {
+    let remedy = |cost, scale| selvedge_maxflow::capacity(cost, scale).unwrap_err().remedy();
+    assert!(remedy(-1.0, 16.0).contains("at least 0"));
+    assert!(remedy(f64::NAN, 16.0).contains("finite"));
+    assert!(remedy(f64::INFINITY, 16.0).contains("finite"));
+    assert!(remedy(1.0, 0.0).contains("scale above 0"));
+    assert!(remedy(1e9, 16.0).contains("down alike"));
+}
