@@ -16,7 +16,7 @@ pub enum Container {
     Gif,
     /// Animated WebP: 8 bits, alpha; only read.
     Webp,
-    /// YUV4MPEG2: raw luma and chroma.
+    /// YUV4MPEG2: raw luma and chroma of 8 or 16 bits.
     Y4m,
 }
 
@@ -42,7 +42,13 @@ impl Container {
         };
         let no = |what: String| Err(ClipProblem::Unsupported { container, what }.into());
         match (depth, colors) {
-            (Depth::U8, 1 | 3) if alpha && self == Self::Y4m => no("alpha".into()),
+            (Depth::U8 | Depth::U16, 1 | 3) if self == Self::Y4m => {
+                if alpha {
+                    no("alpha".into())
+                } else {
+                    Ok(())
+                }
+            }
             (Depth::U8, 1 | 3) if self == Self::Gif && shape.iter().any(|side| u32::from(u16::MAX) < *side) => {
                 no("a side over 65,535 px".into())
             }

@@ -1,5 +1,5 @@
-//! YUV4MPEG2: raw frames of luma and chroma, as programs for clips hand them to each other. 8 bits; mono, 4:2:0, 4:2:2
-//! and 4:4:4, of limited or full range.
+//! YUV4MPEG2: raw frames of luma and chroma, as programs for clips hand them to each other. Mono, 4:2:0, 4:2:2
+//! and 4:4:4 of 8 to 16 bits, of limited or full range; what has more than 8 bits is read as 16.
 
 use std::io::{BufRead, BufReader, Cursor, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use selvedge_core::{Association, Domain, Grid, Plane, Samples, try_vec};
 use super::info::{ClipInfo, FrameEncoder, Frames};
 use super::problem::ClipProblem;
 use super::rate::Rate;
-use super::yuv::{Matrix, Range};
+use super::yuv::{Coding, Matrix, Range};
 use crate::codec::{Context, Input};
 use crate::error::{Error, Problem};
 use crate::header::Header;
@@ -32,7 +32,7 @@ struct Headline {
     height: u32,
     rate: Option<Rate>,
     chroma: Chroma,
-    range: Range,
+    coding: Coding,
 }
 
 /// A clip, read frame by frame.
@@ -83,15 +83,20 @@ impl Headline {
                 _ => {}
             }
         }
-        let range = range.unwrap_or(if chroma == "mono" { Range::Full } else { Range::Limited });
-        let chroma = Chroma(match chroma {
+        let (sampled, bits) = bits_of(chroma).ok_or_else(|| unsupported(format!("chroma '{chroma}'")))?;
+        let range = range.unwrap_or(if sampled == "mono" { Range::Full } else { Range::Limited });
+        let chroma = Chroma(match sampled {
             "mono" => None,
             "420" | "420jpeg" | "420mpeg2" | "420paldv" => Some([2, 2]),
             "422" => Some([2, 1]),
             "444" => Some([1, 1]),
-            other => return Err(unsupported(format!("chroma '{other}'"))),
+            _ => return Err(unsupported(format!("chroma '{chroma}'"))),
         });
-        Ok(Self { width: sides[0], height: sides[1], rate, chroma, range })
+        Ok(Self { width: sides[0], height: sides[1], rate, chroma, coding: Coding { range, bits } })
+    }
+
+    fn depth(&self) -> Depth {
+        if self.coding.bits == 8 { Depth::U8 } else { Depth::U16 }
     }
 
     fn channels(&self) -> usize {
@@ -100,7 +105,7 @@ impl Headline {
 
     fn header(&self) -> Header {
         let (width, height) = (self.width.into(), self.height.into());
-        Header { width, height, channels: self.channels(), alpha: false, depth: Depth::U8 }
+        Header { width, height, channels: self.channels(), alpha: false, depth: self.depth() }
     }
 
     /// Width and height of a chroma plane.
@@ -111,14 +116,14 @@ impl Headline {
 
     /// Bytes of a frame at most, as the headline has it.
     fn claimed(&self) -> u64 {
-        u64::from(self.width).saturating_mul(self.height.into()).saturating_mul(self.channels() as u64)
+        self.header().bytes()
     }
 
     /// Bytes of a frame.
     fn bytes(&self) -> usize {
         let luma = self.width as usize * self.height as usize;
         let [w, h] = self.chroma_size();
-        luma + if self.chroma.0.is_some() { 2 * w * h } else { 0 }
+        (luma + if self.chroma.0.is_some() { 2 * w * h } else { 0 }) * self.depth().bytes() as usize
     }
 }
 
@@ -173,7 +178,7 @@ impl Y4m {
             channels: head.channels(),
             alpha: false,
             association: Association::Straight,
-            depth: Depth::U8,
+            depth: head.depth(),
             metadata: Metadata::default(),
             container: "y4m".to_owned(),
         };
@@ -201,25 +206,53 @@ impl Y4m {
         if !self.raw(&mut buffer)? {
             return Ok(None);
         }
-        let domain = head.header().domain();
-        let mut grid = Grid::try_filled(domain, head.channels(), 0_u8)?;
-        let (luma, chroma) = buffer.split_at(domain.len());
-        match head.chroma.0 {
-            None => grid.plane_mut(0).iter_mut().zip(luma).for_each(|(to, v)| *to = head.range.grey(*v)),
-            Some([x, y]) => {
-                let [w, h] = head.chroma_size();
-                let (cb, cr) = chroma.split_at(w * h);
-                let matrix = Matrix::of_height(head.height);
-                for (i, v) in luma.iter().enumerate() {
-                    let (row, column) = (i / head.width as usize, i % head.width as usize);
-                    let at = row / y * w + column / x;
-                    let rgb = matrix.rgb(head.range, [*v, cb[at], cr[at]]);
-                    (0..3).for_each(|c| grid.plane_mut(c)[i] = rgb[c]);
-                }
+        let samples = match head.depth() {
+            Depth::U8 => Samples::U8(colours(head, |i| buffer[i].into(), |v| v as u8)?),
+            _ => {
+                let value = |i: usize| u16::from_le_bytes([buffer[2 * i], buffer[2 * i + 1]]);
+                Samples::U16(colours(head, value, |v| v)?)
             }
-        }
-        Ok(Some(Plane::new(self.options.role, Samples::U8(grid))))
+        };
+        Ok(Some(Plane::new(self.options.role, samples)))
     }
+}
+
+/// How chroma is sampled, by its name, and bits of a value: `420p10`, `mono16`.
+fn bits_of(chroma: &str) -> Option<(&str, u32)> {
+    let deep = |(sampled, bits): (_, &str)| {
+        let bits = bits.parse().ok().filter(|bits| (9..=16).contains(bits))?;
+        Some((sampled, bits))
+    };
+    match chroma.strip_prefix("mono") {
+        Some("") => Some((chroma, 8)),
+        Some(bits) => deep(("mono", bits)),
+        // As in 420paldv, a p may be a letter of a name.
+        None => chroma.split_once('p').and_then(deep).or(Some((chroma, 8))),
+    }
+}
+
+/// The colours, or greys, of the values of a frame: luma, then chroma.
+fn colours<T: Copy + Default>(
+    head: Headline,
+    value: impl Fn(usize) -> u16,
+    sample: impl Fn(u16) -> T,
+) -> Result<Grid<T, 2>, Problem> {
+    let domain = head.header().domain();
+    let mut grid = Grid::try_filled(domain, head.channels(), T::default())?;
+    let Some([x, y]) = head.chroma.0 else {
+        let to = grid.plane_mut(0).iter_mut().enumerate();
+        to.for_each(|(i, to)| *to = sample(head.coding.grey(value(i))));
+        return Ok(grid);
+    };
+    let [w, h] = head.chroma_size();
+    let (luma, matrix) = (domain.len(), Matrix::of_height(head.height));
+    for i in 0..luma {
+        let (row, column) = (i / head.width as usize, i % head.width as usize);
+        let at = luma + row / y * w + column / x;
+        let rgb = matrix.rgb(head.coding, [value(i), value(at), value(at + w * h)]);
+        (0..3).for_each(|c| grid.plane_mut(c)[i] = sample(rgb[c]));
+    }
+    Ok(grid)
 }
 
 impl Frames for Y4m {
@@ -268,33 +301,53 @@ impl Y4mWriter {
 impl FrameEncoder for Y4mWriter {
     fn frame(&mut self, plane: &Plane<2>) -> Result<(), Problem> {
         let full = |e| Problem::file_system(e, 0);
-        let Samples::U8(grid) = &plane.samples else {
-            return Err(unsupported(format!("{} samples", plane.samples.depth().name())));
-        };
-        if plane.alpha || !matches!(grid.channels(), 1 | 3) {
+        let (channels, depth) = (plane.samples.channels(), plane.samples.depth());
+        if plane.alpha || !matches!(channels, 1 | 3) {
             return Err(unsupported("alpha or a number of channels other than 1 and 3".into()));
         }
-        let Domain { shape: [height, width], .. } = grid.domain();
+        let Domain { shape: [height, width], .. } = plane.domain();
         if !self.begun {
-            let chroma = if grid.channels() == 1 { "mono XCOLORRANGE=FULL" } else { "444 XCOLORRANGE=LIMITED" };
+            let chroma = match (channels, depth) {
+                (1, Depth::U8) => "mono XCOLORRANGE=FULL",
+                (1, _) => "mono16 XCOLORRANGE=FULL",
+                (_, Depth::U8) => "444 XCOLORRANGE=LIMITED",
+                _ => "444p16 XCOLORRANGE=LIMITED",
+            };
             let (num, den) = (self.rate.num(), self.rate.den());
             writeln!(self.file, "{MAGIC} W{width} H{height} F{num}:{den} Ip A1:1 C{chroma}").map_err(full)?;
             self.begun = true;
         }
         self.file.write_all(b"FRAME\n").map_err(full)?;
-        if grid.channels() == 1 {
-            return self.file.write_all(grid.plane(0)).map_err(full);
-        }
-        let n = grid.domain().len();
-        let (mut bytes, matrix) = (try_vec(3 * n, 0_u8)?, Matrix::of_height(height));
-        for i in 0..n {
-            let yuv = matrix.yuv(Range::Limited, [0, 1, 2].map(|c| grid.plane(c)[i]));
-            (0..3).for_each(|c| bytes[c * n + i] = yuv[c]);
-        }
-        self.file.write_all(&bytes).map_err(full)
+        let values = match &plane.samples {
+            Samples::U8(grid) => values(grid, 8, |v| [v as u8])?,
+            Samples::U16(grid) => values(grid, 16, u16::to_le_bytes)?,
+            floats => return Err(unsupported(format!("{} samples", floats.depth().name()))),
+        };
+        self.file.write_all(&values).map_err(full)
     }
 
     fn finish(self: Box<Self>) -> Result<Vec<u8>, Problem> {
         Ok(self.file.into_bytes())
     }
+}
+
+/// The bytes of a frame: greys as they are, colours as luma and chroma of limited range.
+fn values<T: Copy + Into<u16>, const N: usize>(
+    grid: &Grid<T, 2>,
+    bits: u32,
+    bytes_of: impl Fn(u16) -> [u8; N],
+) -> Result<Vec<u8>, Problem> {
+    let n = grid.domain().len();
+    let mut bytes = try_vec(grid.channels() * n * N, 0_u8)?;
+    let mut put = |at: usize, v: u16| bytes[at * N..][..N].copy_from_slice(&bytes_of(v));
+    if grid.channels() == 1 {
+        grid.plane(0).iter().enumerate().for_each(|(i, &v)| put(i, v.into()));
+        return Ok(bytes);
+    }
+    let (coding, matrix) = (Coding { range: Range::Limited, bits }, Matrix::of_height(grid.domain().shape[0]));
+    for i in 0..n {
+        let yuv = matrix.yuv(coding, [0, 1, 2].map(|c| grid.plane(c)[i].into()));
+        (0..3).for_each(|c| put(c * n + i, yuv[c]));
+    }
+    Ok(bytes)
 }

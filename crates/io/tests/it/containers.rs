@@ -184,8 +184,16 @@ fn y4m_keeps_grey_and_comes_near_colours() {
     let read = whole(&file(&folder, "b.y4m", &color, rate("25"))).unwrap();
     let off = read.iter().zip(&color).flat_map(|(a, b)| bits(a).into_iter().zip(bits(b)).map(|(a, b)| a.abs_diff(b)));
     assert!(off.max().is_some_and(|most| most <= 4), "limited range has fewer values");
-    let deep = write(&folder.path("c.y4m"), &frames(Depth::U16, 3, false, [1, 2, 2]), rate("25")).unwrap_err();
-    assert!(deep.to_string().contains("u16 samples is not supported in y4m"), "{deep}");
+    for channels in [1, 3] {
+        let deep = frames(Depth::U16, channels, false, [2, 5, 7]);
+        let read = whole(&file(&folder, "c.y4m", &deep, rate("25"))).unwrap();
+        let off =
+            read.iter().zip(&deep).flat_map(|(a, b)| bits(a).into_iter().zip(bits(b)).map(|(a, b)| a.abs_diff(b)));
+        let most = if channels == 1 { 0 } else { 4 };
+        assert!(off.max().is_some_and(|off| off <= most) && read[0].samples.depth() == Depth::U16, "{channels}");
+    }
+    let floats = write(&folder.path("d.y4m"), &frames(Depth::F32, 3, false, [1, 2, 2]), rate("25")).unwrap_err();
+    assert!(floats.to_string().contains("float samples is not supported in y4m"), "{floats}");
 }
 
 #[test]
@@ -201,8 +209,21 @@ fn y4m_of_every_chroma_is_read_where_it_lies() {
         assert_eq!(bits(&read[0])[..6], expected, "{tag}");
         assert_eq!(read[0].samples.channels(), if chroma == 0 { 1 } else { 3 });
     }
+    // The same of ten bits, low byte first, as samples of 16; the full range of mono by default.
+    let deep = luma.map(|v: u32| ((4 * v - 64) * 65_535 * 2 + 876) / (2 * 876));
+    for (tag, chroma) in [("C420p10", 2), ("C422p10", 4), ("C444p10", 6), ("Cmono10 XCOLORRANGE=LIMITED", 0)] {
+        let mut bytes = format!("YUV4MPEG2 W3 H2 F25:1 Ip {tag}\nFRAME\n").into_bytes();
+        bytes.extend(luma.iter().flat_map(|v| (4 * *v as u16).to_le_bytes()));
+        bytes.extend(std::iter::repeat_n(512_u16.to_le_bytes(), 2 * chroma).flatten());
+        assert_eq!(bits(&whole(&bytes).unwrap()[0])[..6], deep, "{tag}");
+    }
+    let full = [&b"YUV4MPEG2 W1 H1 F25:1 Ip Cmono12\nFRAME\n"[..], &4095_u16.to_le_bytes()].concat();
+    assert_eq!(bits(&whole(&full).unwrap()[0]), [65_535]);
     let wrong = |text: &str| of(text.as_bytes()).unwrap_err().to_string();
-    assert!(wrong("YUV4MPEG2 W2 H2 F25:1 C444p10\nFRAME\n").contains("chroma '444p10' is not supported in y4m"));
+    for tag in ["444p8", "444p17", "444alpha", "mono8", "411"] {
+        let text = wrong(&format!("YUV4MPEG2 W2 H2 F25:1 C{tag}\nFRAME\n"));
+        assert!(text.contains(&format!("chroma '{tag}' is not supported in y4m")), "{text}");
+    }
     assert!(wrong("YUV4MPEG2 W2 H2 F25:1 It C444\n").contains("interlaced frames"));
     assert!(wrong("YUV4MPEG2 W0 H2 F25:1 C444\n").contains("0x2 px has no samples"));
     assert!(wrong("YUV4MPEG2 W99999999 H9999999 F25:1 C444\n").contains("over the cap"));
