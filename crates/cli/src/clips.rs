@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Domain, Exemplars, Plane};
-use selvedge_io::Fingerprint;
 use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip};
+use selvedge_io::{Fingerprint, ReadOptions};
 use serde_json::json;
 
 use crate::failure::{Failure, n};
@@ -97,6 +97,21 @@ impl ClipInput {
         }));
         Ok(Clip { path, info, plane, fingerprint, frames })
     }
+}
+
+/// True for a name that stands for frames.
+pub(crate) fn is_pattern(path: &Path) -> bool {
+    ClipName::parse(selvedge_io::file_of(path)).is_some()
+}
+
+/// True for what has frames: a name that stands for them, or a file that holds several; also for files of other
+/// programs, which are told then how to hand their frames over.
+pub(crate) fn is_clip(path: &Path, frame: &ReadOptions) -> bool {
+    let options = ClipOptions { frame: frame.clone(), ..ClipOptions::default() };
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    let is_foreign =
+        extension.is_some_and(|e| ["mp4", "mov", "webm", "mkv", "avi"].iter().any(|foreign| e == *foreign));
+    is_foreign || is_pattern(path) || ClipReader::open(path, &options).is_ok_and(|clip| 1 < clip.info().frames)
 }
 
 /// Tells of frames of a longer clip that nothing replaces.

@@ -1,6 +1,10 @@
 //! How much frames of a clip differ from their next ones: whether a loop closes.
 
+use std::path::Path;
+
 use selvedge_core::{Grid, SourceMap};
+
+use crate::failure::Failure;
 
 /// Sides of the blocks that are looked at by themselves: a jump of a small thing is lost in the mean of a whole frame.
 const BLOCK: u32 = 16;
@@ -68,6 +72,13 @@ impl Usual {
     /// The largest step of a whole frame that is usual.
     pub(crate) fn whole(&self) -> u64 {
         self.0.whole
+    }
+
+    /// That of a clip in a file, which has at least two frames.
+    pub(crate) fn of_clip(features: &Grid<u8, 3>, path: &Path) -> Result<Self, Failure> {
+        let one =
+            || Failure::new(3, "has one frame, which is no loop").about(path).remedy("give a clip of more frames");
+        Self::of(features).ok_or_else(one)
     }
 
     /// Of all steps of a clip but the one from its end to its begin; `None` for fewer than two frames.

@@ -132,9 +132,7 @@ impl Compare {
         report.stage("read");
         let exemplars = clip.exemplars()?;
         let features = &exemplars.sources()[0].features;
-        let one =
-            || Failure::new(3, "has one frame, which is no loop").about(&self.a).remedy("give a clip of more frames");
-        let usual = Usual::of(features).ok_or_else(one)?;
+        let usual = Usual::of_clip(features, &self.a)?;
         let closure = usual.closure(std::iter::once(step(features, clip.info.frames - 1, 0)));
         report.stage("compare");
         report.options = session.options.clone();

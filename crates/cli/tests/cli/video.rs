@@ -77,6 +77,28 @@ fn loops_repeat_close_and_go_to_every_container() {
     assert_eq!(piped.stdout, fs::read(folder.path("c.y4m")).unwrap());
 }
 
+#[test]
+fn what_inspect_suggests_for_a_clip_runs() {
+    let folder = Folder::new("video-inspect");
+    let json = folder.run(&format!("inspect {FIRE} --json")).done().json();
+    let stats = &json["stats"];
+    assert_eq!((stats["frames"].as_u64(), stats["closes"].as_bool()), (Some(40), Some(false)), "{stats}");
+    // Its first jump is one that video takes.
+    let jump = &stats["jumps"][0];
+    let typed = format!("{},{}", jump["from"], jump["to"]);
+    folder.run(&format!("video {FIRE} -o a.####.png --jump {typed} --quiet")).done();
+    let looped = clip(&folder, "a.####.png");
+    assert_eq!(Some(u64::from(looped.domain().shape[0])), jump["period"].as_u64());
+    fs::copy(crate::program::fixtures() + "/fire.png", folder.path("fire.png")).unwrap();
+    let json = folder.run("inspect fire.png --json").done().json();
+    let command = json["stats"]["command"].as_str().unwrap().replace('\'', "");
+    folder.run(&format!("{} --quiet", command.strip_prefix("selvedge ").unwrap())).done();
+    assert!(folder.names().iter().any(|name| name.starts_with("fire-loop.")), "{:?}", folder.names());
+    folder.run("inspect a.####.png --guide a.0001.png a.0001.png").refused(2, &["--guide is about pictures"]);
+    fs::write(folder.path("a.mp4"), "ftyp").unwrap();
+    folder.run("inspect a.mp4").refused(3, &["a.mp4", "ffmpeg -i"]);
+}
+
 /// Which frame, row and column of the clip stands at a sample of a frame's map.
 fn located(folder: &Folder, name: &str, at: [u32; 2]) -> (usize, [u32; 2]) {
     let file = selvedge_io::read_map(folder.path(name), &ReadOptions::default().limits).unwrap();

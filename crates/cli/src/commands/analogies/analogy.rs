@@ -5,9 +5,10 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
-use super::frames::{self, Frame, SequenceArgs, Typed};
+use super::frames::{Frame, SequenceArgs, Typed};
 use super::job::{Asked, Job};
 use super::{Knobs, Task};
+use crate::clips;
 use crate::correspondence::Correspondence;
 use crate::failure::Failure;
 use crate::loom::Loom;
@@ -47,7 +48,7 @@ pub(crate) struct Analogy {
 impl Analogy {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let target = self.weaving.input.exemplars.last().filter(|target| frames::is_clip(target));
+        let target = self.weaving.input.exemplars.last().filter(|target| clips::is_pattern(target));
         if let Some(target) = target {
             let typed = Typed { weaving: &self.weaving, sequence: &self.sequence, knobs: &self.knobs };
             return typed

@@ -224,7 +224,7 @@ impl<'a> Sequence<'a> {
         }
         let mut files = BTreeMap::from([(target.to_path_buf(), clips::files(target, None)?)]);
         let frames = files[target].len();
-        for path in knobs.guides.targets().chain(&knobs.follow_where).filter(|path| is_clip(path)) {
+        for path in knobs.guides.targets().chain(&knobs.follow_where).filter(|path| clips::is_pattern(path)) {
             let all = clips::files(path, None)?;
             if all.len() != frames {
                 let what = format!("{} for {}", n("file", all.len()), n("frame", frames));
@@ -233,7 +233,7 @@ impl<'a> Sequence<'a> {
             files.insert(path.clone(), all);
         }
         let flows = args.flow.as_deref().map_or(Ok(Vec::new()), flows::files)?;
-        if let Some(path) = args.flow.as_ref().filter(|path| is_clip(path) && flows.len() + 1 < frames) {
+        if let Some(path) = args.flow.as_ref().filter(|path| clips::is_pattern(path) && flows.len() + 1 < frames) {
             let what = format!("{} for {}", n("flow", flows.len()), n("step", frames - 1));
             return Err(Failure::new(3, what).about(path).remedy("give one a step, or the name of one for all"));
         }
@@ -334,9 +334,4 @@ impl<'a> Sequence<'a> {
         (weaving.preview, weaving.report) = (maybe(&typed.preview)?, maybe(&typed.report)?);
         Ok(weaving)
     }
-}
-
-/// True for a name that stands for frames.
-pub(super) fn is_clip(path: &Path) -> bool {
-    ClipName::parse(selvedge_io::file_of(path)).is_some()
 }

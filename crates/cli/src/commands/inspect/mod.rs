@@ -1,5 +1,7 @@
 //! `selvedge inspect`: what an exemplar is like, and what to try.
 
+mod clip;
+
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
@@ -11,6 +13,7 @@ use selvedge_io::{Info, ReadOptions};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 
+use crate::clips;
 use crate::commands::analogies::fit;
 use crate::commands::analogies::palette::Palette;
 use crate::failure::{Failure, shown};
@@ -26,7 +29,7 @@ use crate::used::quoted;
 /// Options of `inspect`.
 #[derive(Args, Debug)]
 pub(crate) struct Inspect {
-    /// A picture of the texture.
+    /// A picture of the texture, or a clip: 'name.####.png', a folder, a quoted glob, an animation, a y4m file.
     #[arg(value_name = "EXEMPLAR", value_hint = ValueHint::FilePath)]
     exemplar: PathBuf,
     #[command(flatten)]
@@ -44,6 +47,9 @@ impl Inspect {
         let read: Vec<PathBuf> = std::iter::once(&self.exemplar).chain(&self.guide).cloned().collect();
         outputs::check::<&Path>(session, &[], &read)?;
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
+        if clips::is_clip(&self.exemplar, &options) {
+            return self.clip(session, report);
+        }
         let about = |failure: Failure| failure.about(&self.exemplar);
         let input = Input::new(session, &self.exemplar)?;
         let needed = need(&input.probe(&options)?);
