@@ -5,7 +5,7 @@ use selvedge_core::{Patch, SampleId, Window};
 use crate::candidates::{Candidate, NOTHING, Shortlist, draw};
 use crate::error::Error;
 use crate::matching::Matches;
-use crate::options::Placement;
+use crate::options::{Placement, Stutter};
 use crate::reflection::{reflects, stutters};
 use crate::usable::Usable;
 use crate::weaver::Weaver;
@@ -112,7 +112,9 @@ impl<const D: usize> Weaver<'_, D> {
         let exemplars = self.canvas.exemplars;
         let repeats = |patch: &Patch<D>, other| {
             let source = exemplars.sources()[patch.source].domain();
-            stutters(patch, other, source, here.apart) || reflects(patch, other, exemplars, here.region)
+            let may_stutter = || self.stutter == Stutter::Once && self.history.times(patch, other) == 0;
+            stutters(patch, other, source, here.apart) && !may_stutter()
+                || reflects(patch, other, exemplars, here.region)
         };
         let fresh = |patch: &Patch<D>| {
             here.usable.has(patch.source)

@@ -50,9 +50,13 @@ impl<const D: usize> History<D> {
     /// How often patches stood to each other as this one would to its neighbours, out of [`OF`] patches: an output has
     /// no more of a lattice because there is more of it.
     pub(crate) fn repeats(&self, patch: &Patch<D>, neighbours: &[Patch<D>]) -> f64 {
-        let count = |n: &Patch<D>| vector(patch, n).and_then(|key| self.vectors.get(&key)).copied().unwrap_or(0);
-        let times: u32 = neighbours.iter().map(count).sum();
+        let times: u32 = neighbours.iter().map(|n| self.times(patch, n)).sum();
         f64::from(times) * f64::from(OF) / f64::from(self.noted.max(OF))
+    }
+
+    /// How often patches stood to each other as these two do.
+    pub(crate) fn times(&self, one: &Patch<D>, other: &Patch<D>) -> u32 {
+        vector(one, other).and_then(|key| self.vectors.get(&key)).copied().unwrap_or(0)
     }
 }
 
@@ -96,6 +100,26 @@ mod tests {
         };
         assert!(same([10, 40], [13, 41]) && same([12, 0], [13, 1]) && same([-10, 7], [10, -7]));
         assert!(!same([10, 40], [14, 40]) && !same([9, 40], [10, 40]) && !same([10, 40], [10, -40]));
+    }
+
+    #[test]
+    fn what_stood_so_before_is_found_among_all_that_was_laid() {
+        let mut rng = selvedge_core::Seed(3).rng();
+        for case in 0..50 {
+            let mut any = || patch(rng.below(40) as i32 - 20, rng.below(40) as i32 - 20);
+            let (mut history, mut laid) = (History::default(), Vec::new());
+            for _ in 0..12 {
+                let (one, neighbours) = (any(), [any(), any()]);
+                let times = |n| laid.iter().filter(|&&(a, b)| vector(&a, &b) == vector(&one, n)).count() as u32;
+                assert_eq!(
+                    neighbours.each_ref().map(|n| history.times(&one, n)),
+                    neighbours.each_ref().map(times),
+                    "{case}"
+                );
+                history.note_vectors(&one, &neighbours);
+                laid.extend(neighbours.map(|n| (n, one)));
+            }
+        }
     }
 
     #[test]

@@ -86,7 +86,7 @@ pub use covered::{Covered, cover};
 pub use error::Error;
 pub use estimate::{estimate, estimate_whole};
 pub use graphcut::{graphcut, graphcut_from, plan};
-pub use options::{Options, Placement};
+pub use options::{Options, Placement, Stutter};
 pub use plan::Plan;
 pub use scales::{Scales, WantedScale};
 pub use selvedge_core::Start;

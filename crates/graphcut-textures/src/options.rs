@@ -30,6 +30,23 @@ pub enum Placement {
     Sub,
 }
 
+/// Which patches may be laid where a neighbour shows the same, moved by less than [`Options::apart`]. The method has no
+/// such rule: where a texture is alike along a line, the patch that agrees best is the one before, moved by as little
+/// as covers something new, and the same piece stands in a row of stripes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stutter {
+    /// [`Once`](Self::Once) for pictures of at most six times the exemplar's samples, which show few copies, unless
+    /// [`apart`](Options::apart) is given; else [`Never`](Self::Never).
+    #[default]
+    Auto,
+    /// None.
+    Never,
+    /// Those that are moved as none was before, in steps of four samples: one stutter goes unseen, and often mends what
+    /// nothing else does; stripes are the same one made again.
+    Once,
+}
+
 /// Options of [`graphcut`](crate::graphcut()). Lengths are given along each axis, slowest first: `Some([32; D])` for
 /// the same along all.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,12 +77,12 @@ pub struct Options<const D: usize> {
     /// `randomness`: what keeps copies from forming a lattice. From 0. Default: a fourth, and a half for
     /// [`Placement::Entire`].
     pub variety: Option<f64>,
-    /// No patch is laid where a neighbour shows the same, moved by less than so many samples along every axis, as long
-    /// as there is any other. The method has no such rule: where a texture is alike along a line, the patch that agrees
-    /// best is the one before, moved by as little as covers something new, and the same piece stands in a row of
-    /// stripes. Default: one and a half regions of pictures of more than six times the exemplar's samples, where no
-    /// region is given and there is no lattice; else 0.
+    /// What is moved by less than so many samples along every axis from where a neighbour shows the same is a stutter,
+    /// and not laid as long as there is any other, or as [`stutter`](Self::stutter) has it. Default: one and a half
+    /// regions of pictures, where no region is given and there is no lattice; else 0.
     pub apart: Option<u32>,
+    /// Which stutters may be laid. Default: [`Stutter::Auto`].
+    pub stutter: Stutter,
     /// Patches laid over the worst seams after everything is covered. Default: until seams stop falling, but at most
     /// [`REFINEMENTS_A_PATCH`](Self::REFINEMENTS_A_PATCH) times as many as patches were needed to cover everything.
     pub refine: Option<u32>,
@@ -92,6 +109,7 @@ impl<const D: usize> Default for Options<D> {
             randomness: 0.01,
             variety: None,
             apart: None,
+            stutter: Stutter::Auto,
             refine: None,
             patience: 8,
             tries: 2,

@@ -1,6 +1,6 @@
 //! Counts of one run.
 
-use crate::options::Placement;
+use crate::options::{Placement, Stutter};
 use crate::plan::Plan;
 
 /// Counts of one run.
@@ -19,6 +19,8 @@ pub struct Stats<const D: usize> {
     pub variety: f64,
     /// How far patches lay from where a neighbour shows the same.
     pub apart: u32,
+    /// Which of them lay nearer all the same: never [`Stutter::Auto`].
+    pub stutter: Stutter,
     /// At how many sizes the map was solved.
     pub levels: u32,
     /// Patches laid until everything was covered.
@@ -47,6 +49,7 @@ impl<const D: usize> Stats<D> {
             reach: plan.reach,
             variety: plan.variety,
             apart: plan.apart,
+            stutter: plan.stutter,
             levels: plan.levels,
             patches: 0,
             refinements: 0,

@@ -11,7 +11,7 @@ use crate::error_cells::CELLS_A_REGION;
 use crate::few::halved;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single, singles};
-use crate::options::{Options, Placement};
+use crate::options::{Options, Placement, Stutter};
 use crate::plan::{Plan, longest};
 use crate::stats::Stats;
 
@@ -32,6 +32,7 @@ pub(crate) struct Weaver<'a, const D: usize> {
     pub(crate) scale: f64,
     pub(crate) variety: f64,
     pub(crate) apart: u32,
+    pub(crate) stutter: Stutter,
     pub(crate) history: History<D>,
     /// Working memory of the regions that are looked at at once.
     pub(crate) workers: Vec<Worker<D>>,
@@ -132,6 +133,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             scale: plan.scale,
             variety: plan.variety,
             apart: plan.apart,
+            stutter: plan.stutter,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,

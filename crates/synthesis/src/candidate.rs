@@ -130,6 +130,9 @@ fn used(options: &graphcut::Options<2>, stats: &graphcut::Stats<2>) -> Used {
         ("variety", stats.variety.to_string()),
     ];
     used.extend((0 < stats.apart).then(|| ("apart", stats.apart.to_string())));
+    // Who says how far patches lie apart has none that stutters unless that is said as well.
+    let stutters = stats.stutter != graphcut::Stutter::Never;
+    used.extend(stutters.then(|| ("stutter", lower(format!("{:?}", stats.stutter)))));
     used.extend((1 < stats.levels).then(|| ("levels", stats.levels.to_string())));
     used.extend(options.refine.map(|n| ("refine", n.to_string())));
     used.extend([("patience", options.patience.to_string()), ("tries", options.tries.to_string())]);
@@ -160,9 +163,9 @@ pub(crate) fn of_kind(
     } else {
         // Who names a region says how far patches lie apart: here as far as in the first, which is one region.
         let first = graphcut::plan(exemplars, output, None, &graphcut::Options::default(), &run.limits)?;
-        let apart = Some(first.apart);
+        let (apart, stutter) = (Some(first.apart), first.stutter);
         let placement = graphcut::Placement::Sub;
-        graphcut::Options { placement, region: between, reach: between, apart, ..Default::default() }
+        graphcut::Options { placement, region: between, reach: between, apart, stutter, ..Default::default() }
     };
     let candidate = |options| Box::new(Graphcut(options)) as Box<dyn Candidate>;
     Ok([graphcut::Options::default(), second].map(candidate).into())
@@ -179,13 +182,16 @@ mod tests {
     use selvedge_testkit::exemplars::cobbles;
 
     #[test]
-    fn all_patches_of_large_outputs_lie_apart() {
+    fn the_second_lies_as_far_apart_as_the_first() {
         let e = Exemplars::of(&[&[cobbles()]]).unwrap();
-        let apart = |side| {
+        let second = |side| {
             let all = of_kind(&e, Domain::open([side; 2]), false, &Run::seeded(0)).unwrap();
-            all.iter().map(|candidate| format!("{candidate:?}")).filter(|text| text.contains("apart: Some(72)")).count()
+            format!("{:?}", all[1])
         };
         // The first chooses it by itself.
-        assert_eq!([apart(384), apart(600)], [0, 1]);
+        for (side, stutter) in [(384, "Once"), (600, "Never")] {
+            let told = format!("apart: Some(72), stutter: {stutter}");
+            assert!(second(side).contains(&told), "{}", second(side));
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! What strangers met: stripes of one piece, stones melted into plates, courses that do not close.
 
 use selvedge_analysis::Texture;
-use selvedge_core::{Domain, Exemplars, Run, SourceMap};
-use selvedge_graphcut_textures::{Options, Placement, graphcut, plan};
+use selvedge_core::{Domain, Exemplars, Run, SourceMap, Window};
+use selvedge_graphcut_textures::{Options, Placement, Stutter, graphcut, plan};
 use selvedge_testkit::exemplars::{bricks, cobbles, planks, weave};
 
 use crate::common::of;
@@ -52,9 +52,53 @@ fn patches_lie_apart_where_nothing_comes_again_and_nobody_named_a_region() {
     }
     assert_eq!(apart(&stones, &Options { placement: Placement::Random, ..usual }).0, 0);
     assert_eq!(apart(&stones, &Options::paper()).0, 0);
-    // Of hardly more than the exemplar readers liked neither way better.
-    let small = plan(&stones, Domain::open([384, 384]), None, &usual, &Run::<2>::seeded(0).limits).unwrap();
-    assert_eq!((small.apart, small.placement), (0, Placement::Entire));
+}
+
+#[test]
+fn a_patch_may_stutter_once_where_few_copies_show() {
+    let stones = of(&cobbles());
+    let stutter = |side, options: Options<2>| {
+        let planned = plan(&stones, Domain::open([side; 2]), None, &options, &Run::<2>::seeded(0).limits).unwrap();
+        (planned.apart, planned.stutter)
+    };
+    let usual = Options::default();
+    assert_eq!(stutter(384, usual), (72, Stutter::Once));
+    assert_eq!(stutter(600, usual), (72, Stutter::Never));
+    assert_eq!(stutter(384, Options { apart: Some(72), ..usual }), (72, Stutter::Never), "who says how far says all");
+    assert_eq!(stutter(384, Options { region: Some([48; 2]), ..usual }), (0, Stutter::Never));
+    for stutter_of in [Stutter::Never, Stutter::Once] {
+        let told = Options { stutter: stutter_of, ..usual };
+        assert_eq!([stutter(384, told), stutter(600, told)], [(72, stutter_of); 2]);
+    }
+}
+
+/// Of the moves by less than `near` samples between patches that meet, the share that was made before, in any step of
+/// four samples: what stripes consist of.
+fn made_again(map: &SourceMap<2>, near: u32) -> f64 {
+    let around = |start: [i32; 2]| map.patches(&Window { start, shape: [2, 2] });
+    let mut pairs = std::collections::BTreeSet::new();
+    for at in map.domain().positions().filter(|at| (0..2).all(|i| at[i] + 1 < map.domain().shape[i])) {
+        let here = around(at.map(|c| c as i32));
+        pairs.extend(here.iter().flat_map(|a| here.iter().map(move |b| (*a, *b))).filter(|(a, b)| a < b));
+    }
+    let moves = pairs.iter().map(|(a, b)| [0, 1].map(|i| b.offset[i] - a.offset[i]));
+    let short: Vec<_> = moves.filter(|v| v.iter().all(|c| c.unsigned_abs() < near)).collect();
+    let different: std::collections::BTreeSet<_> = short.iter().map(|v| v.map(|c| c.div_euclid(4))).collect();
+    1.0 - different.len() as f64 / short.len().max(1) as f64
+}
+
+#[test]
+fn short_moves_are_made_again_less_often_where_each_may_be_made_once() {
+    let e = of(&planks());
+    let options = Options { region: Some([24; 2]), reach: Some([24; 2]), refine: Some(0), ..Options::default() };
+    let again = |apart, stutter| {
+        let options = Options { apart: Some(apart), stutter, ..options };
+        let of = |seed| graphcut(&e, Domain::open([240, 260]), &options, &Run::seeded(seed)).unwrap().result;
+        (0..3).map(|seed| made_again(&of(seed), 36)).sum::<f64>() / 3.0
+    };
+    let [without, once, never] =
+        [(0, Stutter::Never), (36, Stutter::Once), (36, Stutter::Never)].map(|(apart, stutter)| again(apart, stutter));
+    assert!(never + 0.1 < once && once + 0.1 < without, "{never}, {once} and {without} of short moves");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Options of all that is put together from patches: pictures and clips. `[Kwatra03 3.2]` `[Kwatra03 4]`
 
 use clap::Args;
-use selvedge_graphcut_textures::{Options, Placement};
+use selvedge_graphcut_textures::{Options, Placement, Stutter};
 
 use crate::used::Used;
 use crate::values::{Auto, auto, choices, count, parsed};
@@ -15,6 +15,15 @@ choices!(PlacementArg for Placement {
     Entire,
     /// Where the exemplar agrees with what is there in the region.
     Sub,
+});
+
+choices!(StutterArg for Stutter {
+    /// Once where --apart is chosen for outputs of at most six times the exemplar, else never.
+    Auto,
+    /// None.
+    Never,
+    /// Those that are moved as none was before.
+    Once,
 });
 
 /// How patches are drawn.

@@ -9,6 +9,7 @@ use clap::Args;
 use selvedge_core::{Bytes, Domain, Observer, Run};
 use selvedge_graphcut_textures::{Options, estimate, estimate_whole, plan};
 
+use self::laying::StutterArg;
 pub(super) use self::laying::{Drawing, PlacementArg, Refining};
 use self::sources::SourceArgs;
 use crate::blending::Blending;
@@ -48,11 +49,13 @@ pub(crate) struct Graphcut {
     reach: Auto<[u32; 2]>,
     #[command(flatten)]
     drawing: Drawing,
-    /// No patch is laid where a neighbour shows the same, moved by less than so many pixels, if there is any other;
-    /// auto: one and a half regions for outputs of over six times the exemplar, without a lattice or a --region, else
-    /// 0.
+    /// No patch is laid where a neighbour shows the same, moved by less than so many pixels, if there is any other, or
+    /// as --stutter has it; auto: one and a half regions without a lattice or a --region, else 0.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
     apart: Auto<u32>,
+    /// Which patches may lie nearer than --apart all the same.
+    #[arg(long, value_enum, value_name = "WHICH", default_value_t = StutterArg::Auto)]
+    stutter: StutterArg,
     #[command(flatten)]
     refining: Refining,
     /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars
@@ -143,6 +146,7 @@ impl Graphcut {
             region: self.region.0,
             reach: self.reach.0,
             apart: self.apart.0,
+            stutter: self.stutter.into(),
             levels: self.levels.0.or(starts.then_some(1)),
             ..self.drawing.of(self.refining.of(Options::default()))
         }

@@ -1,6 +1,6 @@
 //! What is told of a graph cut: options as used, counts, how it was made, what is wrong.
 
-use selvedge_graphcut_textures::{Error, Plan, Stats};
+use selvedge_graphcut_textures::{Error, Plan, Stats, Stutter};
 use serde_json::{Value, json};
 
 use super::Graphcut;
@@ -20,6 +20,8 @@ impl Graphcut {
             .set("variety", plan.variety)
             .set("apart", plan.apart)
             .unless("apart", 0)
+            .set("stutter", name_of(plan.stutter))
+            .unless("stutter", name_of(Stutter::Never))
             .set("levels", plan.levels);
         // Most have one, and would choose it again; where it was asked for, another might be chosen.
         let chosen = self.levels.0.is_none();
