@@ -17,6 +17,7 @@ use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::ExemplarSet;
 use crate::made;
 use crate::memory;
+use crate::needs::Needs;
 use crate::outcome::{MadeBy, Outcome};
 use crate::outputs::{self, Outputs};
 use crate::page;
@@ -57,6 +58,8 @@ pub(crate) struct Loom<'a> {
     pub(crate) made_by: Option<MadeBy>,
     /// Files that the command was given where others are given their exemplars, if it was given more.
     pub(crate) files: Option<Vec<PathBuf>>,
+    /// What the run takes beside the method.
+    pub(crate) needs: Needs,
 }
 
 /// What an output goes on from, whichever kind of thing it is.
@@ -121,6 +124,19 @@ impl Loom<'_> {
         let picture = input.read(self.session, &self.args.read_options(self.session), &mut self.report)?;
         self.others.push(inputs::fingerprint(&input.path, &picture));
         Ok(picture.plane)
+    }
+
+    /// Domains of all sources, and their feature channels.
+    pub(crate) fn sources(&self) -> (Vec<Domain<2>>, usize) {
+        let exemplars = &self.loaded.exemplars;
+        (exemplars.domains(), exemplars.channels())
+    }
+
+    /// Refuses a run that takes too much with what was chosen for it: the method's `bytes` for an output.
+    pub(crate) fn admit(&self, bytes: &dyn Fn(Domain<2>) -> Bytes) -> Result<Bytes, Failure> {
+        let needed = self.needs.check(&self.session.limits, self.domain, bytes)?;
+        self.session.detail(&format!("memory: about {needed} of {}", Bytes(self.session.limits.memory)));
+        Ok(needed)
     }
 
     /// The output has another shape than was known before the exemplars were read. It is admitted again, with the

@@ -27,6 +27,7 @@ mod made;
 mod memory;
 mod method;
 mod names;
+mod needs;
 mod options;
 mod outcome;
 mod outputs;

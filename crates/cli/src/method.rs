@@ -16,12 +16,19 @@ pub(crate) trait Method {
     /// What is known before exemplars are read. Refuses options that are wrong by themselves, cheapest first.
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure>;
 
-    /// An upper bound of its own memory: domains of the sources, feature channels, output.
+    /// An upper bound of its own memory, as far as it is known before exemplars are read: domains of the sources,
+    /// feature channels, output. What follows from what they show is [admitted](Method::admit) by the plan.
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes;
 
-    /// The same where all samples of the exemplars are valid.
-    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        self.bytes(sources, channels, output)
+    /// What choosing by what exemplars show takes, with masks or without, before the work.
+    fn choosing(&self, _: &[Domain<2>], _: usize, _masked: bool) -> Bytes {
+        Bytes(0)
+    }
+
+    /// Refuses a plan that takes too much: `own` bytes for an output, with what is known without it.
+    fn admit(&self, loom: &Loom<'_>, own: &dyn Fn(Domain<2>) -> Bytes) -> Result<Bytes, Failure> {
+        let (sources, channels) = loom.sources();
+        loom.admit(&|output| own(output) + self.bytes(&sources, channels, output))
     }
 
     /// Reads what it needs besides the exemplars; all that is chosen before the work, which a dry run tells, and the
@@ -30,18 +37,24 @@ pub(crate) trait Method {
 
     /// Runs the command.
     fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
-        let estimate = |sources: &[_], channels, output, masked| match masked {
-            true => self.bytes(sources, channels, output),
-            false => self.bytes_of_whole(sources, channels, output),
+        let estimate = |sources: &[_], channels, output, masked| {
+            self.bytes(sources, channels, output).then(self.choosing(sources, channels, masked))
         };
         let mut loom = self.setup(session)?.begin(session, &estimate)?;
-        let Planned { used, how, work } = self.plan(&mut loom)?;
-        if session.global.dry_run {
+        let Planned { used, how, needed, work } = self.plan(&mut loom)?;
+        let outcome = if session.global.dry_run {
             drop(work);
-            return Ok(loom.would(used, &how));
+            None
+        } else {
+            Some(work()?)
+        };
+        if let Some(needed) = needed {
+            loom.report.estimate = Some(needed.0);
         }
-        let outcome = work()?;
-        loom.finish(used, outcome)
+        match outcome {
+            Some(outcome) => loom.finish(used, outcome),
+            None => Ok(loom.would(used, &how)),
+        }
     }
 }
 
@@ -51,6 +64,8 @@ pub(crate) struct Planned<'l> {
     pub(crate) used: Used,
     /// How it would be made, for people.
     pub(crate) how: String,
+    /// Bytes that were admitted for what was chosen; else those known from headers count.
+    pub(crate) needed: Option<Bytes>,
     pub(crate) work: Work<'l>,
 }
 
@@ -63,6 +78,11 @@ impl<'l> Planned<'l> {
         how: impl Into<String>,
         work: impl FnOnce() -> Result<Outcome, Failure> + 'l,
     ) -> Self {
-        Self { used, how: how.into(), work: Box::new(work) }
+        Self { used, how: how.into(), needed: None, work: Box::new(work) }
+    }
+
+    /// The same with the bytes that were admitted for it.
+    pub(crate) fn needing(self, needed: Bytes) -> Self {
+        Self { needed: Some(needed), ..self }
     }
 }

@@ -17,6 +17,7 @@ use crate::inputs::{self, Input};
 use crate::loaded::ExemplarSet;
 use crate::loom::{Before, Loom};
 use crate::memory::{self, Resized};
+use crate::needs::{Needs, Share};
 use crate::planes::{Laying, PlaneHeaders, is_upright, warn_of_normals};
 use crate::repairing::Repairing;
 use crate::report::Report;
@@ -203,8 +204,13 @@ impl<'a> Setup<'a> {
             )?;
         }
         let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
-        let need = |domain| self.need(&headers, &layers, estimate, domain);
-        let needed = memory::check(&session.limits, only, domain, resized, &need)?;
+        let sources = headers.sources(&self.transforms);
+        let needs = self.needs(&headers, &layers, domain);
+        // What is turned freely has corners that show nothing.
+        let free = self.transforms.iter().any(|transform| matches!(transform, Transform::Resampled { .. }));
+        let masked = free || headers.layout.alpha || !headers.mask_infos.is_empty();
+        let own = |domain| estimate(&sources, headers.channels(), domain, masked);
+        let needed = needs.check(&session.limits, domain, &own)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         session.watch.prepare(if self.transforms.len() == 1 { "read" } else { "read, turn" });
         let loaded = headers.load(session, &self.transforms, &mut report)?;
@@ -245,6 +251,7 @@ impl<'a> Setup<'a> {
             repairing: self.repairing,
             made_by: None,
             files: self.files,
+            needs,
         })
     }
 
@@ -258,17 +265,22 @@ impl<'a> Setup<'a> {
         Err(Failure::new(2, what).remedy(format!("use at most {}", u64::BITS - 1)))
     }
 
-    /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in
-    /// pixels stays, and the nearest that closes is named; any other becomes the next smaller one that does, which is
-    /// told.
-    fn closed(&self, session: &Session<'_>, loaded: &ExemplarSet, domain: Domain<2>) -> Result<Domain<2>, Failure> {
+    /// True if the output's size may follow from the first exemplar's lattice.
+    fn may_close(&self, domain: Domain<2>) -> bool {
         let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
         let free = match self.size {
             OutputSize::Exemplar(_) => true,
             OutputSize::Ground(ref ground, _) => ground.is_bare(),
             OutputSize::First(_) | OutputSize::Picture(..) | OutputSize::Upon(..) | OutputSize::Arranged(_) => false,
         };
-        if domain.periodic == [false; 2] || !as_it_is || !free {
+        domain.periodic != [false; 2] && as_it_is && free
+    }
+
+    /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in
+    /// pixels stays, and the nearest that closes is named; any other becomes the next smaller one that does, which is
+    /// told.
+    fn closed(&self, session: &Session<'_>, loaded: &ExemplarSet, domain: Domain<2>) -> Result<Domain<2>, Failure> {
+        if !self.may_close(domain) {
             return Ok(domain);
         }
         let source = &loaded.exemplars.sources()[0];
@@ -308,7 +320,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    fn need(&self, headers: &Headers, layers: &[PlaneHeaders], estimate: Estimate<'_>, domain: Domain<2>) -> Bytes {
+    fn needs(&self, headers: &Headers, layers: &[PlaneHeaders], output: Domain<2>) -> Needs {
         let (sources, shown) = (headers.sources(&self.transforms), headers.shown(&self.transforms));
         let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
         let matched: Vec<_> = headers.matched_infos().cloned().collect();
@@ -325,19 +337,34 @@ impl<'a> Setup<'a> {
         let making = memory::making(&sources, features) + matched_held + headers.light_bytes(&sources);
         let args = &self.weaving;
         let explained = [args.explain.is_some(), args.report.is_some()].iter().filter(|&&wanted| wanted).count() as u64;
-        let explained = memory::explained(explain::shape(domain.shape, sources.iter().map(|s| s.shape))) * explained;
-        let shown_twice = if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };
-        let blended = self.blending.bytes(domain, headers.layout.colors + 1, self.keeps);
-        // What is turned freely has corners that show nothing.
-        let free = self.transforms.iter().any(|transform| matches!(transform, Transform::Resampled { .. }));
-        let masked = free || headers.layout.alpha || !headers.mask_infos.is_empty();
-        let method = estimate(&sources, features, domain, masked) + blended;
-        let laid = layers.iter().map(|layer| layer.laid_bytes(domain, &shown, self.keeps)).max().unwrap_or_default();
-        let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
-        let written =
-            memory::outputs(domain, channels, depth, args.map.is_some()) + explained + laid + made + shown_twice;
-        let worked = memory::sources(&sources, features) + method.then(written);
-        memory::PROGRAM + kept + read.then(making).max(worked)
+        let shape = |domain: Domain<2>| explain::shape(domain.shape, sources.iter().map(|s| s.shape));
+        let explained = |domain| memory::explained(shape(domain)) * explained;
+        let twice = |domain| if args.preview.is_some() { eyes::tiled_bytes(domain, channels) } else { Bytes(0) };
+        let laid = |layer: &PlaneHeaders, domain| layer.laid_bytes(domain, &shown, self.keeps);
+        let written = |domain| {
+            let laid = layers.iter().map(|layer| laid(layer, domain)).max().unwrap_or_default();
+            let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
+            memory::outputs(domain, channels, depth, args.map.is_some())
+                + explained(domain)
+                + laid
+                + made
+                + twice(domain)
+        };
+        // Where it closes, the lattice of the first is looked for before anything is planned.
+        let masked = headers.layout.alpha || !headers.mask_infos.is_empty();
+        let looked = sources.first().filter(|_| self.may_close(output));
+        let looked =
+            looked.map(|first| selvedge_analysis::estimate_texture(*first, features, masked)).unwrap_or_default();
+        let held = memory::sources(&sources, features);
+        Needs {
+            kept,
+            reading: read.then(making).then(held + looked),
+            sources: held,
+            blended: Share::of(output, |domain| self.blending.bytes(domain, headers.layout.colors + 1, self.keeps)),
+            written: Share::of(output, written),
+            exemplar: args.input.exemplars.first().filter(|_| args.input.exemplars.len() == 1).cloned(),
+            resized: self.size.resized(),
+        }
     }
 }
 

@@ -34,6 +34,7 @@ pub fn cover<const D: usize>(
         let woven = graphcut(exemplars, output, &Options { refine: Some(0), ..*options }, run)?;
         return Ok(Covered { woven, rest: None });
     }
+    run.limits.admit(output, plan.bytes(exemplars, output, options))?;
     let map = SourceMap::unassigned(exemplars, output)?;
     let start = Start { map, fixed: None, sources: None };
     let (woven, past) = worked(exemplars, start, &plan, options, run, |weaver| weaver.cover_all())?;

@@ -1,15 +1,13 @@
 //! How much memory a run needs.
 
-use std::ops::RangeInclusive;
-
-use selvedge_core::{Bytes, Domain, SeamCosts};
-use selvedge_fft_ssd::{Cover, Placement as Positions, Positions as Where, Sizes};
+use selvedge_core::{Bytes, Domain, Exemplars, SeamCosts, par};
+use selvedge_fft_ssd::{Cover, Held, Placement as Positions, Positions as Where, Sizes, held};
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::plan::{longest, reach};
+use crate::plan::{Plan, longest, reach};
 use crate::regions::{CLIP, largest_sides, shortest};
-use crate::sizes::{asked, possible};
+use crate::sizes::{asked, levels};
 use crate::weaver::{BATCH, at_once};
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never
@@ -17,8 +15,6 @@ use crate::weaver::{BATCH, at_once};
 
 /// Bytes for each position where a patch may lie: its cost, and twice itself while it is drawn.
 const A_CANDIDATE: u64 = 64;
-/// Bytes of a frame, its graph and its cut for each sample that a patch may show.
-const A_NODE: u64 = 96;
 /// Bytes of a frame and what was taken of it for each such sample.
 const A_FRAME: u64 = 24;
 /// Bytes for each patch: where it was laid, and the price of all seams after it.
@@ -28,8 +24,6 @@ const A_VECTOR: u64 = 64;
 /// Bytes for each sample of an output that a map is carried up to: its own, a fourth of the coarser one's, the number
 /// of its patch, and 64 for each seam in lists that double, one for each 16 samples.
 const A_CARRIED: u64 = 4 + 1 + 4 + 4;
-/// Samples of a source from which on it is solved at a fraction of its size.
-const A_LARGE: u64 = 1 << 20;
 /// Samples of tiles that are decided together, where two lie beside each other along an axis.
 const A_TILES_SAMPLES: u64 = 512 * 64 * 64 / 4;
 /// What a run takes however small it is. With half of it, 16x16 from 16x16 held 1.72 MB where 1.18 were told.
@@ -37,54 +31,65 @@ const A_RUN: u64 = 2 << 20;
 
 /// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
 /// the domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose,
-/// the one that takes most counts: how many follow from what exemplars show, and from their masks.
+/// the one that takes most counts: how many follow from what exemplars show, and from their masks. What is chosen once
+/// they are read tells less ([`Plan::bytes`]).
 pub fn estimate<const D: usize>(
     sources: &[Domain<D>],
     channels: usize,
     output: Domain<D>,
     options: &Options<D>,
 ) -> Bytes {
-    let most = options.levels.map_or(*possible(&sides(sources), output).end(), |asked| given(sources, asked));
-    of_levels(sources, channels, output, options, 1..=most, true)
+    let unknown = Known { masked: true, threads: par::threads() as u64 };
+    let of = |levels| at_levels(sources, channels, output, options, levels, unknown);
+    let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
+    let most = options.levels.map_or(levels(largest, u32::MAX, output), |some| asked(largest, some));
+    let run = if options.free.contains(&false) { of(1) } else { (1..=most).map(of).max().unwrap_or_default() };
+    measuring(sources, channels, true, options).then(run)
 }
 
-/// The same for exemplars of which all samples are valid: no mask keeps large ones from being halved.
-pub fn estimate_whole<const D: usize>(
-    sources: &[Domain<D>],
-    channels: usize,
-    output: Domain<D>,
-    options: &Options<D>,
-) -> Bytes {
-    let given = options.levels.map(|asked| given(sources, asked)..=given(sources, asked));
-    let levels = given.unwrap_or_else(|| possible(&sides(sources), output));
-    of_levels(sources, channels, output, options, levels, false)
-}
-
-/// So many levels as were asked for, as far as exemplars can be halved.
-fn given<const D: usize>(sources: &[Domain<D>], levels: u32) -> u32 {
-    asked(sides(sources).into_iter().max().unwrap_or(0), levels)
-}
-
-fn sides<const D: usize>(sources: &[Domain<D>]) -> Vec<u32> {
-    sources.iter().map(|s| shortest(s.shape)).collect()
-}
-
-/// That of a run of one of so many levels; what may not move along an axis has one.
-fn of_levels<const D: usize>(
-    sources: &[Domain<D>],
-    channels: usize,
-    output: Domain<D>,
-    options: &Options<D>,
-    levels: RangeInclusive<u32>,
+/// What a run that is planned knows beyond its sizes.
+#[derive(Clone, Copy)]
+pub(crate) struct Known {
     masked: bool,
-) -> Bytes {
-    let of = |levels| at_levels(sources, channels, output, options, levels);
-    // What is measured first takes less than a run at the size of a source, but more than one at a fraction of it.
-    let measured = |s: &Domain<D>| selvedge_analysis::estimate_texture(*s, channels, masked);
-    let small = 1 < *levels.start();
-    let measured = sources.iter().filter(|s| small || A_LARGE < len(s.shape)).map(measured).max().unwrap_or_default();
-    let run = if options.free.contains(&false) { of(1) } else { levels.map(of).max().unwrap_or_default() };
-    measured.then(run)
+    threads: u64,
+}
+
+impl<const D: usize> Plan<D> {
+    /// An upper bound of the bytes that making this plan and weaving by it hold besides the exemplars themselves, on
+    /// the threads of this pool; exemplars and options are those of the plan.
+    pub fn bytes(&self, exemplars: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> Bytes {
+        let (sources, masked) = shapes(exemplars);
+        let known = Known { masked, threads: par::threads() as u64 };
+        let (region, reach) = (Some(self.region), Some(self.reach));
+        let chosen = Options { placement: self.placement, region, reach, ..*options };
+        let run = at_levels(&sources, exemplars.channels(), output, &chosen, self.levels, known);
+        measuring(&sources, exemplars.channels(), masked, options).then(run)
+    }
+}
+
+/// Domains of all sources, and whether masks hide some of them.
+pub(crate) fn shapes<const D: usize>(exemplars: &Exemplars<D>) -> (Vec<Domain<D>>, bool) {
+    (exemplars.domains(), exemplars.sources().iter().any(|s| s.valid.is_some()))
+}
+
+/// What making a [`Plan`] holds at most besides the exemplars, whatever the output is: they are looked at one after the
+/// other, and of clips a frame.
+pub fn measuring<const D: usize>(sources: &[Domain<D>], channels: usize, masked: bool, options: &Options<D>) -> Bytes {
+    let by_regions = options.region.is_none();
+    let lies_apart = options.apart.is_none() && by_regions && options.placement != Placement::Random;
+    let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
+    let by_levels = options.levels.is_none() && 1 < levels(largest, u32::MAX, Domain::open([u32::MAX; D]));
+    let of = |source: &Domain<D>| {
+        let picture = Domain::open([source.shape[D.saturating_sub(2)], source.shape[D.saturating_sub(1)]]);
+        if D != CLIP && (lies_apart || options.placement == Placement::Auto) {
+            selvedge_analysis::estimate_texture(picture, channels, masked)
+        } else if by_regions || by_levels {
+            selvedge_analysis::estimate_size(picture, channels, masked)
+        } else {
+            Bytes(0)
+        }
+    };
+    sources.iter().map(of).max().unwrap_or_default()
 }
 
 /// That of a run at so many levels: at the smallest one, or while its map is carried up, whichever is more.
@@ -94,6 +99,7 @@ pub(crate) fn at_levels<const D: usize>(
     output: Domain<D>,
     options: &Options<D>,
     levels: u32,
+    known: Known,
 ) -> Bytes {
     let (mut small, mut whole) = (sources.to_vec(), output);
     let mut coarse = Bytes(0);
@@ -104,7 +110,7 @@ pub(crate) fn at_levels<const D: usize>(
     }
     let region = options.region.map(|sides| sides.map(|n| (n >> (levels - 1)).max(1)));
     let reach = options.reach.map(|sides| sides.map(|n| n >> (levels - 1)));
-    let run = of_one(&small, channels, whole, &Options { region, reach, ..*options });
+    let run = of_one(&small, channels, whole, &Options { region, reach, ..*options }, known);
     let carrying = if levels == 1 { Bytes(0) } else { carrying(sources, output) };
     coarse + run.max(carrying)
 }
@@ -118,7 +124,13 @@ fn carrying<const D: usize>(sources: &[Domain<D>], output: Domain<D>) -> Bytes {
 }
 
 /// That of a run at one size.
-fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>, options: &Options<D>) -> Bytes {
+fn of_one<const D: usize>(
+    sources: &[Domain<D>],
+    channels: usize,
+    output: Domain<D>,
+    options: &Options<D>,
+    Known { masked, threads }: Known,
+) -> Bytes {
     let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
     // No less than what the run may choose.
     let sides = options.region.unwrap_or_else(|| largest_sides(sources.iter().map(|s| s.shape)));
@@ -137,17 +149,19 @@ fn of_one<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain
     let map = Bytes::of_samples(output, 5) + Bytes(len(output.shape) / cell) * 42;
     let seams = SeamCosts::<D>::bytes(samples, channels) + samples * A_CANDIDATE;
     // Each source once more, if a mask leaves a part of it: that part is searched alone.
-    let singles = samples * (channels as u64 + 1);
-    let shown = |s: &Domain<D>| Bytes(len::<D>(std::array::from_fn(|a| s.shape[a].min(window[a]))));
-    let nodes = sources.iter().map(shown).max().unwrap_or_default();
+    let singles = if masked { samples * (channels as u64 + 1) } else { Bytes(0) };
+    let shown = |s: &Domain<D>| -> [u32; D] { std::array::from_fn(|a| s.shape[a].min(window[a])) };
+    let nodes = Bytes(sources.iter().map(|s| len(shown(s))).max().unwrap_or_default());
+    let cut = sources.iter().map(|s| selvedge_expansion::estimate(shown(s))).max().unwrap_or_default();
     // What each region of a batch waits to lay, and what it takes on a thread of its own.
     let batch = if options.refine == Some(0) { 1 } else { apart(output, region, window).min(BATCH as u64) };
-    let threads = at_once(samples.0).min(batch);
-    let cuts = nodes * (A_NODE * threads + A_FRAME * batch);
+    let threads = at_once(samples.0).min(batch).min(threads);
+    let cuts = cut * threads + nodes * (A_FRAME * batch);
     let lists = samples * A_CANDIDATE * (threads - 1);
     let weights = vec![1; channels];
-    let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box });
-    let entire = || search(sources, &weights, window, Positions::overlapping(1));
+    let each = (masked, threads);
+    let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box }, each);
+    let entire = || search(sources, &weights, window, Positions::overlapping(1), each);
     let search = match options.placement {
         Placement::Random => Bytes(0),
         // Each place is compared by itself.
@@ -181,11 +195,18 @@ fn history<const D: usize>(sources: &[Domain<D>], output: Domain<D>, region: [u3
     Bytes(steps) * A_PATCH + Bytes(vectors) * A_VECTOR
 }
 
-/// A search for a box in all sources.
-fn search<const D: usize>(sources: &[Domain<D>], weights: &[u8], template: [u32; D], placement: Positions) -> Bytes {
+/// Searches for a box in all sources, so many beside each other.
+fn search<const D: usize>(
+    sources: &[Domain<D>],
+    weights: &[u8],
+    template: [u32; D],
+    placement: Positions,
+    (holes, at_once): (bool, u64),
+) -> Bytes {
     let samples = len(template);
-    let sizes = Sizes { sources, weights, holes: true, template, samples, noisy_masks: true };
-    selvedge_fft_ssd::estimate(&sizes, placement, &selvedge_fft_ssd::Options::default()).unwrap_or(Bytes::MOST)
+    let sizes = Sizes { sources, weights, holes, template, samples, noisy_masks: true };
+    let of_all = held(&sizes, placement, &selvedge_fft_ssd::Options::default());
+    of_all.map_or(Bytes::MOST, |Held { tables, spectra, working }| tables + spectra + working * at_once)
 }
 
 fn len<const D: usize>(shape: [u32; D]) -> u64 {
@@ -199,18 +220,10 @@ mod tests {
     #[test]
     fn the_least_run_takes_two_mebibytes() {
         let one = Domain::open([1, 1]);
-        let least = estimate(&[one], 1, one, &Options { region: Some([1; 2]), ..Options::default() }).0;
+        // One that looks at nothing before.
+        let options = Options { region: Some([1; 2]), placement: Placement::Sub, ..Options::default() };
+        let least = estimate(&[one], 1, one, &options).0;
         assert!((2 << 20..3 << 20).contains(&least), "{least}");
-    }
-
-    #[test]
-    fn large_exemplars_take_what_a_quarter_of_their_size_does() {
-        let bytes = |estimate: fn(&[Domain<2>], usize, Domain<2>, &Options<2>) -> Bytes, side| {
-            estimate(&[Domain::open([side; 2])], 3, Domain::open([2 * side; 2]), &Options::default()).0 >> 20
-        };
-        let [small, large] = [1024, 4096].map(|side| bytes(estimate_whole, side));
-        assert!(large < 2 * small && large < 2200, "{small} and {large} MiB");
-        assert!(2 * large < bytes(estimate, 4096), "a mask may keep them whole");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
-use crate::estimate::{estimate, estimate_whole};
+use crate::estimate::{measuring, shapes};
 use crate::levels;
 use crate::options::Options;
 use crate::plan::{Plan, measured};
@@ -45,7 +45,7 @@ pub fn graphcut<const D: usize>(
 ///
 /// # Errors
 /// Those of [`graphcut_from`] that are known before the first patch is laid, but for what is wrong with the start
-/// itself.
+/// itself, and for memory that only the work needs.
 ///
 /// # Complexity
 /// Time `O(samples log(samples))` of the exemplars, however large the output is.
@@ -56,7 +56,7 @@ pub fn plan<const D: usize>(
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<Plan<D>, Error> {
-    check(exemplars, output, field.is_none(), options, limits)?;
+    check(exemplars, output, options, limits)?;
     measured(exemplars, output, field, options)
 }
 
@@ -64,15 +64,12 @@ pub fn plan<const D: usize>(
 fn check<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
-    is_fresh: bool,
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<(), Error> {
     options.validate()?;
-    let domains = exemplars.domains();
-    let is_whole = exemplars.sources().iter().all(|s| s.valid.is_none());
-    let estimate = if is_fresh && is_whole { estimate_whole } else { estimate };
-    Ok(limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?)
+    let (sources, masked) = shapes(exemplars);
+    Ok(limits.admit(output, measuring(&sources, exemplars.channels(), masked, options))?)
 }
 
 /// True where nothing is there, or asked for, that a run at several sizes could not begin from.
@@ -91,12 +88,23 @@ pub fn graphcut_from<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     let output = start.map.domain();
-    check(exemplars, output, is_fresh(&start), options, &run.limits)?;
     start.check(exemplars)?;
-    measured(exemplars, output, start.sources.as_ref(), options)?.weave(exemplars, start, options, run)
+    plan(exemplars, output, start.sources.as_ref(), options, &run.limits)?.weave(exemplars, start, options, run)
 }
 
 impl<const D: usize> Plan<D> {
+    /// The same for a run that goes on from `start`: where anything is there, or asked for, it has one size.
+    ///
+    /// # Errors
+    /// [`Error::LevelsOfStart`] if the options ask for several.
+    pub fn on(&self, start: &Start<D>, options: &Options<D>) -> Result<Self, Error> {
+        match options.levels {
+            _ if self.levels == 1 || is_fresh(start) => Ok(*self),
+            None => Ok(Self { levels: 1, ..*self }),
+            Some(levels) => Err(Error::LevelsOfStart { levels }),
+        }
+    }
+
     /// Weaves as planned, from what is there; exemplars, output, field and options are those of the plan.
     ///
     /// # Errors
@@ -109,19 +117,11 @@ impl<const D: usize> Plan<D> {
         run: &Run<'_, D>,
     ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
         start.check(exemplars)?;
-        if self.levels == 1 {
-            return at_one_size(exemplars, start, self, options, run);
-        }
-        let output = start.map.domain();
-        if is_fresh(&start) {
-            return levels::weave(exemplars, output, self, options, run);
-        }
-        match options.levels {
-            Some(levels) => Err(Error::LevelsOfStart { levels }),
-            None => {
-                check(exemplars, output, false, options, &run.limits)?;
-                at_one_size(exemplars, start, &Self { levels: 1, ..*self }, options, run)
-            }
+        let (output, plan) = (start.map.domain(), self.on(&start, options)?);
+        run.limits.admit(output, plan.bytes(exemplars, output, options))?;
+        match plan.levels {
+            1 => at_one_size(exemplars, start, &plan, options, run),
+            _ => levels::weave(exemplars, output, &plan, options, run),
         }
     }
 }

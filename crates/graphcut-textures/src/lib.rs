@@ -84,7 +84,7 @@ pub use selvedge_core as core;
 
 pub use covered::{Covered, cover};
 pub use error::Error;
-pub use estimate::{estimate, estimate_whole};
+pub use estimate::{estimate, measuring};
 pub use graphcut::{graphcut, graphcut_from, plan};
 pub use options::{Options, Placement, Stutter};
 pub use plan::Plan;

@@ -30,13 +30,6 @@ pub(crate) fn levels<const D: usize>(side: u32, structure: u32, output: Domain<D
     1 + (1..MOST_LEVELS).take_while(|level| D == 2 && pays(level) && closes(level)).last().unwrap_or(0)
 }
 
-/// The least and the most levels of exemplars with such shortest sides, whatever they show.
-pub(crate) fn possible<const D: usize>(sides: &[u32], output: Domain<D>) -> std::ops::RangeInclusive<u32> {
-    let largest = sides.iter().copied().max().unwrap_or(0);
-    let least = sides.iter().copied().filter(|&side| largest <= side.saturating_mul(2)).min().unwrap_or(0);
-    levels(least, 0, output)..=levels(largest, u32::MAX, output)
-}
-
 /// How many of the levels that were asked for leave something of exemplars whose shortest side is `largest` at most.
 pub(crate) fn asked(largest: u32, levels: u32) -> u32 {
     1 + (1..levels.min(MOST_LEVELS)).take_while(|level| 2 * LEAST <= largest >> level).last().unwrap_or(0)
@@ -130,7 +123,6 @@ mod tests {
         ] {
             assert_eq!(levels(side, structure, open), expected, "{side} {structure}");
         }
-        assert_eq!([possible(&[4096, 2000], open), possible(&[4096, 2048], open)], [3..=5, 2..=5]);
         let tiled = |side| Domain { shape: [side, 2048], periodic: [true, false] };
         assert_eq!([2048, 2046, 2047].map(|side| levels(1024, 100, tiled(side))), [3, 2, 1]);
         assert_eq!(levels(1024, 100, Domain::open([2048; 3])), 1, "of clips nothing was measured");

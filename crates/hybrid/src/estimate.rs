@@ -3,7 +3,7 @@
 use selvedge_core::{Bytes, Domain};
 use selvedge_fft_ssd::{Placement, Sizes};
 
-use crate::layout::{grown, power_of_two};
+use crate::layout::grown;
 use crate::options::Options;
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
@@ -14,43 +14,39 @@ const A_NUMBER: u64 = 4;
 const AN_ERROR: u64 = 8;
 /// Bytes that tell of a place how much of a mask lies before it, twice.
 const A_MASK: u64 = 8;
-/// Bytes for each sample of the largest exemplar while its structures are measured for the automatic block. Colours
-/// weigh as the eye has them, so that large exemplars are transformed in blocks, whose spectra are kept: from 360^2 to
-/// 512^2 px some 630 are seen, of 720^2 and 1000^2 some 1130.
-const A_MEASURED: [u64; 2] = [640, 1160];
-/// Larger exemplars have the second; of what is beyond the last only that many samples are looked at.
-const LARGE: [u64; 2] = [1 << 18, 1 << 20];
 /// Bytes for each sample of a grown block: its look, errors and cut.
 const A_CUT: u64 = 64;
 /// Bytes for each output sample: its number, whether it waits, and what it costs to order those that do.
 const A_SAMPLE: u64 = 4 + 1 + 32;
 
-/// An upper bound of the bytes that [`hybrid`](crate::hybrid()) holds beside the exemplars' features, known before
-/// anything is read: shapes of the exemplars, feature channels, the output. It holds for flat exemplars, of which every
-/// place is a candidate; of others less is held.
-pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Options) -> Bytes {
+/// What choosing a block holds at most beside the exemplars: they are looked at one after the other.
+pub fn measuring(exemplars: &[Domain<2>], channels: usize, masked: bool, options: &Options) -> Bytes {
+    let size = |exemplar: &Domain<2>| selvedge_analysis::estimate_size(*exemplar, channels, masked);
+    exemplars.iter().filter(|_| options.block.is_none()).map(size).max().unwrap_or_default()
+}
+
+/// What laying blocks of that size holds, with masks or without. It counts on flat exemplars, of which every place is a
+/// candidate; of others less is held.
+pub(crate) fn woven(
+    exemplars: &[Domain<2>],
+    channels: usize,
+    masked: bool,
+    output: Domain<2>,
+    (block, options): ([u32; 2], &Options),
+) -> Bytes {
     let samples = exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum::<Bytes>();
     let channels_of = channels as u64;
-    let measured = exemplars.iter().map(measured).max().filter(|_| options.block.is_none()).unwrap_or_default();
-    let side = exemplars.iter().map(|e| e.shape[0].min(e.shape[1])).max().unwrap_or(1);
-    // Three eighths of the largest square, and a third more.
-    let block = options.block.unwrap_or([power_of_two((side / 2).max(4)); 2]);
     // Searches of small blocks have the most places, those of large ones the largest transforms. Spectra for cropped
     // blocks are kept as well.
     let templates = [grown(block), grown(block), grown(block), grown(block.map(|n| (n / 4).max(1))), [7, 7]];
-    let search = templates.map(|template| search(exemplars, channels, template, options)).into_iter().sum::<Bytes>();
+    let search =
+        templates.map(|template| search(exemplars, channels, masked, template, options)).into_iter().sum::<Bytes>();
     // Features side by side, links and weights of seams, numbers of valid samples, and the exemplars once more if they
     // go around.
     let features = samples * (2 * channels_of + 2 + A_NUMBER + if options.circular { channels_of + 1 } else { 0 });
     let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
     let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);
-    let woven = search + features + lists + cut + Bytes::of_samples(output, A_SAMPLE);
-    measured.then(woven)
-}
-
-fn measured(exemplar: &Domain<2>) -> Bytes {
-    let samples = Bytes::of_samples(*exemplar, 1).0.min(LARGE[1]);
-    Bytes(samples) * A_MEASURED[usize::from(LARGE[0] < samples)]
+    search + features + lists + cut + Bytes::of_samples(output, A_SAMPLE)
 }
 
 /// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; what waits, what is near, what
@@ -66,31 +62,14 @@ pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<
     features + Bytes::of_samples(output, A_BAD_SAMPLE)
 }
 
-fn search(exemplars: &[Domain<2>], channels: usize, template: [u32; 2], options: &Options) -> Bytes {
+fn search(exemplars: &[Domain<2>], channels: usize, holes: bool, template: [u32; 2], options: &Options) -> Bytes {
     let weights = vec![255; channels];
     let samples = u64::from(template[0]) * u64::from(template[1]);
     let domains: Vec<Domain<2>> = exemplars
         .iter()
         .map(|e| Domain { periodic: if options.circular { [true; 2] } else { e.periodic }, ..*e })
         .collect();
-    let sizes = Sizes { sources: &domains, weights: &weights, holes: true, template, samples, noisy_masks: true };
+    let sizes = Sizes { sources: &domains, weights: &weights, holes, template, samples, noisy_masks: true };
     let bytes = selvedge_fft_ssd::estimate(&sizes, Placement::INSIDE, &selvedge_fft_ssd::Options::default());
     bytes.unwrap_or(Bytes::MOST)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn measuring_large_exemplars_is_counted() {
-        let needed = |side: u32| {
-            let options = Options { block: None, ..Options::default() };
-            estimate(&[Domain::open([side; 2])], 3, Domain::open([256; 2]), &options).0 >> 20
-        };
-        // What processes were seen to hold beside the program and the exemplar, in MiB.
-        for (side, seen) in [(360, 77), (512, 159), (720, 550), (1000, 1075)] {
-            assert!((seen..seen * 3 / 2).contains(&needed(side)), "{side}: {} for {seen}", needed(side));
-        }
-    }
 }

@@ -16,7 +16,7 @@ use crate::stats::Stats;
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`Options::validate`]), exemplars that hold no start block, an empty output,
-/// one over the run's limits (its [`estimate`](crate::estimate()) counts against their memory), or no memory for it.
+/// one over the run's limits (its plan's [bytes](crate::Plan::bytes) count against their memory), or no memory for it.
 ///
 /// # Complexity
 /// With `n` exemplar samples, `c` channels and `b` searched blocks, splits among them: time `O(b * c * n log n)` at

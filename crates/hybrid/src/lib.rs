@@ -56,7 +56,7 @@ mod weave;
 pub use selvedge_core as core;
 
 pub use error::Error;
-pub use estimate::{estimate, estimate_repair};
+pub use estimate::{estimate_repair, measuring};
 pub use hybrid::{hybrid, hybrid_from};
 pub use options::{Layout, Options, PixelSearch, Resynthesize, Threshold};
 pub use plan::Plan;

@@ -1,10 +1,10 @@
 //! What a run will do: options checked, and what they leave open chosen.
 
-use selvedge_core::{Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
 use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
-use crate::estimate::estimate;
+use crate::estimate::{measuring, woven};
 use crate::layout::{Blocks, overlap_of, power_of_two};
 use crate::options::Options;
 use crate::stats::Stats;
@@ -25,8 +25,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Checks the options, then exemplars and output, then the run's limits, before anything is measured; then chooses
-    /// the block, if it is left open.
+    /// Checks the options, then exemplars and output, then whether the run's limits allow for measuring; then chooses
+    /// the block, if it is left open. Whether they allow for the work is checked when it begins.
     ///
     /// # Errors
     /// Those of [`hybrid`](crate::hybrid()).
@@ -38,12 +38,24 @@ impl Plan {
     ) -> Result<Self, Error> {
         options.validate()?;
         check_fit(exemplars, output, options.block)?;
-        let domains = exemplars.domains();
-        run.limits.admit(output, estimate(&domains, exemplars.channels(), output, options))?;
+        let (sources, masked) = shapes(exemplars);
+        run.limits.admit(output, measuring(&sources, exemplars.channels(), masked, options))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
         let given = exemplars.clone();
         let exemplars = if options.circular { around(exemplars)? } else { exemplars.clone() };
         Ok(Self { exemplars, given, output, options: *options, block })
+    }
+
+    /// Bytes that choosing the block and the work take at most, beside the exemplars.
+    pub fn bytes(&self) -> Bytes {
+        self.bytes_of(self.output)
+    }
+
+    /// The same with blocks of the same size for another output.
+    pub fn bytes_of(&self, output: Domain<2>) -> Bytes {
+        let ((sources, masked), channels) = (shapes(&self.given), self.given.channels());
+        let work = woven(&sources, channels, masked, output, (self.block, &self.options));
+        measuring(&sources, channels, masked, &self.options).then(work)
     }
 
     /// Height and width of the start blocks in samples.
@@ -68,7 +80,7 @@ impl Plan {
     /// Lays the blocks, from nothing.
     ///
     /// # Errors
-    /// What only the work can show: no memory.
+    /// What only the work can show: no memory, of the run's limits or at all.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
         let map = SourceMap::unassigned(&self.given, self.output)?;
         self.weave_from(Start { map, fixed: None, sources: None }, run)
@@ -80,11 +92,17 @@ impl Plan {
     /// Those of [`Start::check`], [`Error::MixedSources`], and no memory.
     pub fn weave_from(&self, mut start: Start<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
         start.check(&self.given)?;
+        run.limits.admit(self.output, self.bytes())?;
         let sources = start.sources.take();
         let usable = Usable::new(&self.exemplars, &start.map, sources.as_ref())?;
         let weaver = Weaver::new(&usable, self.block, &self.options, start, run)?;
         weaver.weave(self.blocks())
     }
+}
+
+/// Domains of all sources, and whether masks hide some of them.
+fn shapes(exemplars: &Exemplars<2>) -> (Vec<Domain<2>>, bool) {
+    (exemplars.domains(), exemplars.sources().iter().any(|s| s.valid.is_some()))
 }
 
 /// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first

@@ -121,6 +121,27 @@ impl BlockGrid {
         if self.periodic[1] { self.len() } else { 2 * (self.rows.len() - 1) + self.columns.len() }
     }
 
+    /// Blocks of the longest wave, or a few more.
+    pub(crate) fn longest_wave(&self) -> usize {
+        if self.periodic[1] { 1 } else { self.rows.len().min(self.columns.len().div_ceil(2)) }
+    }
+
+    /// All shapes of blocks, each with the numbers of samples on its overlaps, of which there are few.
+    pub(crate) fn templates(&self) -> Vec<([u32; 2], u64)> {
+        let kinds = |spans: &[Span]| {
+            let mut kinds: Vec<(u32, u32)> = spans.iter().map(|s| (s.len, (s.before + s.after).min(s.len))).collect();
+            kinds.sort_unstable();
+            kinds.dedup();
+            kinds
+        };
+        let columns = kinds(&self.columns);
+        let of = |(height, above): (u32, u32), (width, beside): (u32, u32)| {
+            let free = u64::from(height - above) * u64::from(width - beside);
+            ([height, width], u64::from(height) * u64::from(width) - free)
+        };
+        kinds(&self.rows).into_iter().flat_map(|row| columns.iter().map(move |&column| of(row, column))).collect()
+    }
+
     /// The blocks of a wave, in raster order.
     pub(crate) fn wave(&self, wave: usize) -> impl Iterator<Item = usize> + use<> {
         let (rows, columns) = (self.rows.len(), self.columns.len());

@@ -7,6 +7,11 @@ use crate::finding::masked;
 use crate::free::FreePlaces;
 use crate::options::Error;
 
+/// True if masks hide some samples.
+pub(crate) fn is_masked(exemplars: &Exemplars<2>) -> bool {
+    exemplars.sources().iter().any(|s| s.valid.is_some())
+}
+
 /// There is something to fill, and at least one source holds a block.
 pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<u32>) -> Result<(), Error> {
     if output.is_empty() {

@@ -65,7 +65,7 @@ mod transfer_options;
 pub use selvedge_core as core;
 
 pub use auto_block::suggest_block;
-pub use estimate::{estimate, estimate_transfer, estimate_whole};
+pub use estimate::measuring;
 pub use options::{Continuation, Error, Options, SearchBy, Stage};
 pub use quilt::{Plan, Stats, quilt};
 pub use transfer::{PassStats, TransferPlan, TransferStats, transfer};

@@ -4,12 +4,12 @@ use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 
 use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
-use crate::estimate::{estimate, estimate_whole};
-use crate::fit::{check_fit, check_places};
+use crate::estimate::{measuring, planned};
+use crate::fit::{check_fit, check_places, is_masked};
 use crate::options::{Error, Options, SearchBy, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
-use crate::search::{BlockSearch, FromAbove, Reduced, Search, halvings, is_whole};
+use crate::search::{BlockSearch, FromAbove, Reduced, Search, halvings};
 
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,8 +53,8 @@ pub struct Plan<'e> {
 }
 
 impl<'e> Plan<'e> {
-    /// Checks the options, then exemplars and output, then the run's limits, before anything is measured; then chooses
-    /// the block, if it is left open.
+    /// Checks the options, then exemplars and output, then whether the run's limits allow for measuring; then chooses
+    /// the block, if it is left open. Whether they allow for the work is checked when it begins.
     ///
     /// # Errors
     /// Those of [`quilt`].
@@ -66,7 +66,7 @@ impl<'e> Plan<'e> {
     ) -> Result<Self, Error> {
         options.validate()?;
         check_fit(exemplars, output, options.block)?;
-        run.limits.admit(output, needs(exemplars, output, options))?;
+        run.limits.admit(output, measured(exemplars, options))?;
         let block = options.block.map_or_else(|| suggest_block(exemplars), Ok)?;
         check_fit(exemplars, output, Some(block))?;
         let overlap = if options.stage == Stage::Random { 0 } else { options.overlap_of(block)? };
@@ -95,10 +95,17 @@ impl<'e> Plan<'e> {
         halvings(self.exemplars, self.overlap)
     }
 
-    /// Bytes that it will take at most, beside the exemplars; see [`estimate`].
+    /// Bytes that choosing the block and the work take at most, beside the exemplars, on the threads of this pool.
     pub fn bytes(&self) -> Bytes {
-        let options = Options { block: Some(self.block), overlap: Some(self.overlap), ..self.options };
-        needs(self.exemplars, self.output, &options)
+        self.bytes_of(self.output)
+    }
+
+    /// The same with blocks of the same size for another output.
+    pub fn bytes_of(&self, output: Domain<2>) -> Bytes {
+        let halvings = if self.options.search == SearchBy::Auto { self.halvings() } else { 0 };
+        let grid = BlockGrid::new(output, self.block, self.overlap);
+        let work = planned(self.exemplars, output, &grid, halvings);
+        measured(self.exemplars, &self.options).then(work)
     }
 
     /// Lays the blocks.
@@ -156,9 +163,8 @@ impl<'e> Plan<'e> {
     }
 }
 
-fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Bytes {
-    let estimate = if is_whole(exemplars) { estimate_whole } else { estimate };
-    estimate(&exemplars.domains(), exemplars.channels(), output, options)
+fn measured(exemplars: &Exemplars<2>, options: &Options) -> Bytes {
+    measuring(&exemplars.domains(), exemplars.channels(), is_masked(exemplars), options)
 }
 
 /// Quilts an output from blocks of the exemplars. `[Efros01 2.2]`
@@ -179,7 +185,7 @@ fn needs(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Byte
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`Options::validate`]), exemplars without a valid block, an empty output, one
-/// over the run's limits (its [`estimate`] counts against their memory), or no memory for it.
+/// over the run's limits (its plan's [bytes](Plan::bytes) count against their memory), or no memory for it.
 ///
 /// From 384 samples a side of all exemplars on, without masks, and where the overlap is wide enough, blocks are looked
 /// for at a fraction of the size and compared exactly around the best of what is found there, unless

@@ -3,7 +3,7 @@
 use selvedge_core::{Bytes, Domain, Exemplars, Guide, Run, SourceMap, Woven, par};
 
 use crate::block_grid::BlockGrid;
-use crate::estimate::estimate_transfer;
+use crate::estimate::planned_transfer;
 use crate::fit::{check_fit, check_places};
 use crate::options::{Continuation, Error, Stage, per_mille};
 use crate::pass::{Pass, Progress};
@@ -50,7 +50,7 @@ pub struct TransferPlan<'e> {
 
 impl<'e> TransferPlan<'e> {
     /// Checks the options, then exemplars and guide, then the run's limits; chooses the first block, if it is left
-    /// open.
+    /// open. Whether memory suffices is checked when the work begins.
     ///
     /// # Errors
     /// Those of [`transfer`].
@@ -68,7 +68,7 @@ impl<'e> TransferPlan<'e> {
         check_fit(exemplars, output, Some(block))?;
         let options = TransferOptions { block: Some(block), ..*options };
         let plan = Self { exemplars, guide, options, passes: options.plan(block) };
-        run.limits.admit(output, plan.bytes())?;
+        run.limits.admit(output, Bytes(0))?;
         check_places(exemplars, &plan.grid(&plan.passes[0]).block(0))?;
         Ok(plan)
     }
@@ -78,10 +78,16 @@ impl<'e> TransferPlan<'e> {
         self.passes.iter().map(|pass| pass.block)
     }
 
-    /// Bytes that it will take at most, beside the exemplars; see [`estimate_transfer`].
+    /// Bytes that the work takes at most, beside exemplars and guide, on the threads of this pool.
     pub fn bytes(&self) -> Bytes {
-        let (channels, guide_channels) = (self.exemplars.channels(), self.guide.weights().len());
-        estimate_transfer(&self.exemplars.domains(), channels, guide_channels, self.output(), &self.options)
+        self.bytes_of(self.output())
+    }
+
+    /// The same with blocks of the same sizes for another output.
+    pub fn bytes_of(&self, output: Domain<2>) -> Bytes {
+        let grids: Vec<BlockGrid> =
+            self.passes.iter().map(|pass| BlockGrid::new(output, pass.block, pass.overlap)).collect();
+        planned_transfer(self.exemplars, self.guide.weights().len(), output, &grids)
     }
 
     /// Lays the blocks of all passes.
@@ -176,8 +182,8 @@ impl<'e> TransferPlan<'e> {
 ///
 /// # Errors
 /// Options that are wrong by themselves ([`TransferOptions::validate`]), a guide made for other exemplars, exemplars
-/// without a valid block, an empty target, one over the run's limits (its [`estimate_transfer`] counts against their
-/// memory), or no memory for it.
+/// without a valid block, an empty target, one over the run's limits (its plan's [bytes](TransferPlan::bytes) count
+/// against their memory), or no memory for it.
 ///
 /// # Complexity
 /// A block takes `O(positions * block samples * channels)` as long as it is small (see the crate's page for figures),

@@ -92,12 +92,7 @@ impl TransferOptions {
 /// blocks of 28, which is too large where it fills part of the picture or the texture has few levels (eyes and mouth
 /// are lost); there blocks of 16 read. `[Efros01 3]` gives no size.
 pub fn suggest_transfer_block(exemplars: &Exemplars<2>, target: Domain<2>) -> u32 {
-    suggested(exemplars.sources().iter().map(|s| s.domain()), target)
-}
-
-/// The same, by shapes alone.
-pub(crate) fn suggested(exemplars: impl Iterator<Item = Domain<2>>, target: Domain<2>) -> u32 {
-    let exemplar = exemplars.flat_map(|e| e.shape).min().unwrap_or(1);
+    let exemplar = exemplars.sources().iter().flat_map(|s| s.domain().shape).min().unwrap_or(1);
     let [height, width] = target.shape;
     let block = (height.min(width) / 9).clamp(12, 36);
     block.min((exemplar * 2 / 5).max(exemplar.min(LEAST_BLOCK)))

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::sizes::shortest;
 use selvedge_analysis::Texture;
-use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Limits, Run, SourceMap, Woven};
 use selvedge_graphcut_textures as graphcut;
 use std::fmt::Debug;
 
@@ -21,8 +21,11 @@ pub trait Candidate: Debug + Send + Sync {
     /// Those of the method.
     fn draft(&self, exemplars: &Exemplars<2>, output: Domain<2>, run: &Run<'_, 2>) -> Result<Draft, Error>;
 
-    /// Bytes that making it needs beside exemplars and output; of exemplars without `masked` samples mostly less.
-    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>, masked: bool) -> Bytes;
+    /// Bytes that making it needs at most beside exemplars and output.
+    ///
+    /// # Errors
+    /// Those of the method that are known before the work.
+    fn memory(&self, exemplars: &Exemplars<2>, output: Domain<2>, limits: &Limits) -> Result<Bytes, Error>;
 
     /// Makes it.
     ///
@@ -81,9 +84,16 @@ impl Candidate for Graphcut {
         Ok(Draft { woven, rest: Some(Box::new(Seams { covered, options: self.0 })) })
     }
 
-    fn memory(&self, exemplars: &[Domain<2>], channels: usize, output: Domain<2>, masked: bool) -> Bytes {
-        let estimate = if masked { graphcut::estimate } else { graphcut::estimate_whole };
-        estimate(exemplars, channels, output, &self.0)
+    fn memory(&self, exemplars: &Exemplars<2>, output: Domain<2>, limits: &Limits) -> Result<Bytes, Error> {
+        // Which way of matching is chosen takes a look at all of an exemplar; whole ones take the most, and levels and
+        // regions are the same.
+        let entire = graphcut::Placement::Entire;
+        let placement = if self.0.placement == graphcut::Placement::Auto { entire } else { self.0.placement };
+        let options = graphcut::Options { placement, apart: self.0.apart.or(Some(0)), ..self.0 };
+        let plan = graphcut::plan(exemplars, output, None, &options, limits)?;
+        let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
+        let chosen = graphcut::measuring(&exemplars.domains(), exemplars.channels(), masked, &self.0);
+        Ok(chosen.then(plan.bytes(exemplars, output, &options)))
     }
 
     fn weave(
@@ -154,21 +164,31 @@ pub(crate) fn of_kind(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
     orderly: bool,
-    run: &Run<'_, 2>,
+    limits: &Limits,
 ) -> Result<Vec<Box<dyn Candidate>>, Error> {
+    // Who names a region says how far patches lie apart: here as far as in the first, which is one region.
+    let usual = graphcut::Options::default();
+    let first = if orderly { None } else { Some(graphcut::plan(exemplars, output, None, &usual, limits)?) };
+    let apart =
+        first.map_or(usual, |first| graphcut::Options { apart: Some(first.apart), stutter: first.stutter, ..usual });
+    Ok(of_kind_by(exemplars, orderly, apart))
+}
+
+/// The same, the second of which keeps patches apart as these options have it.
+pub(crate) fn of_kind_by(
+    exemplars: &Exemplars<2>,
+    orderly: bool,
+    apart: graphcut::Options<2>,
+) -> Vec<Box<dyn Candidate>> {
     // The exemplar that is longest on its lesser side holds a region of that side.
     let between = Some([(shortest(exemplars).max().unwrap_or(1) * 3 / 8).max(1); 2]);
     let second = if orderly {
-        graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..Default::default() }
+        graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..apart }
     } else {
-        // Who names a region says how far patches lie apart: here as far as in the first, which is one region.
-        let first = graphcut::plan(exemplars, output, None, &graphcut::Options::default(), &run.limits)?;
-        let (apart, stutter) = (Some(first.apart), first.stutter);
-        let placement = graphcut::Placement::Sub;
-        graphcut::Options { placement, region: between, reach: between, apart, stutter, ..Default::default() }
+        graphcut::Options { placement: graphcut::Placement::Sub, region: between, reach: between, ..apart }
     };
     let candidate = |options| Box::new(Graphcut(options)) as Box<dyn Candidate>;
-    Ok([graphcut::Options::default(), second].map(candidate).into())
+    [graphcut::Options::default(), second].map(candidate).into()
 }
 
 /// A map once more, where there is memory for it.
@@ -185,7 +205,7 @@ mod tests {
     fn the_second_lies_as_far_apart_as_the_first() {
         let e = Exemplars::of(&[&[cobbles()]]).unwrap();
         let second = |side| {
-            let all = of_kind(&e, Domain::open([side; 2]), false, &Run::seeded(0)).unwrap();
+            let all = of_kind(&e, Domain::open([side; 2]), false, &Limits::default()).unwrap();
             format!("{:?}", all[1])
         };
         // The first chooses it by itself.

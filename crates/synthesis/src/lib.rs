@@ -17,11 +17,12 @@ pub use candidate::{Candidate, Draft, Graphcut, Rest, Used};
 pub use error::Error;
 
 use selvedge_core::{
-    Bytes, Domain, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap, Woven, par, try_vec,
+    Bytes, Domain, ErrorKind, Event, Exemplars, Grid, Limits, Observer, Run, SampleId, Seed, SourceMap, Woven, par,
+    try_vec,
 };
 use selvedge_metrics::{Columns, Judge, preference};
 
-use candidate::{is_orderly, of_kind};
+use candidate::{is_orderly, of_kind, of_kind_by};
 use sizes::Sizes;
 
 /// Options of [`synthesize`].
@@ -103,9 +104,7 @@ pub fn synthesize(
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
     let [drafts, finished] = options.steps()?;
-    let domains = exemplars.domains();
-    let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
-    run.limits.admit(output, of(&domains, exemplars.channels(), output, (options, par::threads(), masked)))?;
+    run.limits.admit(output, Bytes(0))?;
     let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
     let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
     let judge = match is_compared.then(|| Judge::new(sizes.small(exemplars), run.simd)).transpose() {
@@ -117,15 +116,15 @@ pub fn synthesize(
     if bench.judge.is_none() {
         // Nothing to choose by: the likeliest, which is first of any kind.
         bench.of = 1;
-        let all = of_kind(exemplars, output, false, run)?;
+        let all = of_kind(exemplars, output, false, &run.limits)?;
         let only = Chosen { turn: Turn::new(0, all.len(), run.seed), preference: 0.0, rest: None };
         bench.finish(&all, vec![only], &mut best)?;
         return best.answer();
     }
     let orderly = is_orderly(exemplars)?;
-    let all = of_kind(exemplars, output, orderly, run)?;
+    let all = of_kind(exemplars, output, orderly, &run.limits)?;
     let turns: Vec<Turn> = (0..drafts).map(|i| Turn::new(i, all.len(), run.seed)).collect();
-    let small = of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), orderly, run)?;
+    let small = of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), orderly, &run.limits)?;
     let chosen = bench.draft(&small, &turns, finished, &mut best)?;
     bench.finish(&all, chosen, &mut best)?;
     let mut woven = best.answer()?;
@@ -261,51 +260,49 @@ impl Bench<'_> {
     }
 }
 
-/// Bytes that [`synthesize`] needs at most, on `threads` threads: what their candidates and comparisons hold at once,
-/// the best map, and what each candidate shows.
+/// Bytes that [`synthesize`] needs at most on the threads of this pool: what candidates and comparisons hold at once,
+/// the best map, and what each candidate shows. The run itself holds each of its candidates against the limits, not all
+/// that are made at once.
+///
+/// # Errors
+/// Those of [`synthesize`] that are known before the work.
 pub fn estimate(
-    exemplars: &[Domain<2>],
-    channels: usize,
+    exemplars: &Exemplars<2>,
     output: Domain<2>,
     options: &Options,
-    threads: usize,
-) -> Bytes {
-    of(exemplars, channels, output, (options, threads, true))
-}
-
-/// The same for exemplars of which all samples are valid: large ones are made at a fraction of their size first.
-pub fn estimate_whole(
-    exemplars: &[Domain<2>],
-    channels: usize,
-    output: Domain<2>,
-    options: &Options,
-    threads: usize,
-) -> Bytes {
-    of(exemplars, channels, output, (options, threads, false))
-}
-
-fn of(
-    exemplars: &[Domain<2>],
-    channels: usize,
-    output: Domain<2>,
-    (options, threads, masked): (&Options, usize, bool),
-) -> Bytes {
-    // Any region and any reach that a candidate may have.
-    let entire = Graphcut(selvedge_graphcut_textures::Options::default()).memory(exemplars, channels, output, masked);
-    let side = exemplars.iter().map(|d| d.shape[0].min(d.shape[1])).max().unwrap_or(1) * 3 / 8;
-    let (region, reach) = (Some([side.max(1); 2]), Some([side.max(1); 2]));
-    let between = selvedge_graphcut_textures::Options { region, reach, ..Default::default() };
-    let between = Graphcut(between).memory(exemplars, channels, output, masked);
-    let sources: Bytes = exemplars.iter().map(|&domain| Bytes::of_samples(domain, 40)).sum();
+    limits: &Limits,
+) -> Result<Bytes, Error> {
+    let [drafts, finished] = options.steps()?;
+    let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
+    let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
+    let (small, to, channels) = (sizes.small(exemplars), sizes.output(output), exemplars.channels() as u64);
+    let sampled = |of: &Exemplars<2>, each: u64| -> Bytes {
+        of.domains().into_iter().map(|domain| Bytes::of_samples(domain, each)).sum()
+    };
     // Features, half and quarter sizes, words, running answers: what the measures hold.
-    let scoring = Bytes::of_samples(output, 12 + 4 * channels as u64) + sources;
-    let each = entire.max(between) + scoring + Bytes::of_samples(output, 8);
-    let small = Domain::open(output.shape.map(|side| side.min(SEEN)));
-    let [drafts, finished] = options.steps().unwrap_or_default().map(|n| n as u64);
-    let pictures = Bytes::of_samples(small, channels as u64) * (drafts + finished);
+    let scoring = Bytes::of_samples(to, 12 + 4 * channels) + sampled(small, channels);
+    // So many at once, of which the dearest kind.
+    let stage = |of: &Exemplars<2>, output: Domain<2>, number: usize| -> Result<Bytes, Error> {
+        let mut most = Bytes(0);
+        let apart = selvedge_graphcut_textures::Options { apart: Some(0), ..Default::default() };
+        for candidate in [false, true].into_iter().flat_map(|orderly| of_kind_by(of, orderly, apart)) {
+            match candidate.memory(of, output, limits) {
+                // It is left out.
+                Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {}
+                bytes => most = most.max(bytes?),
+            }
+        }
+        let each = most.then(scoring) + Bytes::of_samples(output, 12);
+        Ok(each * number.min(par::threads()).max(1) as u64)
+    };
+    let made = stage(exemplars, output, finished)?.max(if is_compared { stage(small, to, drafts)? } else { Bytes(0) });
+    let halves: Bytes = sizes.halves().iter().map(|half| sampled(half, channels + 1)).sum();
+    let shown = Domain::open(output.shape.map(|side| side.min(SEEN)));
+    let pictures = Bytes::of_samples(shown, channels) * (drafts + finished) as u64;
     // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most.
-    let waiting = Bytes::of_samples(output, 12) * finished;
-    each * threads.max(1) as u64 + waiting + pictures
+    let waiting = Bytes::of_samples(to, 12) * finished as u64;
+    let judge = if is_compared { sampled(small, 40) } else { Bytes(0) };
+    Ok(halves + judge + made + waiting + Bytes::of_samples(output, 4) + pictures)
 }
 
 /// The features that a map shows.

@@ -40,6 +40,11 @@ impl Sizes {
         }
     }
 
+    /// The exemplars at all of them.
+    pub(crate) fn halves(&self) -> &[Exemplars<2>] {
+        &self.halves
+    }
+
     /// True if drafts are smaller than what is made of them.
     pub(crate) fn are_several(&self) -> bool {
         !self.halves.is_empty()

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain};
-use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, estimate, estimate_whole};
+use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, measuring};
 use serde_json::Value;
 
 use crate::blending::Blending;
@@ -87,19 +87,18 @@ impl Method for Quilt {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let method = estimate(sources, channels, output, &self.options());
-        method + self.repairing.bytes(sources, channels, output)
+        self.repairing.bytes(sources, channels, output)
     }
 
-    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let method = estimate_whole(sources, channels, output, &self.options());
-        method + self.repairing.bytes(sources, channels, output)
+    fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
+        measuring(sources, channels, masked, &self.options())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let (loom, exemplars, session) = (&*loom, &loom.loaded.exemplars, loom.session);
         let options = self.options();
         let plan = Plan::new(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(loom, e))?;
+        let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
         let used = loom.used().set("block", plan.block()).set("overlap", plan.overlap());
         // Small ones are searched alike.
         let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
@@ -108,7 +107,8 @@ impl Method for Quilt {
             let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
             let told = told(&woven.stats);
             self.repairing.outcome(session, exemplars, woven, (None, None), told)
-        }))
+        })
+        .needing(needed))
     }
 }
 

@@ -4,7 +4,7 @@ use clap::Args;
 use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Samples};
 use selvedge_metrics::Columns;
-use selvedge_synthesis::{Options, Stats, Trial, estimate, estimate_whole, synthesize};
+use selvedge_synthesis::{Options, Stats, Trial, estimate, synthesize};
 use serde_json::{Value, json};
 
 use crate::blending::Blending;
@@ -40,12 +40,16 @@ impl Method for Synthesize {
         Ok(Setup { blending, ..setup })
     }
 
-    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        estimate(sources, channels, output, &self.options(), rayon::current_num_threads())
+    fn bytes(&self, _: &[Domain<2>], _: usize, _: Domain<2>) -> Bytes {
+        Bytes(0)
     }
 
-    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        estimate_whole(sources, channels, output, &self.options(), rayon::current_num_threads())
+    fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
+        sources
+            .iter()
+            .map(|source| selvedge_analysis::estimate_texture(*source, channels, masked))
+            .max()
+            .unwrap_or_default()
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
@@ -53,9 +57,13 @@ impl Method for Synthesize {
             loom.blending = Blending::default();
         }
         let loom = &*loom;
+        let (exemplars, options, limits) = (&loom.loaded.exemplars, self.options(), &loom.session.limits);
+        // What cannot be told cannot be made.
+        let own = |output| estimate(exemplars, output, &options, limits).unwrap_or(Bytes::MOST);
+        let needed = self.admit(loom, &own)?;
         let how = format!("as the best of what effort {} tries", self.effort);
-        Ok(Planned::new(loom.used(), how, || {
-            let woven = synthesize(&loom.loaded.exemplars, loom.domain, &self.options(), &loom.session.run());
+        Ok(Planned::new(loom.used(), how, move || {
+            let woven = synthesize(exemplars, loom.domain, &options, &loom.session.run());
             let woven = woven.map_err(|e| loom.loaded.about(e.into()))?;
             let (stats, kept) = (&woven.stats, &woven.stats.tried[woven.stats.kept]);
             let counts = json!({
@@ -72,7 +80,8 @@ impl Method for Synthesize {
                 beside: Beside { heading: "Tried", pictures: tried },
                 ..Outcome::new(Box::new(woven.result), woven.complete, counts, how)
             })
-        }))
+        })
+        .needing(needed))
     }
 }
 

@@ -162,7 +162,9 @@ fn the_estimate_is_no_less_than_the_peak() {
     let samples = hole.positions().map(|[y, x]| 255 * u8::from((200..280).contains(&y) && x / 100 == 2)).collect();
     let plane = Plane::new(Role::Color, Samples::U8(Grid::from_vec(hole, 1, samples).unwrap()));
     selvedge_io::write(folder.path("hole.png"), &plane, &Default::default(), &Default::default()).unwrap();
+    let mut within = 0;
     for line in [
+        "quilt c.png -o a.png --size 400",
         "quilt @/cobbles.png -o a.png --size 300 --map n.exr",
         "quilt @/scales-hdr.exr -o a.exr --size 1500x900 --depth float --block 48",
         "quilt @/weave.png @/scales.png @/bricks/height.png -o a.tiff --size 700 --tile xy",
@@ -178,6 +180,10 @@ fn the_estimate_is_no_less_than_the_peak() {
         "graphcut @/cobbles.png -o a.png --size 256 --placement sub --refine 4 --scale-field top=0.5,bottom=2",
         "graphcut @/stars.png -o a.png --size 1500 --placement random --region 100 --refine 0 --feather 3",
         "graphcut @/bricks/albedo.png -o a.png --over @/bricks/albedo.png --fixed @/bricks/height.png --refine 0 --spline 4",
+        "graphcut flat.png -o a.png --size 260",
+        "hybrid @/cobbles.png -o a.png --size 300",
+        "hybrid flat.png --mask mask.png -o a.png --size 200 --block 16",
+        "optimize @/stars.png -o a.png --size 128 --schedule 2:16,1:8",
         "fill @/cobbles-hole.png -o a.png",
         "fill c.png --mask hole.png -o a.png",
         "tile c.png -o a.png",
@@ -202,10 +208,11 @@ fn the_estimate_is_no_less_than_the_peak() {
         let estimate = estimate.unwrap();
         assert!(peak <= estimate, "{line}: {peak} bytes, {estimate} estimated");
         // Enough to refuse what cannot be done, and little more.
-        let most = if line.starts_with("graphcut") { 3 } else { 4 };
         eprintln!("{:.2} {line}: {peak} {estimate}", estimate as f64 / peak as f64);
-        assert!(estimate <= most * peak, "{line}: {peak} bytes, {estimate} estimated");
+        assert!(2 * estimate <= 5 * peak, "{line}: {peak} bytes, {estimate} estimated");
+        within += u32::from(2 * estimate <= 3 * peak);
     }
+    println!("within half as much again: {within}");
 }
 
 #[cfg(unix)]

@@ -156,10 +156,7 @@ pub fn estimate_fill<const D: usize>(
     let pyramid = samples * (channels as u64 + 1) + Bytes::of_samples(output, 24);
     let compared = samples * (5 * channels as u64 + 4);
     let labels = estimate_labels(sources, channels, output) + compared;
-    // Before patches grow, the sources are measured for their regions, the holes left out.
-    let size = |source: &Domain<D>| selvedge_analysis::estimate_size(*source, channels, true);
-    let measured = sources.iter().map(size).max().unwrap_or_default();
-    labels.then(measured.then(graphcut)) + pyramid
+    labels.then(graphcut) + pyramid
 }
 
 /// The pyramid, down to where sides are short, or no patch is left that could look for its like: of many small holes

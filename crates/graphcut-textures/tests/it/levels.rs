@@ -5,7 +5,7 @@ use selvedge_core::{
     Domain, Encoder, Error as CoreError, Event, Exemplar, Exemplars, Grid, Limits, Observer, Run, SeamCosts,
     SeamMeasure, SimdLevel, SourceMap, Start,
 };
-use selvedge_graphcut_textures::{Error, Options, estimate, graphcut, graphcut_from, plan};
+use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from, plan};
 use std::sync::Mutex;
 
 /// Two exemplars of odd sides, the second with a masked disc.
@@ -150,8 +150,7 @@ fn carried_maps_do_not_depend_on_instructions_nor_on_limits_that_admit_them() {
     for simd in [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni] {
         assert_eq!(on(simd, Limits::default()).unwrap(), first, "{simd:?}");
     }
-    let domains: Vec<_> = e.sources().iter().map(|s| s.domain()).collect();
-    let memory = estimate(&domains, 3, output, &options).0;
+    let memory = plan(&e, output, None, &options, &Limits::default()).unwrap().bytes(&e, output, &options).0;
     assert_eq!(on(SimdLevel::Auto, Limits { memory, ..Limits::default() }).unwrap(), first);
     let refused = on(SimdLevel::Auto, Limits { memory: 1 << 20, ..Limits::default() });
     assert!(matches!(refused, Err(Error::Core(CoreError::OverBudget { .. }))), "{refused:?}");

@@ -3,7 +3,7 @@
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
 use selvedge_graphcut_textures::video::{self, Jump, LoopOptions, looped};
-use selvedge_graphcut_textures::{Options, Placement, Start, estimate, estimate_whole, graphcut, graphcut_from};
+use selvedge_graphcut_textures::{Options, Placement, Start, estimate, graphcut, graphcut_from, plan};
 use selvedge_testkit::memory;
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
@@ -71,11 +71,25 @@ fn runs_stay_within_their_estimates() {
     let check = |number: usize, held: u64| {
         let case = &cases[number];
         let domains = vec![Domain::open(case.exemplar); case.sources];
-        let [estimate, any] =
-            [estimate_whole, estimate].map(|of| of(&domains, 3, Domain::open(case.output), &case.options).0);
-        assert!(estimate <= any, "case {number}: masks need {any} bytes, none {estimate}");
+        let output = Domain::open(case.output);
+        let estimate = estimate(&domains, 3, output, &case.options).0;
+        let (exemplars, limits) = (noise(case.exemplar, case.sources), Default::default());
+        let planned = plan(&exemplars, output, None, &case.options, &limits).unwrap();
+        let levels = planned.levels;
+        let planned = planned.bytes(&exemplars, output, &case.options).0;
+        println!(
+            "{:.2} case {number}: held {held}, planned {planned}, from headers {estimate}",
+            planned as f64 / held as f64
+        );
+        // On a busy machine fewer threads hold something at once than there are.
         assert!(
-            held <= estimate && estimate <= 5 * held + (2 << 20),
+            held <= planned && planned <= held * 2 + (8 << 20),
+            "case {number}: held {held} bytes, planned {planned}"
+        );
+        // Of headers alone it is not known at how many sizes the map will be solved: one of them takes the most.
+        let most = if 1 < levels { 10 } else { 5 };
+        assert!(
+            held <= estimate && estimate <= most * held + (2 << 20),
             "case {number}: held {held} bytes, estimated {estimate}"
         );
     };

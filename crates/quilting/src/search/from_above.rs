@@ -4,7 +4,7 @@
 mod compared;
 mod piece;
 
-use selvedge_core::{Domain, Exemplars, SimdLevel, reserve};
+use selvedge_core::{Exemplars, SimdLevel, Source, reserve};
 use selvedge_fft_ssd::{Costs, Place, Placement, Scratch, SsdSearcher};
 
 use super::block_search::near;
@@ -12,6 +12,7 @@ use super::{Avoid, BlockScratch, BlockSearch, Candidate, Search, Term, Within};
 use crate::options::Error;
 use compared::Compared;
 use piece::Piece;
+pub(crate) use piece::half;
 
 /// The sides that are left of exemplars at least: below, all places are compared in a millisecond.
 const LEAST_SIDE: u32 = 192;
@@ -59,20 +60,11 @@ impl Reduced {
 
 /// How often exemplars are halved for blocks with such an overlap.
 pub(crate) fn halvings(exemplars: &Exemplars<2>, overlap: u32) -> u32 {
-    if !is_whole(exemplars) {
+    let is_whole = |s: &Source<2>| s.valid.is_none() && s.domain().periodic == [false; 2];
+    if !exemplars.sources().iter().all(|source| is_whole(source)) {
         return 0;
     }
-    halvings_of(&exemplars.domains(), overlap)
-}
-
-/// True if no sample of any is masked, and none tiles.
-pub(crate) fn is_whole(exemplars: &Exemplars<2>) -> bool {
-    exemplars.sources().iter().all(|s| s.valid.is_none() && s.domain().periodic == [false; 2])
-}
-
-/// The same for exemplars of these shapes, if they [are whole](is_whole).
-pub(crate) fn halvings_of(exemplars: &[Domain<2>], overlap: u32) -> u32 {
-    let side = exemplars.iter().flat_map(|e| e.shape).min().unwrap_or(0);
+    let side = exemplars.sources().iter().flat_map(|s| s.domain().shape).min().unwrap_or(0);
     let is_seen = |n: u32| LEAST_OVERLAP <= overlap >> n || MOST_SIDE < side >> (n - 1) && 0 < overlap >> n;
     (1..16).take_while(|&n| LEAST_SIDE <= side >> n && is_seen(n)).last().unwrap_or(0)
 }

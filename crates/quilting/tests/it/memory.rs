@@ -2,9 +2,7 @@
 //! case held would count in the next.
 
 use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Seed, Source, Transform};
-use selvedge_quilting::{
-    Options, Stage, TransferOptions, estimate, estimate_transfer, estimate_whole, quilt, transfer,
-};
+use selvedge_quilting::{Options, Plan, Stage, TransferOptions, TransferPlan, quilt, transfer};
 use selvedge_testkit::memory;
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
@@ -32,6 +30,8 @@ fn cases() -> Vec<Case> {
     let transfer = Method::Transfer(TransferOptions { block: Some(20), passes: 3, ..TransferOptions::default() });
     vec![
         case([192, 192], Domain::open([512, 512]), quilt(Some(36))),
+        case([600, 500], Domain::open([700, 900]), quilt(None)),
+        case([192, 192], Domain::open([512, 512]), quilt(None)),
         case([192, 192], Domain::periodic([256, 200]), quilt(Some(48))),
         case([300, 200], Domain::open([400, 300]), quilt(Some(6))),
         case([256, 256], Domain::open([300, 300]), quilt(None)),
@@ -57,12 +57,16 @@ fn exemplars(case: &Case) -> Exemplars<2> {
     Exemplars::from_sources(vec![source], vec![1; 3]).unwrap()
 }
 
+fn guide(case: &Case, exemplars: &Exemplars<2>) -> Guide<2> {
+    let target = Grid::from_vec(case.output, 1, (0..case.output.len()).map(|i| (i * 7) as u8).collect()).unwrap();
+    let map = Grid::from_vec(exemplars.sources()[0].domain(), 1, exemplars.sources()[0].features.plane(0).to_vec());
+    Guide::new(exemplars, &[map.unwrap()], target).unwrap()
+}
+
 /// Runs a case and prints the bytes that it held at its peak.
 fn measure(case: &Case) {
     let exemplars = exemplars(case);
-    let target = Grid::from_vec(case.output, 1, (0..case.output.len()).map(|i| (i * 7) as u8).collect()).unwrap();
-    let map = Grid::from_vec(exemplars.sources()[0].domain(), 1, exemplars.sources()[0].features.plane(0).to_vec());
-    let guide = Guide::new(&exemplars, &[map.unwrap()], target).unwrap();
+    let guide = guide(case, &exemplars);
     let before = memory::held();
     let holes = match case.method {
         Method::Quilt(options) => quilt(&exemplars, case.output, &options, &Run::seeded(1)).unwrap().result.holes(),
@@ -76,18 +80,22 @@ fn measure(case: &Case) {
 fn runs_stay_within_their_estimates() {
     let cases = cases();
     let check = |number: usize, held: u64| {
-        let case = &cases[number];
-        let domains = [Domain::open(case.exemplar)];
-        let estimate = match case.method {
-            Method::Quilt(options) if case.masked => estimate(&domains, 3, case.output, &options),
-            Method::Quilt(options) => estimate_whole(&domains, 3, case.output, &options),
-            Method::Transfer(options) => estimate_transfer(&domains, 3, 1, case.output, &options),
+        let (case, run) = (&cases[number], Run::seeded(1));
+        let exemplars = exemplars(case);
+        let planned = match case.method {
+            Method::Quilt(options) => Plan::new(&exemplars, case.output, &options, &run).unwrap().bytes(),
+            Method::Transfer(options) => {
+                TransferPlan::new(&exemplars, &guide(case, &exemplars), &options, &run).unwrap().bytes()
+            }
         }
         .0;
-        println!("case {number}: held {held}, estimated {estimate}");
-        assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");
-        // It counts on flat exemplars, of which every place is a candidate, and on any number of threads.
-        assert!(estimate <= 5 * held + (8 << 20), "case {number}: held {held} bytes, estimated {estimate}");
+        println!("{:.2} case {number}: held {held}, planned {planned}", planned as f64 / held as f64);
+        assert!(held <= planned, "case {number}: held {held} bytes, planned {planned}");
+        // It counts on flat exemplars, of which every place is a candidate: most, where small blocks are searched.
+        let chosen = matches!(case.method, Method::Quilt(Options { block: None, .. }));
+        // On a busy machine fewer threads hold something at once than there are.
+        let most = if chosen { held * 2 + (2 << 20) } else { held * 3 + (2 << 20) };
+        assert!(planned <= most, "case {number}: held {held} bytes, planned {planned}");
     };
     memory::of_each(TEST, cases.len(), |number| measure(&cases[number]), check);
 }

@@ -104,22 +104,25 @@ impl Animate {
         self.check_outputs(session, &headers, (output, frames), &read)?;
         // A field that is built in is one.
         let known = frames.min(flows.as_ref().map_or(1, Flows::len));
-        let need = |output| {
-            self.need(&headers, (&first, &options), (output, frames), (known, masks.len().min(frames as usize)))
-        };
         let only = (self.input.exemplars.len() == 1).then(|| self.input.exemplars[0].as_path());
-        let needed = memory::check(&session.limits, only, output, Resized::Size, &need)?;
-        session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
-        report.estimate = Some(needed.0);
+        let masks_held = masks.len().min(frames as usize);
+        let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks_held));
+        let masked = headers.layout.alpha || !headers.mask_infos.is_empty();
+        let choosing = self.init.choosing(&headers.sources(&[Transform::IDENTITY]), headers.channels(), masked);
+        memory::check(&session.limits, only, output, Resized::Size, &|output| need(output).with(choosing))?;
+        let need = need(output);
         let flows = match flows {
             Some(flows) => flows,
             None => self.flow.built_in(output, session.run::<2>().seed)?.expect("what is no file is built in"),
         };
-        let options = Animation { direction: flows.direction, ..options };
         let loaded = headers.load(session, &[Transform::IDENTITY], &mut report)?;
         let body = self.body.read(session, &masks, (output, frames), &mut report)?;
         report.stage("read");
         let init = self.init.chosen(&loaded.exemplars)?;
+        let needed = need.with(init.bytes(&loaded.exemplars, output, &session.run())?);
+        memory::check_fixed(&session.limits, needed)?;
+        session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
+        report.estimate = Some(needed.0);
         report.options = self.used(session, &init, (output, frames));
         let [h, w] = output.shape;
         let name = shown(&names::of_plane(&self.output, &self.input.exemplars[0]));
@@ -130,6 +133,7 @@ impl Animate {
             );
             return Ok(Done::would(report, line));
         }
+        let options = Animation { direction: flows.direction, ..options };
         let first = Options { schedule: init.suited(first.schedule), ..first };
         let map = frames::first_frame(session, &loaded, output, (&init, &first))?;
         let outputs = self.frames(session, &loaded, map, (&flows, body.as_ref(), frames, &options), &mut report)?;

@@ -7,7 +7,7 @@ mod told;
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Observer, Run};
-use selvedge_graphcut_textures::{Options, estimate, estimate_whole, plan};
+use selvedge_graphcut_textures::{Options, measuring, plan};
 
 use self::laying::StutterArg;
 pub(super) use self::laying::{Drawing, PlacementArg, Refining};
@@ -95,22 +95,22 @@ impl Method for Graphcut {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let method = estimate(sources, channels, output, &self.options());
-        method + self.bytes_beside(sources, channels, output)
+        // A bit for each source at each place.
+        let field = if self.sources.have_field() { Bytes::of_samples(output, 8) } else { self.start.bytes(output) };
+        let film = if self.is_filmed() { course::memory(sources, channels, output) } else { Bytes(0) };
+        field + film + self.repairing.bytes(sources, channels, output)
     }
 
-    fn bytes_of_whole(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        // What shows in parts of the output alone is solved at one size.
-        let estimate = if self.sources.have_field() { estimate } else { estimate_whole };
-        let method = estimate(sources, channels, output, &self.options());
-        method + self.bytes_beside(sources, channels, output)
+    fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
+        measuring(sources, channels, masked, &self.options())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
         let (start, loom) = (self.sources.start(loom)?, &*loom);
         let (options, exemplars, session) = (self.options(), &loom.loaded.exemplars, loom.session);
         let planned = plan(exemplars, loom.domain, start.sources.as_ref(), &options, &session.limits);
-        let plan = planned.map_err(|e| told::failure(loom, e))?;
+        let plan = planned.and_then(|plan| plan.on(&start, &options)).map_err(|e| told::failure(loom, e))?;
+        let needed = self.admit(loom, &|output| plan.bytes(exemplars, output, &options))?;
         let [height, width] = plan.region;
         let how = format!("from patches for regions of {width}x{height} px, {} placement", name_of(plan.placement));
         Ok(Planned::new(self.used(loom, &plan), how, move || {
@@ -124,19 +124,12 @@ impl Method for Graphcut {
             let untouched = self.start.backdrop().is_some() && woven.stats.patches == 0;
             let told = (told::counts(&woven.stats), told::how(&woven.stats, untouched));
             Ok(Outcome { course, ..self.repairing.outcome(session, exemplars, woven, (kept, sources), told)? })
-        }))
+        })
+        .needing(needed))
     }
 }
 
 impl Graphcut {
-    /// What is held beside the method's own.
-    fn bytes_beside(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        // A bit for each source at each place.
-        let field = if self.sources.have_field() { Bytes::of_samples(output, 8) } else { self.start.bytes(output) };
-        let film = if self.is_filmed() { course::memory(sources, channels, output) } else { Bytes(0) };
-        field + film + self.repairing.bytes(sources, channels, output)
-    }
-
     fn options(&self) -> Options<2> {
         // What begins with something in it has one.
         let starts = self.sources.have_field() || !self.start.files().is_empty();

@@ -5,7 +5,7 @@ mod told;
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Exemplars, Role};
-use selvedge_hybrid::{Options, Plan, estimate, weighed};
+use selvedge_hybrid::{Options, Plan, measuring, weighed};
 
 use self::choices::{LayoutArg, ResynthesizeArg, SearchArg, error, typed};
 use super::quilt::ContinuationArg;
@@ -90,8 +90,11 @@ impl Method for Hybrid {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let method = estimate(sources, channels, output, &self.options());
-        method.then(self.repairing().bytes(sources, channels, output)) + self.start.bytes(output)
+        self.start.bytes(output) + self.repairing().bytes(sources, channels, output)
+    }
+
+    fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
+        measuring(sources, channels, masked, &self.options())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
@@ -99,6 +102,7 @@ impl Method for Hybrid {
         let (session, exemplars) = (loom.session, exemplars(loom)?);
         let plan = Plan::new(&exemplars, loom.domain, &self.options(), &session.run());
         let plan = plan.map_err(|e| told::failure(loom, e))?;
+        let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
         let how = format!("from blocks of {} px", typed(plan.block()));
         Ok(Planned::new(self.used(loom, &plan), how, move || {
             let (kept, sources, whole) = (start.fixed.clone(), start.sources.clone(), start.map.holes() == 0);
@@ -110,7 +114,8 @@ impl Method for Hybrid {
             };
             let told = (told::counts(&woven.stats), how);
             self.repairing().outcome(session, &exemplars, woven, (kept, sources), told)
-        }))
+        })
+        .needing(needed))
     }
 }
 

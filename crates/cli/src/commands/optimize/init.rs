@@ -72,16 +72,32 @@ impl Init {
         }
     }
 
-    /// Bytes that making it takes at most.
-    pub(in crate::commands) fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let quilt = || selvedge_quilting::estimate(sources, channels, output, &Default::default());
-        let cut = || selvedge_graphcut_textures::estimate(sources, channels, output, &Default::default());
-        match self {
-            Self::Auto => quilt().max(cut()),
-            Self::Quilt => quilt(),
-            Self::Graphcut => cut(),
+    /// What choosing takes by what exemplars show, whether this is left open or what it is made with.
+    pub(in crate::commands) fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
+        let of = |source: &Domain<2>| match self {
+            Self::Auto | Self::Graphcut => selvedge_analysis::estimate_texture(*source, channels, masked),
+            Self::Quilt => selvedge_analysis::estimate_size(*source, channels, masked),
             Self::Random | Self::Map(_) => Bytes(0),
-        }
+        };
+        sources.iter().map(of).max().unwrap_or_default()
+    }
+
+    /// Bytes that making it takes at most, once it is [chosen](Self::chosen).
+    pub(in crate::commands) fn bytes(
+        &self,
+        exemplars: &Exemplars<2>,
+        output: Domain<2>,
+        run: &Run<'_, 2>,
+    ) -> Result<Bytes, Failure> {
+        Ok(match self {
+            Self::Quilt => selvedge_quilting::Plan::new(exemplars, output, &Default::default(), run)?.bytes(),
+            Self::Graphcut => {
+                let options = Default::default();
+                let plan = selvedge_graphcut_textures::plan(exemplars, output, None, &options, &run.limits)?;
+                plan.bytes(exemplars, output, &options)
+            }
+            Self::Auto | Self::Random | Self::Map(_) => Bytes(0),
+        })
     }
 
     /// Makes it; `None` for what is not made by a method.

@@ -110,9 +110,11 @@ impl Method for Optimize {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let map = Bytes::of_samples(output, 4);
-        let method = estimate(sources, channels + self.control.channels(), output, &self.options());
-        self.init().bytes(sources, channels, output).then(method + map) + self.control.bytes(sources, channels, output)
+        self.bytes_from(Bytes(0), (sources, channels), output, &self.options())
+    }
+
+    fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
+        self.init().choosing(sources, channels, masked)
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
@@ -121,6 +123,10 @@ impl Method for Optimize {
         let init = self.init().chosen(exemplars)?;
         let options = self.options_from(&init);
         let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
+        let (sources, channels) = loom.sources();
+        // What of the start grows with the output is told for the one that is wanted.
+        let made = init.bytes(exemplars, loom.domain, &run)?;
+        let needed = loom.admit(&|output| self.bytes_from(made, (&sources, channels), output, &options))?;
         let how = format!("from {} at {}", told::start(&init), n("level", plan.levels().len()));
         Ok(Planned::new(self.used(loom, &init, &options), how, move || {
             let outcome = |woven: Box<dyn Render<2>>, complete, stats: &Stats| {
@@ -133,11 +139,25 @@ impl Method for Optimize {
             };
             let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| told::failure(&loom.loaded, e))?;
             Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
-        }))
+        })
+        .needing(needed))
     }
 }
 
 impl Optimize {
+    /// Bytes of the work, with what its start takes before it.
+    fn bytes_from(
+        &self,
+        start: Bytes,
+        (sources, channels): (&[Domain<2>], usize),
+        output: Domain<2>,
+        options: &Options,
+    ) -> Bytes {
+        let map = Bytes::of_samples(output, 4);
+        let method = estimate(sources, channels + self.control.channels(), output, options);
+        start.then(method + map) + self.control.bytes(sources, channels, output)
+    }
+
     fn init(&self) -> Init {
         self.start.clone().map_or_else(|| self.init.clone(), Init::Map)
     }

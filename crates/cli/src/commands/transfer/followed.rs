@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Grid, Guide, Plane};
+use selvedge_core::{Bytes, Domain, Grid, Guide, Plane};
 use selvedge_guides::{blur, encode_together, luminance, match_histogram};
 
 use crate::correspondence::{Correspondence, What};
@@ -15,6 +15,9 @@ use crate::session::Session;
 use crate::setup::{OutputSize, Setup};
 use crate::used::Used;
 use crate::weaving::Weaving;
+
+/// Bytes for each sample of the largest picture while a correspondence map is made of it.
+const A_MAP: u64 = 64;
 
 /// Options about what is followed.
 #[derive(Args, Debug)]
@@ -54,6 +57,15 @@ impl FollowArgs {
         let others = self.target.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect();
         let size = OutputSize::Picture(first, 1);
         Ok(Setup { others, guides: pairs.len(), ..Setup::new(command, weaving, size) })
+    }
+
+    /// Bytes that maps take while they are made, which ends before the search that takes so many begins, and then.
+    pub(super) fn bytes(&self, sources: &[Domain<2>], output: Domain<2>, search: Bytes) -> Bytes {
+        let pictures = || sources.iter().chain(std::iter::once(&output));
+        let made = pictures().map(|picture| Bytes::of_samples(*picture, A_MAP)).max().unwrap_or_default();
+        // Colours, luminance, and the guide's own channels before and after they are joined.
+        let each = 4 + 2 * self.channels() as u64;
+        pictures().map(|picture| Bytes::of_samples(*picture, each)).sum::<Bytes>() + made.then(search)
     }
 
     /// Channels of all that is followed, at most.

@@ -5,7 +5,7 @@ mod followed;
 
 use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain, Guide};
-use selvedge_quilting::{PassStats, TransferOptions, TransferPlan, TransferStats, estimate_transfer};
+use selvedge_quilting::{PassStats, TransferOptions, TransferPlan, TransferStats};
 use serde_json::json;
 
 use self::followed::FollowArgs;
@@ -88,9 +88,8 @@ impl Method for Transfer {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        let guides = self.followed.channels();
         match self.method {
-            By::Quilt => estimate_transfer(sources, channels, guides, output, &self.options()),
+            By::Quilt => self.followed.bytes(sources, output, Bytes(0)),
             By::Cms => self.bytes_of_labels(sources, channels, output),
         }
     }
@@ -120,6 +119,8 @@ impl Transfer {
     fn plan_blocks<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
         let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
         let plan = TransferPlan::new(exemplars, &guide, &options, &run).map_err(|e| failure(loom, e))?;
+        let (sources, _) = loom.sources();
+        let needed = loom.admit(&|output| self.followed.bytes(&sources, output, plan.bytes_of(output)))?;
         let sides: Vec<u32> = plan.blocks().collect();
         let used = self.followed.used(loom).set("block", sides.first().copied());
         let used = OF_LABELS.into_iter().fold(used.without("method"), Used::without);
@@ -129,7 +130,8 @@ impl Transfer {
             let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
             let how = how(&format!("{blocks} blocks"), &sides);
             Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(&woven.stats), how))
-        }))
+        })
+        .needing(needed))
     }
 
     fn options(&self) -> TransferOptions {

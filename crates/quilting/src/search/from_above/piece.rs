@@ -9,6 +9,12 @@ use crate::search::Term;
 /// Sides below which an odd sample is halved as well. Exemplars hold such a piece at any size.
 const THIN: u32 = 16;
 
+/// The shape of a piece at half the size: an odd row or column is left out, but of thin pieces, of which it is too
+/// much, it stands by itself.
+pub(crate) fn half(shape: [u32; 2]) -> [u32; 2] {
+    shape.map(|n| if n < THIN { n.div_ceil(2) } else { n / 2 })
+}
+
 /// What is searched for at one size.
 #[derive(Debug)]
 pub(super) struct Piece {
@@ -40,10 +46,9 @@ impl Piece {
         Template::new(self.shape, &self.features).masked(&self.mask)
     }
 
-    /// The same at half the size: means of what is known, where at least half of it is. An odd row or column is left
-    /// out, but of thin pieces, of which it is too much, it stands by itself.
+    /// The same at half the size: means of what is known, where at least half of it is.
     pub(super) fn halved(&self) -> Result<Self, Error> {
-        let shape = self.shape.map(|n| if n < THIN { n.div_ceil(2) } else { n / 2 });
+        let shape = half(self.shape);
         let (fine, coarse) = (Domain::open(self.shape), Domain::open(shape));
         let channels = self.features.len() / self.mask.len().max(1);
         let (mut features, mut mask) = (try_vec(coarse.len() * channels, 0_u8)?, try_vec(coarse.len(), false)?);
