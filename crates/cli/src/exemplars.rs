@@ -379,9 +379,10 @@ fn encoded(
 fn named(paths: &[PathBuf], error: selvedge_core::Error, holes: bool) -> Failure {
     use selvedge_core::Error;
     let exemplar = match &error {
-        Error::NotFinite { exemplar, .. } | Error::Shape { exemplar, .. } | Error::Layout { exemplar, .. } => {
-            Some(*exemplar)
-        }
+        Error::NotFinite { exemplar, .. }
+        | Error::Shape { exemplar, .. }
+        | Error::MaskShape { exemplar, .. }
+        | Error::Layout { exemplar, .. } => Some(*exemplar),
         _ if paths.len() == 1 => Some(0),
         _ => None,
     };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{Domain, Error, Exemplars, Grid, SampleId, Source, SourceTable, Window};
+use crate::{Domain, Error, Exemplars, SampleId, Source, SourceTable, Window};
 
 impl<const D: usize> Source<D> {
     /// The smallest box that holds every valid sample; all of the source along axes on which it is periodic. Empty
@@ -30,11 +30,8 @@ impl<const D: usize> Source<D> {
     /// # Panics
     /// If the box reaches beyond the source.
     pub fn cropped(&self, to: &Window<D>) -> Result<Self, Error> {
-        let whole = self.domain();
-        let periodic = std::array::from_fn(|a| whole.periodic[a] && to.shape[a] == whole.shape[a]);
-        let domain = Domain { shape: to.shape, periodic };
-        let valid = self.valid.as_ref().map(|valid| part(valid, to, domain)).transpose()?;
-        Ok(Self { features: part(&self.features, to, domain)?, valid: valid.map(Into::into), origin: self.origin })
+        let valid = self.valid.as_ref().map(|valid| valid.cropped(to)).transpose()?;
+        Ok(Self { features: self.features.cropped(to)?, valid: valid.map(Into::into), origin: self.origin })
     }
 }
 
@@ -107,24 +104,10 @@ impl<'e, const D: usize> ValidBoxes<'e, D> {
     }
 }
 
-/// The samples of a grid in a box.
-fn part<T: Copy + Default, const D: usize>(
-    grid: &Grid<T, D>,
-    of: &Window<D>,
-    domain: Domain<D>,
-) -> Result<Grid<T, D>, Error> {
-    let mut out = Grid::try_filled(domain, grid.channels(), T::default())?;
-    for (to, at) in domain.positions().enumerate() {
-        let from = grid.domain().index(std::array::from_fn(|a| at[a] + of.start[a] as u32));
-        (0..grid.channels()).for_each(|c| out.plane_mut(c)[to] = grid.plane(c)[from]);
-    }
-    Ok(out)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Origin, Transform};
+    use crate::{Grid, Origin, Transform};
 
     fn source(periodic: [bool; 2], valid: impl Fn([u32; 2]) -> bool) -> Source<2> {
         let domain = Domain { shape: [5, 6], periodic };

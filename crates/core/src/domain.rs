@@ -50,6 +50,10 @@ impl<const D: usize> Domain<D> {
     }
 
     /// Place of a position in a row-major buffer.
+    ///
+    /// # Panics
+    /// If the position lies outside, in debug builds; elsewhere the place is another position's, or none.
+    /// [`contains`](Self::contains) tells, and [`Grid::get`](crate::Grid::get) always asks.
     #[inline]
     pub fn index(&self, at: [u32; D]) -> usize {
         debug_assert!(self.contains(at), "{at:?} lies outside {:?}", self.shape);
@@ -58,6 +62,13 @@ impl<const D: usize> Domain<D> {
             index = index * side as usize + p as usize;
         }
         index
+    }
+
+    /// [`index`](Self::index), refused outside in every build.
+    #[inline]
+    pub(crate) fn inside(&self, at: [u32; D]) -> usize {
+        assert!(self.contains(at), "{at:?} lies outside {:?}", self.shape);
+        self.index(at)
     }
 
     /// Position of a place in a row-major buffer: the inverse of [`index`](Self::index).

@@ -29,8 +29,8 @@ impl Encoder {
     /// Fits one curve a plane to all exemplars; every channel weighs 1.
     ///
     /// # Errors
-    /// [`Error::NoPlanes`], [`Error::Shape`] (planes of one exemplar differ), [`Error::Layout`] (exemplars differ),
-    /// [`Error::NotFinite`].
+    /// [`Error::NoExemplars`], [`Error::NoPlanes`], [`Error::Shape`] (planes of one exemplar differ), [`Error::Layout`]
+    /// (exemplars differ), [`Error::NotFinite`].
     pub fn fit<const D: usize>(exemplars: &[&[Plane<D>]]) -> Result<Self, Error> {
         check(exemplars)?;
         let n_planes = exemplars[0].len();
@@ -101,7 +101,7 @@ impl Encoder {
 /// Every exemplar has planes, of one shape, finite, and of the first exemplar's layout.
 fn check<const D: usize>(exemplars: &[&[Plane<D>]]) -> Result<(), Error> {
     if exemplars.is_empty() {
-        return Err(Error::NoPlanes { exemplar: 0 });
+        return Err(Error::NoExemplars);
     }
     for (e, &planes) in exemplars.iter().enumerate() {
         let first = planes.first().ok_or(Error::NoPlanes { exemplar: e })?;
@@ -281,6 +281,6 @@ mod tests {
         assert!(matches!(Encoder::fit(&[&[a.clone(), b][..]]), Err(Error::Shape { .. })));
         let c = Plane::new(Role::Scalar, a.samples.clone());
         assert!(matches!(Encoder::fit(&[&[a][..], &[c][..]]), Err(Error::Layout { exemplar: 1, .. })));
-        assert!(matches!(Encoder::fit::<2>(&[]), Err(Error::NoPlanes { .. })));
+        assert!(matches!(Encoder::fit::<2>(&[]), Err(Error::NoExemplars)));
     }
 }

@@ -4,23 +4,7 @@
 //! it (`remedy`, in terms of the data: options have other names in every program), and who can mend it (`kind`). They
 //! are never one text, because a name or a decoder's words inside of it may hold any sign that would part them.
 
-/// Who can mend an error, in every crate but max-flow's, which stands alone; the program's exit code follows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ErrorKind {
-    /// An option is wrong by itself.
-    Option,
-    /// The input is wrong, or does not fit an option.
-    Input,
-    /// A file is missing, denied, read-only, or in the way.
-    FileSystem,
-    /// The disk or the quota is full.
-    NoSpace,
-    /// The memory budget does not suffice.
-    Memory,
-    /// A promise of the library was broken.
-    Internal,
-}
+use crate::ErrorKind;
 
 /// An error of this crate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,6 +64,12 @@ pub enum Error {
         /// Channels and depth.
         layout: String,
     },
+    /// A plane of another depth than 8 bits was asked for its bytes.
+    #[error("{layout} are not bytes")]
+    NotBytes {
+        /// Channels and depth.
+        layout: String,
+    },
     /// A vote that weighs less than nothing, or no number.
     #[error("a vote at place {place} weighs {weight}")]
     Vote {
@@ -106,14 +96,23 @@ pub enum Error {
         /// What is allowed.
         budget: crate::Bytes,
     },
-    /// No exemplar, or one without planes.
+    /// No exemplar was given.
+    #[error("there are no exemplars")]
+    NoExemplars,
+    /// The planes of an exemplar have no channels.
+    #[error("exemplar {exemplar} has planes without channels")]
+    NoChannels {
+        /// Its number, from 0.
+        exemplar: usize,
+    },
+    /// An exemplar without planes.
     #[error("exemplar {exemplar} has no planes")]
     NoPlanes {
         /// Its number, from 0.
         exemplar: usize,
     },
     /// The planes of one exemplar, or a map and its plane, differ in shape.
-    #[error("plane {plane} of exemplar {exemplar} is {found:?}, but {expected:?} is needed")]
+    #[error("plane {plane} of exemplar {exemplar} is {} px, but {} px are needed", across(found), across(expected))]
     Shape {
         /// The exemplar, from 0.
         exemplar: usize,
@@ -122,6 +121,16 @@ pub enum Error {
         /// The expected shape, slowest axis first.
         expected: Vec<u32>,
         /// The shape found.
+        found: Vec<u32>,
+    },
+    /// The mask of an exemplar has another shape.
+    #[error("the mask of exemplar {exemplar} is {} px, but the exemplar is {} px", across(found), across(expected))]
+    MaskShape {
+        /// The exemplar, from 0.
+        exemplar: usize,
+        /// The exemplar's shape, slowest axis first.
+        expected: Vec<u32>,
+        /// The mask's shape.
         found: Vec<u32>,
     },
     /// Exemplars differ in roles, channels or depth.
@@ -180,7 +189,11 @@ pub enum Error {
         found: usize,
     },
     /// A guide map and its exemplar differ in shape.
-    #[error("the guide map of exemplar {exemplar} is {found:?}, but the exemplar is {expected:?}")]
+    #[error(
+        "the guide map of exemplar {exemplar} is {} px, but the exemplar is {} px",
+        across(found),
+        across(expected)
+    )]
     GuideShape {
         /// The exemplar, from 0.
         exemplar: usize,
@@ -190,7 +203,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// The targets of guides that are joined differ in shape.
-    #[error("a guide's target is {found:?}, but the first one's is {expected:?}")]
+    #[error("a guide's target is {} px, but the first one's is {} px", across(found), across(expected))]
     GuideTarget {
         /// The first target's shape, slowest axis first.
         expected: Vec<u32>,
@@ -226,7 +239,7 @@ pub enum Error {
         number: usize,
     },
     /// A constraint has another shape than the output.
-    #[error("the {what} is {found:?}, but the output is {expected:?}")]
+    #[error("the {what} is {} px, but the output is {} px", across(found), across(expected))]
     StartShape {
         /// Which one.
         what: &'static str,
@@ -325,7 +338,6 @@ impl Error {
             | Self::GuideProportion { .. }
             | Self::Transform { .. }
             | Self::Weights { .. } => ErrorKind::Option,
-            Self::Length { .. } | Self::Vote { .. } | Self::Pyramid => ErrorKind::Internal,
             _ => ErrorKind::Input,
         }
     }
@@ -342,8 +354,10 @@ impl Error {
             Self::Allocation { .. } => "use a smaller size",
             Self::OverCaps { .. } => "make it smaller",
             Self::OverBudget { .. } => "use a smaller output or exemplar, or allow more",
-            Self::NoPlanes { .. } => "give at least one picture",
+            Self::NoExemplars | Self::NoPlanes { .. } => "give at least one picture",
+            Self::NoChannels { .. } => "give planes with at least one channel",
             Self::Shape { .. } => "give planes of one size",
+            Self::MaskShape { .. } => "give a mask of the exemplar's size",
             Self::Layout { .. } => "convert one of them",
             Self::NotFinite { .. } => "clean them first",
             Self::EmptyExemplar { .. } => "give a picture with something in it",
@@ -363,6 +377,7 @@ impl Error {
             Self::Channels { .. } => "give it one",
             Self::ForeignMap { .. } => "give the exemplars and orientations that it was made from",
             Self::PlaneCount { .. } => "give one plane for each exemplar, in order",
+            Self::NotBytes { .. } => "take its samples, or convert it",
             Self::NotAnImage { .. } => "convert to 8- or 16-bit grey or RGB, or to float RGB, with or without alpha",
         }
         .to_owned()

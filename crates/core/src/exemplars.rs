@@ -120,7 +120,7 @@ impl<const D: usize> SourceTable<D> {
     /// mask leave, as the source shows them.
     ///
     /// # Errors
-    /// [`Error::PlaneCount`] without a plane for each exemplar, [`Error::Shape`] for a mask of another size.
+    /// [`Error::PlaneCount`] without a plane for each exemplar, [`Error::MaskShape`].
     pub fn validity(
         &self,
         planes: &[&Plane<D>],
@@ -173,7 +173,7 @@ impl<const D: usize> Exemplars<D> {
     ///
     /// # Errors
     /// Those of [`Encoder::encode`], [`Error::TooManySamples`], [`Error::EmptyExemplar`], [`Error::NothingValid`],
-    /// [`Error::Transform`], and [`Error::Shape`] for a mask of another size.
+    /// [`Error::Transform`], and [`Error::MaskShape`].
     pub fn new(encoder: &Encoder, exemplars: &[Exemplar<'_, D>]) -> Result<Self, Error> {
         let mut sources = Vec::new();
         for (number, exemplar) in exemplars.iter().enumerate() {
@@ -198,7 +198,8 @@ impl<const D: usize> Exemplars<D> {
     /// Takes ready sources; each feature channel has a weight.
     ///
     /// # Errors
-    /// [`Error::NoPlanes`], [`Error::Weights`], [`Error::TooManySamples`], [`Error::NothingValid`].
+    /// [`Error::NoExemplars`], [`Error::NoChannels`], [`Error::Weights`], [`Error::TooManySamples`],
+    /// [`Error::NothingValid`].
     pub fn from_sources(sources: Vec<Source<D>>, weights: Vec<u8>) -> Result<Self, Error> {
         Self::from_shared(sources.into_iter().map(Arc::new).collect(), weights)
     }
@@ -207,7 +208,7 @@ impl<const D: usize> Exemplars<D> {
     /// copied.
     ///
     /// # Errors
-    /// [`Error::NoPlanes`] for none, [`Error::NothingValid`].
+    /// [`Error::NoExemplars`] for none, [`Error::NothingValid`].
     ///
     /// # Panics
     /// If there is no source of such a number.
@@ -217,10 +218,10 @@ impl<const D: usize> Exemplars<D> {
     }
 
     fn from_shared(sources: Vec<Arc<Source<D>>>, weights: Vec<u8>) -> Result<Self, Error> {
-        let first = sources.first().ok_or(Error::NoPlanes { exemplar: 0 })?;
+        let first = sources.first().ok_or(Error::NoExemplars)?;
         let channels = first.features.channels();
         if channels == 0 {
-            return Err(Error::NoPlanes { exemplar: first.origin.exemplar.into() });
+            return Err(Error::NoChannels { exemplar: first.origin.exemplar.into() });
         }
         if channels != weights.len() || sources.iter().any(|s| s.features.channels() != channels) {
             return Err(Error::Weights { expected: channels, found: weights.len() });
@@ -317,7 +318,7 @@ fn validity<const D: usize>(
     for one in alphas.into_iter().flatten().chain(copied(mask)?) {
         let (expected, found) = (planes[0].domain().shape.to_vec(), one.domain().shape.to_vec());
         if expected != found {
-            return Err(Error::Shape { exemplar, plane: planes.len(), expected, found });
+            return Err(Error::MaskShape { exemplar, expected, found });
         }
         match &mut valid {
             None => valid = Some(one),

@@ -1,6 +1,6 @@
 //! Samples over a domain.
 
-use crate::{Domain, Error, try_vec};
+use crate::{Domain, Error, Window, try_vec};
 
 /// Samples over a [`Domain`], planar: channel by channel, each in row-major order.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,9 @@ impl<T, const D: usize> Grid<T, D> {
     }
 
     /// One channel, row-major.
+    ///
+    /// # Panics
+    /// If there is no such channel.
     #[inline]
     pub fn plane(&self, channel: usize) -> &[T] {
         let n = self.domain.len();
@@ -50,6 +53,9 @@ impl<T, const D: usize> Grid<T, D> {
     }
 
     /// One channel, row-major, to write.
+    ///
+    /// # Panics
+    /// If there is no such channel.
     #[inline]
     pub fn plane_mut(&mut self, channel: usize) -> &mut [T] {
         let n = self.domain.len();
@@ -83,16 +89,22 @@ impl<T: Copy, const D: usize> Grid<T, D> {
         Ok(Self { domain, channels, samples: try_vec(len, value)? })
     }
 
-    /// One sample.
+    /// One sample. Where many are read, [`plane`](Self::plane) is faster.
+    ///
+    /// # Panics
+    /// If there is no such channel or position; [`Domain::contains`] tells.
     #[inline]
     pub fn get(&self, channel: usize, at: [u32; D]) -> T {
-        self.plane(channel)[self.domain.index(at)]
+        self.plane(channel)[self.domain.inside(at)]
     }
 
     /// Sets one sample.
+    ///
+    /// # Panics
+    /// If there is no such channel or position.
     #[inline]
     pub fn set(&mut self, channel: usize, at: [u32; D], value: T) {
-        let index = self.domain.index(at);
+        let index = self.domain.inside(at);
         self.plane_mut(channel)[index] = value;
     }
 
@@ -131,6 +143,39 @@ impl<T: Copy, const D: usize> Grid<T, D> {
         Ok(out)
     }
 
+    /// The samples in a box, such as a patch to search for: open along axes that the box does not fill.
+    ///
+    /// ```
+    /// use selvedge_core::{Domain, Grid, Window};
+    ///
+    /// let grid = Grid::from_vec(Domain::open([2, 4]), 1, (0..8).collect())?;
+    /// let patch = grid.cropped(&Window { start: [0, 1], shape: [2, 2] })?;
+    /// assert_eq!(patch.plane(0), [1, 2, 5, 6]);
+    /// # Ok::<(), selvedge_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    ///
+    /// # Panics
+    /// If the box reaches beyond the grid.
+    pub fn cropped(&self, to: &Window<D>) -> Result<Self, Error> {
+        let whole = self.domain;
+        let fits = |a| 0 <= to.start[a] && i64::from(to.start[a]) + i64::from(to.shape[a]) <= i64::from(whole.shape[a]);
+        assert!((0..D).all(fits), "{to:?} reaches beyond {:?}", whole.shape);
+        let periodic = std::array::from_fn(|a| whole.periodic[a] && to.shape[a] == whole.shape[a]);
+        let domain = Domain { shape: to.shape, periodic };
+        let (Some(&first), false) = (self.samples.first(), domain.is_empty()) else {
+            return Self::from_vec(domain, self.channels, Vec::new());
+        };
+        let mut out = Self::try_filled(domain, self.channels, first)?;
+        for (to_place, at) in domain.positions().enumerate() {
+            let from = whole.index(std::array::from_fn(|a| at[a] + to.start[a] as u32));
+            (0..self.channels).for_each(|c| out.plane_mut(c)[to_place] = self.plane(c)[from]);
+        }
+        Ok(out)
+    }
+
     /// Each sample changed by `f`.
     ///
     /// # Errors
@@ -155,6 +200,26 @@ mod tests {
         assert_eq!(grid.plane(1), [1, 4, 7, 10, 13, 16, 19, 22]);
         assert_eq!(grid.to_interleaved()?, pixels);
         Ok(())
+    }
+
+    #[test]
+    #[should_panic(expected = "[0, 4] lies outside [2, 3]")]
+    fn a_sample_outside_is_no_other_one() {
+        // In release builds too: its place, 4, is that of [1, 1].
+        Grid::from_vec(Domain::open([2, 3]), 1, (0..6).collect()).unwrap().get(0, [0, 4]);
+    }
+
+    #[test]
+    #[should_panic(expected = "[0, 4] lies outside [2, 3]")]
+    fn nothing_is_set_outside() {
+        Grid::try_filled(Domain::open([2, 3]), 1, 0).unwrap().set(0, [0, 4], 1);
+    }
+
+    #[test]
+    #[should_panic(expected = "reaches beyond [2, 3]")]
+    fn what_is_cropped_lies_inside() {
+        let grid = Grid::try_filled(Domain::open([2, 3]), 1, 0).unwrap();
+        grid.cropped(&Window { start: [0, 2], shape: [2, 2] }).unwrap();
     }
 
     #[test]

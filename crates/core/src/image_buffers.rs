@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use image::{DynamicImage, ImageBuffer, Pixel};
+use image::{DynamicImage, ImageBuffer, Luma, Pixel};
 
 use crate::{Domain, Error, Grid, Plane, Role, Samples};
 
@@ -91,6 +91,22 @@ impl TryFrom<&DynamicImage> for Plane<2> {
     }
 }
 
+impl<C> TryFrom<&ImageBuffer<Luma<u8>, C>> for Grid<bool, 2>
+where
+    C: Deref<Target = [u8]>,
+{
+    type Error = Error;
+
+    /// A mask: true where the picture is at least half light, 128.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    fn try_from(picture: &ImageBuffer<Luma<u8>, C>) -> Result<Self, Error> {
+        let domain = Domain::open([picture.height(), picture.width()]);
+        Grid::from_interleaved(domain, 1, &picture.as_raw()[..domain.len()])?.map(|light| light >= 128)
+    }
+}
+
 impl TryFrom<&Plane<2>> for DynamicImage {
     type Error = Error;
 
@@ -160,6 +176,12 @@ mod tests {
             [1.0, 1.0, 0.25, 0.5],
             "the last pixel's channels"
         );
+    }
+
+    #[test]
+    fn masks_are_true_from_half_light_on() {
+        let picture = image::GrayImage::from_raw(2, 2, vec![0, 127, 128, 255]).unwrap();
+        assert_eq!(Grid::<bool, 2>::try_from(&picture).unwrap().plane(0), [false, false, true, true]);
     }
 
     #[test]

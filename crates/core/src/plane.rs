@@ -190,6 +190,18 @@ impl<const D: usize> Plane<D> {
         Ok(Self::new(role, Samples::U8(grid)))
     }
 
+    /// The bytes of an 8-bit plane: the inverse of [`of_bytes`](Self::of_bytes), with alpha as the last channel if
+    /// there is any.
+    ///
+    /// # Errors
+    /// [`Error::NotBytes`] for other depths; [`Error::Allocation`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+        match &self.samples {
+            Samples::U8(grid) => grid.to_interleaved(),
+            _ => Err(Error::NotBytes { layout: self.layout() }),
+        }
+    }
+
     /// Shape and topology.
     pub fn domain(&self) -> Domain<D> {
         self.samples.domain()
@@ -248,6 +260,14 @@ impl<const D: usize> Plane<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_come_back_and_other_depths_are_none() {
+        let bytes: Vec<u8> = (0..24).collect();
+        assert_eq!(Plane::of_bytes(Role::Color, [2, 4], 3, &bytes).unwrap().to_bytes(), Ok(bytes));
+        let wide = Plane::new(Role::Color, Samples::U16(Grid::try_filled(Domain::open([2, 4]), 3, 7).unwrap()));
+        assert_eq!(wide.to_bytes().unwrap_err().to_string(), "3 u16 channel(s) are not bytes");
+    }
 
     #[test]
     fn light_without_alpha_is_valid_where_colours_are_premultiplied() {

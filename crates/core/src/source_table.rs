@@ -73,6 +73,10 @@ impl<const D: usize> SourceTable<D> {
     }
 
     /// The sample at a position of a source.
+    ///
+    /// # Panics
+    /// If there is no such source; if the position lies outside of it, in debug builds, and elsewhere the sample is
+    /// another one.
     #[inline]
     pub fn id(&self, source: usize, at: [u32; D]) -> SampleId {
         SampleId(self.first[source] + self.sources[source].1.index(at) as u32)

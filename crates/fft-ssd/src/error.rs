@@ -85,7 +85,6 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Overflow { .. } => ErrorKind::Option,
-            Self::Mismatch | Self::TemplateLength { .. } | Self::MaskLength { .. } => ErrorKind::Internal,
             Self::TooLarge { .. } => ErrorKind::Memory,
             Self::Core(e) => e.kind(),
             _ => ErrorKind::Input,

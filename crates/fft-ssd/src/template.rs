@@ -6,8 +6,25 @@ use selvedge_core::Grid;
 
 /// A box of 8-bit features with an optional mask: what is searched for.
 ///
-/// Features are planar (channel by channel, each row-major) and come from the same encoder as the exemplars'.
-/// Where the mask is false, the features are not looked at.
+/// Features are planar (channel by channel, each row-major) and come from the same encoder as the exemplars'. Where the
+/// mask is false, the features are not looked at.
+///
+/// A patch of what is searched is cut out of its features ([`Grid::cropped`]); one of another picture goes through the
+/// encoder that was fitted to what is searched:
+///
+/// ```
+/// use selvedge_core::{Encoder, Exemplar, Exemplars, Plane, Role};
+/// use selvedge_fft_ssd::Template;
+///
+/// let searched = [Plane::of_bytes(Role::Scalar, [2, 3], 1, &[1, 2, 3, 4, 5, 6])?];
+/// let encoder = Encoder::fit(&[&searched])?;
+/// let exemplars = Exemplars::new(&encoder, &[Exemplar::new(&searched)])?;
+/// let another = [Plane::of_bytes(Role::Scalar, [1, 2], 1, &[5, 6])?];
+/// let features = encoder.encode(&another)?;
+/// assert_eq!(Template::of(&features).shape(), [1, 2]);
+/// # assert_eq!(exemplars.channels(), 1);
+/// # Ok::<(), selvedge_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Template<'a, const D: usize> {
     pub(crate) shape: [u32; D],
@@ -27,6 +44,9 @@ impl<'a, const D: usize> Template<'a, D> {
     }
 
     /// The same features, compared only where the mask (row-major, one value a sample) is true.
+    ///
+    /// A mask without a true value is not refused: such a template fits everywhere, with an error and a number of
+    /// samples of 0, as a first patch does on an empty canvas.
     #[must_use]
     pub fn masked(mut self, mask: &'a [bool]) -> Self {
         self.mask = Some(mask);

@@ -212,6 +212,7 @@ fn what_does_not_fit_is_refused_with_its_numbers() {
     let features = vec![0; 2 * channels];
     let short = Template::new([1, 2], &features).masked(&[true]);
     assert_eq!(ask(short), Error::MaskLength { expected: 2, found: 1 });
+    assert_eq!(ask(short).kind(), selvedge_core::ErrorKind::Input, "the caller's, not a promise of ours");
 }
 
 #[test]
