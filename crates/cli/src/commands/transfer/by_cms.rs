@@ -15,8 +15,8 @@ use crate::used::Used;
 /// Between the paper's for weave, 0.4 and 4, and for rice, 0.2 and 5. `[CMS V-E]`
 const WEIGHT: f64 = 0.4;
 const NEIGHBORHOOD: u32 = 4;
-/// Without it the dark coat of a portrait in rice is laid from its two flattest places, in grey squares; from .02 on it
-/// has grains, with .05 faces are as they were and the grains more.
+/// Where nobody says another. Without it the dark coat of a portrait in rice is laid from its two flattest places, in
+/// grey squares; from .02 on it has grains, with .05 faces are as they were and the grains more.
 const SPREAD: f64 = 0.05;
 
 impl Transfer {
@@ -42,7 +42,8 @@ impl Transfer {
             .followed
             .used(loom)
             .set("constraint-weight", options.constraint_weight)
-            .set("neighborhood", options.neighborhood);
+            .set("neighborhood", options.neighborhood)
+            .set("spread", options.spread);
         let used = OF_BLOCKS.into_iter().fold(used, Used::without);
         Ok(Planned::new(used, "by labels", move || Ok(outcome(plan.weave(&run).map_err(failure)?))))
     }
@@ -51,7 +52,7 @@ impl Transfer {
         Options {
             constraint_weight: self.following.constraint_weight.unwrap_or(WEIGHT),
             neighborhood: self.following.neighborhood.unwrap_or(NEIGHBORHOOD),
-            spread: SPREAD,
+            spread: self.spread.unwrap_or(SPREAD),
             levels: None,
             ..Options::paper()
         }
