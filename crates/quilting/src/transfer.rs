@@ -1,5 +1,7 @@
 //! Texture transfer: a target drawn in the texture of the exemplars. `[Efros01 3]`
 
+use std::borrow::Cow;
+
 use selvedge_core::{Bytes, Domain, Exemplars, Guide, Run, SourceMap, Woven, par};
 
 use crate::block_grid::BlockGrid;
@@ -43,20 +45,20 @@ pub struct PassStats {
 #[derive(Clone, Debug)]
 pub struct TransferPlan<'e> {
     exemplars: &'e Exemplars<2>,
-    guide: &'e Guide<2>,
+    guide: Cow<'e, Guide<2>>,
     options: TransferOptions,
     passes: Vec<PassPlan>,
 }
 
 impl<'e> TransferPlan<'e> {
-    /// Checks the options, then exemplars and guide, then the run's limits; chooses the first block, if it is left
+    /// Checks the options, then exemplars and guide, which it borrows or owns, then the run's limits; chooses the first block, if it is left
     /// open. Whether memory suffices is checked when the work begins.
     ///
     /// # Errors
     /// Those of [`transfer`].
     pub fn new(
         exemplars: &'e Exemplars<2>,
-        guide: &'e Guide<2>,
+        guide: Cow<'e, Guide<2>>,
         options: &TransferOptions,
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
@@ -96,7 +98,7 @@ impl<'e> TransferPlan<'e> {
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
         run.limits.admit(self.output(), self.bytes())?;
-        self.weave_by(BlockSearch::new(self.exemplars, Some(self.guide), run.simd)?, run)
+        self.weave_by(BlockSearch::new(self.exemplars, Some(&self.guide), run.simd)?, run)
     }
 
     /// The same by any search.
@@ -124,7 +126,7 @@ impl<'e> TransferPlan<'e> {
                 blocks: counts.blocks,
                 candidates: counts.candidates,
                 cut_error: counts.cut_error,
-                guide_error: guide_error(self.guide, &map),
+                guide_error: guide_error(&self.guide, &map),
             });
             progress.before += self.n_blocks(plan);
             if !complete {
@@ -152,7 +154,7 @@ impl<'e> TransferPlan<'e> {
             // Going on where the neighbour left off is the best that can happen to a texture that follows a target.
             continuation: Continuation::Allow,
             spread: self.options.spread,
-            steering: Some(Steering::new(self.guide, last, plan.alpha)),
+            steering: Some(Steering::new(&self.guide, last, plan.alpha)),
             seed: run.seed.derive("quilting/pass", number as u64),
             progress,
         }
@@ -199,7 +201,7 @@ pub fn transfer(
     options: &TransferOptions,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
-    TransferPlan::new(exemplars, guide, options, run)?.weave(run)
+    TransferPlan::new(exemplars, Cow::Borrowed(guide), options, run)?.weave(run)
 }
 
 /// How far the guide under the output is from its target.
@@ -261,7 +263,7 @@ mod tests {
             let run = Run::seeded(case as u64);
             let fast = transfer(&exemplars, &guide, &options, &run).unwrap();
             let plain = PlainSearch::new(&exemplars, Some(&guide));
-            let plan = TransferPlan::new(&exemplars, &guide, &options, &run).unwrap();
+            let plan = TransferPlan::new(&exemplars, Cow::Borrowed(&guide), &options, &run).unwrap();
             assert!(plan.blocks().eq(fast.stats.passes.iter().map(|p| p.block)));
             let plain = plan.weave_by(plain, &run).unwrap();
             assert_eq!(fast.stats, plain.stats);

@@ -1,6 +1,8 @@
 //! Runs stay within the estimate, and the estimate is not absurdly above. Each case in a process of its own: what a
 //! case held would count in the next.
 
+use std::borrow::Cow;
+
 use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Seed, Source, Transform};
 use selvedge_quilting::{Options, Plan, Stage, TransferOptions, TransferPlan, quilt, transfer};
 use selvedge_testkit::memory;
@@ -85,7 +87,7 @@ fn runs_stay_within_their_estimates() {
         let planned = match case.method {
             Method::Quilt(options) => Plan::new(&exemplars, case.output, &options, &run).unwrap().bytes(),
             Method::Transfer(options) => {
-                TransferPlan::new(&exemplars, &guide(case, &exemplars), &options, &run).unwrap().bytes()
+                TransferPlan::new(&exemplars, Cow::Owned(guide(case, &exemplars)), &options, &run).unwrap().bytes()
             }
         }
         .0;

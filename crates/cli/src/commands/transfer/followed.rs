@@ -10,9 +10,10 @@ use crate::correspondence::{Correspondence, What};
 use crate::failure::Failure;
 use crate::inputs::Input;
 use crate::loom::Loom;
+use crate::output_size::OutputSize;
 use crate::pairs::{GuideArgs, Pair};
 use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::setup::Setup;
 use crate::used::Used;
 use crate::weaving::Weaving;
 

@@ -3,6 +3,8 @@
 mod by_cms;
 mod followed;
 
+use std::borrow::Cow;
+
 use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain, Guide};
 use selvedge_quilting::{PassStats, TransferOptions, TransferPlan, TransferStats};
@@ -119,15 +121,14 @@ impl Transfer {
 
     fn plan_blocks<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
         let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
-        let plan = TransferPlan::new(exemplars, &guide, &options, &run).map_err(|e| failure(loom, e))?;
+        let plan = TransferPlan::new(exemplars, Cow::Owned(guide), &options, &run).map_err(|e| failure(loom, e))?;
         let (sources, _) = loom.sources();
         let needed = loom.admit(&|output| self.followed.bytes(&sources, output, plan.bytes_of(output)))?;
         let sides: Vec<u32> = plan.blocks().collect();
         let used = self.followed.used(loom).set("block", sides.first().copied()).set("spread", options.spread);
         let used = OF_LABELS.into_iter().fold(used.without("method"), Used::without);
         Ok(Planned::new(used, how("blocks", &sides), move || {
-            let plan = TransferPlan::new(exemplars, &guide, &options, &run);
-            let woven = plan.and_then(|plan| plan.weave(&run)).map_err(|e| failure(loom, e))?;
+            let woven = plan.weave(&run).map_err(|e| failure(loom, e))?;
             let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
             let how = how(&format!("{blocks} blocks"), &sides);
             Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(&woven.stats), how))
