@@ -30,6 +30,7 @@ mod names;
 mod needs;
 mod options;
 mod outcome;
+mod output_size;
 mod outputs;
 mod page;
 mod pairs;

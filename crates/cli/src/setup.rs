@@ -2,7 +2,7 @@
 //! reading. A command adds its options, its estimate, and its method.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Depth, Domain, Payload, Transform};
@@ -11,39 +11,18 @@ use crate::backdrop::Backdrop;
 use crate::blending::Blending;
 use crate::exemplars::Headers;
 use crate::failure::Failure;
-use crate::ground::{Ground, StartArgs};
+use crate::ground::StartArgs;
 use crate::harmonise::Layout;
-use crate::inputs::{self, Input};
 use crate::loaded::ExemplarSet;
 use crate::loom::{Before, Loom};
-use crate::memory::{self, Resized};
 use crate::needs::{Needs, Share};
-use crate::planes::{Laying, PlaneHeaders, is_upright, warn_of_normals};
+use crate::output_size::OutputSize;
+use crate::planes::{Laying, PlaneHeaders, Ready, is_upright, warn_of_normals};
 use crate::repairing::Repairing;
 use crate::report::Report;
 use crate::session::Session;
-use crate::size::Size;
-use crate::weaving::{Sizing, Weaving};
-use crate::{explain, eyes, names, outputs, page};
-
-/// How a command lays all exemplars.
-type Arrangement<'a> = Box<dyn Fn(&[Domain<2>]) -> Domain<2> + 'a>;
-
-/// What the size of an output follows from.
-pub(crate) enum OutputSize<'a> {
-    /// What is typed, or a multiple of the first exemplar.
-    Exemplar(Sizing),
-    /// The first exemplar's, or as it is typed; its lattice is what it is.
-    First(Option<Size>),
-    /// A picture, of which the header is read, so many times larger.
-    Picture(Input, u32),
-    /// The same, and what was there before must have it.
-    Upon(Box<Ground>, Input, u32),
-    /// All exemplars, as a command lays them.
-    Arranged(Arrangement<'a>),
-    /// What was there before, with which the size typed must agree.
-    Ground(Box<Ground>, Sizing),
-}
+use crate::weaving::{Sizing, Weaving, Written};
+use crate::{explain, eyes, inputs, memory, names, outputs, page};
 
 /// What a command tells about itself before anything is read.
 pub(crate) struct Setup<'a> {
@@ -75,47 +54,6 @@ pub(crate) struct Setup<'a> {
 
 /// The method's share of the memory: domains of the sources, feature channels, output domain.
 pub(crate) type Estimate<'e> = &'e dyn Fn(&[Domain<2>], usize, Domain<2>, bool) -> Bytes;
-
-impl OutputSize<'_> {
-    /// Shape and topology for exemplars of these domains, the backdrop last.
-    fn domain(&self, session: &Session<'_>, weaving: &Weaving, exemplars: &[Domain<2>]) -> Result<Domain<2>, Failure> {
-        match self {
-            Self::Exemplar(sizing) => Ok(weaving.tiled(sizing.shape(exemplars[0].shape))),
-            Self::First(size) => {
-                let own = exemplars[0].shape;
-                Ok(weaving.tiled(size.map_or(own, |size| size.shape(own))))
-            }
-            Self::Picture(picture, times) => Ok(weaving.tiled(followed(session, weaving, picture, *times)?)),
-            Self::Upon(ground, picture, times) => {
-                let shape = followed(session, weaving, picture, *times)?;
-                ground.under(exemplars, (&picture.path, shape), weaving)
-            }
-            Self::Arranged(laid) => Ok(laid(exemplars)),
-            Self::Ground(ground, sizing) => ground.domain(exemplars, *sizing, weaving),
-        }
-    }
-
-    /// How the user changes it.
-    fn resized(&self) -> Resized {
-        if matches!(self, Self::Picture(..) | Self::Upon(..)) { Resized::Target } else { Resized::Size }
-    }
-
-    /// True if another first exemplar would have another output.
-    fn follows_exemplar(&self) -> bool {
-        match self {
-            Self::Exemplar(sizing) => sizing.is_multiple(),
-            Self::Picture(..) | Self::Upon(..) => false,
-            Self::First(_) | Self::Arranged(_) => true,
-            Self::Ground(ground, sizing) => ground.is_bare() && sizing.is_multiple(),
-        }
-    }
-}
-
-/// The shape of a picture, so many times larger.
-fn followed(session: &Session<'_>, weaving: &Weaving, picture: &Input, times: u32) -> Result<[u32; 2], Failure> {
-    let info = picture.probe(&weaving.read_options(session))?;
-    Ok([info.height, info.width].map(|side| side.saturating_mul(times)))
-}
 
 impl<'a> Setup<'a> {
     /// Of a command that reads exemplars alone, as they are.
@@ -154,55 +92,17 @@ impl<'a> Setup<'a> {
     pub(crate) fn begin(self, session: &'a Session<'a>, estimate: Estimate<'_>) -> Result<Loom<'a>, Failure> {
         self.blending.validate()?;
         self.repairing.validate()?;
-        let args = &self.weaving;
         let mut report = Report::new(self.command);
+        let args = &self.weaving;
         let written = args.written();
         let format = outputs::format(&written.output, args.encoding.format(), args.input.conversion.depth())?;
-        let read = args.input.files().into_iter().chain(self.others.iter().chain(args.with.files()).cloned());
-        let read: Vec<PathBuf> = read.collect();
-        inputs::check_streams(&read)?;
         let exemplars = args.input.exemplars.len() + usize::from(self.backdrop.is_some());
-        self.check_number()?;
-        args.with.validate(exemplars, self.guides)?;
-        names::check_apart(&args.output, 1 + args.with.with.len() / exemplars)?;
-        let writes = args.files_written(session, &written, exemplars).into_iter().chain(self.writes.iter().cloned());
-        outputs::check(session, &writes.collect::<Vec<_>>(), &read)?;
-        written.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
-        written.report.as_deref().map_or(Ok(()), page::check)?;
+        self.check_names(session, &written, exemplars)?;
         let weights = args.with.weights(self.guides, args.with.matched.len() / exemplars);
         let headers = args.input.look(session, self.backdrop)?.matching(session, &args.with.matched, &weights)?;
-        let only = args.input.exemplars.first().filter(|_| args.input.exemplars.len() == 1).map(PathBuf::as_path);
-        let domains = headers.domains();
-        // Before the budget, which such a block would exceed as well.
-        self.block
-            .map_or(Ok(()), |block| check_block(block, &domains))
-            .map_err(|e| only.map_or(e.clone(), |path| e.about(path)))?;
-        let (domain, resized) = (self.size.domain(session, args, &domains)?, self.size.resized());
-        memory::check_caps(&session.limits, domain, resized).map_err(|refused| {
-            if self.size.follows_exemplar() { refused.about(&args.input.exemplars[0]) } else { refused }
-        })?;
+        let domain = self.sized(session, &headers.domains())?;
         headers.check_held((&written.output, format), domain.shape)?;
-        if let Some(path) = &written.explain {
-            let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
-            let sources = headers.sources(&self.transforms);
-            let shape = explain::shape(domain.shape, sources.iter().map(|source| source.shape));
-            let shape = shape.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-            outputs::check_held((path, outputs::format(path, None, None)?), shape, rgb, None)?;
-        }
-        if let Some(path) = &written.preview {
-            if domain.periodic == [false; 2] {
-                let failure = Failure::new(2, "would show how the output tiles, and it does not").about(path);
-                return Err(failure.remedy("add --tile xy, or leave --preview out"));
-            }
-            let format = outputs::format(path, None, Some(Depth::U8))?;
-            let layout = (headers.layout, Depth::U8);
-            outputs::check_held(
-                (path, format),
-                eyes::shape_tiled(domain),
-                layout,
-                args.input.exemplars.first().map(PathBuf::as_path),
-            )?;
-        }
+        self.check_views(&written, &headers, domain)?;
         let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
         let sources = headers.sources(&self.transforms);
         let needs = self.needs(&headers, &layers, domain);
@@ -213,18 +113,7 @@ impl<'a> Setup<'a> {
         let needed = needs.check(&session.limits, domain, &own)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         session.watch.prepare(if self.transforms.len() == 1 { "read" } else { "read, turn" });
-        let loaded = headers.load(session, &self.transforms, &mut report)?;
-        if !self.transforms.iter().all(|transform| is_upright(*transform)) {
-            for (path, plane) in loaded.given().iter().zip(&loaded.payload) {
-                warn_of_normals(session, path, plane, "weave another plane, and lay this one --with it");
-            }
-        }
-        let read = |looked: PlaneHeaders| {
-            let ready = looked.read(session, &mut report, &|_, _, _| {})?;
-            ready.warn_of_normals(session, &self.transforms);
-            Ok(ready)
-        };
-        let layers = layers.into_iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        let (loaded, layers) = self.read(session, headers, layers, &mut report)?;
         session.watch.prepare("measure");
         let domain = self.closed(session, &loaded, domain)?;
         report.estimate = Some(needed.0);
@@ -255,6 +144,86 @@ impl<'a> Setup<'a> {
         })
     }
 
+    /// Refuses names and numbers of files that do not go together, before any is opened.
+    fn check_names(&self, session: &Session<'_>, written: &Written, exemplars: usize) -> Result<(), Failure> {
+        let args = &self.weaving;
+        let read = args.input.files().into_iter().chain(self.others.iter().chain(args.with.files()).cloned());
+        let read: Vec<PathBuf> = read.collect();
+        inputs::check_streams(&read)?;
+        self.check_number()?;
+        args.with.validate(exemplars, self.guides)?;
+        names::check_apart(&args.output, 1 + args.with.with.len() / exemplars)?;
+        let writes = args.files_written(session, written, exemplars).into_iter().chain(self.writes.iter().cloned());
+        outputs::check(session, &writes.collect::<Vec<_>>(), &read)?;
+        written.map.as_deref().map_or(Ok(()), outputs::check_map_name)?;
+        written.report.as_deref().map_or(Ok(()), page::check)
+    }
+
+    /// The output that follows from exemplars of these domains, within the caps.
+    fn sized(&self, session: &Session<'_>, exemplars: &[Domain<2>]) -> Result<Domain<2>, Failure> {
+        let args = &self.weaving;
+        // Before the budget, which such a block would exceed as well.
+        self.block.map_or(Ok(()), |block| check_block(block, exemplars)).map_err(|e| match self.only() {
+            Some(path) => e.about(path),
+            None => e,
+        })?;
+        let (domain, resized) = (self.size.domain(session, args, exemplars)?, self.size.resized());
+        memory::check_caps(&session.limits, domain, resized).map_err(|refused| {
+            if self.size.follows_exemplar() { refused.about(&args.input.exemplars[0]) } else { refused }
+        })?;
+        Ok(domain)
+    }
+
+    /// The exemplar, where there is one alone.
+    fn only(&self) -> Option<&Path> {
+        match &self.weaving.input.exemplars[..] {
+            [only] => Some(only),
+            _ => None,
+        }
+    }
+
+    /// Refuses pictures for eyes that their formats do not hold.
+    fn check_views(&self, written: &Written, headers: &Headers, domain: Domain<2>) -> Result<(), Failure> {
+        if let Some(path) = &written.explain {
+            let rgb = (Layout { colors: 3, alpha: false }, Depth::U8);
+            let sources = headers.sources(&self.transforms);
+            let shape = explain::shape(domain.shape, sources.iter().map(|source| source.shape));
+            let shape = shape.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+            outputs::check_held((path, outputs::format(path, None, None)?), shape, rgb, None)?;
+        }
+        let Some(path) = &written.preview else { return Ok(()) };
+        if domain.periodic == [false; 2] {
+            let failure = Failure::new(2, "would show how the output tiles, and it does not").about(path);
+            return Err(failure.remedy("add --tile xy, or leave --preview out"));
+        }
+        let format = outputs::format(path, None, Some(Depth::U8))?;
+        let (shape, layout) = (eyes::shape_tiled(domain), (headers.layout, Depth::U8));
+        let first = self.weaving.input.exemplars.first().map(PathBuf::as_path);
+        outputs::check_held((path, format), shape, layout, first)
+    }
+
+    /// Reads the exemplars, and the planes that are laid with them.
+    fn read(
+        &self,
+        session: &Session<'_>,
+        headers: Headers,
+        layers: Vec<PlaneHeaders>,
+        report: &mut Report,
+    ) -> Result<(ExemplarSet, Vec<Ready>), Failure> {
+        let loaded = headers.load(session, &self.transforms, report)?;
+        if !self.transforms.iter().all(|transform| is_upright(*transform)) {
+            for (path, plane) in loaded.given().iter().zip(&loaded.payload) {
+                warn_of_normals(session, path, plane, "weave another plane, and lay this one --with it");
+            }
+        }
+        let read = |looked: PlaneHeaders| {
+            let ready = looked.read(session, report, &|_, _, _| {})?;
+            ready.warn_of_normals(session, &self.transforms);
+            Ok(ready)
+        };
+        Ok((loaded, layers.into_iter().map(read).collect::<Result<_, Failure>>()?))
+    }
+
     /// Where a picture is gone on from, a bit a source says what may be copied where.
     fn check_number(&self) -> Result<(), Failure> {
         let sources = self.weaving.input.exemplars.len() * self.transforms.len();
@@ -268,12 +237,7 @@ impl<'a> Setup<'a> {
     /// True if the output's size may follow from the first exemplar's lattice.
     fn may_close(&self, domain: Domain<2>) -> bool {
         let as_it_is = self.transforms.iter().all(|&transform| transform == Transform::IDENTITY);
-        let free = match self.size {
-            OutputSize::Exemplar(_) => true,
-            OutputSize::Ground(ref ground, _) => ground.is_bare(),
-            OutputSize::First(_) | OutputSize::Picture(..) | OutputSize::Upon(..) | OutputSize::Arranged(_) => false,
-        };
-        domain.periodic != [false; 2] && as_it_is && free
+        domain.periodic != [false; 2] && as_it_is && self.size.is_free()
     }
 
     /// What tiles has to close the first exemplar's lattice, or it is torn where it wraps. A size that was typed in

@@ -10,9 +10,10 @@ use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::Spread;
+use crate::output_size::OutputSize;
 use crate::repairing::Repairing;
 use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::setup::Setup;
 use crate::values::{Auto, choices, counts, pixels};
 use crate::weaving::{Sizing, Weaving};
 

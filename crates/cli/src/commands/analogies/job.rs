@@ -15,9 +15,10 @@ use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::outcome::{After, Beside, Outcome};
+use crate::output_size::OutputSize;
 use crate::pairs::Pair;
 use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::setup::Setup;
 use crate::weaving::Weaving;
 
 /// Reads what a command asks for.

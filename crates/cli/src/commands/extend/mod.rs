@@ -9,8 +9,9 @@ use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::outcome::Outcome;
+use crate::output_size::OutputSize;
 use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::setup::Setup;
 use crate::size::Size;
 
 /// Options of `extend`.

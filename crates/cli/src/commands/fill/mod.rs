@@ -14,8 +14,9 @@ use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::options::{Seams, Turning, one_picture, option};
 use crate::outcome::Outcome;
+use crate::output_size::OutputSize;
 use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::setup::Setup;
 use crate::values::counts;
 use crate::weaving::Weaving;
 

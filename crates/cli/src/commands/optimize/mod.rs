@@ -22,9 +22,10 @@ use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
 use crate::outcome::Outcome;
+use crate::output_size::OutputSize;
 use crate::pairs::Pair;
 use crate::session::Session;
-use crate::setup::{OutputSize, Setup};
+use crate::setup::Setup;
 use crate::values::{Auto, choices};
 use crate::weaving::{Sizing, Weaving};
 
