@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueHint};
+use clap::{Arg, Args, ValueHint};
 use selvedge_core::{Domain, Role};
 use selvedge_io::ReadOptions;
 
@@ -15,8 +15,16 @@ use crate::stdio::STREAM;
 use crate::with::With;
 use crate::{names, outputs, page};
 
+/// Brings options that other commands have, too, under the heading of this one's. A heading of the group would be that
+/// of all that comes after it as well.
+fn written(arg: Arg) -> Arg {
+    let is_written = ["format", "quality"].contains(&arg.get_id().as_str());
+    if is_written { arg.help_heading("Files that are written") } else { arg }
+}
+
 /// Options of the commands that weave a picture of a chosen size.
 #[derive(Args, Clone, Debug)]
+#[command(mut_args(written))]
 pub(crate) struct Weaving {
     #[command(flatten)]
     pub(crate) input: ExemplarArgs,
@@ -25,7 +33,7 @@ pub(crate) struct Weaving {
     /// The picture to write, '-' for standard output; the format follows the extension.
     #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(crate) output: PathBuf,
-    #[command(flatten, next_help_heading = "Files that are written")]
+    #[command(flatten)]
     pub(crate) encoding: Encoding,
     /// Make the output tile without a seam along x, y or both; a size that is not in pixels follows the lattice.
     #[arg(long, value_enum, value_name = "AXES")]
@@ -132,5 +140,23 @@ impl Weaving {
             .chain(partial)
             .chain(page)
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Command;
+
+    #[test]
+    fn options_of_what_is_made_stand_apart_from_files_that_are_written() {
+        let command = Sizing::augment_args(Weaving::augment_args(Command::new("")));
+        let heading = |long: &str| {
+            let found = command.get_arguments().find(|arg| arg.get_long() == Some(long));
+            found.unwrap_or_else(|| panic!("no --{long}")).get_help_heading()
+        };
+        let written = ["output", "format", "quality", "map", "explain", "preview", "sheet", "report"];
+        assert_eq!(written.map(heading), [Some("Files that are written"); 8]);
+        assert_eq!(["mask", "depth", "exposure", "tile", "each", "size"].map(heading), [None; 6]);
     }
 }
