@@ -96,7 +96,7 @@ impl Inspect {
             format!("  {format}, {w}x{h} px, {channels} channel(s), {depth}\n"),
             format!("  kind: {}\n", described(&texture)),
             format!("  lattice: {}\n", words(texture.lattice.as_ref())),
-            format!("  structures: up to about {} px; quilt's block: {block} px\n", texture.feature_size),
+            format!("  structures: {}; quilt's block: {block} px\n", structures(&texture)),
             format!("  try: {}\n", selvedge_io::one_line(&command)),
         ];
         Ok(Done::answered(report, text.concat() + &pairs.into_iter().map(|(_, text)| text).collect::<String>()))
@@ -202,6 +202,16 @@ fn described(texture: &Texture) -> String {
         _ => "stochastic (grain)",
     };
     if texture.is_uneven() { format!("{words}, uneven light") } else { words.to_owned() }
+}
+
+/// How large what is in it is.
+fn structures(texture: &Texture) -> String {
+    let [h, w] = texture.shape;
+    match texture.feature_size {
+        // Likeness that is lost nowhere is no length.
+        size if h.min(w) <= size => "as large as the picture".to_owned(),
+        size => format!("up to about {size} px"),
+    }
 }
 
 /// Thousandths.
