@@ -91,7 +91,7 @@ impl Candidate for Graphcut {
         let placement = if self.0.placement == graphcut::Placement::Auto { entire } else { self.0.placement };
         let options = graphcut::Options { placement, apart: self.0.apart.or(Some(0)), ..self.0 };
         let plan = graphcut::plan(exemplars, output, None, &options, limits)?;
-        let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
+        let masked = exemplars.is_masked();
         let chosen = graphcut::measuring(&exemplars.domains(), exemplars.channels(), masked, &self.0);
         Ok(chosen.then(plan.bytes(exemplars, output, &options)))
     }

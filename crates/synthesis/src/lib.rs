@@ -108,7 +108,11 @@ pub fn synthesize(
     let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
     let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
     let judge = match is_compared.then(|| Judge::new(sizes.small(exemplars), run.simd)).transpose() {
-        Err(selvedge_metrics::Error::TooSmall { .. }) => None,
+        // Masks that leave no whole block at a half of the size, such as noise, leave nothing to compare.
+        Err(
+            selvedge_metrics::Error::TooSmall { .. }
+            | selvedge_metrics::Error::Core(selvedge_core::Error::NothingValid),
+        ) => None,
         judge => judge?,
     };
     let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 };

@@ -59,9 +59,10 @@ impl Method for Synthesize {
         }
         let loom = &*loom;
         let (exemplars, options, limits) = (&loom.loaded.exemplars, self.options(), &loom.session.limits);
-        // What cannot be told cannot be made.
-        let own = |output| estimate(exemplars, output, &options, limits).unwrap_or(Bytes::MOST);
-        let needed = self.admit(loom, &own)?;
+        let needs = |output| estimate(exemplars, output, &options, limits);
+        needs(loom.domain).map_err(|e| loom.loaded.about(e.into()))?;
+        // Of other sizes what cannot be told cannot be made.
+        let needed = self.admit(loom, &|output| needs(output).unwrap_or(Bytes::MOST))?;
         let how = format!("as the best of what effort {} tries", self.effort);
         Ok(Planned::new(loom.used(), how, move || {
             let woven = synthesize(exemplars, loom.domain, &options, &loom.session.run());

@@ -2,7 +2,7 @@
 //! is a link.
 #![forbid(unsafe_code)]
 
-use selvedge_core::{Domain, Exemplars, Run};
+use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Run};
 use selvedge_synthesis::{Options, Stats, estimate, synthesize};
 use selvedge_testkit::{exemplars, memory};
 
@@ -54,6 +54,19 @@ fn small_exemplars_have_one_candidate_and_a_wrong_effort_is_refused() {
     assert_eq!((woven.stats.tried.len(), woven.result.holes()), (1, 0));
     let wrong = synthesize(&small, Domain::open([30, 30]), &Options { effort: 10 }, &Run::seeded(1));
     assert_eq!(wrong.unwrap_err(), selvedge_core::Error::amount("an effort", 10, "1 to 9").into());
+}
+
+#[test]
+fn masks_that_leave_nothing_to_compare_have_one_candidate() {
+    // A board of single samples: at half of the size no block is whole.
+    let plane = [exemplars::weave()];
+    let domain = plane[0].domain();
+    let board = domain.positions().map(|[y, x]| (y + x) % 2 == 0).collect();
+    let mask = Grid::from_vec(domain, 1, board).unwrap();
+    let exemplar = Exemplar::new(&plane).masked(Some(&mask));
+    let noise = Exemplars::new(&Encoder::fit(&[&plane]).unwrap(), &[exemplar]).unwrap();
+    let woven = synthesize(&noise, Domain::open([24, 24]), &Options::default(), &Run::seeded(1)).unwrap();
+    assert_eq!((woven.stats.tried.len(), woven.result.holes()), (1, 0));
 }
 
 #[test]
