@@ -277,6 +277,11 @@ impl<const D: usize> Exemplars<D> {
         self.sources.iter().map(|source| source.domain()).collect()
     }
 
+    /// True if not all samples of all sources may be used.
+    pub fn is_masked(&self) -> bool {
+        self.sources.iter().any(|source| source.valid.is_some())
+    }
+
     /// The numbering of samples.
     pub fn table(&self) -> &SourceTable<D> {
         &self.table

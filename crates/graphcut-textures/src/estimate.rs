@@ -69,7 +69,7 @@ impl<const D: usize> Plan<D> {
 
 /// Domains of all sources, and whether masks hide some of them.
 pub(crate) fn shapes<const D: usize>(exemplars: &Exemplars<D>) -> (Vec<Domain<D>>, bool) {
-    (exemplars.domains(), exemplars.sources().iter().any(|s| s.valid.is_some()))
+    (exemplars.domains(), exemplars.is_masked())
 }
 
 /// What making a [`Plan`] holds at most besides the exemplars, whatever the output is: they are looked at one after the

@@ -81,7 +81,7 @@ fn least<const D: usize>(exemplars: &Exemplars<D>, measured: &[Texture], largest
 /// sample is valid only where all are that it stands for, so that a source with a fine mask would vanish without a
 /// word.
 fn whole<const D: usize>(exemplars: &Exemplars<D>, levels: u32) -> Result<u32, Error> {
-    if exemplars.sources().iter().all(|s| s.valid.is_none()) {
+    if !exemplars.is_masked() {
         return Ok(levels);
     }
     let valid = |source: &Source<D>| {

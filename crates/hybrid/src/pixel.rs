@@ -80,7 +80,7 @@ impl<'e> Pixels<'e> {
             neighbors: Vec::new(),
             candidates: Vec::new(),
         };
-        if exemplars.sources().iter().any(|source| source.valid.is_some()) {
+        if exemplars.is_masked() {
             let may = |id: &SampleId| pixels.is_allowed(*id) && pixels.is_valid(*id);
             let all = || pixels.boxes.samples(0..pixels.boxes.len()).filter(may);
             let mut listed = Vec::new();

@@ -102,7 +102,7 @@ impl Plan {
 
 /// Domains of all sources, and whether masks hide some of them.
 fn shapes(exemplars: &Exemplars<2>) -> (Vec<Domain<2>>, bool) {
-    (exemplars.domains(), exemplars.sources().iter().any(|s| s.valid.is_some()))
+    (exemplars.domains(), exemplars.is_masked())
 }
 
 /// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first

@@ -7,7 +7,6 @@ use selvedge_core::{Bytes, Domain, Exemplars};
 use selvedge_fft_ssd::{Held, Placement, Sizes, held};
 
 use crate::block_grid::BlockGrid;
-use crate::fit::is_masked;
 use crate::options::Options;
 use crate::search::half;
 
@@ -41,7 +40,7 @@ pub fn measuring(exemplars: &[Domain<2>], channels: usize, masked: bool, options
 /// An upper bound of what a planned run holds, of exemplars that are there: blocks of one size are looked for, on so
 /// many threads, in exemplars that were halved so often.
 pub(crate) fn planned(exemplars: &Exemplars<2>, output: Domain<2>, grid: &BlockGrid, halvings: u32) -> Bytes {
-    let (channels, masked, whole) = (exemplars.channels(), is_masked(exemplars), exemplars.domains());
+    let (channels, masked, whole) = (exemplars.channels(), exemplars.is_masked(), exemplars.domains());
     let (mut searched, mut halves) = (whole.clone(), Bytes(0));
     for _ in 0..halvings {
         searched.iter_mut().for_each(|domain| *domain = domain.coarser());
@@ -79,7 +78,7 @@ pub(crate) fn planned_transfer(
     output: Domain<2>,
     grids: &[BlockGrid],
 ) -> Bytes {
-    let (channels, masked, whole) = (exemplars.channels(), is_masked(exemplars), exemplars.domains());
+    let (channels, masked, whole) = (exemplars.channels(), exemplars.is_masked(), exemplars.domains());
     let wave = grids.iter().map(BlockGrid::longest_wave).max().unwrap_or(1);
     let workers = at_once(places(&whole)).min(threads() as u64).min(wave as u64);
     // What agrees with the pass before is all of a block, and so is what the guide says.

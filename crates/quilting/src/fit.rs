@@ -7,11 +7,6 @@ use crate::finding::masked;
 use crate::free::FreePlaces;
 use crate::options::Error;
 
-/// True if masks hide some samples.
-pub(crate) fn is_masked(exemplars: &Exemplars<2>) -> bool {
-    exemplars.sources().iter().any(|s| s.valid.is_some())
-}
-
 /// There is something to fill, and at least one source holds a block.
 pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<u32>) -> Result<(), Error> {
     if output.is_empty() {
@@ -28,7 +23,7 @@ pub(crate) fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Opti
 
 /// Masks leave at least one place for the first block.
 pub(crate) fn check_places(exemplars: &Exemplars<2>, block: &Block) -> Result<(), Error> {
-    if exemplars.sources().iter().all(|s| s.valid.is_none()) {
+    if !exemplars.is_masked() {
         return Ok(());
     }
     let any = FreePlaces::new(exemplars).draw(block.shape(), std::iter::empty(), &mut Seed(0).rng())?;

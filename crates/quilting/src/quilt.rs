@@ -5,7 +5,7 @@ use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
 use crate::auto_block::suggest_block;
 use crate::block_grid::BlockGrid;
 use crate::estimate::{measuring, planned};
-use crate::fit::{check_fit, check_places, is_masked};
+use crate::fit::{check_fit, check_places};
 use crate::options::{Error, Options, SearchBy, Stage, per_mille};
 use crate::pass::{Pass, Progress};
 use crate::quilter::Quilter;
@@ -164,7 +164,7 @@ impl<'e> Plan<'e> {
 }
 
 fn measured(exemplars: &Exemplars<2>, options: &Options) -> Bytes {
-    measuring(&exemplars.domains(), exemplars.channels(), is_masked(exemplars), options)
+    measuring(&exemplars.domains(), exemplars.channels(), exemplars.is_masked(), options)
 }
 
 /// Quilts an output from blocks of the exemplars. `[Efros01 2.2]`

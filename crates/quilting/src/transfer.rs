@@ -51,8 +51,8 @@ pub struct TransferPlan<'e> {
 }
 
 impl<'e> TransferPlan<'e> {
-    /// Checks the options, then exemplars and guide, which it borrows or owns, then the run's limits; chooses the first block, if it is left
-    /// open. Whether memory suffices is checked when the work begins.
+    /// Checks the options, then exemplars and guide, which it borrows or owns, then the run's limits; chooses the first
+    /// block, if it is left open. Whether memory suffices is checked when the work begins.
     ///
     /// # Errors
     /// Those of [`transfer`].
