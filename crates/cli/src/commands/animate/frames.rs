@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::Animate;
 use super::body::Body;
 use super::flow::Flows;
-use crate::commands::optimize::{self, Init};
+use crate::commands::optimize::{self, Beginning};
 use crate::failure::Failure;
 use crate::loaded::ExemplarSet;
 use crate::outputs::Outputs;
@@ -84,11 +84,11 @@ pub(super) fn first_frame(
     session: &Session<'_>,
     loaded: &ExemplarSet,
     output: Domain<2>,
-    (init, options): (&Init, &Options),
+    (beginning, options): (&Beginning<'_>, &Options),
 ) -> Result<SourceMap<2>, Failure> {
     let run = session.run();
     let plan = Plan::new(&loaded.exemplars, output, options, &run).map_err(|e| optimize::failure(loaded, e))?;
-    let begun = init.made(&loaded.exemplars, output, &run)?.map(|woven| woven.result);
+    let begun = beginning.weave(&run)?.map(|woven| woven.result);
     session.check_signal()?;
     let woven = plan.weave(begun.as_ref(), &Default::default(), &run)?;
     session.check_signal()?;

@@ -119,7 +119,8 @@ impl Animate {
         let body = self.body.read(session, &masks, (output, frames), &mut report)?;
         report.stage("read");
         let init = self.init.chosen(&loaded.exemplars)?;
-        let needed = need.with(init.bytes(&loaded.exemplars, output, &session.run())?);
+        let beginning = init.planned(&loaded.exemplars, output, &session.run())?;
+        let needed = need.with(beginning.bytes());
         memory::check_fixed(&session.limits, needed)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
@@ -135,7 +136,7 @@ impl Animate {
         }
         let options = Animation { direction: flows.direction, ..options };
         let first = Options { schedule: init.suited(first.schedule), ..first };
-        let map = frames::first_frame(session, &loaded, output, (&init, &first))?;
+        let map = frames::first_frame(session, &loaded, output, (&beginning, &first))?;
         let outputs = self.frames(session, &loaded, map, (&flows, body.as_ref(), frames, &options), &mut report)?;
         session.watch.finish();
         let line = format!("{name}: {} of {w}x{h} px, in {:.2} s", n("frame", frames as usize), report.elapsed());

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use selvedge_analysis::Texture;
-use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Run, SourceMap, Start, Woven};
 use selvedge_texture_optimization::Level;
 
 use crate::failure::Failure;
@@ -82,41 +82,66 @@ impl Init {
         sources.iter().map(of).max().unwrap_or_default()
     }
 
-    /// Bytes that making it takes at most, once it is [chosen](Self::chosen).
-    pub(in crate::commands) fn bytes(
+    /// How it is made, once it is [chosen](Self::chosen).
+    pub(in crate::commands) fn planned<'e>(
         &self,
-        exemplars: &Exemplars<2>,
+        exemplars: &'e Exemplars<2>,
         output: Domain<2>,
         run: &Run<'_, 2>,
-    ) -> Result<Bytes, Failure> {
-        Ok(match self {
-            Self::Quilt => selvedge_quilting::Plan::new(exemplars, output, &Default::default(), run)?.bytes(),
+    ) -> Result<Beginning<'e>, Failure> {
+        let method = match self {
+            Self::Quilt => {
+                let plan = selvedge_quilting::Plan::new(exemplars, output, &Default::default(), run)?;
+                Some(Method::Quilt(plan))
+            }
             Self::Graphcut => {
                 let options = Default::default();
                 let plan = selvedge_graphcut_textures::plan(exemplars, output, None, &options, &run.limits)?;
-                plan.bytes(exemplars, output, &options)
+                Some(Method::Graphcut(Box::new((plan, options))))
             }
-            Self::Auto | Self::Random | Self::Map(_) => Bytes(0),
-        })
+            Self::Auto | Self::Random | Self::Map(_) => None,
+        };
+        Ok(Beginning { exemplars, output, method })
+    }
+}
+
+/// A start that a method makes, or none.
+pub(in crate::commands) struct Beginning<'e> {
+    exemplars: &'e Exemplars<2>,
+    output: Domain<2>,
+    method: Option<Method<'e>>,
+}
+
+enum Method<'e> {
+    Quilt(selvedge_quilting::Plan<'e>),
+    Graphcut(Box<(selvedge_graphcut_textures::Plan<2>, selvedge_graphcut_textures::Options<2>)>),
+}
+
+impl Beginning<'_> {
+    /// Bytes that making it takes at most.
+    pub(in crate::commands) fn bytes(&self) -> Bytes {
+        match &self.method {
+            Some(Method::Quilt(plan)) => plan.bytes(),
+            Some(Method::Graphcut(both)) => both.0.bytes(self.exemplars, self.output, &both.1),
+            None => Bytes(0),
+        }
     }
 
     /// Makes it; `None` for what is not made by a method.
-    pub(in crate::commands) fn made(
-        &self,
-        exemplars: &Exemplars<2>,
-        output: Domain<2>,
-        run: &Run<'_, 2>,
-    ) -> Result<Option<Woven<SourceMap<2>, ()>>, Failure> {
-        Ok(match self {
-            Self::Quilt => {
-                let woven = selvedge_quilting::quilt(exemplars, output, &Default::default(), run)?;
-                Some(Woven { result: woven.result, stats: (), complete: woven.complete })
+    pub(in crate::commands) fn weave(&self, run: &Run<'_, 2>) -> Result<Option<Woven<SourceMap<2>, ()>>, Failure> {
+        let (result, complete) = match &self.method {
+            Some(Method::Quilt(plan)) => {
+                let woven = plan.weave(run)?;
+                (woven.result, woven.complete)
             }
-            Self::Graphcut => {
-                let woven = selvedge_graphcut_textures::graphcut(exemplars, output, &Default::default(), run)?;
-                Some(Woven { result: woven.result, stats: (), complete: woven.complete })
+            Some(Method::Graphcut(both)) => {
+                let map = SourceMap::unassigned(self.exemplars, self.output)?;
+                let start = Start { map, fixed: None, sources: None };
+                let woven = both.0.weave(self.exemplars, start, &both.1, run)?;
+                (woven.result, woven.complete)
             }
-            Self::Auto | Self::Random | Self::Map(_) => None,
-        })
+            None => return Ok(None),
+        };
+        Ok(Some(Woven { result, stats: (), complete }))
     }
 }

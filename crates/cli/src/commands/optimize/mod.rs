@@ -12,7 +12,7 @@ use selvedge_core::{Bytes, Domain, Render};
 use selvedge_texture_optimization::{Finish, Options, Plan, Search, Stats, estimate};
 
 use self::control::ControlArgs;
-pub(super) use self::init::{Init, init};
+pub(super) use self::init::{Beginning, Init, init};
 use self::levels::{Complete, complete, schedule};
 pub(super) use self::levels::{Levels, levels, typed};
 pub(super) use self::told::failure;
@@ -126,14 +126,15 @@ impl Method for Optimize {
         let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
         let (sources, channels) = loom.sources();
         // What of the start grows with the output is told for the one that is wanted.
-        let made = init.bytes(exemplars, loom.domain, &run)?;
-        let needed = loom.admit(&|output| self.bytes_from(made, (&sources, channels), output, &options))?;
+        let beginning = init.planned(exemplars, loom.domain, &run)?;
+        let needed =
+            loom.admit(&|output| self.bytes_from(beginning.bytes(), (&sources, channels), output, &options))?;
         let how = format!("from {} at {}", told::start(&init), n("level", plan.levels().len()));
         Ok(Planned::new(self.used(loom, &init, &options), how, move || {
             let outcome = |woven: Box<dyn Render<2>>, complete, stats: &Stats| {
                 Outcome::new(woven, complete, told::counts(stats), told::how(&init, stats))
             };
-            let start = match init.made(exemplars, loom.domain, &run)? {
+            let start = match beginning.weave(&run)? {
                 Some(made) if !made.complete => return Ok(outcome(Box::new(made.result), false, &Stats::default())),
                 Some(made) => Some(made.result),
                 None => read,
