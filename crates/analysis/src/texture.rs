@@ -51,7 +51,8 @@ pub struct Texture {
     pub skew: i32,
 }
 
-/// Shares, in thousandths, that tell kinds apart: chosen on 53 textures that a reader had named before.
+/// Shares, in thousandths, that tell kinds apart: chosen so that a reader who had named 53 textures before is agreed
+/// with most often (`docs/defaults.md`, "Kinds").
 ///
 /// Rows of text, and lines along them, by their share of the variance.
 const WRITTEN: u32 = 200;

@@ -116,9 +116,11 @@ impl<const D: usize> Domain<D> {
         (if self.periodic[axis] { place.rem_euclid(side) } else { place.clamp(0, side - 1) }) as u32
     }
 
-    /// How far two places of an axis are from each other, the shorter way around where the axis is periodic.
+    /// How far two places of an axis are from each other, the shorter way around where the axis is periodic. Both are
+    /// on the axis.
     pub fn apart(&self, axis: usize, a: u32, b: u32) -> u32 {
         let along = a.abs_diff(b);
+        debug_assert!(along < self.shape[axis].max(1), "{a} or {b} is outside of an axis of {}", self.shape[axis]);
         if self.periodic[axis] { along.min(self.shape[axis] - along) } else { along }
     }
 

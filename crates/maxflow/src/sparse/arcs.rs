@@ -22,7 +22,7 @@ pub(super) fn new_graph() -> u64 {
 
 impl Graph {
     /// The arc before which `number` were added, `None` if there is none: of a graph from petgraph that of the edge
-    /// with this index, of a DIMACS file that of its arc line, from 0.
+    /// with this index (of a stable one without its gaps), of a DIMACS file that of its arc line, from 0.
     pub fn arc_id(&self, number: usize) -> Option<ArcId> {
         (number < self.arc_count()).then(|| self.numbered(number))
     }

@@ -190,7 +190,7 @@ impl Typed<'_> {
         if session.watch.signal().is_some() {
             return failure.after("frame", frames);
         }
-        let there = if frames == 1 { "the frame before is" } else { "the frames before are" };
+        let there = format!("{} before {}", n("frame", frames), if frames == 1 { "is" } else { "are" });
         let resume = if self.weaving.map.is_some() { ", and go on with --resume" } else { "" };
         let remedy = failure.remedy.as_ref().map_or(String::new(), |remedy| format!("{remedy}; "));
         failure.remedy(format!("{remedy}{there} written{resume}"))
