@@ -58,6 +58,9 @@ impl Flow {
     }
 
     /// The flow between samples; `None` where it is unknown. Beyond open edges that of the edge.
+    ///
+    /// # Panics
+    /// If the flow has no sample.
     pub fn between(&self, p: [f64; 2]) -> Option<[f64; 2]> {
         let mut sum = [0.0; 2];
         for (at, weight) in self.domain().corners(p) {
@@ -103,6 +106,9 @@ fn inverse(flow: &Flow, q: [f64; 2]) -> Option<([f64; 2], bool)> {
 
 impl Domain<2> {
     /// The samples around a position that have a part in it, and how much: around periodic axes, none beyond open ones.
+    ///
+    /// # Panics
+    /// If the domain has no sample.
     pub fn corners(self, p: [f64; 2]) -> impl Iterator<Item = ([u32; 2], f64)> {
         let along = |axis: usize| {
             let first = p[axis].floor();
@@ -151,13 +157,32 @@ fn inside(domain: Domain<2>, at: [f64; 2]) -> ([f64; 2], bool) {
 impl CameFrom {
     /// The sample of the frame before that is nearest to it, and how far it is from that: beyond open edges more than a
     /// half.
+    ///
+    /// # Panics
+    /// If the domain has no sample.
     pub fn nearest(&self, domain: Domain<2>) -> ([u32; 2], [f64; 2]) {
         let along = |axis: usize| {
             let (near, n) = ((self.at[axis] + 0.5).floor(), f64::from(domain.shape[axis]));
             let near = if domain.periodic[axis] { near } else { near.clamp(0.0, n - 1.0) };
-            ((near as u32) % domain.shape[axis], self.at[axis] - near)
+            // A place before the first sample of a periodic axis is one of its last.
+            (near.rem_euclid(n) as u32, self.at[axis] - near)
         };
         let [(y, down), (x, across)] = [along(0), along(1)];
         ([y, x], [down, across])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_around_a_periodic_axis_are_its_samples() {
+        let domain = Domain { shape: [11, 8], periodic: [true, false] };
+        let nearest = |at| CameFrom { at, is_sure: true }.nearest(domain);
+        assert_eq!(nearest([-3.0, 2.0]), ([8, 2], [0.0, 0.0]));
+        assert_eq!(nearest([-0.25, 9.5]), ([0, 7], [-0.25, 2.5]));
+        assert_eq!(nearest([10.75, 7.25]), ([0, 7], [-0.25, 0.25]));
+        assert_eq!(nearest([24.0, -1.0]), ([2, 0], [0.0, -1.0]));
     }
 }

@@ -64,7 +64,7 @@ fn main() {
             continue;
         }
         let engine = args.engine;
-        if case.starts_with('S') {
+        if case.starts_with("S/") {
             match instance.shape.len() {
                 2 => strokes::<2>(case, &instance, &args),
                 _ => strokes::<3>(case, &instance, &args),
@@ -192,7 +192,7 @@ fn strokes<const D: usize>(case: &str, instance: &Instance, args: &Args) {
     let mut brush = Brush::over(instance);
     let mut held = vec![None; instance.len()];
     let (mut mended, mut anew) = (Vec::new(), Vec::new());
-    for number in 0..args.repeat.unwrap_or(24) {
+    for number in 0..args.repeat.unwrap_or(24).max(1) {
         let (nodes, side) = brush.next(instance, |v| found.cut.side(v));
         for &v in &nodes {
             held[v] = side;
