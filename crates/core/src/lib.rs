@@ -5,23 +5,22 @@
 //! depth.
 //!
 //! ```
-//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, SampleId, Samples, SourceMap};
+//! use selvedge_core::{Domain, Exemplars, Plane, Render, Role, SampleId, SourceMap};
 //! # fn main() -> Result<(), selvedge_core::Error> {
-//! let grey = Grid::from_vec(Domain::open([1, 3]), 1, vec![10_u8, 20, 30])?;
-//! let plane = Plane::new(Role::Scalar, Samples::U8(grey));
+//! let plane = Plane::of_bytes(Role::Scalar, [1, 3], 1, &[10, 20, 30])?; // one row of three, one channel
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;
 //!
 //! let mut map = SourceMap::unassigned(&exemplars, Domain::open([1, 2]))?;
 //! map.ids.plane_mut(0).copy_from_slice(&[SampleId::new(2), SampleId::new(0)]);
-//! let Samples::U8(out) = map.render(&[&plane])?.samples else { unreachable!() };
-//! assert_eq!(out.plane(0), [30, 10]);
+//! assert_eq!(map.render(&[&plane])?.to_bytes()?, [30, 10]);
 //! # Ok(())
 //! # }
 //! ```
 //!
 //! # Features
 //! `rayon` (default): work is split over the caller's pool; the result is the same without it. `image`: planes from
-//! buffers of the `image` crate (`Plane::try_from(&picture)`), and back.
+//! buffers of the `image` crate, version 0.25 (`Plane::try_from(&picture)`), back (`DynamicImage::try_from(&plane)`,
+//! then such as `into_rgb8()`), and masks from grey ones (`Grid::try_from(&picture)`).
 //!
 //! # Conventions
 //! Axes are listed slowest first: `[height, width]`, `[frames, height, width]`. Grids are planar: channel by channel,

@@ -10,7 +10,8 @@ use std::collections::BinaryHeap;
 
 impl<const D: usize> Costs<D> {
     /// The best, then the best of those at least `distance` samples away from it in the same source (as the crow flies,
-    /// the shorter way round along periodic axes), and so on: up to `k`, best first.
+    /// the shorter way round along periodic axes), and so on: up to `k`, best first. With a distance of 0 any may
+    /// follow.
     ///
     /// Takes `O(2^D positions + k distance log positions)` time and a bit over one byte a position: discs of half the
     /// distance about the picks do not overlap, so all discs about them cover every position at most `2^D` times.

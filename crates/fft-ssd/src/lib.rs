@@ -10,11 +10,10 @@
 //! 4. [`compare`](SsdSearcher::compare) tells the error at single places, as far as it matters.
 //!
 //! ```
-//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Samples};
+//! use selvedge_core::{Exemplars, Plane, Role};
 //! use selvedge_fft_ssd::{Costs, Placement, Scratch, SsdSearcher, Template};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let grey = Grid::from_vec(Domain::open([2, 4]), 1, vec![1_u8, 2, 3, 4, 5, 6, 7, 8])?;
-//! let plane = Plane::new(Role::Scalar, Samples::U8(grey));
+//! let plane = Plane::of_bytes(Role::Scalar, [2, 4], 1, &[1, 2, 3, 4, 5, 6, 7, 8])?;
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)])?;
 //!
 //! let searcher = SsdSearcher::new(&exemplars)?;

@@ -126,6 +126,8 @@ impl<'e, const D: usize> SsdSearcher<'e, D> {
 
     /// The error of the template at every position, into `costs`. After an error `costs` has no meaning.
     ///
+    /// A template that fits nowhere, such as one larger than every exemplar, leaves no positions: `best()` is `None`.
+    ///
     /// Takes `O(min(samples, log(samples)) * positions)`; see the crate's page for figures.
     ///
     /// # Errors

@@ -11,7 +11,24 @@ use crate::stats::Stats;
 use crate::weaver::weave_at;
 use crate::work::{Weighed, Work};
 
+/// Refuses other numbers of axes than one to three, at the line that calls what users call.
+const fn supported(axes: usize) {
+    assert!(1 <= axes && axes <= 3, "textures have one to three axes");
+}
+
 /// Synthesises an output from patches of the exemplars, cut along the best seams. `[Kwatra03 3, 4]`
+///
+/// An output that one exemplar covers is mostly a piece of it, since that has no seams at all; give
+/// [`Options::region`] and [`Options::reach`] for another weave. One to three axes: the line that asks for a fourth
+/// does not compile.
+///
+/// ```compile_fail,E0080
+/// use selvedge_core::{Domain, Exemplars, Run};
+/// use selvedge_graphcut_textures::{Options, graphcut};
+///
+/// let four = |e: &Exemplars<4>| graphcut(e, Domain::open([9; 4]), &Options::default(), &Run::seeded(0)).is_ok();
+/// None.map(four);
+/// ```
 ///
 /// # Errors
 /// Wrong options ([`Options::validate`]), an empty output, regions that no exemplar holds, and too little memory.
@@ -35,6 +52,7 @@ pub fn graphcut<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    const { supported(D) };
     let plan = plan(exemplars, output, None, options, &run.limits)?;
     let map = SourceMap::unassigned(exemplars, output)?;
     plan.weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
@@ -56,6 +74,7 @@ pub fn plan<const D: usize>(
     options: &Options<D>,
     limits: &Limits,
 ) -> Result<Plan<D>, Error> {
+    const { supported(D) };
     check(exemplars, output, options, limits)?;
     measured(exemplars, output, field, options)
 }
@@ -87,6 +106,7 @@ pub fn graphcut_from<const D: usize>(
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    const { supported(D) };
     let output = start.map.domain();
     start.check(exemplars)?;
     plan(exemplars, output, start.sources.as_ref(), options, &run.limits)?.weave(exemplars, start, options, run)

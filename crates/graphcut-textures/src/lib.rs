@@ -5,21 +5,20 @@
 //! with.
 //!
 //! ```
-//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_core::{Domain, Exemplars, Plane, Render, Role, Run};
 //! use selvedge_graphcut_textures::{Options, graphcut};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // A checkerboard with squares of four samples.
 //! let board = |y: u32, x: u32| if (y / 4 + x / 4) % 2 == 0 { b'#' } else { b'.' };
-//! let domain = Domain::open([20, 20]);
-//! let samples = domain.positions().map(|[y, x]| board(y, x)).collect();
-//! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//! let bytes: Vec<u8> = (0..20).flat_map(|y| (0..20).map(move |x| board(y, x))).collect();
+//! let exemplar = Plane::of_bytes(Role::Color, [20, 20], 1, &bytes)?;
 //!
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
 //! let woven = graphcut(&exemplars, Domain::open([8, 44]), &Options::default(), &Run::seeded(0))?;
 //! // The board goes on across every seam, so that seams cost nothing.
 //! assert_eq!(woven.stats.energy.last(), Some(&0));
-//! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
-//! assert!(out.plane(0).chunks(44).all(|row| String::from_utf8_lossy(row).contains("####....####....####")));
+//! let out = woven.result.render(&[&exemplar])?.to_bytes()?;
+//! assert!(out.chunks(44).all(|row| String::from_utf8_lossy(row).contains("####....####....####")));
 //! # Ok(())
 //! # }
 //! ```
@@ -32,8 +31,9 @@
 //!    the map; the cut may cover them, keep them or replace them.
 //! 3. The map is rendered bit for bit, or by `selvedge-blending` with its seams blended.
 //!
-//! Everything is written over the number of axes: clips are woven by the same code as pictures. Outputs may be periodic
-//! on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of sources.
+//! Everything is written over the number of axes, one to three: clips are woven by the same code as pictures. Outputs
+//! may be periodic on any axis. [`graphcut_from`] starts from what is there already, with fixed samples and a field of
+//! sources.
 //!
 //! [`video`] makes clips loop, by a jump whose seam is a surface in space and time.
 //! [`labels`] decides which of a few labels shows where: pictures that are merged, or one picture moved over itself.

@@ -8,6 +8,26 @@
 //!
 //! The columns say *why*; the preference decides between candidates of one exemplar and one size. It is not a mark that
 //! could be compared between exemplars.
+//!
+//! ```
+//! use selvedge_core::{Exemplars, Grid, Domain, Plane, Role, SimdLevel};
+//! use selvedge_metrics::{Judge, preference};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // A checkerboard with squares of four samples; more of it, and as many light and dark samples in rows.
+//! let board = |[y, x]: [u32; 2]| if (y / 4 + x / 4) % 2 == 0 { 200 } else { 40 };
+//! let rows = |[y, _]: [u32; 2]| if y % 2 == 0 { 200 } else { 40 };
+//! let bytes: Vec<u8> = Domain::open([40, 40]).positions().map(board).collect();
+//! let judge = Judge::new(&Exemplars::of(&[&[Plane::of_bytes(Role::Color, [40, 40], 1, &bytes)?]])?, SimdLevel::Auto)?;
+//! let output = Domain::open([64, 64]);
+//! let good = judge.columns(&Grid::from_vec(output, 1, output.positions().map(board).collect())?, None)?;
+//! let bad = judge.columns(&Grid::from_vec(output, 1, output.positions().map(rows).collect())?, None)?;
+//! assert!(preference(&good) > preference(&bad));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//! `rayon` (default): windows are compared on the caller's pool; the result is the same without it.
 #![forbid(unsafe_code)]
 
 mod columns;

@@ -5,20 +5,19 @@
 //! Encode one or more exemplars, choose the output's domain, call [`quilt`], and render the map that it answers with.
 //!
 //! ```
-//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_core::{Domain, Exemplars, Plane, Render, Role, Run};
 //! use selvedge_quilting::{Options, quilt};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // A checkerboard with squares of two samples.
 //! let board = |y: u32, x: u32| if (y / 2 + x / 2) % 2 == 0 { b'#' } else { b'.' };
-//! let domain = Domain::open([16, 16]);
-//! let samples = domain.positions().map(|[y, x]| board(y, x)).collect();
-//! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//! let bytes: Vec<u8> = (0..16).flat_map(|y| (0..16).map(move |x| board(y, x))).collect();
+//! let exemplar = Plane::of_bytes(Role::Color, [16, 16], 1, &bytes)?;
 //!
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
 //! let options = Options { block: Some(5), overlap: Some(2), ..Options::default() };
 //! let woven = quilt(&exemplars, Domain::open([4, 12]), &options, &Run::seeded(0))?;
-//! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
-//! let rows: Vec<_> = out.plane(0).chunks(12).map(String::from_utf8_lossy).collect();
+//! let out = woven.result.render(&[&exemplar])?.to_bytes()?;
+//! let rows: Vec<_> = out.chunks(12).map(String::from_utf8_lossy).collect();
 //! // The board goes on across every block's edge.
 //! assert!(rows.iter().all(|r| r.contains("##..##..##") || r.contains("..##..##..")), "{rows:#?}");
 //! # Ok(())

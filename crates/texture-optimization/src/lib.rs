@@ -5,18 +5,17 @@
 //! Encode one or more exemplars, choose the output's domain, call [`optimize`], and render what it answers with.
 //!
 //! ```
-//! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
+//! use selvedge_core::{Domain, Exemplars, Plane, Render, Role, Run};
 //! use selvedge_texture_optimization::{Options, optimize};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // Stripes of two samples.
-//! let domain = Domain::open([24, 24]);
-//! let samples = domain.positions().map(|[_, x]| if x / 2 % 2 == 0 { b'#' } else { b'.' }).collect();
-//! let exemplar = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 1, samples)?));
+//! let bytes: Vec<u8> = (0..24).flat_map(|_| (0..24).map(move |x| if x / 2 % 2 == 0 { b'#' } else { b'.' })).collect();
+//! let exemplar = Plane::of_bytes(Role::Color, [24, 24], 1, &bytes)?;
 //!
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&exemplar)])?;
 //! let woven = optimize(&exemplars, Domain::open([8, 12]), &Options::paper(), &Run::seeded(0))?;
-//! let Samples::U8(out) = woven.result.render(&[&exemplar])?.samples else { unreachable!() };
-//! let row = String::from_utf8_lossy(&out.plane(0)[..12]);
+//! let out = woven.result.render(&[&exemplar])?.to_bytes()?;
+//! let row = String::from_utf8_lossy(&out[..12]);
 //! assert!("#..##..##..##..#".contains(&*row), "{row}");
 //! # Ok(())
 //! # }
