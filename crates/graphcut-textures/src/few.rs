@@ -109,10 +109,9 @@ fn most<const D: usize>(source: &Source<D>) -> usize {
 }
 
 fn valid<const D: usize>(source: &Source<D>) -> Result<Vec<[u32; D]>, Error> {
+    let samples = || source.valid.iter().flat_map(|v| v.samples());
     let mut list = Vec::new();
-    for (at, _) in source.domain().positions().zip(source.valid.iter().flat_map(|v| v.samples())).filter(|(_, v)| **v) {
-        reserve(&mut list, 1)?;
-        list.push(at);
-    }
+    reserve(&mut list, samples().filter(|valid| **valid).count())?;
+    list.extend(source.domain().positions().zip(samples()).filter(|(_, valid)| **valid).map(|(at, _)| at));
     Ok(list)
 }

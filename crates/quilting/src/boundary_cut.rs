@@ -64,7 +64,8 @@ pub struct Cut {
 /// of which only those on the overlaps are looked at). `known` says which old samples there are; `None` for all on the
 /// overlaps.
 ///
-/// Two overlaps that face each other must not meet: `left + right <= w`, `top + bottom <= h`.
+/// Two overlaps that face each other must not meet: `left + right <= w`, `top + bottom <= h`. The errors of a block
+/// together are less than `2^62`; of larger ones the cut is some cut, but perhaps not the cheapest.
 ///
 /// Time `O(h * w)` for a cut that is open at both ends. A strip between two corners, where the output closes, is solved
 /// for each cell of its middle row: `O(side * overlap^2)` time and space for its paths, and `overlap^4` sums for a

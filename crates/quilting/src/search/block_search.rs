@@ -97,7 +97,8 @@ impl Search for BlockSearch<'_> {
         avoid: Avoid<'_>,
         scratch: &'s mut BlockScratch,
     ) -> Result<&'s [Candidate], Error> {
-        if let Some(few) = self.few.of(terms[0].template.shape())? {
+        let few = terms.first().map(|term| self.few.of(term.template.shape())).transpose()?.flatten();
+        if let Some(few) = few {
             let BlockScratch { places, all, found, .. } = scratch;
             let searchers = terms.iter().map(|term| self.searcher(term.space));
             compare(&few, searchers.zip(terms), places, all)?;

@@ -25,7 +25,7 @@ pub(super) struct Few<'e> {
 }
 
 /// By shape; `None` where many places hold a block.
-type Known = BTreeMap<[u32; 2], Option<Arc<[Place]>>>;
+type Known = BTreeMap<[u32; 2], Option<Arc<Vec<Place>>>>;
 
 impl<'e> Few<'e> {
     pub(super) fn new(exemplars: &'e Exemplars<2>) -> Self {
@@ -35,27 +35,27 @@ impl<'e> Few<'e> {
     }
 
     /// All places for a block, by source and position; `None` if they are not few.
-    pub(super) fn of(&self, shape: [u32; 2]) -> Result<Option<Arc<[Place]>>, Error> {
+    pub(super) fn of(&self, shape: [u32; 2]) -> Result<Option<Arc<Vec<Place>>>, Error> {
         if !self.is_masked {
             return Ok(None);
         }
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known.get(&shape) {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known().get(&shape) {
             return Ok(found.clone());
         }
+        // Who asks for a shape that is known does not wait; two who ask for a new one at once list the same.
         let found = self.list(shape)?;
-        known.insert(shape, found.clone());
-        Ok(found)
+        Ok(known().entry(shape).or_insert(found).clone())
     }
 
-    fn list(&self, shape: [u32; 2]) -> Result<Option<Arc<[Place]>>, Error> {
+    fn list(&self, shape: [u32; 2]) -> Result<Option<Arc<Vec<Place>>>, Error> {
         let mut all = Vec::new();
         for (number, source) in self.exemplars.sources().iter().enumerate() {
             let Some(places) = source.few_places(shape, self.most)? else { return Ok(None) };
             reserve(&mut all, places.len())?;
             all.extend(places.into_iter().map(|at| Place::new(number, at)));
         }
-        Ok((all.len() <= self.most).then(|| all.into()))
+        Ok((all.len() <= self.most).then(|| Arc::new(all)))
     }
 }
 
