@@ -3,20 +3,22 @@
 use selvedge_core::{Domain, Exemplars, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
-use crate::graphcut::{graphcut, plan};
+use crate::graphcut::plan;
+use crate::levels::empty;
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::stats::Stats;
 use crate::weaver::{Past, worked};
 
 /// An output that is covered, of which no seam was refined: a sixth of the work, from where [`refine`](Self::refine)
-/// goes on as if it had not stopped.
+/// goes on as if it had not stopped; at several levels it begins again, but measures nothing twice.
 #[derive(Clone, Debug)]
 pub struct Covered<const D: usize> {
     /// The map so far.
     pub woven: Woven<SourceMap<D>, Stats<D>>,
+    plan: Plan<D>,
     /// `None` at several levels, where nothing is left to go on from.
-    rest: Option<(Plan<D>, Past<D>)>,
+    past: Option<Past<D>>,
 }
 
 /// The first part of [`graphcut`]. At several levels it decides finer ones as well.
@@ -31,14 +33,14 @@ pub fn cover<const D: usize>(
 ) -> Result<Covered<D>, Error> {
     let plan = plan(exemplars, output, None, options, &run.limits)?;
     if plan.levels != 1 {
-        let woven = graphcut(exemplars, output, &Options { refine: Some(0), ..*options }, run)?;
-        return Ok(Covered { woven, rest: None });
+        let start = empty(exemplars, output)?;
+        let woven = plan.weave(exemplars, start, &Options { refine: Some(0), ..*options }, run)?;
+        return Ok(Covered { woven, plan, past: None });
     }
     run.limits.admit(output, plan.bytes(exemplars, output, options))?;
-    let map = SourceMap::unassigned(exemplars, output)?;
-    let start = Start { map, fixed: None, sources: None };
+    let start = empty(exemplars, output)?;
     let (woven, past) = worked(exemplars, start, &plan, options, run, |weaver| weaver.cover_all())?;
-    Ok(Covered { woven, rest: Some((plan, past)) })
+    Ok(Covered { woven, plan, past: Some(past) })
 }
 
 impl<const D: usize> Covered<D> {
@@ -56,8 +58,9 @@ impl<const D: usize> Covered<D> {
         if !self.woven.complete {
             return Ok(self.woven);
         }
-        let Some((plan, past)) = self.rest else {
-            return graphcut(exemplars, self.woven.result.domain(), options, run);
+        let (plan, Some(past)) = (self.plan, self.past) else {
+            let start = empty(exemplars, self.woven.result.domain())?;
+            return self.plan.weave(exemplars, start, options, run);
         };
         let start = Start { map: self.woven.result, fixed: None, sources: None };
         start.check(exemplars)?;

@@ -92,7 +92,8 @@ fn near_seams<const D: usize>(
     Ok((costs.total(map), complete))
 }
 
-fn empty<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Start<D>, Error> {
+/// Nothing is there yet.
+pub(crate) fn empty<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Start<D>, Error> {
     Ok(Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None })
 }
 

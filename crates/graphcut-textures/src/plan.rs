@@ -25,6 +25,8 @@ pub struct Plan<const D: usize> {
     /// What [`Placement::Auto`] chose by: the strength of the exemplars' clearest
     /// [lattice](selvedge_analysis::Lattice::strength) (1 = 1000).
     pub regularity: Option<f64>,
+    /// True if some exemplar was measured and is [orderly](selvedge_analysis::Texture::is_orderly).
+    pub is_orderly: bool,
     /// Sides of error regions. No region is longer than the output.
     pub region: [u32; D],
     /// How far patches may reach beyond their region along each axis.
@@ -111,8 +113,9 @@ impl<const D: usize> Plan<D> {
         let lies_apart = options.apart.is_none() && options.region.is_none() && options.placement != Placement::Random;
         let chooses = lies_apart || options.placement == Placement::Auto;
         let measured = if chooses && D != CLIP { Texture::of_each(exemplars)? } else { Vec::new() };
+        let is_orderly = measured.iter().any(Texture::is_orderly);
         let placement = match options.placement {
-            Placement::Auto if few_copies && !named || measured.iter().any(Texture::is_orderly) => Placement::Entire,
+            Placement::Auto if few_copies && !named || is_orderly => Placement::Entire,
             Placement::Auto => Placement::Sub,
             chosen => chosen,
         };
@@ -134,7 +137,23 @@ impl<const D: usize> Plan<D> {
             chosen => chosen,
         };
         let levels = sizes(exemplars, output, &measured, options)?;
-        Ok(Self { placement, regularity, region: sides, reach, variety, apart, stutter, levels, scale, longest })
+        let region = sides;
+        Ok(Self { placement, regularity, is_orderly, region, reach, variety, apart, stutter, levels, scale, longest })
+    }
+
+    /// Options that leave nothing to choose: what they plan is this, without measuring anything.
+    #[must_use]
+    pub fn chosen(&self, options: &Options<D>) -> Options<D> {
+        Options {
+            placement: self.placement,
+            region: Some(self.region),
+            reach: Some(self.reach),
+            variety: Some(self.variety),
+            apart: Some(self.apart),
+            stutter: self.stutter,
+            levels: Some(self.levels),
+            ..*options
+        }
     }
 
     /// The same at the size of these exemplars, the coarsest.

@@ -2,7 +2,6 @@
 
 use crate::error::Error;
 use crate::sizes::shortest;
-use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Domain, Exemplars, Limits, Run, SourceMap, Woven};
 use selvedge_graphcut_textures as graphcut;
 use std::fmt::Debug;
@@ -149,46 +148,44 @@ fn used(options: &graphcut::Options<2>, stats: &graphcut::Stats<2>) -> Used {
     used
 }
 
-/// True if some exemplar is better laid by how whole patches agree.
-pub(crate) fn is_orderly(exemplars: &Exemplars<2>) -> Result<bool, Error> {
-    Ok(Texture::of_each(exemplars).map_err(Error::Analysis)?.iter().any(Texture::is_orderly))
-}
-
 /// What is tried of exemplars, the likeliest first: graph cuts by default, which know the kind of the texture and how
 /// much larger the output is, and regions between theirs and the whole exemplar, with as much reach.
 ///
 /// Two readers ranked such candidates of 24 textures at twice the sides and of ten at four times, blind. Quilts, with
 /// blocks of three eighths and a half, were last but one of six: preference takes them too often, so they are not among
 /// these. Whole patches are not where many copies would show, however much preference likes them there.
+///
+/// Which they are follows from what is measured, or from how `orderly` they are known to be; that is answered as well.
 pub(crate) fn of_kind(
     exemplars: &Exemplars<2>,
     output: Domain<2>,
-    orderly: bool,
+    orderly: Option<bool>,
     limits: &Limits,
-) -> Result<Vec<Box<dyn Candidate>>, Error> {
-    // Who names a region says how far patches lie apart: here as far as in the first, which is one region.
+) -> Result<(Vec<Box<dyn Candidate>>, bool), Error> {
     let usual = graphcut::Options::default();
-    let first = if orderly { None } else { Some(graphcut::plan(exemplars, output, None, &usual, limits)?) };
-    let apart =
-        first.map_or(usual, |first| graphcut::Options { apart: Some(first.apart), stutter: first.stutter, ..usual });
-    Ok(of_kind_by(exemplars, orderly, apart))
+    // Exemplars are measured here, once for all candidates.
+    let plan = graphcut::plan(exemplars, output, None, &usual, limits)?;
+    let orderly = orderly.unwrap_or(plan.is_orderly);
+    Ok((of_kind_by(exemplars, orderly, plan.chosen(&usual)), orderly))
 }
 
-/// The same, the second of which keeps patches apart as these options have it.
+/// The same, of which the first has these options.
 pub(crate) fn of_kind_by(
     exemplars: &Exemplars<2>,
     orderly: bool,
-    apart: graphcut::Options<2>,
+    first: graphcut::Options<2>,
 ) -> Vec<Box<dyn Candidate>> {
     // The exemplar that is longest on its lesser side holds a region of that side.
     let between = Some([(shortest(exemplars).max().unwrap_or(1) * 3 / 8).max(1); 2]);
+    let second = graphcut::Options { reach: between, variety: None, ..first };
     let second = if orderly {
-        graphcut::Options { placement: graphcut::Placement::Entire, reach: between, ..apart }
+        graphcut::Options { placement: graphcut::Placement::Entire, ..second }
     } else {
-        graphcut::Options { placement: graphcut::Placement::Sub, region: between, reach: between, ..apart }
+        // Patches lie as far apart as in the first, whose region is less.
+        graphcut::Options { placement: graphcut::Placement::Sub, region: between, ..second }
     };
     let candidate = |options| Box::new(Graphcut(options)) as Box<dyn Candidate>;
-    [graphcut::Options::default(), second].map(candidate).into()
+    [first, second].map(candidate).into()
 }
 
 /// A map once more, where there is memory for it.
@@ -205,7 +202,7 @@ mod tests {
     fn the_second_lies_as_far_apart_as_the_first() {
         let e = Exemplars::of(&[&[cobbles()]]).unwrap();
         let second = |side| {
-            let all = of_kind(&e, Domain::open([side; 2]), false, &Limits::default()).unwrap();
+            let all = of_kind(&e, Domain::open([side; 2]), None, &Limits::default()).unwrap().0;
             format!("{:?}", all[1])
         };
         // The first chooses it by itself.

@@ -6,9 +6,6 @@ use selvedge_core::ErrorKind;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// What the analysis of the exemplars says.
-    #[error(transparent)]
-    Analysis(#[from] selvedge_analysis::Error),
     /// What graph cuts say.
     #[error(transparent)]
     Graphcut(#[from] selvedge_graphcut_textures::Error),
@@ -24,7 +21,6 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Analysis(e) => e.kind(),
             Self::Graphcut(e) => e.kind(),
             Self::Metrics(e) => e.kind(),
             Self::Core(e) => e.kind(),
@@ -34,7 +30,6 @@ impl Error {
     /// What to do about it, in terms of the data.
     pub fn remedy(&self) -> String {
         match self {
-            Self::Analysis(e) => e.remedy(),
             Self::Graphcut(e) => e.remedy(),
             Self::Metrics(e) => e.remedy(),
             Self::Core(e) => e.remedy(),

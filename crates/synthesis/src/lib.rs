@@ -22,7 +22,7 @@ use selvedge_core::{
 };
 use selvedge_metrics::{Columns, Judge, preference};
 
-use candidate::{is_orderly, of_kind, of_kind_by};
+use candidate::{of_kind, of_kind_by};
 use sizes::Sizes;
 
 /// Options of [`synthesize`].
@@ -89,7 +89,7 @@ pub struct Stats {
 ///
 /// # Errors
 /// Of the core [`Amount`](selvedge_core::Error::Amount); the first candidate's if all fail; [`Error::Core`],
-/// [`Error::Analysis`] and [`Error::Metrics`] if memory is short.
+/// [`Error::Graphcut`] and [`Error::Metrics`] if memory is short.
 ///
 /// # Events
 /// `"synthesize"` after each round, with how many drafts and candidates are done.
@@ -120,16 +120,19 @@ pub fn synthesize(
     if bench.judge.is_none() {
         // Nothing to choose by: the likeliest, which is first of any kind.
         bench.of = 1;
-        let all = of_kind(exemplars, output, false, &run.limits)?;
+        let (all, _) = of_kind(exemplars, output, None, &run.limits)?;
         let only = Chosen { turn: Turn::new(0, all.len(), run.seed), preference: 0.0, rest: None };
         bench.finish(&all, vec![only], &mut best)?;
         return best.answer();
     }
-    let orderly = is_orderly(exemplars)?;
-    let all = of_kind(exemplars, output, orderly, &run.limits)?;
+    let (all, orderly) = of_kind(exemplars, output, None, &run.limits)?;
     let turns: Vec<Turn> = (0..drafts).map(|i| Turn::new(i, all.len(), run.seed)).collect();
-    let small = of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), orderly, &run.limits)?;
-    let chosen = bench.draft(&small, &turns, finished, &mut best)?;
+    let small = if bench.sizes.are_several() {
+        Some(of_kind(bench.sizes.small(exemplars), bench.sizes.output(output), Some(orderly), &run.limits)?.0)
+    } else {
+        None
+    };
+    let chosen = bench.draft(small.as_ref().unwrap_or(&all), &turns, finished, &mut best)?;
     bench.finish(&all, chosen, &mut best)?;
     let mut woven = best.answer()?;
     if bench.sizes.are_several() && woven.stats.tried[woven.stats.kept].draft {
@@ -303,8 +306,10 @@ pub fn estimate(
     let halves: Bytes = sizes.halves().iter().map(|half| sampled(half, channels + 1)).sum();
     let shown = Domain::open(output.shape.map(|side| side.min(SEEN)));
     let pictures = Bytes::of_samples(shown, channels) * (drafts + finished) as u64;
-    // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most.
-    let waiting = Bytes::of_samples(to, 12) * finished as u64;
+    // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most; where masks
+    // leave single samples one for each.
+    let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
+    let waiting = Bytes::of_samples(to, if masked { 4 + 32 } else { 12 }) * finished as u64;
     let judge = if is_compared { sampled(small, 40) } else { Bytes(0) };
     Ok(halves + judge + made + waiting + Bytes::of_samples(output, 4) + pictures)
 }

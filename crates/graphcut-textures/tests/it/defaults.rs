@@ -72,6 +72,26 @@ fn a_patch_may_stutter_once_where_few_copies_show() {
     }
 }
 
+#[test]
+fn what_was_chosen_is_woven_without_choosing_again() {
+    let limits = Run::<2>::seeded(0).limits;
+    for (e, sides) in [(of(&cobbles()), [400, 600]), (of(&weave()), [300, 600]), (of(&planks()), [200, 400])] {
+        for side in sides {
+            let (output, usual) = (Domain::open([side, side + 20]), Options { refine: Some(2), ..Options::default() });
+            let planned = plan(&e, output, None, &usual, &limits).unwrap();
+            let chosen = planned.chosen(&usual);
+            let again = plan(&e, output, None, &chosen, &limits).unwrap();
+            assert_eq!((again.regularity, again.is_orderly), (None, false), "nothing is measured");
+            let regularity = planned.regularity;
+            assert_eq!(again.chosen(&usual), chosen);
+            let woven = |options| graphcut(&e, output, options, &Run::seeded(1)).unwrap();
+            let (first, second) = (woven(&usual), woven(&chosen));
+            assert_eq!(first.result, second.result, "{side}");
+            assert_eq!(first.stats, selvedge_graphcut_textures::Stats { regularity, ..second.stats });
+        }
+    }
+}
+
 /// Of the moves by less than `near` samples between patches that meet, the share that was made before, in any step of
 /// four samples: what stripes consist of.
 fn made_again(map: &SourceMap<2>, near: u32) -> f64 {
