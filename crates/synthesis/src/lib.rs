@@ -17,8 +17,8 @@ pub use candidate::{Candidate, Draft, Graphcut, Rest, Used};
 pub use error::Error;
 
 use selvedge_core::{
-    Bytes, Domain, ErrorKind, Event, Exemplars, Grid, Limits, Observer, Run, SampleId, Seed, SourceMap, Woven, par,
-    try_vec,
+    Bytes, Domain, Error as CoreError, ErrorKind, Event, Exemplars, Grid, Limits, Observer, Run, SampleId, Seed,
+    SourceMap, Woven, par, try_vec,
 };
 use selvedge_metrics::{Columns, Judge, preference};
 
@@ -109,10 +109,7 @@ pub fn synthesize(
     let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
     let judge = match is_compared.then(|| Judge::new(sizes.small(exemplars), run.simd)).transpose() {
         // Masks that leave no whole block at a half of the size, such as noise, leave nothing to compare.
-        Err(
-            selvedge_metrics::Error::TooSmall { .. }
-            | selvedge_metrics::Error::Core(selvedge_core::Error::NothingValid),
-        ) => None,
+        Err(selvedge_metrics::Error::TooSmall { .. } | selvedge_metrics::Error::Core(CoreError::NothingValid)) => None,
         judge => judge?,
     };
     let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 };
