@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
+use selvedge_core::{Bytes, Domain, Encoder, Event, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
 use selvedge_io::Info;
 use selvedge_metrics::{Columns, Judge, preference};
 use serde_json::{Value, json};
@@ -55,7 +55,8 @@ impl Score {
         report.estimate = Some(needed.0);
         let planes = self.read(session, &files, &mut report)?;
         report.stage("read");
-        let scored = self.scored(&planes, &maps)?;
+        let scored = self.scored(session, &planes, &maps)?;
+        session.watch.finish();
         report.stage("score");
         report.stats = json!({ "outputs": scored.iter().map(Scored::json).collect::<Vec<_>>() });
         Ok(Done::answered(report, text(&scored)))
@@ -100,13 +101,20 @@ impl Score {
     }
 
     /// All outputs, best first; equal ones in the order given.
-    fn scored(&self, planes: &[Plane<2>], maps: &[SourceMap<2>]) -> Result<Vec<Scored>, Failure> {
+    fn scored(
+        &self,
+        session: &Session<'_>,
+        planes: &[Plane<2>],
+        maps: &[SourceMap<2>],
+    ) -> Result<Vec<Scored>, Failure> {
         let (exemplars, outputs) = planes.split_at(self.exemplar.len());
         let slices: Vec<&[Plane<2>]> = exemplars.iter().map(std::slice::from_ref).collect();
         let encoder = Encoder::fit(&slices)?;
         let mut judge: Option<(Vec<Vec<Transform>>, Judge)> = None;
         let mut scored = Vec::new();
         for (i, output) in outputs.iter().enumerate() {
+            session.check_signal()?;
+            session.run::<2>().observer.event(&Event::step("score", i as u64, outputs.len() as u64));
             let about = |f: Failure| f.about(&self.outputs[i]);
             let transforms = transforms(maps.get(i), exemplars.len());
             // Exemplars are prepared again only for a map with other orientations.

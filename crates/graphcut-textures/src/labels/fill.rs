@@ -7,7 +7,8 @@
 //! 17.6, 15.1, 25.1 and 14.1.
 
 use selvedge_core::{
-    Bytes, Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Woven,
+    Bytes, Domain, Error as CoreError, Event, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start,
+    Woven,
 };
 use selvedge_core::{reserve, try_vec};
 
@@ -125,6 +126,9 @@ pub fn fill<const D: usize>(
     if stats.filled == 0 {
         return Ok(Woven { result: start.map, stats, complete: true });
     }
+    // Offsets are looked for, and all labels tried once, before the first one shows anywhere: two seconds of a
+    // photograph.
+    run.observer.event(&Event::step("labels", 0, 0));
     let levels = levels(exemplars, start.map, start.sources, options)?;
     stats.levels = levels.len() as u32;
     let labelled = labelled(&levels, options, run, &mut stats)?;
