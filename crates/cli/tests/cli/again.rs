@@ -140,4 +140,7 @@ fn inputs_of_one_name_are_never_taken_for_each_other_in_silence() {
     fs::rename(folder.path("b/x.png"), folder.path("b/y.png")).unwrap();
     folder.run("again out.png -o no.png --look-in a b").refused(3, &["x.png", "selvedge info"]);
     assert!(!folder.path("no.png").exists());
+    // Of another format no bytes were promised.
+    let said = folder.run("again out.png -o other.tif --look-in a b").done();
+    assert!(said.stderr.contains("had the name 'x.png'"), "{said:?}");
 }
