@@ -71,31 +71,54 @@ pub(crate) fn planned(exemplars: &Exemplars<2>, output: Domain<2>, grid: &BlockG
     Bytes(A_RUN) + halves + search + lists + block * workers + woven
 }
 
-/// The same of a planned transfer: its grids of blocks, pass by pass.
+/// The same of a planned transfer: its grids of blocks, pass by pass, and how often exemplars are halved for each.
 pub(crate) fn planned_transfer(
     exemplars: &Exemplars<2>,
     guide_channels: usize,
     output: Domain<2>,
-    grids: &[BlockGrid],
+    passes: &[(BlockGrid, u32)],
 ) -> Bytes {
-    let (channels, masked, whole) = (exemplars.channels(), exemplars.is_masked(), exemplars.domains());
-    let wave = grids.iter().map(BlockGrid::longest_wave).max().unwrap_or(1);
-    let workers = at_once(places(&whole)).min(threads() as u64).min(wave as u64);
+    let most = passes.iter().map(|(_, halvings)| *halvings).max().unwrap_or(0);
+    let at = |halvings: u32| {
+        let grids: Vec<&BlockGrid> = passes.iter().filter(|(_, n)| *n == halvings).map(|(grid, _)| grid).collect();
+        if grids.is_empty() { Bytes(0) } else { steered(exemplars, guide_channels, &grids, halvings) }
+    };
+    let searched = (0..=most).map(at).max().unwrap_or_default();
+    let laid = passes.iter().map(|(grid, _)| grid.len()).max().unwrap_or(0) as u64;
+    let woven = Bytes(laid) * A_BLOCK + Bytes::of_samples(output, 2 * 4 + 1);
+    let marks = Bytes(if exemplars.is_masked() { places(&exemplars.domains()) } else { 0 }) * A_MASK;
+    Bytes(A_RUN) + searched + marks + woven
+}
+
+/// Passes of a transfer that look for blocks in exemplars that were halved so often.
+fn steered(exemplars: &Exemplars<2>, guide_channels: usize, grids: &[&BlockGrid], halvings: u32) -> Bytes {
+    let (channels, masked, mut searched) = (exemplars.channels(), exemplars.is_masked(), exemplars.domains());
+    let mut halves = Bytes(0);
+    for _ in 0..halvings {
+        searched.iter_mut().for_each(|domain| *domain = domain.coarser());
+        let each = (channels + guide_channels) as u64;
+        halves += searched.iter().map(|domain| Bytes::of_samples(*domain, each)).sum();
+    }
+    let wave = grids.iter().map(|grid| grid.longest_wave()).max().unwrap_or(1);
+    let workers = at_once(places(&searched)).min(threads() as u64).min(wave as u64);
     // What agrees with the pass before is all of a block, and so is what the guide says.
-    let overlaps: Vec<_> = grids.iter().flat_map(BlockGrid::templates).collect();
+    let small = |(shape, samples): ([u32; 2], u64)| {
+        let small = (0..halvings).fold(shape, |shape, _| half(shape));
+        let all = small.map(u64::from).iter().product();
+        (small, if halvings == 0 { samples } else { all })
+    };
+    let templates: Vec<_> = grids.iter().flat_map(|grid| grid.templates()).collect();
+    let overlaps: Vec<_> = templates.iter().copied().map(small).collect();
     let blocks: Vec<_> =
         overlaps.iter().map(|&(shape, _)| (shape, u64::from(shape[0]) * u64::from(shape[1]))).collect();
     let all: Vec<_> = overlaps.iter().chain(&blocks).copied().collect();
-    let search = searches(&whole, channels, masked, 2 * workers, &all)
-        + searches(&whole, guide_channels, masked, workers, &blocks);
-    let samples = blocks.iter().map(|(_, samples)| *samples).max().unwrap_or(0);
+    let search = searches(&searched, channels, masked, 2 * workers, &all)
+        + searches(&searched, guide_channels, masked, workers, &blocks);
+    let samples = templates.iter().map(|(shape, _)| u64::from(shape[0]) * u64::from(shape[1])).max().unwrap_or(0);
     let compared = (2 * channels + guide_channels) as u64;
     let block = Bytes(samples) * (A_CUT + compared + A_TAP * compared);
-    let lists = Bytes(places(&whole)) * (A_CANDIDATE + AN_ERROR) * workers
-        + Bytes(if masked { places(&whole) } else { 0 }) * A_MASK;
-    let laid = grids.iter().map(BlockGrid::len).max().unwrap_or(0) as u64;
-    let woven = Bytes(laid) * A_BLOCK + Bytes::of_samples(output, 2 * 4 + 1);
-    Bytes(A_RUN) + search + lists + block * workers + woven
+    let lists = Bytes(places(&searched)) * (A_CANDIDATE + AN_ERROR) * workers;
+    halves + search + lists + block * workers
 }
 
 /// Searches of so many workers for some templates: shapes, each with the samples of it that are compared.

@@ -116,7 +116,7 @@ impl<'e> Plan<'e> {
         run.limits.admit(self.output, self.bytes())?;
         if self.options.search == SearchBy::Auto {
             let reduced = Reduced::new(self.exemplars, self.overlap)?;
-            if let Some(search) = FromAbove::new(self.exemplars, &reduced, run.simd)? {
+            if let Some(search) = FromAbove::new(self.exemplars, &reduced, None, run.simd)? {
                 return self.weave_by(search, run);
             }
         }

@@ -7,10 +7,10 @@ use selvedge_core::{Bytes, Domain, Exemplars, Guide, Run, SourceMap, Woven, par}
 use crate::block_grid::BlockGrid;
 use crate::estimate::planned_transfer;
 use crate::fit::{check_fit, check_places};
-use crate::options::{Continuation, Error, Stage, per_mille};
+use crate::options::{Continuation, Error, SearchBy, Stage, per_mille};
 use crate::pass::{Pass, Progress};
-use crate::quilter::Quilter;
-use crate::search::{BlockSearch, Search};
+use crate::quilter::{Counts, Quilter};
+use crate::search::{BlockSearch, FromAbove, Reduced, Search, halvings_of_whole};
 use crate::steering::Steering;
 use crate::transfer_options::{PassPlan, TransferOptions, suggest_transfer_block};
 
@@ -87,9 +87,19 @@ impl<'e> TransferPlan<'e> {
 
     /// The same with blocks of the same sizes for another output.
     pub fn bytes_of(&self, output: Domain<2>) -> Bytes {
-        let grids: Vec<BlockGrid> =
-            self.passes.iter().map(|pass| BlockGrid::new(output, pass.block, pass.overlap)).collect();
-        planned_transfer(self.exemplars, self.guide.weights().len(), output, &grids)
+        let pass = |pass: &PassPlan| (BlockGrid::new(output, pass.block, pass.overlap), self.halvings_of(pass));
+        let passes: Vec<(BlockGrid, u32)> = self.passes.iter().map(pass).collect();
+        planned_transfer(self.exemplars, self.guide.weights().len(), output, &passes)
+    }
+
+    /// How often exemplars may be halved before blocks of the first pass are looked for in them
+    /// ([`SearchBy::Auto`]): 0 if they are small or have masks.
+    pub fn halvings(&self) -> u32 {
+        self.passes.first().map_or(0, |pass| halvings_of_whole(self.exemplars, pass.block))
+    }
+
+    fn halvings_of(&self, pass: &PassPlan) -> u32 {
+        if self.options.search == SearchBy::Auto { halvings_of_whole(self.exemplars, pass.block) } else { 0 }
     }
 
     /// Lays the blocks of all passes.
@@ -98,11 +108,24 @@ impl<'e> TransferPlan<'e> {
     /// What only the work can show: masks that leave no place for a cropped block, or no memory.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
         run.limits.admit(self.output(), self.bytes())?;
-        self.weave_by(BlockSearch::new(self.exemplars, Some(&self.guide), run.simd)?, run)
+        let exact = BlockSearch::new(self.exemplars, Some(&self.guide), run.simd)?;
+        self.lay_passes(|number, last, progress, map| {
+            let pass = self.pass(number, last, progress, run);
+            let n = self.halvings_of(&self.passes[number]);
+            let of = |exemplars: &Exemplars<2>| Reduced::times(exemplars, n);
+            let (reduced, guide) = (of(self.exemplars)?, of(self.guide.exemplars())?);
+            match FromAbove::new(self.exemplars, &reduced, Some((&self.guide, &guide)), run.simd)? {
+                Some(search) => lay(&search, pass, run, map),
+                None => lay(&exact, pass, run, map),
+            }
+        })
     }
 
-    /// The same by any search.
-    fn weave_by(&self, search: impl Search, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
+    /// All passes, each laid by `lay`: number, what the last one laid, progress, and the map to lay on.
+    fn lay_passes(
+        &self,
+        mut lay: impl FnMut(usize, Option<&SourceMap<2>>, Progress, &mut SourceMap<2>) -> Result<(Counts, bool), Error>,
+    ) -> Result<Woven<SourceMap<2>, TransferStats>, Error> {
         let unassigned = || SourceMap::unassigned(self.exemplars, self.output());
         let mut map = unassigned()?;
         // What the last pass laid, while the next one lays over it.
@@ -116,9 +139,8 @@ impl<'e> TransferPlan<'e> {
                 last.ids.plane_mut(0).copy_from_slice(map.ids.plane(0));
                 &*last
             });
-            let mut quilter = Quilter::new(&search, self.pass(number, last, progress, run), run, &mut map)?;
-            complete = quilter.lay_all()?;
-            let counts = quilter.counts;
+            let counts;
+            (counts, complete) = lay(number, last, progress, &mut map)?;
             stats.passes.push(PassStats {
                 block: plan.block,
                 overlap: plan.overlap,
@@ -173,6 +195,18 @@ impl<'e> TransferPlan<'e> {
     }
 }
 
+/// Lays the blocks of a pass by any search; whether it came to its end.
+fn lay(
+    search: &impl Search,
+    pass: Pass<'_>,
+    run: &Run<'_, 2>,
+    map: &mut SourceMap<2>,
+) -> Result<(Counts, bool), Error> {
+    let mut quilter = Quilter::new(search, pass, run, map)?;
+    let complete = quilter.lay_all()?;
+    Ok((quilter.counts, complete))
+}
+
 /// Quilts an output of the target's size that follows the target. `[Efros01 3]`
 ///
 /// Each block is drawn from all those of all sources whose error is within the tolerance of the least, where the error
@@ -190,7 +224,8 @@ impl<'e> TransferPlan<'e> {
 /// # Complexity
 /// A block takes `O(positions * block samples * channels)` as long as it is small (see the crate's page for figures),
 /// so a pass `O(output samples * exemplar samples * channels)` times what its blocks overlap; the last pass, with the
-/// smallest blocks, takes most. Space `O(output + exemplars)`.
+/// smallest blocks, takes most. Large exemplars without masks are searched at a fraction of the size first, unless
+/// [all places](SearchBy::Exact) are asked for: that takes a sixteenth for each halving. Space `O(output + exemplars)`.
 ///
 /// # Determinism
 /// The map follows from exemplars, guide, options and seed alone: errors are integers (fixed point). Block number `i`
@@ -265,7 +300,10 @@ mod tests {
             let plain = PlainSearch::new(&exemplars, Some(&guide));
             let plan = TransferPlan::new(&exemplars, Cow::Borrowed(&guide), &options, &run).unwrap();
             assert!(plan.blocks().eq(fast.stats.passes.iter().map(|p| p.block)));
-            let plain = plan.weave_by(plain, &run).unwrap();
+            let laid = plan.lay_passes(|number, last, progress, map| {
+                lay(&plain, plan.pass(number, last, progress, &run), &run, map)
+            });
+            let plain = laid.unwrap();
             assert_eq!(fast.stats, plain.stats);
             assert_eq!(fast.result, plain.result);
             assert_eq!(fast.result.holes(), 0);

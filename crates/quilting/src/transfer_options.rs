@@ -2,7 +2,7 @@
 
 use selvedge_core::{Domain, Error as CoreError, Exemplars};
 
-use crate::options::{Error, check_spread, check_tolerance};
+use crate::options::{Error, SearchBy, check_spread, check_tolerance};
 
 /// Most passes. Blocks of 65,535 samples, the longest side of a picture, are at their smallest in the 25th; more passes
 /// only repeat the last.
@@ -31,18 +31,20 @@ pub struct TransferOptions {
     /// From 0 (whatever fits best, as in the paper) to 10. Default: 0.1, which shows more than one piece of an exemplar
     /// whose darkest or lightest place is small.
     pub spread: f64,
+    /// How blocks are looked for in large exemplars; [`SearchBy::Exact`] for all places, as in the paper.
+    pub search: SearchBy,
 }
 
 impl Default for TransferOptions {
     fn default() -> Self {
-        Self { block: None, passes: 5, alpha: None, tolerance: 0.1, spread: 0.1 }
+        Self { block: None, passes: 5, alpha: None, tolerance: 0.1, spread: 0.1, search: SearchBy::Auto }
     }
 }
 
 impl TransferOptions {
     /// The paper, to the letter; the block is left to the user there, and to [`suggest_transfer_block`] here.
     pub fn paper() -> Self {
-        Self { spread: 0.0, ..Self::default() }
+        Self { spread: 0.0, search: SearchBy::Exact, ..Self::default() }
     }
 
     /// Checks what can be checked without an exemplar.

@@ -59,11 +59,6 @@ impl<'e> BlockSearch<'e> {
         draw(self, terms, preference, rng, scratch)
     }
 
-    /// Channels of the texture.
-    pub(super) fn channels(&self) -> usize {
-        self.texture.channels()
-    }
-
     /// What a term is compared with.
     fn searcher(&self, space: Space) -> &SsdSearcher<'e, 2> {
         match space {

@@ -7,12 +7,12 @@ use std::borrow::Cow;
 
 use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain, Guide};
-use selvedge_quilting::{PassStats, TransferOptions, TransferPlan, TransferStats};
+use selvedge_quilting::{PassStats, SearchBy, TransferOptions, TransferPlan, TransferStats};
 use serde_json::json;
 
 use self::followed::FollowArgs;
 use crate::blending::Blending;
-use crate::commands::quilt::failure;
+use crate::commands::quilt::{SearchArg, failure};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::{Method, Planned};
@@ -57,7 +57,10 @@ pub(crate) struct Transfer {
     /// which each sample is counted.
     #[arg(long, value_name = "S")]
     spread: Option<f64>,
-    /// The paper to the letter: --tolerance 0.1 --spread 0.
+    /// Where blocks are looked for: everywhere, or, in exemplars from 384 px on, at a fraction of the size first.
+    #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchArg::Auto)]
+    search: SearchArg,
+    /// The paper to the letter: --tolerance 0.1 --spread 0 --search exact.
     #[arg(long)]
     paper: bool,
     #[command(flatten)]
@@ -65,7 +68,7 @@ pub(crate) struct Transfer {
 }
 
 /// Options of one method alone.
-const OF_BLOCKS: [&str; 4] = ["block", "passes", "alpha", "tolerance"];
+const OF_BLOCKS: [&str; 5] = ["block", "passes", "alpha", "tolerance", "search"];
 const OF_LABELS: [&str; 2] = ["constraint-weight", "neighborhood"];
 
 /// What a picture is put together from.
@@ -127,6 +130,9 @@ impl Transfer {
         let sides: Vec<u32> = plan.blocks().collect();
         let used = self.followed.used(loom).set("block", sides.first().copied()).set("spread", options.spread);
         let used = OF_LABELS.into_iter().fold(used.without("method"), Used::without);
+        // Small ones are searched alike.
+        let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
+        let used = if exact { used } else { used.without("search") };
         Ok(Planned::new(used, how("blocks", &sides), move || {
             let woven = plan.weave(&run).map_err(|e| failure(loom, e))?;
             let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
@@ -143,6 +149,7 @@ impl Transfer {
             alpha: self.alpha,
             tolerance: self.tolerance,
             spread: self.spread.unwrap_or(TransferOptions::default().spread),
+            search: self.search.into(),
         }
     }
 }

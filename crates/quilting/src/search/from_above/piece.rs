@@ -42,6 +42,10 @@ impl Piece {
         !self.mask.contains(&true)
     }
 
+    pub(super) fn shape(&self) -> [u32; 2] {
+        self.shape
+    }
+
     pub(super) fn template(&self) -> Template<'_, 2> {
         Template::new(self.shape, &self.features).masked(&self.mask)
     }

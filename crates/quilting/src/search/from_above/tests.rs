@@ -45,7 +45,7 @@ fn the_least_error_from_above_is_near_the_least_of_all() {
         let plane = noise(&mut rng, [220, 260]);
         let e = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
         let reduced = Reduced::times(&e, 2).unwrap();
-        let fast = FromAbove::new(&e, &reduced, SimdLevel::Auto).unwrap().unwrap();
+        let fast = FromAbove::new(&e, &reduced, None, SimdLevel::Auto).unwrap().unwrap();
         let exact = BlockSearch::new(&e, None, SimdLevel::Auto).unwrap();
         for _ in 0..3 {
             let (features, mask) = overlap(&mut rng, &e, 60, 17);
@@ -61,13 +61,70 @@ fn the_least_error_from_above_is_near_the_least_of_all() {
     assert!(all * 19 <= near * 20, "{near} of {all} within a twentieth");
 }
 
+/// What a block of a transfer agrees with: its overlap, what lies under it, and a guide of its luminance.
+fn of_transfer(rng: &mut Rng, e: &Exemplars<2>, side: u32, is_first: bool) -> Vec<(Space, Vec<u8>, Vec<bool>, u64)> {
+    let features = &e.sources()[0].features;
+    let [h, w] = features.domain().shape;
+    let whole = Domain::open([side; 2]);
+    let (overlapped, mask) = overlap(rng, e, side, (side / 6).max(2));
+    let cut = |[y, x]: [u32; 2], c: usize| whole.positions().map(move |p| features.get(c, [y + p[0], x + p[1]]));
+    let [under, asked] = [(); 2].map(|()| [rng.below(h - side), rng.below(w - side)]);
+    let mut terms = vec![(Space::Texture, overlapped, mask, 3)];
+    if !is_first {
+        let under = (0..3).flat_map(|c| cut(under, c)).collect();
+        terms.push((Space::Texture, under, vec![true; whole.len()], 3));
+    }
+    terms.push((Space::Guide, cut(asked, 0).collect(), vec![true; whole.len()], 9));
+    terms
+}
+
+#[test]
+fn of_several_terms_the_least_error_from_above_is_near_the_least_of_all() {
+    for (side, is_first) in [(36, true), (24, false), (16, false), (11, false), (7, false)] {
+        let (mut near, mut all) = (0, 0);
+        for case in 0..10 {
+            let mut rng = Seed(case).derive("several", side.into()).rng();
+            let plane = noise(&mut rng, [220, 260]);
+            let e = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+            let domain = e.sources()[0].domain();
+            let map = Grid::from_vec(domain, 1, e.sources()[0].features.plane(0).to_vec()).unwrap();
+            let guide = Guide::new(&e, std::slice::from_ref(&map), map.clone()).unwrap();
+            // As often as of one that is large enough.
+            let times = (1..3).take_while(|&n| is_seen_whole(side, n)).last().unwrap_or(0);
+            let [reduced, of_guide] = [&e, guide.exemplars()].map(|e| Reduced::times(e, times).unwrap());
+            let Some(fast) = FromAbove::new(&e, &reduced, Some((&guide, &of_guide)), SimdLevel::Auto).unwrap() else {
+                continue;
+            };
+            let exact = BlockSearch::new(&e, Some(&guide), SimdLevel::Auto).unwrap();
+            for _ in 0..3 {
+                let terms = of_transfer(&mut rng, &e, side, is_first);
+                let terms: Vec<Term<'_>> = terms
+                    .iter()
+                    .map(|(space, features, mask, weight)| {
+                        let template = Template::new([side; 2], features).masked(mask);
+                        Term { space: *space, template, weight: *weight }
+                    })
+                    .collect();
+                let (mut a, mut b) = (AboveScratch::default(), BlockScratch::default());
+                let found = fast.near(&terms, &|_| 210, &|_, _| false, &mut a).unwrap();
+                let of_all = exact.near(&terms, &|_| u32::MAX, &|_, _| false, &mut b).unwrap();
+                assert!(found.iter().all(|c| of_all.contains(c)), "errors are true");
+                let [found, least] = [found, of_all].map(|all| *all.iter().min().unwrap());
+                (near, all) = (near + u32::from(found.error * 20 <= least.error * 21), all + 1);
+            }
+        }
+        println!("{side}: {near} of {all} within a twentieth");
+        assert!(all * 19 <= near * 20, "{side}: {near} of {all} within a twentieth");
+    }
+}
+
 #[test]
 fn errors_are_those_of_the_exact_search_and_places_are_allowed() {
     let mut rng = Seed(3).rng();
     let plane = noise(&mut rng, [200, 210]);
     let e = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
     let reduced = Reduced::times(&e, 1).unwrap();
-    let fast = FromAbove::new(&e, &reduced, SimdLevel::Auto).unwrap().unwrap();
+    let fast = FromAbove::new(&e, &reduced, None, SimdLevel::Auto).unwrap().unwrap();
     let exact = BlockSearch::new(&e, None, SimdLevel::Auto).unwrap();
     let (features, mask) = overlap(&mut rng, &e, 41, 9);
     let terms = [Term { space: Space::Texture, template: Template::new([41; 2], &features).masked(&mask), weight: 3 }];
@@ -138,7 +195,7 @@ fn thin_pieces_are_never_halved_away() {
     let plane = noise(&mut rng, [400, 420]);
     let e = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
     let reduced = Reduced::times(&e, 1).unwrap();
-    let fast = FromAbove::new(&e, &reduced, SimdLevel::Auto).unwrap().unwrap();
+    let fast = FromAbove::new(&e, &reduced, None, SimdLevel::Auto).unwrap().unwrap();
     for shape in [[1, 1], [1, 60], [60, 1], [3, 60], [15, 2], [60, 5]] {
         // Cut out of the exemplar: whole, it is found again.
         let at = [rng.below(400 - shape[0]), rng.below(420 - shape[1])];
