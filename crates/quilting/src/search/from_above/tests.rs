@@ -113,7 +113,6 @@ fn of_several_terms_the_least_error_from_above_is_near_the_least_of_all() {
                 (near, all) = (near + u32::from(found.error * 20 <= least.error * 21), all + 1);
             }
         }
-        println!("{side}: {near} of {all} within a twentieth");
         assert!(all * 19 <= near * 20, "{side}: {near} of {all} within a twentieth");
     }
 }
