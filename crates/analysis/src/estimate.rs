@@ -1,7 +1,7 @@
 //! How much memory an analysis takes.
 
 use selvedge_core::{Bytes, Domain};
-use selvedge_fft_ssd::{Held, Options};
+use selvedge_fft_ssd::{Holdings, Options};
 
 use crate::lattice::Lattice;
 use crate::picture::{cells, frame};
@@ -49,7 +49,7 @@ fn in_middle<const D: usize>(domain: Domain<D>, channels: usize, masked: bool, m
 fn searched<const D: usize>(domain: Domain<D>, channels: usize, holes: (bool, bool), reach: Reach<D>) -> Bytes {
     let weights = vec![u8::MAX; channels];
     let held = sizes_held(domain, &weights, holes, reach, &Options::default());
-    held.map_or(Bytes::MOST, |Held { tables, spectra, working }| tables + spectra + working)
+    held.map_or(Bytes::MOST, |Holdings { tables, spectra, working }| tables + spectra + working)
 }
 
 #[cfg(test)]

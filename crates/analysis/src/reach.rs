@@ -1,7 +1,7 @@
 //! How far a texture is moved over itself, and what that search holds.
 
 use selvedge_core::{Bytes, Domain};
-use selvedge_fft_ssd::{Error, Held, Options, Sizes, held_in_box};
+use selvedge_fft_ssd::{Error, Holdings, Options, Sizes, held_in_box};
 
 /// Of a texture at most so many samples around the centre are looked at: time and memory grow with them. A guess
 /// at what people wait for.
@@ -53,7 +53,7 @@ pub(crate) fn asked_once<const D: usize>(
     reach: Reach<D>,
 ) -> Result<Options, Error> {
     let usual = Options::default();
-    let Held { tables, spectra, .. } = sizes_held(domain, weights, (masked, masked), reach, &usual)?;
+    let Holdings { tables, spectra, .. } = sizes_held(domain, weights, (masked, masked), reach, &usual)?;
     Ok(Options { cache: (tables + spectra).0.min(usual.cache), ..usual })
 }
 
@@ -64,7 +64,7 @@ pub(crate) fn sizes_held<const D: usize>(
     (holes, noisy_masks): (bool, bool),
     reach: Reach<D>,
     options: &Options,
-) -> Result<Held, Error> {
+) -> Result<Holdings, Error> {
     let sizes =
         Sizes { sources: &[domain], weights, holes, template: domain.shape, samples: domain.len() as u64, noisy_masks };
     let (first, count) = reach.positions();

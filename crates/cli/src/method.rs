@@ -33,7 +33,7 @@ pub(crate) trait Method {
 
     /// Reads what it needs besides the exemplars; all that is chosen before the work, which a dry run tells, and the
     /// work.
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure>;
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure>;
 
     /// Runs the command.
     fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
@@ -41,7 +41,7 @@ pub(crate) trait Method {
             self.bytes(sources, channels, output).then(self.choosing(sources, channels, masked))
         };
         let mut loom = self.setup(session)?.begin(session, &estimate)?;
-        let Planned { used, how, needed, work } = self.plan(&mut loom)?;
+        let PlannedRun { used, how, needed, work } = self.plan(&mut loom)?;
         let outcome = if session.global.dry_run {
             drop(work);
             None
@@ -59,7 +59,7 @@ pub(crate) trait Method {
 }
 
 /// A run of which all is chosen and nothing is done.
-pub(crate) struct Planned<'l> {
+pub(crate) struct PlannedRun<'l> {
     /// The options as used.
     pub(crate) used: Used,
     /// How it would be made, for people.
@@ -72,7 +72,7 @@ pub(crate) struct Planned<'l> {
 /// Does it.
 pub(crate) type Work<'l> = Box<dyn FnOnce() -> Result<Outcome, Failure> + 'l>;
 
-impl<'l> Planned<'l> {
+impl<'l> PlannedRun<'l> {
     pub(crate) fn new(
         used: Used,
         how: impl Into<String>,

@@ -33,7 +33,7 @@ pub struct Sizes<'a, const D: usize> {
 
 /// What searches of some sizes hold beside the features and the template, by who owns it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Held {
+pub struct Holdings {
     /// Tables and copies of the sources, which the searcher keeps, whatever the template.
     pub tables: Bytes,
     /// Spectra of the sources, which it keeps as far as [`Options::cache`] goes; templates of other shapes may have
@@ -51,7 +51,7 @@ pub struct Held {
 /// # Errors
 /// [`Error::TooLarge`] if the positions cannot be addressed.
 pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<Bytes, Error> {
-    let Held { tables, spectra, working } = held(sizes, placement, options)?;
+    let Holdings { tables, spectra, working } = held(sizes, placement, options)?;
     Ok(tables + spectra + working)
 }
 
@@ -59,7 +59,7 @@ pub fn estimate<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, opti
 ///
 /// # Errors
 /// Those of [`estimate`].
-pub fn held<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<Held, Error> {
+pub fn held<const D: usize>(sizes: &Sizes<'_, D>, placement: Placement, options: &Options) -> Result<Holdings, Error> {
     let template: Shape = lift(sizes.template.map(|n| n as usize), 1);
     let range = |shape: Shape, periodic: [bool; 3]| Range::new(placement.positions, shape, periodic, template);
     held_at(sizes, &range, placement.cover, options)
@@ -74,7 +74,7 @@ pub fn held_in_box<const D: usize>(
     first: [i32; D],
     count: [u32; D],
     options: &Options,
-) -> Result<Held, Error> {
+) -> Result<Holdings, Error> {
     let (first, count) = (lift(first, 0).map(|n| n as isize), lift(count, 1).map(|n| n as usize));
     held_at(sizes, &|_, _| Range { first, count, wraps: [false; 3] }, Cover::AtLeast(1), options)
 }
@@ -84,14 +84,14 @@ fn held_at<const D: usize>(
     range: &dyn Fn(Shape, [bool; 3]) -> Range,
     cover: Cover,
     options: &Options,
-) -> Result<Held, Error> {
+) -> Result<Holdings, Error> {
     let template: Shape = lift(sizes.template.map(|n| n as usize), 1);
     let samples = sizes.samples;
     let weight: u64 = sizes.weights.iter().map(|&w| u64::from(w)).sum();
     let wide = u128::from(u32::MAX) <= u128::from(samples) * u128::from(weight) * 65_025;
     let counted = matches!(cover, Cover::AtLeast(_));
     let of_position = if wide { 8 } else { 4 } + if counted { 4 } else { 0 };
-    let (mut costs, mut all) = (0_u64, Held::default());
+    let (mut costs, mut all) = (0_u64, Holdings::default());
     for (number, domain) in sizes.sources.iter().enumerate() {
         let shape = lift(domain.shape.map(|n| n as usize), 1);
         let valid: Option<&[bool]> = sizes.holes.then_some(&[]);
@@ -116,11 +116,11 @@ fn held_at<const D: usize>(
     // Allocators round up, and small buffers are not listed. What is kept is dropped beyond the budget, but never what
     // the running search needs.
     let rounded = |bytes: Bytes| bytes + Bytes(bytes.0 / 16);
-    Ok(Held { tables: rounded(all.tables), spectra: rounded(all.spectra), working: rounded(all.working) })
+    Ok(Holdings { tables: rounded(all.tables), spectra: rounded(all.spectra), working: rounded(all.working) })
 }
 
 /// What is kept for a source, and what a search of it works in but for its costs.
-fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> Held {
+fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> Holdings {
     let extension = &job.prepared.extension;
     let (shape, channels) = (extension.shape, job.weights.len());
     let table = Table::<u32>::shape(shape).iter().map(|&n| n as u64).product::<u64>();
@@ -130,13 +130,13 @@ fn of_job(job: &Job<'_>, noisy: bool, width: u64, options: &Options) -> Held {
     if crate::searcher::prefers_fft(job, options.engine) {
         let (kept, working) = fft::bytes(job, options.cache, noisy, par::threads());
         let table = if noisy { 0 } else { width * table };
-        Held { tables: Bytes(table + valid), spectra: Bytes(kept), working: Bytes(working) }
+        Holdings { tables: Bytes(table + valid), spectra: Bytes(kept), working: Bytes(working) }
     } else {
         let words = Packed::len(extension.len(), shape[2], channels, job.kernel.lanes());
         let taps = job.template.len() * channels * 40;
         let looked_at = if varies && !is_box { extension.len() } else { 0 };
         let tables = 4 * words as u64 + width * table + valid;
-        Held { tables: Bytes(tables), spectra: Bytes(0), working: Bytes((taps + looked_at) as u64) }
+        Holdings { tables: Bytes(tables), spectra: Bytes(0), working: Bytes((taps + looked_at) as u64) }
     }
 }
 

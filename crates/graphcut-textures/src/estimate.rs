@@ -1,7 +1,7 @@
 //! How much memory a run needs.
 
 use selvedge_core::{Bytes, Domain, Exemplars, SeamCosts, par};
-use selvedge_fft_ssd::{Cover, Held, Placement as Positions, Positions as Where, Sizes, held};
+use selvedge_fft_ssd::{Cover, Holdings, Placement as Positions, Positions as Where, Sizes, held};
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
@@ -206,7 +206,7 @@ fn search<const D: usize>(
     let samples = len(template);
     let sizes = Sizes { sources, weights, holes, template, samples, noisy_masks: true };
     let of_all = held(&sizes, placement, &selvedge_fft_ssd::Options::default());
-    of_all.map_or(Bytes::MOST, |Held { tables, spectra, working }| tables + spectra + working * at_once)
+    of_all.map_or(Bytes::MOST, |Holdings { tables, spectra, working }| tables + spectra + working * at_once)
 }
 
 fn len<const D: usize>(shape: [u32; D]) -> u64 {

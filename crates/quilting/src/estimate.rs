@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use selvedge_core::par::{at_once, threads};
 use selvedge_core::{Bytes, Domain, Exemplars};
-use selvedge_fft_ssd::{Held, Placement, Sizes, held};
+use selvedge_fft_ssd::{Holdings, Placement, Sizes, held};
 
 use crate::block_grid::BlockGrid;
 use crate::options::Options;
@@ -130,8 +130,8 @@ fn searches(
     templates: &[([u32; 2], u64)],
 ) -> Bytes {
     let (weights, options) = (vec![1; channels], selvedge_fft_ssd::Options::default());
-    let most = Held { tables: Bytes::MOST, ..Held::default() };
-    let (mut all, mut tables) = (Held::default(), [Bytes(0); 2]);
+    let most = Holdings { tables: Bytes::MOST, ..Holdings::default() };
+    let (mut all, mut tables) = (Holdings::default(), [Bytes(0); 2]);
     // Templates of one shape share spectra, if they are transformed at all.
     let mut spectra: BTreeMap<[u32; 2], Bytes> = BTreeMap::new();
     for &(template, samples) in templates {

@@ -7,7 +7,7 @@ use selvedge_graphcut_textures as graphcut;
 use std::fmt::Debug;
 
 /// The options that a method used, by the names of their flags, with every choice of its own made.
-pub type Used = Vec<(&'static str, String)>;
+pub type Settings = Vec<(&'static str, String)>;
 
 /// One way to make an output. A method joins by being one.
 pub trait Candidate: Debug + Send + Sync {
@@ -35,14 +35,14 @@ pub trait Candidate: Debug + Send + Sync {
         exemplars: &Exemplars<2>,
         output: Domain<2>,
         run: &Run<'_, 2>,
-    ) -> Result<Woven<SourceMap<2>, Used>, Error>;
+    ) -> Result<Woven<SourceMap<2>, Settings>, Error>;
 }
 
 /// What tells what a candidate will be worth.
 #[derive(Debug)]
 pub struct Draft {
     /// What it has come to.
-    pub woven: Woven<SourceMap<2>, Used>,
+    pub woven: Woven<SourceMap<2>, Settings>,
     /// How it is finished; `None` if it is.
     pub rest: Option<Box<dyn Rest>>,
 }
@@ -56,7 +56,11 @@ pub trait Rest: Debug + Send {
     ///
     /// # Errors
     /// Those of the method.
-    fn finish(self: Box<Self>, exemplars: &Exemplars<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Used>, Error>;
+    fn finish(
+        self: Box<Self>,
+        exemplars: &Exemplars<2>,
+        run: &Run<'_, 2>,
+    ) -> Result<Woven<SourceMap<2>, Settings>, Error>;
 }
 
 /// A graph cut.
@@ -100,7 +104,7 @@ impl Candidate for Graphcut {
         exemplars: &Exemplars<2>,
         output: Domain<2>,
         run: &Run<'_, 2>,
-    ) -> Result<Woven<SourceMap<2>, Used>, Error> {
+    ) -> Result<Woven<SourceMap<2>, Settings>, Error> {
         Ok(told(graphcut::graphcut(exemplars, output, &self.0, run)?, &self.0))
     }
 }
@@ -117,17 +121,24 @@ impl Rest for Seams {
         "graphcut"
     }
 
-    fn finish(self: Box<Self>, exemplars: &Exemplars<2>, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Used>, Error> {
+    fn finish(
+        self: Box<Self>,
+        exemplars: &Exemplars<2>,
+        run: &Run<'_, 2>,
+    ) -> Result<Woven<SourceMap<2>, Settings>, Error> {
         Ok(told(self.covered.refine(exemplars, &self.options, run)?, &self.options))
     }
 }
 
-fn told(woven: Woven<SourceMap<2>, graphcut::Stats<2>>, options: &graphcut::Options<2>) -> Woven<SourceMap<2>, Used> {
+fn told(
+    woven: Woven<SourceMap<2>, graphcut::Stats<2>>,
+    options: &graphcut::Options<2>,
+) -> Woven<SourceMap<2>, Settings> {
     Woven { stats: used(options, &woven.stats), result: woven.result, complete: woven.complete }
 }
 
 /// The options of a graph cut with what it chose.
-fn used(options: &graphcut::Options<2>, stats: &graphcut::Stats<2>) -> Used {
+fn used(options: &graphcut::Options<2>, stats: &graphcut::Stats<2>) -> Settings {
     let lower = |name: String| name.to_lowercase();
     let sides = |[down, across]: [u32; 2]| if down == across { down.to_string() } else { format!("{across}x{down}") };
     let mut used = vec![

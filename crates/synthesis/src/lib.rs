@@ -13,7 +13,7 @@ mod candidate;
 mod error;
 mod sizes;
 
-pub use candidate::{Candidate, Draft, Graphcut, Rest, Used};
+pub use candidate::{Candidate, Draft, Graphcut, Rest, Settings};
 pub use error::Error;
 
 use selvedge_core::{
@@ -56,7 +56,7 @@ pub struct Trial {
     /// The method's command.
     pub method: &'static str,
     /// Its options as used.
-    pub used: Used,
+    pub used: Settings,
     /// Its seed.
     pub seed: Seed,
     /// True if it only told what its candidate would be worth.
@@ -218,7 +218,7 @@ impl Bench<'_> {
     }
 
     /// Some at once, each on a thread; small if they are drafts.
-    fn round(&mut self, jobs: Vec<(Job<'_>, Seed)>) -> Vec<Result<Made, Error>> {
+    fn round(&mut self, jobs: Vec<(Job<'_>, Seed)>) -> Vec<Result<Attempt, Error>> {
         let mut done: Vec<_> = jobs.into_iter().map(|(job, seed)| (Some(job), seed, None)).collect();
         par::for_rows(&mut done, 1, |_, row| {
             if let [(job, seed, made)] = row {
@@ -230,7 +230,7 @@ impl Bench<'_> {
         done.into_iter().filter_map(|(_, _, made)| made).collect()
     }
 
-    fn make(&self, job: Job<'_>, seed: Seed) -> Result<Made, Error> {
+    fn make(&self, job: Job<'_>, seed: Seed) -> Result<Attempt, Error> {
         let run = Run { seed, observer: &Quiet(self.run.observer), ..*self.run };
         let (is_draft, method) = match &job {
             Job::Draft(c) => (true, c.method()),
@@ -251,7 +251,7 @@ impl Bench<'_> {
         let (scored, picture) = scored.unzip();
         let draft = is_draft && (self.sizes.are_several() || rest.is_some());
         let trial = Trial { method, used: woven.stats, seed, draft, scored, picture };
-        Ok(Made { trial, map: woven.result, complete: woven.complete, rest })
+        Ok(Attempt { trial, map: woven.result, complete: woven.complete, rest })
     }
 
     /// What a map is worth, at the size of drafts, and what it shows.
@@ -330,7 +330,7 @@ fn shown(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Grid<u8, 2>, Er
 type Scored = (Columns, f64);
 
 /// What one candidate came to.
-struct Made {
+struct Attempt {
     trial: Trial,
     map: SourceMap<2>,
     complete: bool,
@@ -350,8 +350,8 @@ struct Best {
 
 impl Best {
     /// Keeps one that is preferred, or finished, or more complete; of equals the first. `None` if it was refused.
-    fn take(&mut self, made: Result<Made, Error>) -> Result<Option<Taken>, Error> {
-        let Made { trial, map, complete, rest } = match made {
+    fn take(&mut self, made: Result<Attempt, Error>) -> Result<Option<Taken>, Error> {
+        let Attempt { trial, map, complete, rest } = match made {
             Ok(made) => made,
             Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {
                 self.refused.get_or_insert(e);

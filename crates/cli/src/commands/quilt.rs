@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::Spread;
 use crate::output_size::OutputSize;
 use crate::repairing::Repairing;
@@ -95,7 +95,7 @@ impl Method for Quilt {
         measuring(sources, channels, masked, &self.options())
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (loom, exemplars, session) = (&*loom, &loom.loaded.exemplars, loom.session);
         let options = self.options();
         let plan = Plan::new(exemplars, loom.domain, &options, &session.run()).map_err(|e| failure(loom, e))?;
@@ -104,7 +104,7 @@ impl Method for Quilt {
         // Small ones are searched alike.
         let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
         let used = if exact { used } else { used.without("search") };
-        Ok(Planned::new(used, format!("from blocks of {} px", plan.block()), move || {
+        Ok(PlannedRun::new(used, format!("from blocks of {} px", plan.block()), move || {
             let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
             let told = told(&woven.stats);
             self.repairing.outcome(session, exemplars, woven, (None, None), told)

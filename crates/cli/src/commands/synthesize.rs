@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::outcome::{Beside, MadeBy, Outcome};
 use crate::output_size::OutputSize;
 use crate::session::Session;
@@ -53,7 +53,7 @@ impl Method for Synthesize {
             .unwrap_or_default()
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         if self.carries_shade() && !is_lit_unevenly(loom)? {
             loom.blending = Blending::default();
         }
@@ -64,7 +64,7 @@ impl Method for Synthesize {
         // Of other sizes what cannot be told cannot be made.
         let needed = self.admit(loom, &|output| needs(output).unwrap_or(Bytes::MOST))?;
         let how = format!("as the best of what effort {} tries", self.effort);
-        Ok(Planned::new(loom.used(), how, move || {
+        Ok(PlannedRun::new(loom.used(), how, move || {
             let woven = synthesize(exemplars, loom.domain, &options, &loom.session.run());
             let woven = woven.map_err(|e| loom.loaded.about(e.into()))?;
             let (stats, kept) = (&woven.stats, &woven.stats.tried[woven.stats.kept]);

@@ -6,7 +6,7 @@ use selvedge_core::{Grid, Guide};
 use selvedge_guides::luminance;
 
 use super::frames::{Frame, SequenceArgs, Typed};
-use super::job::{Asked, Job};
+use super::job::{Job, Request};
 use super::{Knobs, Task};
 use crate::clips;
 use crate::correspondence::Correspondence;
@@ -97,7 +97,7 @@ impl Analogy {
     }
 
     /// The pair's, and those made from it.
-    fn asked(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Asked, Failure> {
+    fn asked(&self, loom: &mut Loom<'_>, pair: &Pair) -> Result<Request, Failure> {
         let guide = pair.read(loom)?;
         if self.luminance && self.knobs.start.backdrop().is_some() {
             let what = "--luminance brings B to A's light, and --over lays a picture in the light of B";
@@ -108,7 +108,7 @@ impl Analogy {
         let derived =
             |c: &Correspondence| Ok(Constraint { weight: c.weight, ..Constraint::new(c.what.of(&light, 0.0)?) });
         let all: Result<Vec<_>, Failure> = self.auto_guides.iter().map(derived).collect();
-        Ok(Asked { constraints: std::iter::once(Constraint::new(guide)).chain(all?).collect(), after: None })
+        Ok(Request { constraints: std::iter::once(Constraint::new(guide)).chain(all?).collect(), after: None })
     }
 }
 

@@ -7,7 +7,7 @@ use selvedge_cms_analogies::{Constraint, Kernel, low_resolution, match_low};
 use selvedge_core::Plane;
 use selvedge_guides::encode_together;
 
-use super::job::{Asked, Job};
+use super::job::{Job, Request};
 use super::{Knobs, Task, told};
 use crate::failure::Failure;
 use crate::harmonise::is_integer;
@@ -83,12 +83,12 @@ impl Detail {
         .run(session)
     }
 
-    fn asked(&self, loom: &mut Loom<'_>) -> Result<Asked, Failure> {
+    fn asked(&self, loom: &mut Loom<'_>) -> Result<Request, Failure> {
         let (low, scale, kernel) = (loom.open(&self.low)?, self.scale, self.kernel.into());
         self.check_match(loom, &low)?;
         let own = self.constraint(loom, &low)?;
         let after = move |plane: &mut Plane<2>| match_low(plane, &low, scale, kernel).map_err(told::failure);
-        Ok(Asked { after: self.match_low.then(|| Box::new(after) as After), ..Asked::one(own) })
+        Ok(Request { after: self.match_low.then(|| Box::new(after) as After), ..Request::one(own) })
     }
 
     /// Refuses to match what cannot be compared, or would change what stays to the bit.

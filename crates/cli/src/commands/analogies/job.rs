@@ -13,7 +13,7 @@ use crate::failure::{Failure, n};
 use crate::ground;
 use crate::inputs::Input;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::outcome::{After, Beside, Outcome};
 use crate::output_size::OutputSize;
 use crate::pairs::Pair;
@@ -22,17 +22,17 @@ use crate::setup::Setup;
 use crate::weaving::Weaving;
 
 /// Reads what a command asks for.
-pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Asked, Failure> + 'a;
+pub(super) type Read<'a> = dyn Fn(&Job<'_>, &mut Loom<'_>) -> Result<Request, Failure> + 'a;
 
 /// What a command asks for.
-pub(super) struct Asked {
+pub(super) struct Request {
     /// Its own constraint, and those made from it.
     pub(super) constraints: Vec<Constraint>,
     /// What is done to the picture at the end.
     pub(super) after: Option<After>,
 }
 
-impl Asked {
+impl Request {
     /// One constraint alone.
     pub(super) fn one(constraint: Constraint) -> Self {
         Self { constraints: vec![constraint], after: None }
@@ -92,9 +92,9 @@ impl Method for Job<'_> {
         self.bytes_with(self.channels, sources, channels, output)
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let mut followed = vec![self.first.to_path_buf()];
-        let Asked { mut constraints, after } = (self.read)(self, loom)?;
+        let Request { mut constraints, after } = (self.read)(self, loom)?;
         let derived = constraints.split_off(1);
         for pair in self.knobs.guides.pairs(self.weaving)? {
             constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
@@ -118,7 +118,7 @@ impl Method for Job<'_> {
         let fits = fitness_from(exemplars, seen, &start, &self.options).map_err(failure)?;
         followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
         let how = format!("under {}", n("constraint", plan.constraints().len()));
-        Ok(Planned::new(self.used(loom), how, move || {
+        Ok(PlannedRun::new(self.used(loom), how, move || {
             let woven = plan.weave_from(&start, &run).map_err(failure)?;
             self.frame.map_or(Ok(()), |frame| frame.keep(&woven.result))?;
             let mut outcome = Outcome { kept: start.fixed, after, ..outcome(woven) };

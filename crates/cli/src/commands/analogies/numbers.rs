@@ -7,7 +7,7 @@ use selvedge_cms_analogies::Constraint;
 use selvedge_core::{Grid, Guide, Plane};
 use selvedge_guides::encode_together;
 
-use super::job::{Asked, Job};
+use super::job::{Job, Request};
 use super::palette::Palette;
 use super::{Knobs, Task};
 use crate::failure::Failure;
@@ -61,7 +61,7 @@ impl Numbers {
             channels: if self.one_hot { 2 } else { 3 },
             derived: 0,
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
-            read: &|job, loom| Ok(Asked::one(self.constraint(job, loom, &sources)?)),
+            read: &|job, loom| Ok(Request::one(self.constraint(job, loom, &sources)?)),
             files: None,
             frame: None,
         }

@@ -7,7 +7,7 @@ use selvedge_graphcut_textures::labels::extend;
 use crate::commands::fill::{Fill, counts, start};
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
 use crate::session::Session;
@@ -85,7 +85,7 @@ impl Method for Extend {
         self.fill.bytes(sources, channels, output) + Bytes::of_samples(output, 4)
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let picture = loom.loaded.exemplars.sources()[0].domain();
         let ([height, width], [rows, columns]) = (picture.shape, loom.domain.shape);
         if rows < height || columns < width {
@@ -101,7 +101,7 @@ impl Method for Extend {
         }
         let new = kept.samples().iter().filter(|kept| !**kept).count();
         let how = format!("with {} filled", n("pixel", new));
-        Ok(Planned::new(loom.used(), how, move || {
+        Ok(PlannedRun::new(loom.used(), how, move || {
             let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
             let woven = extend(exemplars, start.map, at, loom.domain, &self.fill.options(), &run);
             let woven = woven.map_err(|e| loom.loaded.about(Failure::from(e)))?;

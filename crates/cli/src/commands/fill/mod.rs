@@ -11,7 +11,7 @@ use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::{Seams, Turning, one_picture, option};
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
@@ -61,10 +61,10 @@ impl Method for Fill {
         estimate_fill(sources, channels, output, &self.options())
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (start, loom) = (start(loom, loom.domain)?, &*loom);
         let how = format!("with {} filled", n("pixel", start.map.holes()));
-        Ok(Planned::new(loom.used(), how, move || {
+        Ok(PlannedRun::new(loom.used(), how, move || {
             let kept = start.fixed.clone();
             let woven = fill(&loom.loaded.exemplars, start, &self.options(), &loom.session.run());
             let woven = woven.map_err(|e| loom.loaded.about(Failure::from(e)))?;

@@ -17,7 +17,7 @@ use crate::course::{self, Film};
 use crate::failure::Failure;
 use crate::ground::StartArgs;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::Seams;
 use crate::outcome::Outcome;
 use crate::repairing::Repairing;
@@ -105,7 +105,7 @@ impl Method for Graphcut {
         measuring(sources, channels, masked, &self.options())
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (start, loom) = (self.sources.start(loom)?, &*loom);
         let (options, exemplars, session) = (self.options(), &loom.loaded.exemplars, loom.session);
         let planned = plan(exemplars, loom.domain, start.sources.as_ref(), &options, &session.limits);
@@ -113,7 +113,7 @@ impl Method for Graphcut {
         let needed = self.admit(loom, &|output| plan.bytes(exemplars, output, &options))?;
         let [height, width] = plan.region;
         let how = format!("from patches for regions of {width}x{height} px, {} placement", name_of(plan.placement));
-        Ok(Planned::new(self.used(loom, &plan), how, move || {
+        Ok(PlannedRun::new(self.used(loom, &plan), how, move || {
             let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| self.repairing.is_on()));
             let film = self.is_filmed().then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
             let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);

@@ -13,7 +13,7 @@ use crate::blending::Blending;
 use crate::failure::Failure;
 use crate::ground::StartArgs;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::{Spread, Turning};
 use crate::repairing::Repairing;
 use crate::session::Session;
@@ -97,14 +97,14 @@ impl Method for Hybrid {
         measuring(sources, channels, masked, &self.options())
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (start, loom) = (loom.start()?, &*loom);
         let (session, exemplars) = (loom.session, exemplars(loom)?);
         let plan = Plan::new(&exemplars, loom.domain, &self.options(), &session.run());
         let plan = plan.map_err(|e| told::failure(loom, e))?;
         let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
         let how = format!("from blocks of {} px", typed(plan.block()));
-        Ok(Planned::new(self.used(loom, &plan), how, move || {
+        Ok(PlannedRun::new(self.used(loom, &plan), how, move || {
             let (kept, sources, whole) = (start.fixed.clone(), start.sources.clone(), start.map.holes() == 0);
             let woven = plan.weave_from(start, &session.run()).map_err(|e| told::failure(loom, e))?;
             let how = match (whole, self.repairing.is_on()) {

@@ -19,7 +19,7 @@ use self::strokes::StrokeColor;
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::Seams;
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
@@ -101,12 +101,12 @@ impl Method for Merge {
         found.max(gained).max(estimate_labels(sources, channels, output) + Bytes::of_samples(output, own + 8 + 4))
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let labels = self.placed(loom)?;
         let tones = if self.gain { Some(gain::even(loom, &labels)?) } else { None };
         let (only, loom) = (self.only(loom, &labels)?, &*loom);
         let how = format!("from {}{}", n("picture", labels.len()), told::transparent(bare(loom, &labels)?));
-        Ok(Planned::new(self.used(loom, &labels), how, move || {
+        Ok(PlannedRun::new(self.used(loom, &labels), how, move || {
             let mut outcome = self.weave(loom, &labels, only)?;
             if let Some(tones) = &tones {
                 outcome.stats["tones"] = gain::told(tones);

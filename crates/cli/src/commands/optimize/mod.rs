@@ -20,7 +20,7 @@ use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
 use crate::inputs::Input;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
 use crate::pairs::Pair;
@@ -118,7 +118,7 @@ impl Method for Optimize {
         self.init().choosing(sources, channels, masked)
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (control, read, loom) = (self.control.read(loom, &self.weaving)?, loom.start_map()?, &*loom);
         let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
         let init = self.init().chosen(exemplars)?;
@@ -130,7 +130,7 @@ impl Method for Optimize {
         let needed =
             loom.admit(&|output| self.bytes_from(beginning.bytes(), (&sources, channels), output, &options))?;
         let how = format!("from {} at {}", told::start(&init), n("level", plan.levels().len()));
-        Ok(Planned::new(self.used(loom, &init, &options), how, move || {
+        Ok(PlannedRun::new(self.used(loom, &init, &options), how, move || {
             let outcome = |woven: Box<dyn Render<2>>, complete, stats: &Stats| {
                 Outcome::new(woven, complete, told::counts(stats), told::how(&init, stats))
             };

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::failure::Failure;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
 use crate::session::Session;
@@ -36,9 +36,9 @@ impl Method for RandomLabels {
         read + Bytes::of_samples(output, 200)
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let loom = &*loom;
-        Ok(Planned::new(loom.used(), format!("from {} random patches", self.steps), || {
+        Ok(PlannedRun::new(loom.used(), format!("from {} random patches", self.steps), || {
             let run = loom.session.run();
             let woven = example::random_labels(&loom.loaded.exemplars, None, loom.domain, self.steps, &run);
             let woven = woven.map_err(|e| Failure::of(e.kind(), &e, e.remedy()))?;

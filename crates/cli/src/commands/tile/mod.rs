@@ -16,7 +16,7 @@ use self::widths::Widths;
 use crate::blending::Blending;
 use crate::failure::Failure;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::{Seams, one_picture, option};
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
@@ -89,11 +89,11 @@ impl Method for TileCommand {
         }
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let widths = if self.period.is_some() { self.period(loom)? } else { self.widths(loom)? };
         let loom = &*loom;
         let how = self.how(widths);
-        Ok(Planned::new(self.used(loom, widths), how.clone(), move || self.weave(loom, widths, how)))
+        Ok(PlannedRun::new(self.used(loom, widths), how.clone(), move || self.weave(loom, widths, how)))
     }
 }
 

@@ -7,7 +7,7 @@ use super::{OF_BLOCKS, Transfer};
 use crate::commands::analogies::told::{failure, outcome};
 use crate::failure::Failure;
 use crate::loom::Loom;
-use crate::method::Planned;
+use crate::method::PlannedRun;
 use crate::options::Turning;
 use crate::setup::Setup;
 use crate::used::Used;
@@ -34,7 +34,7 @@ impl Transfer {
         estimate(&sizes, &self.options_of_labels()) + maps
     }
 
-    pub(super) fn plan_labels<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
+    pub(super) fn plan_labels<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<PlannedRun<'l>, Failure> {
         let (options, run) = (self.options_of_labels(), loom.session.run());
         let constraints = vec![Constraint::new(guide)];
         let plan = Plan::new(&loom.loaded.exemplars, constraints, &options, &run).map_err(failure)?;
@@ -45,7 +45,7 @@ impl Transfer {
             .set("neighborhood", options.neighborhood)
             .set("spread", options.spread);
         let used = OF_BLOCKS.into_iter().fold(used, Used::without);
-        Ok(Planned::new(used, "by labels", move || Ok(outcome(plan.weave(&run).map_err(failure)?))))
+        Ok(PlannedRun::new(used, "by labels", move || Ok(outcome(plan.weave(&run).map_err(failure)?))))
     }
 
     fn options_of_labels(&self) -> Options {

@@ -15,7 +15,7 @@ use crate::blending::Blending;
 use crate::commands::quilt::{SearchArg, failure};
 use crate::failure::Failure;
 use crate::loom::Loom;
-use crate::method::{Method, Planned};
+use crate::method::{Method, PlannedRun};
 use crate::options::{Following, option};
 use crate::outcome::Outcome;
 use crate::session::Session;
@@ -100,7 +100,7 @@ impl Method for Transfer {
         }
     }
 
-    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<Planned<'l>, Failure> {
+    fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (guide, loom) = (self.followed.guide(loom, &self.weaving)?, &*loom);
         match self.method {
             By::Quilt => self.plan_blocks(loom, guide),
@@ -122,7 +122,7 @@ impl Transfer {
         Err(Failure::new(2, what).remedy(format!("leave it out, or use --method {remedy}")))
     }
 
-    fn plan_blocks<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<Planned<'l>, Failure> {
+    fn plan_blocks<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<PlannedRun<'l>, Failure> {
         let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
         let plan = TransferPlan::new(exemplars, Cow::Owned(guide), &options, &run).map_err(|e| failure(loom, e))?;
         let (sources, _) = loom.sources();
@@ -133,7 +133,7 @@ impl Transfer {
         // Small ones are searched alike.
         let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
         let used = if exact { used } else { used.without("search") };
-        Ok(Planned::new(used, how("blocks", &sides), move || {
+        Ok(PlannedRun::new(used, how("blocks", &sides), move || {
             let woven = plan.weave(&run).map_err(|e| failure(loom, e))?;
             let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
             let how = how(&format!("{blocks} blocks"), &sides);

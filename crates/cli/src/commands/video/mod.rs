@@ -50,7 +50,7 @@ pub(crate) struct Video {
 }
 
 /// What a mode made.
-struct Made {
+struct ClipOutcome {
     /// `None` where samples were mixed.
     map: Option<SourceMap<3>>,
     /// Frames that were mixed.
@@ -117,7 +117,7 @@ impl Video {
         clip: &Clip,
         (mut way, still): (Way, Option<&Still>),
         used: Used,
-    ) -> Result<Made, Failure> {
+    ) -> Result<ClipOutcome, Failure> {
         let seam = self.transition.measure();
         if way.jumps() {
             let period = way.period(self.mode.frames().or(self.write.filled()).is_some());

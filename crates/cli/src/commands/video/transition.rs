@@ -14,7 +14,7 @@ use super::look::{Cut, Shown};
 use super::modes::{PlayArg, Way};
 use super::still::Still;
 use super::written::WriteArgs;
-use super::{Made, fade};
+use super::{ClipOutcome, fade};
 use crate::args::NonFiniteArg;
 use crate::clips::Clip;
 use crate::failure::{Failure, n};
@@ -92,7 +92,7 @@ impl TransitionArgs {
         (way, period, still): (&Way, Option<u32>, Option<&Still>),
         write: &WriteArgs,
         used: Used,
-    ) -> Result<Made, Failure> {
+    ) -> Result<ClipOutcome, Failure> {
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = clip.exemplars()?;
         let run = session.run();
@@ -127,7 +127,7 @@ impl TransitionArgs {
         let closes = distances.closes() && period == distances.frames();
         // A jump that is typed says the period.
         let used = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
-        Ok(Made {
+        Ok(ClipOutcome {
             frames: period,
             loops: true,
             played: way.play.map(|_| way.output.shape[0]),
@@ -183,7 +183,7 @@ impl TransitionArgs {
         exemplars: &Exemplars<3>,
         (jumps, walk): (&[Jump], &Walk<'_>),
         used: Used,
-    ) -> Result<Made, Failure> {
+    ) -> Result<ClipOutcome, Failure> {
         let (mut loops, mut complete) = (Vec::new(), true);
         for jump in jumps {
             let woven = self.looped(session, exemplars, std::slice::from_ref(jump))?;
@@ -215,7 +215,7 @@ impl TransitionArgs {
         let (surface, mixed, played) = (None, None, None);
         let (options, map, step) = (used, Some(map), None);
         let (frames, loops) = (walk.frames, false);
-        Ok(Made { map, mixed, frames, loops, played, options, stats, how, surface, preview, step, complete })
+        Ok(ClipOutcome { map, mixed, frames, loops, played, options, stats, how, surface, preview, step, complete })
     }
 
     fn faded(
@@ -225,7 +225,7 @@ impl TransitionArgs {
         jump: &Jump,
         frames: u32,
         used: Used,
-    ) -> Result<Made, Failure> {
+    ) -> Result<ClipOutcome, Failure> {
         let mixed = fade::faded(&clip.plane, jump, frames).map_err(|e| e.about(&clip.path))?;
         let features = &exemplars.sources()[0].features;
         let steps = Usual::of(features).map(|usual| usual.closure(std::iter::empty()));
@@ -236,7 +236,7 @@ impl TransitionArgs {
         let options = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
         let (surface, preview, step) = (None, None, None);
         let (frames, loops, played) = (period, true, None);
-        Ok(Made {
+        Ok(ClipOutcome {
             map: None,
             mixed: Some(mixed),
             frames,

@@ -12,7 +12,7 @@ use super::look::Shown;
 use super::modes::{ModeArg, Way};
 use super::still::Still;
 use super::written::WriteArgs;
-use super::{Made, transition};
+use super::{ClipOutcome, transition};
 use crate::clips::Clip;
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
@@ -66,7 +66,7 @@ impl WovenArgs {
         (way, seam, still): (&Way, SeamMeasure, Option<&Still>),
         write: &WriteArgs,
         used: Used,
-    ) -> Result<Made, Failure> {
+    ) -> Result<ClipOutcome, Failure> {
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = clip.exemplars()?;
         let options = self.options(way, seam)?;
@@ -93,7 +93,7 @@ impl WovenArgs {
             .set("reach", typed(stats.reach))
             .set("variety", stats.variety);
         let used = self.refining.used(used);
-        Ok(Made {
+        Ok(ClipOutcome {
             frames: map.domain().shape[0],
             loops: way.loops(),
             played: None,

@@ -9,7 +9,7 @@ use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
 
 use super::modes::Way;
 use super::read::ReadArgs;
-use super::{Made, maps};
+use super::{ClipOutcome, maps};
 use crate::clips::{self, Clip, ClipInput};
 use crate::failure::{Failure, shown};
 use crate::outputs::{self, Outputs};
@@ -130,7 +130,7 @@ impl WriteArgs {
         outputs::check(session, &written, &read)
     }
 
-    fn provenance(&self, session: &Session<'_>, clips: &[Clip], made: &Made) -> Provenance {
+    fn provenance(&self, session: &Session<'_>, clips: &[Clip], made: &ClipOutcome) -> Provenance {
         let inputs: Vec<Fingerprint> = clips.iter().map(|clip| clip.fingerprint.clone()).collect();
         let own = ("video", session.global.seed());
         made::provenance(own, made.options.clone(), std::slice::from_ref(&clips[0].path), inputs)
@@ -142,7 +142,7 @@ impl WriteArgs {
         report: &mut Report,
         session: &Session<'_>,
         clips: &[Clip],
-        made: &Made,
+        made: &ClipOutcome,
     ) -> Result<Outputs, Failure> {
         let provenance = made.complete.then(|| self.provenance(session, clips, made));
         let mut outputs = Outputs::default();
@@ -191,7 +191,7 @@ impl WriteArgs {
         session: &Session<'_>,
         report: &mut Report,
         clips: &[Clip],
-        made: &Made,
+        made: &ClipOutcome,
     ) -> Failure {
         let signal = session.watch.signal().unwrap_or(2);
         if !session.global.keep_partial || self.output.as_os_str() == STREAM {
