@@ -21,10 +21,10 @@ pub struct Covered<const D: usize> {
     past: Option<Past<D>>,
 }
 
-/// The first part of [`graphcut`]. At several levels it decides finer ones as well.
+/// The first part of [`graphcut`](crate::graphcut()). At several levels it decides finer ones as well.
 ///
 /// # Errors
-/// Those of [`graphcut`].
+/// Those of [`graphcut`](crate::graphcut()).
 pub fn cover<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
@@ -44,11 +44,11 @@ pub fn cover<const D: usize>(
 }
 
 impl<const D: usize> Covered<D> {
-    /// The second part: what [`graphcut`] answers with these exemplars, options and run, which are those of [`cover`].
-    /// What was cancelled stays as it is.
+    /// The second part: what [`graphcut`](crate::graphcut()) answers with these exemplars, options and run, which are
+    /// those of [`cover`]. What was cancelled stays as it is.
     ///
     /// # Errors
-    /// Those of [`graphcut`].
+    /// Those of [`graphcut`](crate::graphcut()).
     pub fn refine(
         self,
         exemplars: &Exemplars<D>,
