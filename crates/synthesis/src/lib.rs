@@ -11,18 +11,20 @@
 
 mod candidate;
 mod error;
+mod estimate;
 mod sizes;
 
 pub use candidate::{Candidate, Draft, Graphcut, Rest, Settings};
 pub use error::Error;
+pub use estimate::estimate;
 
 use selvedge_core::{
-    Bytes, Domain, Error as CoreError, ErrorKind, Event, Exemplars, Grid, Limits, Observer, Run, SampleId, Seed,
-    SourceMap, Woven, par, try_vec,
+    Bytes, Domain, Error as CoreError, ErrorKind, Event, Exemplars, Grid, Observer, Run, SampleId, Seed, SourceMap,
+    Woven, par, try_vec,
 };
 use selvedge_metrics::{Columns, Judge, preference};
 
-use candidate::{of_kind, of_kind_by};
+use candidate::of_kind;
 use sizes::Sizes;
 
 /// Options of [`synthesize`].
@@ -262,53 +264,6 @@ impl Bench<'_> {
         let columns = judge.columns(&shown, Some(map))?;
         Ok(((columns, preference(&columns)), shown.reduced(SEEN)?))
     }
-}
-
-/// Bytes that [`synthesize`] needs at most on the threads of this pool: what candidates and comparisons hold at once,
-/// the best map, and what each candidate shows. The run itself holds each of its candidates against the limits, not all
-/// that are made at once.
-///
-/// # Errors
-/// Those of [`synthesize`] that are known before the work.
-pub fn estimate(
-    exemplars: &Exemplars<2>,
-    output: Domain<2>,
-    options: &Options,
-    limits: &Limits,
-) -> Result<Bytes, Error> {
-    let [drafts, finished] = options.steps()?;
-    let is_compared = 0 < drafts && output.shape.iter().all(|&n| selvedge_metrics::LEAST <= n);
-    let sizes = if is_compared { Sizes::new(exemplars, output)? } else { Sizes::default() };
-    let (small, to, channels) = (sizes.small(exemplars), sizes.output(output), exemplars.channels() as u64);
-    let sampled = |of: &Exemplars<2>, each: u64| -> Bytes {
-        of.domains().into_iter().map(|domain| Bytes::of_samples(domain, each)).sum()
-    };
-    // Features, half and quarter sizes, words, running answers: what the measures hold.
-    let scoring = Bytes::of_samples(to, 12 + 4 * channels) + sampled(small, channels);
-    // So many at once, of which the dearest kind.
-    let stage = |of: &Exemplars<2>, output: Domain<2>, number: usize| -> Result<Bytes, Error> {
-        let mut most = Bytes(0);
-        let apart = selvedge_graphcut_textures::Options { apart: Some(0), ..Default::default() };
-        for candidate in [false, true].into_iter().flat_map(|orderly| of_kind_by(of, orderly, apart)) {
-            match candidate.memory(of, output, limits) {
-                // It is left out.
-                Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {}
-                bytes => most = most.max(bytes?),
-            }
-        }
-        let each = most.then(scoring) + Bytes::of_samples(output, 12);
-        Ok(each * number.min(par::threads()).max(1) as u64)
-    };
-    let made = stage(exemplars, output, finished)?.max(if is_compared { stage(small, to, drafts)? } else { Bytes(0) });
-    let halves: Bytes = sizes.halves().iter().map(|half| sampled(half, channels + 1)).sum();
-    let shown = Domain::open(output.shape.map(|side| side.min(SEEN)));
-    let pictures = Bytes::of_samples(shown, channels) * (drafts + finished) as u64;
-    // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most; where masks
-    // leave single samples one for each.
-    let masked = exemplars.sources().iter().any(|source| source.valid.is_some());
-    let waiting = Bytes::of_samples(to, if masked { 4 + 32 } else { 12 }) * finished as u64;
-    let judge = if is_compared { sampled(small, 40) } else { Bytes(0) };
-    Ok(halves + judge + made + waiting + Bytes::of_samples(output, 4) + pictures)
 }
 
 /// The features that a map shows.
