@@ -104,8 +104,7 @@ impl Loom<'_> {
         if let Some(before) = self.before.take() {
             return before.start(self);
         }
-        let map = SourceMap::unassigned(&self.loaded.exemplars, self.domain)?;
-        Ok(Start { map, fixed: None, sources: None })
+        Ok(Start::empty(&self.loaded.exemplars, self.domain)?)
     }
 
     /// The map that the output goes on from, if there is one.

@@ -70,8 +70,7 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// [`Error::Search`], [`Error::Cut`] and [`Error::Core`] if memory is short.
     pub fn weave(&self, run: &Run<'_, 2>) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        let map = SourceMap::unassigned(self.exemplars, self.output)?;
-        self.weave_from(&Start { map, fixed: None, sources: None }, run)
+        self.weave_from(&Start::empty(self.exemplars, self.output)?, run)
     }
 
     /// Does it, from what is there. A source is used if it may be everywhere.

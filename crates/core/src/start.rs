@@ -1,6 +1,6 @@
 //! What a run begins with: an output that is partly there, and what must stay.
 
-use crate::{Error, Exemplars, Grid, SampleId, Source, SourceMap, SourceTable};
+use crate::{Domain, Error, Exemplars, Grid, SampleId, Source, SourceMap, SourceTable};
 
 /// What is there before the first patch or block.
 #[derive(Clone, Debug)]
@@ -14,6 +14,14 @@ pub struct Start<const D: usize> {
 }
 
 impl<const D: usize> Start<D> {
+    /// Nothing is there, and every source may be used everywhere.
+    ///
+    /// # Errors
+    /// [`Error::Allocation`].
+    pub fn empty(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Self, Error> {
+        Ok(Self { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None })
+    }
+
     /// Everything has the output's shape, and every hole a source.
     ///
     /// # Errors

@@ -4,7 +4,6 @@ use selvedge_core::{Domain, Exemplars, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::graphcut::plan;
-use crate::levels::empty;
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::stats::Stats;
@@ -33,12 +32,12 @@ pub fn cover<const D: usize>(
 ) -> Result<Covered<D>, Error> {
     let plan = plan(exemplars, output, None, options, &run.limits)?;
     if plan.levels != 1 {
-        let start = empty(exemplars, output)?;
+        let start = Start::empty(exemplars, output)?;
         let woven = plan.weave(exemplars, start, &Options { refine: Some(0), ..*options }, run)?;
         return Ok(Covered { woven, plan, past: None });
     }
     run.limits.admit(output, plan.bytes(exemplars, output, options))?;
-    let start = empty(exemplars, output)?;
+    let start = Start::empty(exemplars, output)?;
     let (woven, past) = worked(exemplars, start, &plan, options, run, |weaver| weaver.cover_all())?;
     Ok(Covered { woven, plan, past: Some(past) })
 }
@@ -59,7 +58,7 @@ impl<const D: usize> Covered<D> {
             return Ok(self.woven);
         }
         let (plan, Some(past)) = (self.plan, self.past) else {
-            let start = empty(exemplars, self.woven.result.domain())?;
+            let start = Start::empty(exemplars, self.woven.result.domain())?;
             return self.plan.weave(exemplars, start, options, run);
         };
         let start = Start { map: self.woven.result, fixed: None, sources: None };

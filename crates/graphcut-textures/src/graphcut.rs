@@ -54,8 +54,7 @@ pub fn graphcut<const D: usize>(
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     const { supported(D) };
     let plan = plan(exemplars, output, None, options, &run.limits)?;
-    let map = SourceMap::unassigned(exemplars, output)?;
-    plan.weave(exemplars, Start { map, fixed: None, sources: None }, options, run)
+    plan.weave(exemplars, Start::empty(exemplars, output)?, options, run)
 }
 
 /// What [`graphcut_from`] would do with these exemplars, an output and a field of sources ([`Start::sources`], `None`

@@ -37,7 +37,7 @@ pub(crate) fn weave<const D: usize>(
         coarser.push(coarse);
     }
     let Some((coarsest, small)) = coarser.last() else {
-        return weave_at(exemplars, empty(exemplars, output)?, plan, options, run);
+        return weave_at(exemplars, Start::empty(exemplars, output)?, plan, options, run);
     };
     let coarse_plan = plan.coarser(coarsest, options);
     let len = |output: &Domain<D>| output.len() as u64;
@@ -46,7 +46,7 @@ pub(crate) fn weave<const D: usize>(
     let run = &Run { observer: &Weighed { observer: run.observer, work }, ..*run };
     // What it has so far is no map of these exemplars.
     let within = Run { observer: &Within(run.observer), ..*run };
-    let mut woven = weave_at(coarsest, empty(coarsest, *small)?, &coarse_plan, options, &within)?;
+    let mut woven = weave_at(coarsest, Start::empty(coarsest, *small)?, &coarse_plan, options, &within)?;
     coarser.insert(0, (exemplars.clone(), output));
     coarser.pop();
     let mut done = 0;
@@ -90,11 +90,6 @@ fn near_seams<const D: usize>(
         other => other.map(|_| true)?,
     };
     Ok((costs.total(map), complete))
-}
-
-/// Nothing is there yet.
-pub(crate) fn empty<const D: usize>(exemplars: &Exemplars<D>, output: Domain<D>) -> Result<Start<D>, Error> {
-    Ok(Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None })
 }
 
 #[cfg(test)]

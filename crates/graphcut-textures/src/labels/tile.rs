@@ -65,7 +65,7 @@ fn close_part<const D: usize>(
         let shows = |&(_, &l): &(usize, &usize)| (0..D).all(|a| may(l, a));
         *bits = numbers.iter().enumerate().filter(shows).fold(0, |bits, (i, _)| bits | 1 << i);
     }
-    let start = Start { map: SourceMap::unassigned(exemplars, output)?, fixed: None, sources: None };
+    let start = Start::empty(exemplars, output)?;
     let options = LabelOptions { seam, only: Some(only), leave_holes: true, ..LabelOptions::default() };
     expand(exemplars, start, &labels, &options, run)
 }

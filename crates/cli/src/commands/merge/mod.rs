@@ -9,7 +9,7 @@ mod told;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Grid, SourceMap, Start};
+use selvedge_core::{Bytes, Domain, Grid, Start};
 use selvedge_graphcut_textures::labels::{
     Label, LabelOptions, Prefer, estimate_aligned, estimate_labels, expand, preferred,
 };
@@ -123,7 +123,7 @@ impl Merge {
         // What must show was seen to be there: holes are where no picture is.
         let options =
             LabelOptions { seam: self.seams.measure(), only, own, leave_holes: true, ..LabelOptions::default() };
-        let start = Start { map: SourceMap::unassigned(exemplars, loom.domain)?, fixed: None, sources: None };
+        let start = Start::empty(exemplars, loom.domain)?;
         let woven = expand(exemplars, start, labels, &options, &loom.session.run())?;
         let (counts, how) = (told::counts(&woven.stats, labels), told::how(&woven.stats));
         let holes = 0 < woven.stats.holes;

@@ -135,8 +135,7 @@ impl Beginning<'_> {
                 (woven.result, woven.complete)
             }
             Some(Method::Graphcut(both)) => {
-                let map = SourceMap::unassigned(self.exemplars, self.output)?;
-                let start = Start { map, fixed: None, sources: None };
+                let start = Start::empty(self.exemplars, self.output)?;
                 let woven = both.0.weave(self.exemplars, start, &both.1, run)?;
                 (woven.result, woven.complete)
             }
