@@ -60,9 +60,10 @@ impl Method for Synthesize {
         let loom = &*loom;
         let (exemplars, options, limits) = (&loom.loaded.exemplars, self.options(), &loom.session.limits);
         let needs = |output| estimate(exemplars, output, &options, limits);
-        needs(loom.domain).map_err(|e| loom.loaded.about(e.into()))?;
+        let own = needs(loom.domain).map_err(|e| loom.loaded.about(e.into()))?;
         // Of other sizes what cannot be told cannot be made.
-        let needed = self.admit(loom, &|output| needs(output).unwrap_or(Bytes::MOST))?;
+        let of = |output| if output == loom.domain { own } else { needs(output).unwrap_or(Bytes::MOST) };
+        let needed = self.admit(loom, &of)?;
         let how = format!("as the best of what effort {} tries", self.effort);
         Ok(PlannedRun::new(loom.used(), how, move || {
             let woven = synthesize(exemplars, loom.domain, &options, &loom.session.run());
