@@ -58,18 +58,13 @@ impl<const D: usize> Plan<D> {
     /// An upper bound of the bytes that making this plan and weaving by it hold besides the exemplars themselves, on
     /// the threads of this pool; exemplars and options are those of the plan.
     pub fn bytes(&self, exemplars: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> Bytes {
-        let (sources, masked) = shapes(exemplars);
+        let (sources, masked) = (exemplars.domains(), exemplars.is_masked());
         let known = Known { masked, threads: par::threads() as u64 };
         let (region, reach) = (Some(self.region), Some(self.reach));
         let chosen = Options { placement: self.placement, region, reach, ..*options };
         let run = at_levels(&sources, exemplars.channels(), output, &chosen, self.levels, known);
         measuring(&sources, exemplars.channels(), masked, options).then(run)
     }
-}
-
-/// Domains of all sources, and whether masks hide some of them.
-pub(crate) fn shapes<const D: usize>(exemplars: &Exemplars<D>) -> (Vec<Domain<D>>, bool) {
-    (exemplars.domains(), exemplars.is_masked())
 }
 
 /// What making a [`Plan`] holds at most besides the exemplars, whatever the output is: they are looked at one after the

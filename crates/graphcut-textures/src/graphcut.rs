@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Exemplars, Grid, Limits, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
-use crate::estimate::{measuring, shapes};
+use crate::estimate::measuring;
 use crate::levels;
 use crate::options::Options;
 use crate::plan::{Plan, measured};
@@ -86,7 +86,7 @@ fn check<const D: usize>(
     limits: &Limits,
 ) -> Result<(), Error> {
     options.validate()?;
-    let (sources, masked) = shapes(exemplars);
+    let (sources, masked) = (exemplars.domains(), exemplars.is_masked());
     Ok(limits.admit(output, measuring(&sources, exemplars.channels(), masked, options))?)
 }
 

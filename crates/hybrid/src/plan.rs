@@ -38,7 +38,7 @@ impl Plan {
     ) -> Result<Self, Error> {
         options.validate()?;
         check_fit(exemplars, output, options.block)?;
-        let (sources, masked) = shapes(exemplars);
+        let (sources, masked) = (exemplars.domains(), exemplars.is_masked());
         run.limits.admit(output, measuring(&sources, exemplars.channels(), masked, options))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
         let given = exemplars.clone();
@@ -53,7 +53,7 @@ impl Plan {
 
     /// The same with blocks of the same size for another output.
     pub fn bytes_of(&self, output: Domain<2>) -> Bytes {
-        let ((sources, masked), channels) = (shapes(&self.given), self.given.channels());
+        let (sources, channels, masked) = (self.given.domains(), self.given.channels(), self.given.is_masked());
         let work = woven(&sources, channels, masked, output, (self.block, &self.options));
         measuring(&sources, channels, masked, &self.options).then(work)
     }
@@ -98,11 +98,6 @@ impl Plan {
         let weaver = Weaver::new(&usable, self.block, &self.options, start, run)?;
         weaver.weave(self.blocks())
     }
-}
-
-/// Domains of all sources, and whether masks hide some of them.
-fn shapes(exemplars: &Exemplars<2>) -> (Vec<Domain<2>>, bool) {
-    (exemplars.domains(), exemplars.is_masked())
 }
 
 /// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first

@@ -46,11 +46,8 @@ impl Method for Synthesize {
     }
 
     fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
-        sources
-            .iter()
-            .map(|source| selvedge_analysis::estimate_texture(*source, channels, masked))
-            .max()
-            .unwrap_or_default()
+        // Its candidates are graph cuts.
+        selvedge_graphcut_textures::measuring(sources, channels, masked, &Default::default())
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {

@@ -74,12 +74,14 @@ impl Init {
 
     /// What choosing takes by what exemplars show, whether this is left open or what it is made with.
     pub(in crate::commands) fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
-        let of = |source: &Domain<2>| match self {
-            Self::Auto | Self::Graphcut => selvedge_analysis::estimate_texture(*source, channels, masked),
-            Self::Quilt => selvedge_analysis::estimate_size(*source, channels, masked),
+        match self {
+            // What is left open is chosen by what a graph cut is chosen by.
+            Self::Auto | Self::Graphcut => {
+                selvedge_graphcut_textures::measuring(sources, channels, masked, &Default::default())
+            }
+            Self::Quilt => selvedge_quilting::measuring(sources, channels, masked, &Default::default()),
             Self::Random | Self::Map(_) => Bytes(0),
-        };
-        sources.iter().map(of).max().unwrap_or_default()
+        }
     }
 
     /// How it is made, once it is [chosen](Self::chosen).
