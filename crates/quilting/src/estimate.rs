@@ -8,7 +8,7 @@ use selvedge_fft_ssd::{Holdings, Placement, Sizes, held};
 
 use crate::block_grid::BlockGrid;
 use crate::options::Options;
-use crate::search::half;
+use crate::search::halved;
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never
 // below, and not half as much again.
@@ -41,22 +41,18 @@ pub fn measuring(exemplars: &[Domain<2>], channels: usize, masked: bool, options
 /// many threads, in exemplars that were halved so often.
 pub(crate) fn planned(exemplars: &Exemplars<2>, output: Domain<2>, grid: &BlockGrid, halvings: u32) -> Bytes {
     let (channels, masked, whole) = (exemplars.channels(), exemplars.is_masked(), exemplars.domains());
-    let (mut searched, mut halves) = (whole.clone(), Bytes(0));
-    for _ in 0..halvings {
-        searched.iter_mut().for_each(|domain| *domain = domain.coarser());
-        halves += searched.iter().map(|domain| Bytes::of_samples(*domain, channels as u64)).sum();
-    }
+    let (searched, halves) = searched(&whole, channels, halvings);
     let workers = at_once(places(&searched)).min(threads() as u64).min(grid.longest_wave() as u64);
     let templates = grid.templates();
     // A sample on an edge may be one more, and which engine answers follows from how many there are.
-    let halved = |&(shape, samples): &([u32; 2], u64)| {
-        let small = (0..halvings).fold(shape, |shape, _| half(shape));
+    let small = |&(shape, samples): &([u32; 2], u64)| {
+        let small = halved(shape, halvings);
         let least = samples >> (2 * halvings);
         let edges = if halvings == 0 { 0 } else { 2 * small.map(u64::from).iter().sum::<u64>() };
         [(small, least), (small, (least + edges).min(small.map(u64::from).iter().product()))]
     };
-    let halved = templates.iter().flat_map(halved).collect::<Vec<_>>();
-    let search = searches(&searched, channels, masked, workers, &halved);
+    let small = templates.iter().flat_map(small).collect::<Vec<_>>();
+    let search = searches(&searched, channels, masked, workers, &small);
     let [height, width] = [0, 1].map(|a| templates.iter().map(|(shape, _)| shape[a]).max().unwrap_or(1));
     let samples = templates.iter().map(|(_, samples)| *samples).max().unwrap_or(0);
     // What is compared of a block, and its halves: features, masks, stretches.
@@ -92,18 +88,13 @@ pub(crate) fn planned_transfer(
 
 /// Passes of a transfer that look for blocks in exemplars that were halved so often.
 fn steered(exemplars: &Exemplars<2>, guide_channels: usize, grids: &[&BlockGrid], halvings: u32) -> Bytes {
-    let (channels, masked, mut searched) = (exemplars.channels(), exemplars.is_masked(), exemplars.domains());
-    let mut halves = Bytes(0);
-    for _ in 0..halvings {
-        searched.iter_mut().for_each(|domain| *domain = domain.coarser());
-        let each = (channels + guide_channels) as u64;
-        halves += searched.iter().map(|domain| Bytes::of_samples(*domain, each)).sum();
-    }
+    let (channels, masked) = (exemplars.channels(), exemplars.is_masked());
+    let (searched, halves) = searched(&exemplars.domains(), channels + guide_channels, halvings);
     let wave = grids.iter().map(|grid| grid.longest_wave()).max().unwrap_or(1);
     let workers = at_once(places(&searched)).min(threads() as u64).min(wave as u64);
     // What agrees with the pass before is all of a block, and so is what the guide says.
     let small = |(shape, samples): ([u32; 2], u64)| {
-        let small = (0..halvings).fold(shape, |shape, _| half(shape));
+        let small = halved(shape, halvings);
         let all = small.map(u64::from).iter().product();
         (small, if halvings == 0 { samples } else { all })
     };
@@ -119,6 +110,16 @@ fn steered(exemplars: &Exemplars<2>, guide_channels: usize, grids: &[&BlockGrid]
     let block = Bytes(samples) * (A_CUT + compared + A_TAP * compared);
     let lists = Bytes(places(&searched)) * (A_CANDIDATE + AN_ERROR) * workers;
     halves + search + lists + block * workers
+}
+
+/// What is searched of exemplars that were halved so often, and the bytes of all their halves, of so many channels.
+fn searched(exemplars: &[Domain<2>], channels: usize, halvings: u32) -> (Vec<Domain<2>>, Bytes) {
+    let (mut searched, mut halves) = (exemplars.to_vec(), Bytes(0));
+    for _ in 0..halvings {
+        searched.iter_mut().for_each(|domain| *domain = domain.coarser());
+        halves += searched.iter().map(|domain| Bytes::of_samples(*domain, channels as u64)).sum();
+    }
+    (searched, halves)
 }
 
 /// Searches of so many workers for some templates: shapes, each with the samples of it that are compared.

@@ -13,7 +13,7 @@ use super::{Avoid, BlockScratch, BlockSearch, Candidate, Search, Space, Term, Wi
 use crate::options::Error;
 use compared::Compared;
 use piece::Piece;
-pub(crate) use piece::half;
+pub(crate) use piece::halved;
 
 /// The sides that are left of exemplars at least: below, all places are compared in a millisecond.
 const LEAST_SIDE: u32 = 192;
@@ -76,7 +76,7 @@ pub(crate) fn halvings_of_whole(exemplars: &Exemplars<2>, block: u32) -> u32 {
 
 /// True if enough is left of such a block's side after so many halvings.
 fn is_seen_whole(block: u32, n: u32) -> bool {
-    LEAST_BLOCK <= (0..n).fold(block, |side, _| half([side; 2])[0])
+    LEAST_BLOCK <= halved([block; 2], n)[0]
 }
 
 /// As often as is seen of blocks, by the shortest side of exemplars and the number of halvings.

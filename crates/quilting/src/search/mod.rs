@@ -37,7 +37,7 @@ use crate::options::Error;
 
 pub use block_search::{BlockScratch, BlockSearch};
 pub use continued::Successor;
-pub(crate) use from_above::{FromAbove, Reduced, half, halvings, halvings_of_whole};
+pub(crate) use from_above::{FromAbove, Reduced, halved, halvings, halvings_of_whole};
 
 /// Which features are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

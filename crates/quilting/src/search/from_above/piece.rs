@@ -11,8 +11,13 @@ const THIN: u32 = 16;
 
 /// The shape of a piece at half the size: an odd row or column is left out, but of thin pieces, of which it is too
 /// much, it stands by itself.
-pub(crate) fn half(shape: [u32; 2]) -> [u32; 2] {
+fn half(shape: [u32; 2]) -> [u32; 2] {
     shape.map(|n| if n < THIN { n.div_ceil(2) } else { n / 2 })
+}
+
+/// The same so often.
+pub(crate) fn halved(shape: [u32; 2], times: u32) -> [u32; 2] {
+    (0..times).fold(shape, |shape, _| half(shape))
 }
 
 /// What is searched for at one size.
