@@ -46,6 +46,20 @@ impl ClipInput {
         Ok(Self { reader: reader? })
     }
 
+    /// What has frames: a name that stands for them, or a file that holds several; `None` for a picture. Files of other
+    /// programs are refused with how they hand their frames over.
+    pub(crate) fn found(path: &Path, frame: &ReadOptions) -> Result<Option<Self>, Failure> {
+        let options = ClipOptions { frame: frame.clone(), ..ClipOptions::default() };
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        let is_foreign =
+            extension.is_some_and(|e| ["mp4", "mov", "webm", "mkv", "avi"].iter().any(|foreign| e == *foreign));
+        match ClipReader::open(path, &options) {
+            Ok(reader) if is_foreign || is_pattern(path) || 1 < reader.info().frames => Ok(Some(Self { reader })),
+            Err(e) if is_foreign || is_pattern(path) => Err(e.into()),
+            _ => Ok(None),
+        }
+    }
+
     /// What it is.
     pub(crate) fn info(&self) -> &ClipInfo {
         self.reader.info()
@@ -102,16 +116,6 @@ impl ClipInput {
 /// True for a name that stands for frames.
 pub(crate) fn is_pattern(path: &Path) -> bool {
     ClipName::parse(selvedge_io::file_of(path)).is_some()
-}
-
-/// True for what has frames: a name that stands for them, or a file that holds several; also for files of other
-/// programs, which are told then how to hand their frames over.
-pub(crate) fn is_clip(path: &Path, frame: &ReadOptions) -> bool {
-    let options = ClipOptions { frame: frame.clone(), ..ClipOptions::default() };
-    let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    let is_foreign =
-        extension.is_some_and(|e| ["mp4", "mov", "webm", "mkv", "avi"].iter().any(|foreign| e == *foreign));
-    is_foreign || is_pattern(path) || ClipReader::open(path, &options).is_ok_and(|clip| 1 < clip.info().frames)
 }
 
 /// Tells of frames of a longer clip that nothing replaces.

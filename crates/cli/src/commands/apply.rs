@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Transform};
 use selvedge_io::{Fingerprint, Info, MapFile, Metadata, Provenance};
+use serde_json::Value;
 
 use crate::args::RoleArg;
 use crate::blending::Blending;
@@ -149,9 +150,10 @@ impl Apply {
     fn used(&self, session: &Session<'_>, roles: Vec<String>) -> Used {
         let used = self.blending.used(session.options.clone().without("role"));
         let used = if self.copy { used } else { used.without("copy") };
-        let used = if self.encoding.quality.is_none() { used.without("quality") } else { used };
-        let used = if self.conversion.exposure == 0.0 { used.without("exposure") } else { used };
-        used.set("nonfinite", self.nonfinite.typed()).with("role", roles)
+        used.unless("quality", Value::Null)
+            .unless("exposure", 0.0)
+            .set("nonfinite", self.nonfinite.typed())
+            .with("role", roles)
     }
 }
 

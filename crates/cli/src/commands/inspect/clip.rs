@@ -1,19 +1,19 @@
 //! `selvedge inspect CLIP`: whether it closes, where it could jump, and what its frames are like.
 
 use selvedge_analysis::{Kind, Texture};
-use selvedge_core::{Bytes, Domain, Exemplars, Role};
+use selvedge_core::{Bytes, Domain, Exemplars};
 use selvedge_graphcut_textures::video::{DistanceOptions, FrameDistances, Jump, JumpOptions};
-use selvedge_io::clip::{ClipInfo, ClipOptions, frame_of};
+use selvedge_io::clip::{ClipInfo, frame_of};
 use serde_json::{Value, json};
 
 use super::{Inspect, described, kind, of_1, structures};
 use crate::clips::{self, Clip, ClipInput};
 use crate::failure::{Failure, n, shown};
+use crate::memory;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::steps::{Closure, Usual, step};
 use crate::used::quoted;
-use crate::{inputs, memory};
 
 /// Jumps that are told: what cannot be used of the first may be of another.
 const JUMPS: usize = 3;
@@ -30,13 +30,11 @@ struct Look {
 
 impl Inspect {
     /// Runs the command on a clip.
-    pub(super) fn clip(&self, session: &Session<'_>, mut report: Report) -> Result<Done, Failure> {
+    pub(super) fn clip(&self, session: &Session<'_>, mut report: Report, clip: ClipInput) -> Result<Done, Failure> {
         if !self.guide.is_empty() {
             let failure = Failure::new(2, "--guide is about pictures, and this is a clip").about(&self.exemplar);
             return Err(failure.remedy("leave it out, or give one frame"));
         }
-        let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let clip = ClipInput::open(session, &self.exemplar, &ClipOptions { frame, ..ClipOptions::default() })?;
         let needed = need(&clip);
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(&self.exemplar))?;
         report.estimate = Some(needed.0);

@@ -13,7 +13,7 @@ use selvedge_io::{Info, ReadOptions};
 use selvedge_quilting::suggest_block;
 use serde_json::{Value, json};
 
-use crate::clips;
+use crate::clips::ClipInput;
 use crate::commands::analogies::fit;
 use crate::commands::analogies::palette::Palette;
 use crate::failure::{Failure, shown};
@@ -47,8 +47,8 @@ impl Inspect {
         let read: Vec<PathBuf> = std::iter::once(&self.exemplar).chain(&self.guide).cloned().collect();
         outputs::check::<&Path>(session, &[], &read)?;
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
-        if clips::is_clip(&self.exemplar, &options) {
-            return self.clip(session, report);
+        if let Some(clip) = ClipInput::found(&self.exemplar, &options)? {
+            return self.clip(session, report, clip);
         }
         let about = |failure: Failure| failure.about(&self.exemplar);
         let input = Input::new(session, &self.exemplar)?;
