@@ -72,9 +72,10 @@ impl Extension {
         Some((inside(0, t)? * source.shape[1] + inside(1, y)?) * source.shape[2])
     }
 
-    /// True if no coordinate of a range lies on the source.
-    pub(crate) fn is_outside(&self, axis: usize, range: std::ops::Range<usize>) -> bool {
-        range.end <= self.inside[axis].start
+    /// How many coordinates from one on lie before the source, and how many up to its end.
+    pub(crate) fn beside(&self, axis: usize, start: usize) -> (usize, usize) {
+        let inside = &self.inside[axis];
+        (inside.start.saturating_sub(start), inside.end.saturating_sub(start))
     }
 
     /// Samples after which an axis repeats itself, where it wraps around.

@@ -78,13 +78,11 @@ fn sizes(extension: &Extension, axis: usize, start: usize, template: usize, coun
             options.push((size, count));
         }
     }
-    // Where the first samples lie outside of the source, as what they stand for does, wrapping around meets only zeros.
-    let size = smooth(count, axis == 2);
-    if template <= count
-        && extension.is_outside(axis, start..start + template - 1)
-        && extension.inside()[axis].end <= start + size
-    {
-        options.push((size, count));
+    // Where the first samples lie outside of the source, what wraps around to them meets only zeros.
+    let (outside, end) = extension.beside(axis, start);
+    let wrapped = smooth((whole - outside.min(template - 1)).max(end).max(template), axis == 2);
+    if wrapped < smallest_whole {
+        options.push((wrapped, count));
     }
     // Nor does wrapping hurt where the source itself wraps around with the transform.
     if template <= count && extension.period(axis) == Some(count) && smooth(count, axis == 2) == count {
@@ -146,4 +144,22 @@ fn smooth(n: usize, even: bool) -> usize {
         m == 1
     };
     (n..).find(|&m| is_smooth(m) && (!even || m.is_multiple_of(2))).expect("powers of two are smooth")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Positions;
+    use crate::placement::Range;
+
+    #[test]
+    fn a_picture_moved_over_itself_takes_one_tile_of_what_it_and_its_way_are() {
+        let shape = [1, 16, 16];
+        let range =
+            Range { first: [0, -8, -8], count: [1, 17, 17], ..Range::new(Positions::Inside, shape, [false; 3], shape) };
+        let extension = Extension::new(shape, &range, shape).unwrap();
+        let window = Window { first: [0; 3], count: range.count };
+        let tiling = Tiling::new(&extension, [0; 3], shape, &window);
+        assert_eq!((tiling.size, tiling.tiles), ([1, 24, 24], [1; 3]));
+    }
 }

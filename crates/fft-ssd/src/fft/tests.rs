@@ -44,6 +44,26 @@ fn templates_in_blocks_have_the_same_costs() {
 }
 
 #[test]
+fn what_wraps_around_a_transform_meets_zeros_alone() {
+    // Moved over itself by `reach` one way and as far as it goes the other: of 9 samples and 4 of them 17 do, not 21.
+    for (side, reach) in (9..=18).flat_map(|side| (1..side).map(move |reach| (side, reach))) {
+        let domain = Domain::open([side, side + 2]);
+        let mut rng = Seed(9).derive("wrapped", (side * 32 + reach).into()).rng();
+        let features = Grid::from_vec(domain, 1, bytes(&mut rng, domain.len())).unwrap();
+        let costs = [Engine::Direct, Engine::Fft].map(|engine| {
+            let options = Options { engine, ..Options::default() };
+            let searcher = SsdSearcher::of_grid(&features, None, &[3], options).unwrap();
+            let (mut scratch, mut costs) = (Scratch::new(), Costs::new());
+            let (first, count) = ([-(reach as i32); 2], [reach + side; 2]);
+            searcher.search_box(&Template::of(&features), first, count, 1, &mut scratch, &mut costs).unwrap();
+            assert_eq!(scratch.repeated(), 0, "{side} by {reach}");
+            costs
+        });
+        assert_same(costs);
+    }
+}
+
+#[test]
 fn blocks_shrink_until_rounding_is_safe() {
     for index in 0..12 {
         assert_same(both(index, usize::MAX, 2.0e-4, [60, 50], [24, 31]));
