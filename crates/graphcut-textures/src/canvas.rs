@@ -101,6 +101,13 @@ impl<'e, const D: usize> Canvas<'e, D> {
         self.cells.update(&self.map, &self.costs, &offer.frame.window);
     }
 
+    /// Fills all holes, each with the next sample.
+    pub(crate) fn fill_each(&mut self, mut next: impl FnMut() -> SampleId) {
+        self.map.ids.plane_mut(0).iter_mut().filter(|id| !id.is_assigned()).for_each(|id| *id = next());
+        self.holes = 0;
+        self.cells.update(&self.map, &self.costs, &Window::all(self.map.domain()));
+    }
+
     /// Takes an offer if the cost of all seams falls by it; says whether it did.
     pub(crate) fn improve(&mut self, offer: &Offer<D>) -> bool {
         if offer.gain() <= 0 {

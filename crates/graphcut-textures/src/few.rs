@@ -12,6 +12,10 @@ use crate::usable::Usable;
 /// nanoseconds for each.
 const SEARCHED: usize = 8;
 
+/// Samples of which one in so many is valid at most, and no two beside each other along all axes, are crumbs. Of more,
+/// such as every other row, patches show something.
+const CRUMBS: usize = 16;
+
 /// Where regions of the shapes that a run may ask for stand on valid samples alone.
 #[derive(Debug)]
 pub(crate) struct Few<'e, const D: usize> {
@@ -45,7 +49,8 @@ impl<'e, const D: usize> Few<'e, D> {
         }
         let mut shape = region;
         loop {
-            let of = |source: &Arc<Source<D>>| source.few_places(shape, most(source));
+            let samples = |source: &Source<D>| if shape == [1; D] { source.domain().len() / CRUMBS } else { 0 };
+            let of = |source: &Arc<Source<D>>| source.few_places(shape, most(source).max(samples(source)));
             few.places.push(sources.iter().map(of).collect::<Result<_, _>>()?);
             few.shapes.push(shape);
             if shape == [1; D] {
@@ -68,6 +73,16 @@ impl<'e, const D: usize> Few<'e, D> {
         let all_are_few = sources().all(|(_, places)| places.is_some());
         all_are_few
             .then(|| sources().flat_map(|(source, places)| places.iter().flatten().map(move |&place| (source, place))))
+    }
+
+    /// The valid samples, with their sources, where masks leave no two of them beside each other along all axes, and
+    /// few at all: no patch shows more than crumbs then.
+    pub(crate) fn crumbs(&self) -> Option<Vec<(usize, [u32; D])>> {
+        let [.., pairs, singles] = &self.places[..] else { return None };
+        let none = pairs.iter().all(|places| places.as_ref().is_some_and(Vec::is_empty));
+        let places: Option<Vec<&Vec<[u32; D]>>> = singles.iter().map(Option::as_ref).collect();
+        let places = places.filter(|_| none)?.into_iter().enumerate();
+        Some(places.flat_map(|(source, places)| places.iter().map(move |&at| (source, at))).collect())
     }
 
     /// The patch that lays a place over the region, and its mean squared difference where it and the look at a window

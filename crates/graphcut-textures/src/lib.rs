@@ -58,6 +58,7 @@ mod error;
 mod error_cells;
 mod estimate;
 mod few;
+mod gaps;
 mod graphcut;
 mod history;
 pub mod labels;

@@ -53,7 +53,7 @@ pub(crate) struct Matcher<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
     /// None where exemplars are not moved along all axes.
     parts: Vec<Part<'e, D>>,
-    few: Few<'e, D>,
+    pub(crate) few: Few<'e, D>,
     free: [bool; D],
 }
 

@@ -23,7 +23,8 @@ pub struct Stats<const D: usize> {
     pub stutter: Stutter,
     /// At how many sizes the map was solved.
     pub levels: u32,
-    /// Patches laid until everything was covered.
+    /// Patches laid until everything was covered, but for those that lay there and were moved by a sample to show what
+    /// masks left open.
     pub patches: u64,
     /// Patches tried over bad seams.
     pub refinements: u64,

@@ -150,6 +150,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
     /// Lays patches until no hole is left. False if it was cancelled.
     pub(crate) fn cover_all(&mut self) -> Result<bool, Error> {
         let holes = self.canvas.holes as u64;
+        self.strew();
         while 0 < self.canvas.holes {
             if self.run.observer.cancelled() {
                 return Ok(false);
@@ -175,6 +176,9 @@ impl<'a, const D: usize> Weaver<'a, D> {
         self.first_hole = hole;
         let at = self.canvas.domain().position(hole);
         let mut shape = self.region;
+        if self.fill_gaps(&self.region_around(at, shape), at)? {
+            return Ok(());
+        }
         loop {
             let region = self.region_around(at, shape);
             let hole = region.unwrapped(self.canvas.domain(), at);
@@ -210,11 +214,22 @@ impl<'a, const D: usize> Weaver<'a, D> {
     fn cover(&mut self, patch: &Patch<D>, region: &Window<D>, scratch: &mut Scratch<D>) -> Result<(), Error> {
         let window = self.window(patch, region);
         let neighbours = self.canvas.map.patches(region);
-        let offer = self.canvas.offer(patch, &window, scratch, &|| self.run.observer.cancelled())?;
-        self.count(offer.proposal.free);
-        self.canvas.lay(&offer);
+        self.cut_in(patch, &window, scratch)?;
         self.history.note_vectors(patch, &neighbours);
         self.stats.patches += 1;
+        Ok(())
+    }
+
+    /// Cuts a patch, seen through a window, into what is there; it fills what it can.
+    pub(crate) fn cut_in(
+        &mut self,
+        patch: &Patch<D>,
+        window: &Window<D>,
+        scratch: &mut Scratch<D>,
+    ) -> Result<(), Error> {
+        let offer = self.canvas.offer(patch, window, scratch, &|| self.run.observer.cancelled())?;
+        self.count(offer.proposal.free);
+        self.canvas.lay(&offer);
         Ok(())
     }
 

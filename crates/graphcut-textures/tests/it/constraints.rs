@@ -181,3 +181,46 @@ fn a_mask_of_one_sample_is_laid_everywhere_at_once() {
         assert!(map.ids.plane(0).iter().all(|&id| e.locate(id) == Some((0, [20, 30]))));
     }
 }
+
+/// Searches that masks of chance may cost beside a run without one: each takes as long as any other.
+#[test]
+fn masks_of_noise_take_no_more_than_twice_as_many_patches() {
+    let plane = blobs([96, 96], 1);
+    let (domain, planes) = (plane.domain(), std::slice::from_ref(&plane));
+    let encoder = Encoder::fit(&[planes]).unwrap();
+    let patches = |mask: Option<&Grid<bool, 2>>| {
+        let e = Exemplars::new(&encoder, &[Exemplar::new(planes).masked(mask)]).unwrap();
+        let (map, stats) = weave(&e, Domain::open([192, 192]), &Options::default());
+        assert!(map.ids.plane(0).iter().all(|id| id.is_assigned()), "everything is covered");
+        let shown = map.ids.plane(0).iter().filter_map(|&id| e.locate(id));
+        assert!(mask.is_none_or(|mask| shown.clone().all(|(_, at)| mask.get(0, at))), "nothing masked shows");
+        stats.patches + stats.refinements
+    };
+    let whole = patches(None);
+    for valid in [200, 500, 800, 950] {
+        let mut rng = Seed(valid.into()).rng();
+        let mask = Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(1000) < valid).collect()).unwrap();
+        let noisy = patches(Some(&mask));
+        assert!(noisy <= 2 * whole, "{valid} of 1000: {noisy} for {whole}");
+    }
+}
+
+#[test]
+fn samples_scattered_by_a_mask_are_strewn_without_a_search() {
+    let plane = blobs([96, 96], 1);
+    let (domain, planes) = (plane.domain(), std::slice::from_ref(&plane));
+    let valid = |at: [u32; 2]| [[3, 80], [41, 7], [60, 62], [90, 33]].contains(&at);
+    let mask = Grid::from_vec(domain, 1, domain.positions().map(valid).collect()).unwrap();
+    let e = Exemplars::new(&Encoder::fit(&[planes]).unwrap(), &[Exemplar::new(planes).masked(Some(&mask))]).unwrap();
+    for placement in [Placement::Random, Placement::Sub, Placement::Entire] {
+        let (map, stats) = weave(&e, Domain::open([60, 50]), &Options { placement, ..Options::default() });
+        let mut shown = [0; 4];
+        for &id in map.ids.plane(0) {
+            let at = e.locate(id).unwrap().1;
+            shown[[3, 41, 60, 90].iter().position(|&y| y == at[0]).unwrap()] += 1;
+            assert!(valid(at), "{at:?}");
+        }
+        assert!(shown.iter().all(|&n| 500 < n), "each as often as any other: {shown:?}");
+        assert!(stats.cuts < 100, "{} cuts of {} samples", stats.cuts, stats.patches);
+    }
+}
