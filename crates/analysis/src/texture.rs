@@ -121,7 +121,10 @@ impl Texture {
             body: body * 1000 / lesser.max(1),
             skew: picture.skew(weights),
         };
-        texture.kind = texture.judged();
+        // What is all alike, or one row, has no structure that could be told.
+        if 0 < picture.variance(weights) && 1 < lesser {
+            texture.kind = texture.judged();
+        }
         Ok(texture)
     }
 
@@ -193,6 +196,12 @@ mod tests {
         };
         let found = (-1..=1).flat_map(|dy| (-1..=1).filter_map(move |dx| near(dy, dx))).next();
         found.unwrap_or(20) as u8
+    }
+
+    #[test]
+    fn what_shows_nothing_is_of_no_kind() {
+        let flat = [of([64, 64], |_, _| 90), of([1, 1], |_, _| 90), of([1, 64], |_, x| (4 * x) as u8)];
+        assert_eq!(flat.map(|t| t.kind), [Kind::Stochastic; 3]);
     }
 
     #[test]
