@@ -16,6 +16,7 @@ mod explain;
 mod eyes;
 mod failure;
 mod flows;
+mod followed;
 mod ground;
 mod harmonise;
 mod inputs;

@@ -7,6 +7,7 @@ use selvedge_core::{Grid, Guide, Plane};
 use selvedge_guides::encode_together;
 
 use crate::failure::{Failure, n, shown};
+use crate::followed::{self, Followed};
 use crate::ground;
 use crate::loom::Loom;
 use crate::used::Used;
@@ -77,16 +78,18 @@ impl Pair {
 
     /// The guide that the pictures make.
     pub(crate) fn read(&self, loom: &mut Loom<'_>) -> Result<Guide<2>, Failure> {
-        let planes = self.files().map(|path| loom.open(path)).collect::<Result<Vec<_>, Failure>>()?;
-        for (i, (path, plane)) in self.sources.iter().zip(&planes).enumerate() {
-            check_under(loom, i, path, plane)?;
+        let pictures = Followed::all(loom, self.files())?;
+        let (under, over) = pictures.split_at(self.sources.len());
+        for (i, (path, one)) in self.sources.iter().zip(under).enumerate() {
+            check_under(loom, i, path, &one.plane)?;
         }
-        check_shape(&self.target, &planes[self.sources.len()], loom.domain.shape, "the output")?;
-        let mut maps =
-            encode_together(&planes.iter().collect::<Vec<_>>()).map_err(|e| Failure::from(e).about(&self.target))?;
+        check_shape(&self.target, &over[0].plane, loom.domain.shape, "the output")?;
+        let planes: Vec<&Plane<2>> = pictures.iter().map(|one| &one.plane).collect();
+        let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.target))?;
         let target = maps.pop().expect("the target's");
         over_ground(loom, &mut maps, &target)?;
-        Ok(Guide::new(&loom.loaded.exemplars, &maps, target.with_periodic(loom.domain.periodic))?)
+        let guide = Guide::new(&loom.loaded.exemplars, &maps, target.with_periodic(loom.domain.periodic))?;
+        followed::seen(guide, under, &over[0]).map_err(|e| e.about(&self.sources[0]))
     }
 }
 

@@ -104,7 +104,7 @@ pub(crate) fn copied<const D: usize>(mask: Option<&Grid<bool, D>>) -> Result<Opt
 }
 
 /// What of an exemplar is valid, as a transform shows it.
-fn shown_validity<const D: usize>(
+pub(crate) fn shown_validity<const D: usize>(
     exemplar: Domain<D>,
     valid: Option<&Grid<bool, D>>,
     transform: Transform,
@@ -254,6 +254,24 @@ impl<const D: usize> Exemplars<D> {
             Ok(Source { features, valid: source.valid.clone(), origin: source.origin })
         };
         Self::from_sources(self.sources.iter().zip(features).map(like).collect::<Result<_, _>>()?, weights)
+    }
+
+    /// The same where others of the same sources are valid as well.
+    pub(crate) fn valid_with(self, others: &[Option<Arc<Grid<bool, D>>>]) -> Result<Self, Error> {
+        let both = |(own, other): (Arc<Source<D>>, &Option<Arc<Grid<bool, D>>>)| match (&own.valid, other) {
+            (_, None) => Ok(own),
+            (Some(one), Some(other)) if Arc::ptr_eq(one, other) => Ok(own),
+            (one, Some(other)) => {
+                let mut valid = other.map(|v| v)?;
+                if let Some(one) = one {
+                    valid.samples_mut().iter_mut().zip(one.samples()).for_each(|(all, &one)| *all &= one);
+                }
+                let features = own.features.map(|v| v)?;
+                Ok(Arc::new(Source { features, valid: Some(Arc::new(valid)), origin: own.origin }))
+            }
+        };
+        let sources = self.sources.into_iter().zip(others).map(both).collect::<Result<_, Error>>()?;
+        Self::from_shared(sources, self.weights)
     }
 
     /// The same sources with other weights of their channels.

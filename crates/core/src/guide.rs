@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::exemplars::{copied, shown};
+use crate::exemplars::{copied, shown, shown_validity};
 use crate::{Domain, Error, Exemplars, Grid, Source};
 use crate::{pyramid, weights};
 
@@ -106,14 +106,38 @@ impl<const D: usize> Guide<D> {
         }
     }
 
-    /// The same guide, of which only what stands where `asked` is true is followed.
+    /// The same guide, whose maps under the exemplars count only where a mask is true, one an exemplar: masks are
+    /// turned, mirrored and resampled like the sources, and what was not valid before is not valid now.
+    ///
+    /// # Errors
+    /// [`Error::MaskShape`] if a mask is not of its exemplar's shape, [`Error::NothingValid`], [`Error::Allocation`].
+    pub fn knowing(self, masks: &[Option<Grid<bool, D>>]) -> Result<Self, Error> {
+        let of = |source: &Arc<Source<D>>| {
+            let exemplar = usize::from(source.origin.exemplar);
+            let Some(mask) = masks.get(exemplar).and_then(Option::as_ref) else { return Ok(None) };
+            let mask = shown_validity(mask.domain(), Some(mask), source.origin.transform)?;
+            let expected = source.domain().shape.to_vec();
+            match mask.as_ref().map(|mask| mask.domain().shape.to_vec()) {
+                Some(found) if found != expected => Err(Error::MaskShape { exemplar, expected, found }),
+                _ => Ok(mask.map(Arc::new)),
+            }
+        };
+        let masks = self.exemplars.sources().iter().map(of).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { exemplars: self.exemplars.valid_with(&masks)?, ..self })
+    }
+
+    /// The same guide, of which only what stands where `asked` is true is followed, and of that only what was asked for
+    /// before.
     ///
     /// # Errors
     /// [`Error::GuideTarget`] if the mask is not of the target's shape.
-    pub fn asking(self, asked: Grid<bool, D>) -> Result<Self, Error> {
+    pub fn asking(self, mut asked: Grid<bool, D>) -> Result<Self, Error> {
         let (expected, found) = (self.target.domain().shape.to_vec(), asked.domain().shape.to_vec());
         if expected != found {
             return Err(Error::GuideTarget { expected, found });
+        }
+        if let Some(before) = &self.asked {
+            asked.samples_mut().iter_mut().zip(before.samples()).for_each(|(all, &one)| *all &= one);
         }
         Ok(Self { asked: Some(asked), ..self })
     }
@@ -128,7 +152,7 @@ impl<const D: usize> Guide<D> {
 
     /// Several guides as one. A guide's weight is shared out over its channels, so that three channels count no more
     /// than one; weights become whole numbers up to 255 in the same proportion, rounded where there are none. What is
-    /// not 0 counts at least 1. What is asked for is what all of them ask for.
+    /// not 0 counts at least 1. What is asked for is what all of them ask for, and what is valid is so in all of them.
     ///
     /// # Errors
     /// [`Error::GuideWeight`] (negative, no number, or all 0), [`Error::GuideProportion`], [`Error::GuideCount`] (no
@@ -157,7 +181,11 @@ impl<const D: usize> Guide<D> {
                 Some(all) => all.samples_mut().iter_mut().zip(one.samples()).for_each(|(all, &one)| *all &= one),
             }
         }
-        let exemplars = first.exemplars.with_features(maps, weights)?;
+        let mut exemplars = first.exemplars.with_features(maps, weights)?;
+        for (guide, _) in guides {
+            let valid: Vec<_> = guide.exemplars.sources().iter().map(|source| source.valid.clone()).collect();
+            exemplars = exemplars.valid_with(&valid)?;
+        }
         Ok(Self { exemplars, target: stacked(&|guide| &guide.target)?, asked })
     }
 
@@ -268,6 +296,24 @@ mod tests {
         assert_eq!(joined.with_target(grid([1, 1], 3)).unwrap().asked(), None);
         let wrong = guide().asking(Grid::try_filled(Domain::open([2, 3]), 1, true).unwrap());
         assert_eq!(wrong, Err(Error::GuideTarget { expected: vec![2, 2], found: vec![2, 3] }));
+    }
+
+    #[test]
+    fn what_is_not_known_of_a_map_is_valid_in_no_guide_made_of_it() {
+        let turn = Transform::Exact { quarter_turns: 1, mirror: false };
+        let e = exemplars(&[Transform::IDENTITY, turn]);
+        let guide = || Guide::new(&e, &[grid([2, 3], 1)], grid([2, 2], 1)).unwrap();
+        let mask = |bits: [bool; 6]| Grid::from_vec(Domain::open([2, 3]), 1, bits.to_vec()).unwrap();
+        let valid = |guide: &Guide<2>| guide.exemplars().sources()[0].valid.as_ref().map(|v| v.samples().to_vec());
+        let known = guide().knowing(&[Some(mask([true, false, true, true, true, true]))]).unwrap();
+        assert_eq!(valid(&known), Some(vec![true, false, true, true, true, true]));
+        assert_eq!(known.exemplars().validity()[1].map(|v| v.samples().iter().filter(|v| !**v).count()), Some(1));
+        let other = guide().knowing(&[Some(mask([false, true, true, true, true, true]))]).unwrap();
+        let joined = Guide::join(&[(guide(), 1.0), (known, 1.0), (other, 1.0)]).unwrap();
+        assert_eq!(valid(&joined), Some(vec![false, false, true, true, true, true]));
+        assert_eq!(guide().knowing(&[Some(mask([false; 6]))]), Err(Error::NothingValid));
+        let wrong = guide().knowing(&[Some(Grid::try_filled(Domain::open([2, 2]), 1, true).unwrap())]);
+        assert_eq!(wrong, Err(Error::MaskShape { exemplar: 0, expected: vec![2, 3], found: vec![2, 2] }));
     }
 
     #[test]

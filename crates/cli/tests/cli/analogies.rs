@@ -176,3 +176,38 @@ fn threads_change_nothing_of_what_is_made_beside_labels() {
     }
     assert!(different[0] != different[1], "a kernel is another reduction");
 }
+
+#[test]
+fn what_is_transparent_says_nothing() {
+    let folder = Folder::new("analogies-transparent");
+    // The same but for what is hidden: stars there, and red.
+    folder.pierced("@/stars.png", "red.png", |x| 64 <= x);
+    let mut red = selvedge_io::read(folder.path("red.png"), &Default::default()).unwrap().plane;
+    let Samples::U8(grid) = &mut red.samples else { panic!("8 bits") };
+    let alpha = grid.plane(3).to_vec();
+    for i in (0..alpha.len()).filter(|i| alpha[*i] == 0) {
+        (grid.plane_mut(0)[i], grid.plane_mut(1)[i]) = (3, (i * 7 % 256) as u8);
+    }
+    let path = folder.path("other.png");
+    fs::write(&path, selvedge_io::encode(&red, &Default::default(), &path, &Default::default()).unwrap()).unwrap();
+    folder.pierced("@/stars.png", "none.png", |_| true);
+    let pair = "@/stars.png @/stars.png";
+    for (name, line) in [
+        ("b", format!("analogy {pair} $ --luminance")),
+        ("a", "analogy $ @/stars.png @/stars.png".to_owned()),
+        ("guide", format!("analogy {pair} @/stars.png --guide @/stars.png $")),
+        ("low", "detail @/stars.png --low $ --scale 1".to_owned()),
+        ("cms", "transfer @/stars.png --target $ --method cms".to_owned()),
+        ("quilt", "transfer @/stars.png --target $".to_owned()),
+        ("target", "numbers @/stars.png --labels @/stars.png --target $".to_owned()),
+        ("labels", "numbers @/stars.png --labels $ --target @/stars.png".to_owned()),
+    ] {
+        let few = if name == "quilt" { "" } else { "--history 1 -K 1 -N 1" };
+        let few = if name == "cms" { "-K 1 -N 1" } else { few };
+        for of in ["red", "other"] {
+            folder.run(&format!("{} {few} -o {name}-{of}.png", line.replace('$', &format!("{of}.png")))).done();
+        }
+        folder.run(&format!("compare {name}-red.png {name}-other.png")).done();
+        folder.run(&format!("{} -o no.png", line.replace('$', "none.png"))).refused(3, &["none.png", "transparent"]);
+    }
+}

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use selvedge_core::{Grid, Plane, Role, Samples};
 use serde_json::Value;
 
 /// A folder of its own with the fixtures in reach, removed at the end.
@@ -38,6 +39,26 @@ impl Folder {
 
     pub(crate) fn run_words(&self, words: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Said {
         Said::from(self.command().args(words).output().unwrap())
+    }
+
+    /// Writes a picture that is another one, with alpha 0 in some columns; what these hide is written over with red.
+    pub(crate) fn pierced(&self, of: &str, name: &str, hidden: impl Fn(u32) -> bool) {
+        let plane = selvedge_io::read(of.replace('@', &fixtures()), &Default::default()).unwrap().plane;
+        let Samples::U8(grid) = &plane.samples else { panic!("8 bits") };
+        let (domain, colors) = (grid.domain(), plane.color_channels());
+        let value = |c: usize, at: [u32; 2]| match (hidden(at[1]), c) {
+            (true, 0) => 255,
+            (true, _) => 0,
+            (false, 3) => 255,
+            (false, _) => grid.get(c.min(colors - 1), at),
+        };
+        let samples = (0..4).flat_map(|c| domain.positions().map(move |at| (c, at)));
+        let samples = samples.map(|(c, at)| value(c, at)).collect();
+        let mut made = Plane::new(Role::Color, Samples::U8(Grid::from_vec(domain, 4, samples).unwrap()));
+        made.alpha = true;
+        let path = self.path(name);
+        let bytes = selvedge_io::encode(&made, &Default::default(), &path, &Default::default()).unwrap();
+        fs::write(path, bytes).unwrap();
     }
 
     /// Files and folders by their names.

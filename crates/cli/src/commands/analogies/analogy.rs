@@ -115,16 +115,25 @@ impl Analogy {
 /// Luminance, the target's mean and spread those of the sources.
 fn matched(guide: &Guide<2>) -> Result<Guide<2>, Failure> {
     let light = guide.derive(luminance)?;
-    let sources: Vec<&Grid<u8, 2>> = light.exemplars().sources().iter().map(|s| &s.features).collect();
-    let (own, theirs) = (moments(&sources), moments(&[light.target()]));
+    let of = |map: &Grid<u8, 2>, mask: Option<&Grid<bool, 2>>| {
+        let counts = |(i, v): (usize, &u8)| mask.is_none_or(|mask| mask.samples()[i]).then_some(*v);
+        map.samples().iter().enumerate().filter_map(counts).collect::<Vec<u8>>()
+    };
+    let sources = light.exemplars().sources().iter().map(|s| of(&s.features, s.valid.as_deref()));
+    let asked = light.asked().map(|asked| asked.map(|v| v)).transpose()?;
+    let (own, theirs) = (moments(&sources.collect::<Vec<_>>()), moments(&[of(light.target(), asked.as_ref())]));
     let by = if 0.0 < theirs.1 { own.1 / theirs.1 } else { 1.0 };
     let target = light.target().map(|v| ((f64::from(v) - theirs.0) * by + own.0 + 0.5).clamp(0.0, 255.0) as u8)?;
-    Ok(light.with_target(target)?)
+    let light = light.with_target(target)?;
+    Ok(match asked {
+        Some(asked) => light.asking(asked)?,
+        None => light,
+    })
 }
 
 /// Mean and standard deviation.
-fn moments(maps: &[&Grid<u8, 2>]) -> (f64, f64) {
-    let all = || maps.iter().flat_map(|map| map.samples()).map(|&v| u64::from(v));
+fn moments(maps: &[Vec<u8>]) -> (f64, f64) {
+    let all = || maps.iter().flatten().map(|&v| u64::from(v));
     let (n, sum, squares) = all().fold((0_u64, 0_u64, 0_u64), |(n, s, q), v| (n + 1, s + v, q + v * v));
     let mean = sum as f64 / n.max(1) as f64;
     (mean, (squares as f64 / n.max(1) as f64 - mean * mean).max(0.0).sqrt())

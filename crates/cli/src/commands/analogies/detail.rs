@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_cms_analogies::{Constraint, Kernel, low_resolution, match_low};
-use selvedge_core::Plane;
+use selvedge_core::{Grid, Plane};
 use selvedge_guides::encode_together;
 
 use super::job::{Job, Request};
 use super::{Knobs, Task, told};
 use crate::failure::Failure;
+use crate::followed::Followed;
 use crate::harmonise::is_integer;
 use crate::loom::Loom;
 use crate::method::Method as _;
@@ -84,15 +85,15 @@ impl Detail {
     }
 
     fn asked(&self, loom: &mut Loom<'_>) -> Result<Request, Failure> {
-        let (low, scale, kernel) = (loom.open(&self.low)?, self.scale, self.kernel.into());
+        let (low, scale, kernel) = (Followed::read(loom, &self.low)?, self.scale, self.kernel.into());
         self.check_match(loom, &low)?;
-        let own = self.constraint(loom, &low)?;
+        let (own, low) = (self.constraint(loom, &low)?, low.plane);
         let after = move |plane: &mut Plane<2>| match_low(plane, &low, scale, kernel).map_err(told::failure);
         Ok(Request { after: self.match_low.then(|| Box::new(after) as After), ..Request::one(own) })
     }
 
     /// Refuses to match what cannot be compared, or would change what stays to the bit.
-    fn check_match(&self, loom: &Loom<'_>, low: &Plane<2>) -> Result<(), Failure> {
+    fn check_match(&self, loom: &Loom<'_>, low: &Followed) -> Result<(), Failure> {
         let picture = &loom.loaded.payload[0];
         let refused = |what: &str, remedy: &str| Err(Failure::new(2, what.to_owned()).about(&self.low).remedy(remedy));
         if !self.match_low {
@@ -102,6 +103,10 @@ impl Detail {
             let what = "--match-low changes the whole picture, and --over, --start and --fixed keep some of it";
             return refused(what, "leave one of them out");
         }
+        if low.seen.is_some() {
+            return refused("it is transparent in places, which have no light to match", "leave --match-low out");
+        }
+        let low = &low.plane;
         if is_integer(low.samples.depth()) != is_integer(picture.samples.depth()) {
             let what = "--match-low adds values of one kind, and one of both is light and the other is not";
             return refused(what, "give --low in the exemplar's kind, or --depth");
@@ -112,10 +117,15 @@ impl Detail {
         Ok(())
     }
 
-    fn constraint(&self, loom: &Loom<'_>, low: &Plane<2>) -> Result<Constraint, Failure> {
-        let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(low)).collect();
+    fn constraint(&self, loom: &Loom<'_>, picture: &Followed) -> Result<Constraint, Failure> {
+        let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(&picture.plane)).collect();
         let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.low))?;
         let low = maps.pop().expect("the picture's").with_periodic(loom.domain.periodic);
-        low_resolution(&loom.loaded.exemplars, &maps, &low, self.scale, self.kernel.into()).map_err(told::failure)
+        let exemplars = &loom.loaded.exemplars;
+        let own = low_resolution(exemplars, &maps, &low, self.scale, self.kernel.into()).map_err(told::failure)?;
+        let Some(seen) = &picture.seen else { return Ok(own) };
+        let places = loom.domain.positions().map(|at| seen.get(0, at.map(|n| n / self.scale)));
+        let asked = Grid::from_vec(loom.domain, 1, places.collect())?;
+        Ok(Constraint { guide: own.guide.asking(asked)?, ..own })
     }
 }

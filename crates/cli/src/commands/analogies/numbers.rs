@@ -11,6 +11,7 @@ use super::job::{Job, Request};
 use super::palette::Palette;
 use super::{Knobs, Task};
 use crate::failure::Failure;
+use crate::followed::{self, Followed};
 use crate::loom::Loom;
 use crate::method::Method as _;
 use crate::pairs::{check_under, listed, over_ground};
@@ -70,23 +71,21 @@ impl Numbers {
 
     fn constraint(&self, job: &Job<'_>, loom: &mut Loom<'_>, sources: &[PathBuf]) -> Result<Constraint, Failure> {
         let session = loom.session;
-        let mut planes = Vec::new();
-        for (number, path) in sources.iter().enumerate() {
-            let plane = loom.open(path)?;
-            check_under(loom, number, path, &plane)?;
-            planes.push(plane);
+        let labels = Followed::all(loom, sources)?;
+        for (number, (path, one)) in sources.iter().zip(&labels).enumerate() {
+            check_under(loom, number, path, &one.plane)?;
         }
-        planes.push(loom.open(&self.target)?);
-        let planes: Vec<&Plane<2>> = planes.iter().collect();
+        let wanted = Followed::read(loom, &self.target)?;
+        let planes: Vec<&Plane<2>> = labels.iter().chain([&wanted]).map(|one| &one.plane).collect();
         let mut maps = encode_together(&planes).map_err(|e| Failure::from(e).about(&self.target))?;
-        let wanted = maps.pop().expect("the target's");
+        let target = maps.pop().expect("the target's");
         let have = Palette::of(&maps.iter().collect::<Vec<_>>())?;
-        let asked = Palette::of(&[&wanted])?;
+        let asked = Palette::of(&[&target])?;
         have.check(&asked).map_err(|f| f.about(&self.target))?;
         if self.one_hot {
             job.admit(loom, have.len())?;
         }
-        maps.push(wanted);
+        maps.push(target);
         let files = sources.iter().map(PathBuf::as_path).chain(std::iter::once(self.target.as_path()));
         let snaps = self.one_hot || have.is_exact && asked.is_exact;
         let mut snapped = Vec::new();
@@ -100,6 +99,7 @@ impl Numbers {
         let target = snapped.pop().expect("the target's");
         over_ground(loom, &mut snapped, &target)?;
         let guide = Guide::new(&loom.loaded.exemplars, &snapped, target.with_periodic(loom.domain.periodic))?;
+        let guide = followed::seen(guide, &labels, &wanted).map_err(|e| e.about(&sources[0]))?;
         // Two channels differ between two labels, of as many as there are labels; K was made for three that do.
         let weight = if self.one_hot { have.len() as f64 / 2.0 } else { 1.0 };
         Ok(Constraint { guide, ratio: 1, weight })

@@ -17,6 +17,7 @@ use crate::clips::ClipInput;
 use crate::commands::analogies::fit;
 use crate::commands::analogies::palette::Palette;
 use crate::failure::{Failure, shown};
+use crate::followed::{Followed, seen};
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
 use crate::memory;
@@ -126,12 +127,13 @@ fn followed(
     let [source, target] = [0, 1].map(|i| {
         let input = Input::new(session, &pair[i])?;
         memory::check_fixed(&session.limits, need(&input.probe(options)?)).map_err(|e| e.about(&pair[i]))?;
-        Ok::<_, Failure>(input.read(session, options, report)?.plane)
+        Followed::new(input.read(session, options, report)?.plane, &pair[i])
     });
     let (source, target) = (source?, target?);
-    let mut maps = encode_together(&[&source, &target]).map_err(|e| Failure::from(e).about(&pair[1]))?;
-    let target = maps.pop().expect("the target's");
-    let guide = Guide::new(exemplars, &maps, target).map_err(|e| Failure::from(e).about(&pair[0]))?;
+    let mut maps = encode_together(&[&source.plane, &target.plane]).map_err(|e| Failure::from(e).about(&pair[1]))?;
+    let over = maps.pop().expect("the target's");
+    let guide = Guide::new(exemplars, &maps, over).map_err(|e| Failure::from(e).about(&pair[0]))?;
+    let guide = seen(guide, &[source], &target).map_err(|e| e.about(&pair[0]))?;
     let constraints = [Constraint::new(guide)];
     let found = fitness(exemplars, &constraints, &Options::default()).map_err(|e| Failure::from(e).about(&pair[1]))?;
     let (fit, target) = (&found[0], constraints[0].guide.target());

@@ -8,6 +8,7 @@ use selvedge_guides::{blur, encode_together, luminance, match_histogram};
 
 use crate::correspondence::{Correspondence, What};
 use crate::failure::Failure;
+use crate::followed::{self, Followed};
 use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::output_size::OutputSize;
@@ -128,8 +129,8 @@ impl FollowArgs {
 
     /// Guides of a target at a path, with their weights.
     fn of_target(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Vec<(Guide<2>, f64)>, Failure> {
-        let target = loom.open(path)?;
-        let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(&target)).collect();
+        let picture = Followed::read(loom, path)?;
+        let planes: Vec<&Plane<2>> = loom.loaded.payload.iter().chain(std::iter::once(&picture.plane)).collect();
         let features = encode_together(&planes).map_err(|e| Failure::from(e).about(path))?;
         let mut maps = features.iter().map(luminance).collect::<Result<Vec<_>, _>>()?;
         let target = maps.pop().expect("the target's").with_periodic(loom.domain.periodic);
@@ -141,7 +142,7 @@ impl FollowArgs {
                 loom.session.warn(path, &what);
             }
         }
-        let light = Guide::new(&loom.loaded.exemplars, &maps, target)?;
+        let light = followed::asked(Guide::new(&loom.loaded.exemplars, &maps, target)?, &picture)?;
         let of = |c: &Correspondence| -> Result<(Guide<2>, f64), Failure> {
             let guide = c.what.of(&light, self.blur)?;
             let matched = self.match_histogram && c.what == What::Luminance;

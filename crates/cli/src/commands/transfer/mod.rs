@@ -124,6 +124,10 @@ impl Transfer {
 
     fn plan_blocks<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<PlannedRun<'l>, Failure> {
         let (exemplars, run, options) = (&loom.loaded.exemplars, loom.session.run(), self.options());
+        if guide.exemplars().validity() != exemplars.validity() {
+            let what = "a picture of --guide under an exemplar is transparent in places, which blocks cannot leave out";
+            return Err(Failure::new(3, what).remedy("use --method cms, or give a --mask that leaves them out"));
+        }
         let plan = TransferPlan::new(exemplars, Cow::Owned(guide), &options, &run).map_err(|e| failure(loom, e))?;
         let (sources, _) = loom.sources();
         let needed = loom.admit(&|output| self.followed.bytes(&sources, output, plan.bytes_of(output)))?;
