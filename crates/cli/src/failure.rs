@@ -102,6 +102,16 @@ impl Failure {
         Self { message, ..self }
     }
 
+    /// What ended a run, by a signal or not, where so many frames are written.
+    pub(crate) fn among(self, by_signal: bool, thing: &str, number: usize) -> Self {
+        if number == 0 || by_signal {
+            return if number == 0 { self } else { self.after(thing, number) };
+        }
+        let there = format!("{} before {} written", n(thing, number), if number == 1 { "is" } else { "are" });
+        let remedy = self.remedy.as_ref().map_or(String::new(), |remedy| format!("{remedy}; "));
+        self.remedy(format!("{remedy}{there}"))
+    }
+
     /// A panic was caught.
     pub(crate) fn internal(panic: &(dyn std::any::Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());

@@ -173,3 +173,23 @@ fn runs_before_the_one_that_is_interrupted_are_kept_and_told() {
     ended(child, stderr).refused(130, &[said]);
     assert_eq!(folder.names(), ["cobbles.png", "stars.partial.png"]);
 }
+
+#[test]
+fn frames_that_are_written_are_told_and_what_was_said_of_others_is_gone() {
+    let folder = Folder::new("partial-frames");
+    std::fs::write(folder.path("o.json"), "of another clip").unwrap();
+    let line =
+        "animate @/scales.png --flow vortex --init quilt --size 40x32 --frames 9000 -o o.####.png --progress json";
+    let (child, mut stderr) = begun(&folder, line);
+    let mut step = String::new();
+    while !step.contains("\"frames\"") {
+        step.clear();
+        stderr.read_line(&mut step).unwrap();
+    }
+    send(&child, "-INT");
+    let said = ended(child, stderr);
+    let names = folder.names();
+    assert!(names.contains(&"o.0001.png".to_owned()) && !names.contains(&"o.json".to_owned()), "{names:?}");
+    let (frames, were) = (names.len(), if names.len() == 1 { "frame before was" } else { "frames before were" });
+    said.refused(130, &[&format!("interrupted; {frames} {were} written")]);
+}

@@ -184,16 +184,15 @@ impl Typed<'_> {
 
     /// What ended the run, where so many frames are there.
     fn after(&self, session: &Session<'_>, failure: Failure, frames: usize) -> Failure {
+        let by_signal = session.watch.signal().is_some();
         if frames == 0 || session.global.dry_run {
             return failure;
         }
-        if session.watch.signal().is_some() {
-            return failure.after("frame", frames);
+        let mut failure = failure.among(by_signal, "frame", frames);
+        if let (Some(remedy), Some(_), false) = (&mut failure.remedy, &self.weaving.map, by_signal) {
+            remedy.push_str(", and go on with --resume");
         }
-        let there = format!("{} before {}", n("frame", frames), if frames == 1 { "is" } else { "are" });
-        let resume = if self.weaving.map.is_some() { ", and go on with --resume" } else { "" };
-        let remedy = failure.remedy.as_ref().map_or(String::new(), |remedy| format!("{remedy}; "));
-        failure.remedy(format!("{remedy}{there} written{resume}"))
+        failure
     }
 
     /// Whether a frame goes on from files: only the first one that is made after others which are there does.

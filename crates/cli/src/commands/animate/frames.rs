@@ -16,7 +16,7 @@ use crate::outputs::Outputs;
 use crate::report::Report;
 use crate::session::Session;
 use crate::watch::Watch;
-use crate::{made, names};
+use crate::{made, names, stdio};
 
 /// Sees each frame as one step.
 struct Quiet<'w>(&'w Watch);
@@ -47,11 +47,39 @@ impl Animate {
         let provenance = made::provenance(own, report.options.clone(), loaded.given(), fingerprints);
         let metadata = Metadata { provenance: Some(provenance), ..loaded.metadata.clone() };
         let mut writer = ClipWriter::create(&path, frames, metadata, self.write_options())?;
+        let (mut counts, mut written) = (Vec::new(), 0);
+        let making = (first, flows, body, options);
+        let made = self.each(session, loaded, making, (frames, &mut counts), &mut |plane| {
+            let Some((path, bytes)) = writer.encoded(&plane)? else { return Ok(()) };
+            if written == 0 {
+                forget(&writer)?;
+            }
+            selvedge_io::write_bytes(&path, &bytes, session.global.no_clobber)?;
+            written += 1;
+            Ok(())
+        });
+        made.map_err(|failure| failure.among(session.watch.signal().is_some(), "frame", written))?;
+        report.stage("synthesis");
+        report.stats = json!({ "frames": counts });
+        let mut outputs = Outputs::default();
+        writer.ended()?.into_iter().for_each(|(path, bytes)| outputs.bytes(&path, bytes));
+        report.stage("encode");
+        Ok(outputs)
+    }
+
+    /// Makes one frame after the other, and hands each on.
+    fn each(
+        &self,
+        session: &Session<'_>,
+        loaded: &ExemplarSet,
+        (first, flows, body, options): (SourceMap<2>, &Flows, Option<&Body>, &Animation),
+        (frames, counts): (u32, &mut Vec<Value>),
+        taken: &mut dyn FnMut(Plane<2>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
         let payload: Vec<&Plane<2>> = loaded.payload.iter().collect();
         let quiet = Quiet(&session.watch);
         let run = Run { observer: &quiet, ..session.run() };
         let mut animator = Animator::new(&loaded.exemplars, first, options, &run)?;
-        let mut counts = Vec::new();
         for frame in 0..frames {
             if self.close.is_some_and(|close| frame + close == frames) {
                 let within = |frame: u32| body.map(|body| body.at((frame + 1) % frames));
@@ -64,19 +92,18 @@ impl Animate {
             }
             session.check_signal()?;
             let whole = animator.frame().render(&payload)?;
-            let plane = if let Some(body) = body { body.shown(frame, whole)? } else { whole };
-            if let Some((path, bytes)) = writer.encoded(&plane)? {
-                selvedge_io::write_bytes(&path, &bytes, session.global.no_clobber)?;
-            }
+            taken(if let Some(body) = body { body.shown(frame, whole)? } else { whole })?;
             Observer::<2>::event(&session.watch, &Event::<2>::step("frames", u64::from(frame) + 1, u64::from(frames)));
         }
-        report.stage("synthesis");
-        report.stats = json!({ "frames": counts });
-        let mut outputs = Outputs::default();
-        writer.ended()?.into_iter().for_each(|(path, bytes)| outputs.bytes(&path, bytes));
-        report.stage("encode");
-        Ok(outputs)
+        Ok(())
     }
+}
+
+/// Takes away what an earlier run said of frames by these names, before the first of them is replaced.
+fn forget(writer: &ClipWriter) -> Result<(), Failure> {
+    let Some(manifest) = writer.files().pop().filter(|file| file.is_file()) else { return Ok(()) };
+    let kept = |e| Failure::new(4, format!("tells of frames that are replaced, and stays: {}", stdio::plain(&e)));
+    std::fs::remove_file(&manifest).map_err(|e| kept(e).about(&manifest).remedy("take it away, or name another clip"))
 }
 
 /// A full synthesis. `[Kwatra05 4.1]`
