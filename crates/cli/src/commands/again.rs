@@ -4,8 +4,10 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use selvedge_io::clip::Range;
 use selvedge_io::{Fingerprint, Provenance};
 
+use crate::clips;
 use crate::failure::{Failure, shown};
 use crate::inputs::{Either, Input};
 use crate::outputs;
@@ -78,7 +80,8 @@ impl Again {
             let what = format!("carries no command of selvedge: {}", made.command);
             return Err(Failure::new(3, what).about(&self.picture).remedy("give a picture that selvedge wrote"));
         }
-        let files = made.inputs.iter().map(|input| self.find(input)).collect::<Result<Vec<_>, Failure>>()?;
+        let range = words.iter().skip_while(|word| *word != "--range").nth(1).and_then(|word| clips::range(word).ok());
+        let files = made.inputs.iter().map(|input| self.find(input, range)).collect::<Result<Vec<_>, Failure>>()?;
         let mut left: Vec<Option<(&str, &Path)>> =
             made.inputs.iter().zip(&files).map(|(input, file)| Some((input.name.as_str(), file.as_path()))).collect();
         let mut found = |word: &str| {
@@ -108,8 +111,8 @@ impl Again {
         Ok(all)
     }
 
-    /// The file of this content, sought by its name first.
-    fn find(&self, input: &Fingerprint) -> Result<PathBuf, Failure> {
+    /// The file of this content, sought by its name first; or the name of files that have it together.
+    fn find(&self, input: &Fingerprint, range: Option<Range>) -> Result<PathBuf, Failure> {
         let here = self.picture.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let folders: Vec<&Path> = self.look_in.iter().map(PathBuf::as_path).chain([here, Path::new(".")]).collect();
         let (file, selector) = match input.name.strip_suffix(']').and_then(|name| name.rsplit_once('[')) {
@@ -117,6 +120,15 @@ impl Again {
             None => (input.name.as_str(), String::new()),
         };
         let mut other = None;
+        if clips::is_pattern(Path::new(&input.name)) {
+            for path in folders.iter().map(|folder| folder.join(&input.name)) {
+                match frames(&path, range) {
+                    Some(found) if found == input.blake3 => return Ok(path),
+                    Some(_) => other = other.or(Some(path)),
+                    None => {}
+                }
+            }
+        }
         for folder in &folders {
             for (name, selector) in [(input.name.as_str(), ""), (file, selector.as_str())] {
                 let path = folder.join(name);
@@ -155,6 +167,14 @@ fn with_selector(path: PathBuf, selector: &str) -> PathBuf {
     let mut path = path.into_os_string();
     path.push(selector);
     path.into()
+}
+
+/// What tells a sequence, in whole or as a range of it was read, or one of its frames alone.
+fn frames(pattern: &Path, range: Option<Range>) -> Option<String> {
+    let files = clips::files(pattern, range).or_else(|_| clips::files(pattern, None)).ok()?;
+    let each = |path: &PathBuf| Fingerprint { name: String::new(), blake3: hash(path) };
+    let each: Vec<Fingerprint> = files.iter().map(each).collect();
+    Some(clips::fingerprint(pattern, &each).blake3)
 }
 
 /// The file's BLAKE3 in hexadecimal; empty where it cannot be read.

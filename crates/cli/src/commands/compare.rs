@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples};
 use selvedge_io::clip::ClipOptions;
-use selvedge_io::{Format, Info, Metadata};
+use selvedge_io::{Format, Info, Metadata, ReadOptions};
 use serde_json::json;
 
-use crate::clips::ClipInput;
-use crate::failure::{Failure, shown};
+use crate::clips::{self, ClipInput};
+use crate::failure::{Failure, n, shown};
 use crate::harmonise::{Layout, alike, common_layout, converted, widened};
 use crate::inputs::{self, Input};
 use crate::memory;
@@ -17,6 +17,7 @@ use crate::options::NonFinite;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
+use crate::stdio::STREAM;
 use crate::steps::{Usual, step};
 use crate::wrong::Wrong;
 
@@ -50,6 +51,21 @@ pub(crate) struct Compare {
     diff: Option<PathBuf>,
     #[command(flatten)]
     nonfinite: NonFinite,
+}
+
+/// Refuses a clip: of its frames one alone would be seen.
+fn still(path: &Path, options: &ReadOptions) -> Result<(), Failure> {
+    if path.as_os_str() == STREAM || inputs::is_pipe(path) {
+        return Ok(());
+    }
+    // What is wrong with a file is told where it is read as a picture.
+    let frames = match ClipInput::found(path, options) {
+        Ok(Some(clip)) => n("frame", clip.info().frames as usize),
+        Err(e) if clips::is_pattern(path) => return Err(e),
+        _ => return Ok(()),
+    };
+    let failure = Failure::new(3, format!("is a clip of {frames}, and pictures are compared")).about(path);
+    Err(failure.remedy("give one of its frames, or use --loop to ask whether it closes"))
 }
 
 fn not_negative(text: &str) -> Result<f64, Wrong> {
@@ -93,6 +109,7 @@ impl Compare {
     /// Both pictures in one depth and with the same channels.
     fn read(&self, session: &Session<'_>, path: &Path, report: &mut Report) -> Result<[Plane<2>; 2], Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
+        [&self.a, path].into_iter().try_for_each(|path| still(path, &options))?;
         let inputs = [Input::new(session, &self.a)?, Input::new(session, path)?];
         let infos = [inputs[0].probe(&options)?, inputs[1].probe(&options)?];
         let [[w, h], [bw, bh]] = [0, 1].map(|i| [infos[i].width, infos[i].height]);

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Encoder, Event, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
-use selvedge_io::Info;
+use selvedge_io::{Fingerprint, Info, MapFile};
 use selvedge_metrics::{Columns, Judge, preference};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n as count, shown};
+use crate::ground::check_size;
 use crate::harmonise::{Layout, common_layout, widened};
 use crate::inputs::{self, Input};
 use crate::options::NonFinite;
@@ -55,6 +56,8 @@ impl Score {
         report.estimate = Some(needed.0);
         let planes = self.read(session, &files, &mut report)?;
         report.stage("read");
+        self.check(&planes, &maps, &report)?;
+        let maps: Vec<SourceMap<2>> = maps.into_iter().map(|file| file.map).collect();
         let scored = self.scored(session, &planes, &maps)?;
         session.watch.finish();
         report.stage("score");
@@ -63,7 +66,7 @@ impl Score {
     }
 
     /// An upper bound of all that is held, by the headers of exemplars and outputs.
-    fn bytes(&self, session: &Session<'_>, files: &[Input], maps: &[SourceMap<2>]) -> Result<Bytes, Failure> {
+    fn bytes(&self, session: &Session<'_>, files: &[Input], maps: &[MapFile]) -> Result<Bytes, Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
         let infos = files.iter().map(|input| input.probe(&options)).collect::<Result<Vec<_>, _>>()?;
         let layout = common_layout(files.iter().map(|input| input.path.as_path()).zip(infos.iter().map(Layout::of)))?;
@@ -73,11 +76,11 @@ impl Score {
             domains.map(|domain| Bytes::of_samples(domain, layout.colors as u64)).sum()
         };
         // A map's exemplars are prepared in its own orientations.
-        let turned = maps.iter().map(|map| samples(&mut map.table.sources().iter().map(|(_, domain)| *domain)));
+        let turned = maps.iter().map(|map| samples(&mut map.map.table.sources().iter().map(|(_, domain)| *domain)));
         let prepared = turned.fold(samples(&mut exemplars.iter().map(domain)), Bytes::max);
         let largest = outputs.iter().map(domain).map(|output| samples(&mut std::iter::once(output)));
         let largest = largest.max().unwrap_or_default();
-        let maps = maps.iter().map(|map| memory::places(map.domain())).sum::<Bytes>();
+        let maps = maps.iter().map(|map| memory::places(map.map.domain())).sum::<Bytes>();
         Ok(memory::PROGRAM + memory::reading(&infos) + held + maps + prepared * A_CHANNEL + largest * 2)
     }
 
@@ -91,13 +94,63 @@ impl Score {
         planes.into_iter().map(|plane| widened(plane, common)).collect()
     }
 
-    fn maps(&self, session: &Session<'_>, report: &mut Report) -> Result<Vec<SourceMap<2>>, Failure> {
+    fn maps(&self, session: &Session<'_>, report: &mut Report) -> Result<Vec<MapFile>, Failure> {
         let mut read = |path: &PathBuf| {
             let read = Input::new(session, path)?.read_map(session)?;
             report.inputs.push(read.entry);
-            Ok(read.file.map)
+            Ok(read.file)
         };
         self.map.iter().map(&mut read).collect()
+    }
+
+    /// Refuses outputs that are transparent anywhere, and maps of other outputs or exemplars.
+    fn check(&self, planes: &[Plane<2>], maps: &[MapFile], report: &Report) -> Result<(), Failure> {
+        let (exemplars, outputs) = planes.split_at(self.exemplar.len());
+        for (path, plane) in self.exemplar.iter().zip(exemplars) {
+            let nothing = plane.validity()?.is_some_and(|seen| !seen.samples().contains(&true));
+            if nothing {
+                let failure = Failure::new(3, "all of it is transparent, so that there is nothing to judge by");
+                return Err(failure.about(path).remedy("give an exemplar with something in it"));
+            }
+        }
+        for (path, plane) in self.outputs.iter().zip(outputs) {
+            let holes = plane.validity()?.map_or(0, |seen| seen.samples().iter().filter(|seen| !**seen).count());
+            if holes != 0 {
+                let failure = Failure::new(3, format!("{} transparent, and cannot be judged", are("pixel", holes)));
+                return Err(failure.about(path).remedy("give an output that shows something everywhere"));
+            }
+        }
+        for ((path, file), (name, output)) in self.map.iter().zip(maps).zip(self.outputs.iter().zip(outputs)) {
+            let (shape, of) = (output.domain().shape, format!("'{}' has", shown(name)));
+            check_size(path, file.map.domain().shape, Some(shape), &of, "give the map of this output")?;
+            self.check_made_of(file, report).map_err(|failure| failure.about(path))?;
+        }
+        Ok(())
+    }
+
+    /// A map's exemplars are the ones that were given, in their order.
+    fn check_made_of(&self, file: &MapFile, report: &Report) -> Result<(), Failure> {
+        let read = |path: &PathBuf| {
+            let path = selvedge_io::path_text(path);
+            report.inputs.iter().find(|input| input["path"] == path).and_then(|input| input["blake3"].as_str())
+        };
+        let given: Vec<Option<&str>> = self.exemplar.iter().map(read).collect();
+        for (origin, _) in file.map.table.sources() {
+            let number = usize::from(origin.exemplar);
+            let Fingerprint { name, blake3 } = &file.exemplars[number];
+            let same = |one: &Option<&str>| *one == Some(blake3.as_str());
+            if given.get(number).is_some_and(same) {
+                continue;
+            }
+            if given.iter().any(same) {
+                let what = format!("has '{name}' as its exemplar {}, and it is not given there", number + 1);
+                return Err(Failure::new(3, what).remedy("give --exemplar in the order of the run that made the map"));
+            }
+            let names: Vec<String> = self.exemplar.iter().map(|path| shown(path)).collect();
+            let what = format!("was made from '{name}', whose content is none of {}", names.join(", "));
+            return Err(Failure::new(3, what).remedy("give the exemplars (and --over) that it was made from"));
+        }
+        Ok(())
     }
 
     /// All outputs, best first; equal ones in the order given.
@@ -143,6 +196,10 @@ impl Score {
         scored.sort_by(|a, b| b.preference.total_cmp(&a.preference));
         Ok(scored)
     }
+}
+
+fn are(thing: &str, number: usize) -> String {
+    format!("{} {}", count(thing, number), if number == 1 { "is" } else { "are" })
 }
 
 fn domain(info: &Info) -> Domain<2> {

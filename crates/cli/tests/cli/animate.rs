@@ -75,6 +75,8 @@ fn frames_follow_one_file_or_one_each_and_are_made_again() {
     assert_ne!(read("one.1.png"), read("one.3.png"));
     folder.run("again one.2.png -o again.#.png --look-in @").done();
     assert_eq!(fs::read(folder.path("again.2.png")).unwrap(), fs::read(folder.path("one.2.png")).unwrap());
+    folder.run("again each.2.png -o more.#.png --look-in @").done();
+    assert_eq!(fs::read(folder.path("more.2.png")).unwrap(), fs::read(folder.path("each.2.png")).unwrap());
     let dry = folder.run(&format!("{line} --flow v.#.flo -o dry.#.png --json --dry-run")).done().json();
     assert_eq!(dry["options"], each["options"]);
     assert!(!folder.path("dry.1.png").exists());

@@ -25,5 +25,22 @@ fn maps_and_sizes_that_do_not_fit_are_refused() {
     folder.run("score a.png a.png --exemplar @/weave.png --map a.exr").refused(2, &["1 map", "one --map for each"]);
     folder.run("score b.png --exemplar @/weave.png").refused(3, &["'b.png'", "at least 32"]);
     folder.run("quilt @/weave.png -o c.png --size 64").done();
-    folder.run("score c.png --exemplar @/weave.png --map a.exr").refused(3, &["'c.png'", "[40, 40]", "[64, 64]"]);
+    folder
+        .run("score c.png --exemplar @/weave.png --map a.exr")
+        .refused(3, &["'a.exr': 40x40 px, but 'c.png' has 64x64 px"]);
+    let score = |exemplar: &str| folder.run(&format!("score a.png --exemplar @/{exemplar}.png --map a.exr"));
+    score("weave").done();
+    score("stars").refused(3, &["'a.exr': was made from 'weave.png', whose content is none of", "stars.png"]);
+}
+
+#[test]
+fn what_is_transparent_is_not_judged() {
+    let folder = Folder::new("score-transparent");
+    folder.pierced("@/weave.png", "hole.png", |x| x < 20);
+    folder.pierced("@/weave.png", "none.png", |_| true);
+    for out in ["hole.png", "none.png"] {
+        folder.run(&format!("score {out} --exemplar @/weave.png")).refused(3, &[out, "transparent"]);
+    }
+    folder.run("score @/weave.png --exemplar none.png").refused(3, &["'none.png'", "all of it is transparent"]);
+    folder.run("score @/weave.png --exemplar hole.png").done();
 }
