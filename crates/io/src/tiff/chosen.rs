@@ -1,8 +1,9 @@
 //! Channels that were chosen by their numbers, such as those beside colour and alpha. The decoder gives no others of
 //! an RGB picture, so it is shown all as channels that are nothing in particular.
 
-use selvedge_core::{Association, Samples};
+use selvedge_core::Association;
 
+use super::channels::{association, picked};
 use super::directory::{Directory, EXTRA_SAMPLES, PHOTOMETRIC, SAMPLES};
 use crate::Format;
 use crate::codec::Decoded;
@@ -40,11 +41,7 @@ impl Chosen {
         let channels = channels.ok_or_else(missing)?;
         let kinds = directory.numbers(&file, EXTRA_SAMPLES).unwrap_or_default();
         let last = channels.last().and_then(|last| kinds.get(last.checked_sub(colors)?));
-        let alpha = match last.filter(|_| 1 < channels.len()) {
-            Some(1) => Some(Association::Premultiplied),
-            Some(2) => Some(Association::Straight),
-            _ => None,
-        };
+        let alpha = last.filter(|_| 1 < channels.len()).and_then(|kind| association(*kind));
         if photometric == RGB {
             directory.set(&mut file, PHOTOMETRIC, GREY);
         }
@@ -62,21 +59,7 @@ impl Chosen {
     /// These channels alone.
     pub(super) fn of_all(&self, (description, samples): Decoded) -> Result<Decoded, Problem> {
         let description = self.described(description);
-        macro_rules! picked {
-            ($depth:ident, $grid:ident) => {{
-                let mut picked = crate::samples::zero_grid(&description.header)?;
-                for (to, &from) in self.channels.iter().enumerate() {
-                    picked.plane_mut(to).copy_from_slice($grid.plane(from));
-                }
-                Samples::$depth(picked)
-            }};
-        }
-        let picked = match &samples {
-            Samples::U8(grid) => picked!(U8, grid),
-            Samples::U16(grid) => picked!(U16, grid),
-            Samples::F16(grid) => picked!(F16, grid),
-            Samples::F32(grid) => picked!(F32, grid),
-        };
+        let picked = picked(&samples, &description.header, &self.channels)?;
         Ok((description, picked))
     }
 }

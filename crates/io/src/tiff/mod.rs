@@ -1,5 +1,6 @@
 //! TIFF: 8 and 16 bits, half and float, in strips, tiles or planes; fewer bits and palettes are expanded.
 
+mod channels;
 mod chosen;
 mod colors;
 mod compression;

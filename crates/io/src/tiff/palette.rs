@@ -10,7 +10,7 @@ use crate::error::Problem;
 pub(super) const PALETTE: u16 = 3;
 const GREY: u16 = 1;
 
-/// Makes the first directory say grey instead of palette.
+/// Makes the first directory say grey instead of what it says.
 pub(super) fn show_as_grey(file: &mut [u8]) -> Result<(), Problem> {
     let directory = Directory::of(file)?;
     directory.set(file, PHOTOMETRIC, GREY).ok_or_else(|| Problem::ends_early(Format::Tiff))

@@ -2,11 +2,12 @@
 
 use std::io::Cursor;
 
-use selvedge_core::{Association, Grid, Samples};
+use selvedge_core::{Grid, Samples};
+use tiff::TiffError;
 use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits};
 use tiff::tags::Tag;
-use tiff::{ColorType, TiffError};
 
+use super::channels::{Channels, Colors, Shown, alpha_of, picked};
 use super::chosen::Chosen;
 use super::{colors, compression, palette, planes};
 use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
@@ -84,22 +85,29 @@ fn joined(planes: &[Samples<2>], header: &Header) -> Result<Samples<2>, Problem>
     })
 }
 
-/// Opens the file; one with a palette a second time, as grey.
+/// Opens the file; one that the decoder gives only in part a second time, as grey.
 fn with_decoder<T>(
     input: &mut dyn Input,
     context: &mut Context<'_>,
     f: impl FnOnce(&mut Page<'_, '_, '_>) -> Result<T, Problem>,
 ) -> Result<T, Problem> {
     let mut decoder = open(input, context)?;
-    if decoder.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation).map_err(complaint)? != Some(palette::PALETTE) {
-        return f(&mut Page::new(decoder, None, context)?);
-    }
-    let map = decoder.get_tag_u16_vec(Tag::ColorMap).map_err(complaint)?;
+    let shown = match decoder.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation).map_err(complaint)? {
+        Some(palette::PALETTE) => Shown::Palette(decoder.get_tag_u16_vec(Tag::ColorMap).map_err(complaint)?),
+        // It knows alpha only right after the colours.
+        Some(RGB) if alpha_of(&extra(&mut decoder)).is_some_and(|(i, _)| 0 < i) => Shown::Rgb,
+        _ => return f(&mut Page::new(decoder, Shown::AsItIs, context)?),
+    };
     let mut file = Vec::new();
     input.rewind().and_then(|()| input.read_to_end(&mut file)).map_err(|e| Problem::file_system(e, 0))?;
     palette::show_as_grey(&mut file)?;
     let mut patched = Cursor::new(file);
-    f(&mut Page::new(open(&mut patched, context)?, Some(map), context)?)
+    f(&mut Page::new(open(&mut patched, context)?, shown, context)?)
+}
+
+/// What the channels beside colour are.
+fn extra(decoder: &mut PageDecoder<'_>) -> Vec<u64> {
+    decoder.find_tag_unsigned_vec(Tag::ExtraSamples).ok().flatten().unwrap_or_default()
 }
 
 fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<PageDecoder<'a>, Problem> {
@@ -116,14 +124,8 @@ fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<PageDecod
     Ok(decoder.with_limits(limits))
 }
 
-/// How the file's samples become ours.
-#[derive(Clone, Copy, PartialEq)]
-enum Colors {
-    AsStored,
-    Palette,
-    YCbCr,
-    Cmyk,
-}
+/// Photometric interpretation of red, green and blue.
+const RGB: u16 = 2;
 
 type PageDecoder<'a> = Decoder<&'a mut dyn Input>;
 
@@ -135,57 +137,37 @@ struct Page<'a, 'c, 'o> {
     all: usize,
     /// As stored; the picture's own header may have other channels.
     stored: Header,
-    colors: Colors,
-    map: Option<Vec<u16>>,
-    association: Option<Association>,
+    channels: Channels,
+    /// Colours of a palette.
+    map: Vec<u16>,
     context: &'c mut Context<'o>,
 }
 
 impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
-    fn new(mut decoder: PageDecoder<'a>, map: Option<Vec<u16>>, context: &'c mut Context<'o>) -> Result<Self, Problem> {
+    fn new(mut decoder: PageDecoder<'a>, shown: Shown, context: &'c mut Context<'o>) -> Result<Self, Problem> {
         let (width, height) = decoder.dimensions().map_err(complaint)?;
         let color = decoder.colortype().map_err(complaint)?;
         let layout = decoder.image_buffer_layout().map_err(complaint)?;
-        let extra = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).ok().flatten().unwrap_or_default();
-        let (channels, alpha, mut colors) = match color {
-            ColorType::Gray(_) => (1, false, Colors::AsStored),
-            ColorType::RGB(_) => (3, false, Colors::AsStored),
-            ColorType::RGBA(_) => (4, true, Colors::AsStored),
-            ColorType::YCbCr(8) => (3, false, Colors::YCbCr),
-            ColorType::CMYK(8 | 16) => (4, false, Colors::Cmyk),
-            ColorType::Multiband { num_samples, .. } => {
-                let alpha = num_samples == 2 && matches!(extra[..], [1 | 2]);
-                (usize::from(num_samples), alpha, Colors::AsStored)
-            }
-            other => return Err(Problem::unsupported(Format::Tiff, format!("colour type {other:?}"))),
-        };
-        if map.is_some() {
-            colors = Colors::Palette;
-        }
+        let extra = extra(&mut decoder);
+        let chosen = context.options.channels.is_some();
+        let channels = Channels::of(color, &shown, &extra, chosen)?;
         let bits = color.bit_depth();
         let depth = depth(&layout, bits)?;
-        let stored = Header { width: width.into(), height: height.into(), channels, alpha, depth };
+        let stored =
+            Header { width: width.into(), height: height.into(), channels: channels.given, alpha: false, depth };
         context.check(&stored)?;
         let all = decoder.find_tag_unsigned::<u16>(Tag::SamplesPerPixel).ok().flatten().map_or(1, usize::from);
-        if let Some(more) = all.checked_sub(channels).filter(|more| 0 < *more) {
-            let first = channels + 1;
-            let reads = if more == 1 { "it" } else { "the first" };
-            let what = format!(
-                "{more} of its {all} channels is neither colour nor alpha and left out; 'file.tif[{first}]' reads {reads}"
-            );
-            context.warn(Warning::ChannelsLeftOut { what });
-        }
-        let association = match extra.first() {
-            Some(1) => Some(Association::Premultiplied),
-            _ => Some(Association::Straight),
+        channels.tell(all, context);
+        let map = match shown {
+            Shown::Palette(map) => map,
+            _ => Vec::new(),
         };
-        Ok(Self { decoder, layout, bits, all, stored, colors, map, association, context })
+        Ok(Self { decoder, layout, bits, all, stored, channels, map, context })
     }
 
     /// The header of the picture.
     fn header(&self) -> Header {
-        let channels = if self.colors == Colors::AsStored { self.stored.channels } else { 3 };
-        Header { channels, ..self.stored }
+        Header { channels: self.channels.of_picture(), alpha: self.channels.alpha.is_some(), ..self.stored }
     }
 
     fn description(&mut self) -> Description {
@@ -193,11 +175,11 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
             self.context.warn(Warning::FirstPageOnly);
         }
         let orientation = self.number(Tag::Orientation).and_then(|o| o.try_into().ok()).unwrap_or(1);
-        let icc = if self.colors == Colors::Cmyk { None } else { self.profile() };
+        let icc = if self.channels.colors == Colors::Cmyk { None } else { self.profile() };
         let software = self.bytes(Tag::Software);
         let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
         let metadata = Metadata { icc, density: self.density(), provenance, ..Metadata::default() };
-        let association = self.association;
+        let association = Some(self.channels.alpha.unwrap_or_default());
         Description { orientation, association, ..Description::new(self.header(), metadata) }
     }
 
@@ -248,7 +230,7 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         let down = if planar { height as usize * channels } else { height as usize };
         if self.bits < 8 {
             bytes = unpack(&bytes, self.bits, across, down)?;
-            if self.colors != Colors::Palette {
+            if self.channels.colors != Colors::Palette {
                 let factor = u8::MAX / (u8::MAX >> (8 - self.bits));
                 bytes.iter_mut().for_each(|v| *v *= factor);
             }
@@ -265,9 +247,13 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
     }
 
     fn converted(&mut self, stored: Samples<2>) -> Result<Samples<2>, Problem> {
-        Ok(match (self.colors, stored) {
+        let stored = match &self.channels.kept {
+            Some(kept) => picked(&stored, &Header { channels: kept.len(), ..self.stored }, kept)?,
+            None => stored,
+        };
+        Ok(match (self.channels.colors, stored) {
             (Colors::Palette, Samples::U8(grid)) => {
-                let (grid, beyond) = palette::expand(&grid, self.map.as_deref().unwrap_or_default())?;
+                let (grid, beyond) = palette::expand(&grid, &self.map)?;
                 if 0 < beyond {
                     self.context.warn(Warning::BeyondPalette { count: beyond });
                 }

@@ -135,7 +135,7 @@ fn cut_and_flipped_zstd_is_damage() {
     assert!(matches!(load(&short), Err(Problem::Damaged { .. })));
 }
 
-/// A little-endian file of one strip, 2x1 px.
+/// A little-endian file of one strip, 2x1 px, of one value a tag.
 fn tiff(tags: &[(u16, u32)], data: &[u8]) -> Vec<u8> {
     let mut tags: Vec<(u16, u32)> = [&[(256, 2), (257, 1), (278, 1)], tags].concat();
     let data_at = 8 + 2 + 12 * (tags.len() as u32 + 2) + 4;
@@ -183,6 +183,57 @@ fn channels_that_are_left_out_are_told() {
         assert_eq!(little_endian(&alpha.plane.samples), [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!((alpha.plane.alpha, alpha.warnings), (true, vec![]));
         assert_eq!(alpha.plane.is_premultiplied(), kind == 1);
+    }
+}
+
+/// A file of 2x1 px of 8 bits, with these kinds of channels beside its colours; one or two, as they stand in the tag.
+fn beside(colors: u32, kinds: &[u8], data: &[u8]) -> Vec<u8> {
+    let photometric = if colors == 1 { 1 } else { 2 };
+    let channels = colors + kinds.len() as u32;
+    let mut file = tiff(&[(258, 8), (259, 1), (262, photometric), (277, channels), (338, 0)], data);
+    // Bytes in place of one short.
+    let at = file.windows(4).position(|tag| tag == [82, 1, 3, 0]).unwrap();
+    file[at + 2] = 1;
+    file[at + 4] = kinds.len() as u8;
+    file[at + 8..][..kinds.len()].copy_from_slice(kinds);
+    file
+}
+
+#[test]
+fn alpha_is_found_among_all_channels_beside_grey_and_rgb() {
+    let all: Vec<u8> = (1..=12).collect();
+    for (colors, kinds, kept, alpha, left) in [
+        (1, &[0, 2][..], &[0, 2][..], Some(false), "1 of its 3 channels is 2"),
+        (1, &[2, 0], &[0, 1], Some(false), "1 of its 3 channels is 3"),
+        (1, &[1, 0], &[0, 1], Some(true), "1 of its 3 channels is 3"),
+        (1, &[0, 0], &[0], None, "2 of its 3 channels are 2"),
+        (1, &[0], &[0], None, "1 of its 2 channels is 2"),
+        (1, &[0, 0, 2], &[0, 3], Some(false), "2 of its 4 channels are 2"),
+        (3, &[0, 2], &[0, 1, 2, 4], Some(false), "1 of its 5 channels is 4"),
+        (3, &[0, 1], &[0, 1, 2, 4], Some(true), "1 of its 5 channels is 4"),
+        (3, &[2, 0], &[0, 1, 2, 3], Some(false), "1 of its 5 channels is 5"),
+        (3, &[0, 0, 2], &[0, 1, 2, 5], Some(false), "2 of its 6 channels are 4"),
+    ] {
+        let n = colors as usize + kinds.len();
+        let file = beside(colors, kinds, &all[..2 * n]);
+        let picture = load(&file).unwrap_or_else(|e| panic!("{colors} {kinds:?}: {e}"));
+        let values: Vec<u8> = [0, n].iter().flat_map(|at| kept.iter().map(move |c| at + c)).map(|i| all[i]).collect();
+        assert_eq!(little_endian(&picture.plane.samples), values, "{colors} {kinds:?}");
+        let found = picture.plane.alpha.then_some(picture.plane.is_premultiplied());
+        assert_eq!(found, alpha, "{colors} {kinds:?}");
+        let beyond = |warning: &&Warning| !matches!(warning, Warning::BeyondAlpha { .. });
+        let told: Vec<String> = picture.warnings.iter().filter(beyond).map(Warning::to_string).collect();
+        let (count, first) = left.rsplit_once(' ').unwrap();
+        let reads = if count.ends_with("is") { "it" } else { "the first" };
+        let told_left = format!("{count} neither colour nor alpha and left out; 'file.tif[{first}]' reads {reads}");
+        assert_eq!(told, [told_left], "{colors} {kinds:?}");
+        let info = probe_bytes(&file, "x.tif", &ReadOptions::default()).unwrap();
+        assert_eq!((info.channels, info.alpha), (kept.len(), alpha.is_some()), "{colors} {kinds:?}");
+        for c in 0..n {
+            let options = ReadOptions { channels: Some((c + 1).to_string()), ..ReadOptions::default() };
+            let one = decode(&file, "x.tif", &options).unwrap();
+            assert_eq!((little_endian(&one.plane.samples), one.warnings), (vec![all[c], all[n + c]], vec![]));
+        }
     }
 }
 
