@@ -16,7 +16,7 @@ mod parts;
 pub use self::parts::remove_parts;
 use self::parts::{Disk, FINISHED, Part, Steps, create_part, folder, forget, is_missing, parts, sweep};
 use crate::error::{Error, Problem, WriteProtected};
-use crate::identity::{Identity, identity, input_at};
+use crate::identity::{Identity, dangling, identity, input_at};
 
 /// Writes a file whole or not at all: on failure the old file, or none, is left.
 ///
@@ -279,16 +279,6 @@ fn target(path: &Path) -> io::Result<(PathBuf, Option<fs::Metadata>)> {
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok((dangling(path), None)),
         Err(e) => Err(e),
     }
-}
-
-/// Where a chain of links that leads to nothing leads.
-fn dangling(path: &Path) -> PathBuf {
-    let mut path = path.to_path_buf();
-    // A ring has another error than one that ends nowhere, so this comes to an end.
-    while let Ok(to) = fs::read_link(&path) {
-        path = folder(&path).join(to);
-    }
-    path
 }
 
 fn write_part(steps: &impl Steps, file: &mut File, bytes: &[u8], old: Option<&fs::Metadata>) -> io::Result<()> {

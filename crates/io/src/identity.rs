@@ -36,7 +36,7 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 
 /// Where a file that does not exist would be, once the folders that it lacks were made.
 fn place(path: &Path) -> Option<PathBuf> {
-    let whole = Path::new(".").join(path);
+    let whole = Path::new(".").join(dangling(path));
     let there = whole.ancestors().skip(1).find_map(|folder| Some((folder, std::fs::canonicalize(folder).ok()?)));
     let (folder, mut place) = there?;
     for part in whole.strip_prefix(folder).ok()?.components() {
@@ -48,7 +48,46 @@ fn place(path: &Path) -> Option<PathBuf> {
     Some(place)
 }
 
+/// More links than this one after the other are a ring, as systems have it.
+const MOST_LINKS: usize = 40;
+
+/// Where a chain of links that leads to nothing leads.
+pub(crate) fn dangling(path: &Path) -> PathBuf {
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(to) = std::fs::read_link(&path) else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(to);
+    }
+    path
+}
+
 /// The input that a name leads to.
 pub(crate) fn input_at<'i>(output: &Path, inputs: &'i [PathBuf]) -> Option<&'i PathBuf> {
     inputs.iter().find(|input| same_file(output, file_of(input)))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn links_that_lead_to_nothing_yet_are_followed() {
+        let folder = std::env::temp_dir().join(format!("selvedge-identity-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(folder.join("sub")).unwrap();
+        for (to, link) in
+            [("o.png", "m.exr"), ("m.exr", "n.exr"), ("../o.png", "sub/index.html"), ("b", "a"), ("a", "b")]
+        {
+            symlink(to, folder.join(link)).unwrap();
+        }
+        let same = |a: &str, b: &str| same_file(&folder.join(a), &folder.join(b));
+        for (a, b) in [("o.png", "m.exr"), ("m.exr", "n.exr"), ("sub/index.html", "o.png"), ("sub/index.html", "n.exr")]
+        {
+            assert!(same(a, b) && same(b, a), "{a} {b}");
+        }
+        assert!(!same("o.png", "p.png") && !same("m.exr", "sub/o.png") && !same("a", "o.png"));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -26,6 +26,24 @@ fn an_output_that_is_an_input_is_refused() {
     assert_eq!(folder.files(), before);
 }
 
+#[cfg(unix)]
+#[test]
+fn two_outputs_that_lead_to_one_file_that_is_not_there_yet_are_refused() {
+    let folder = Folder::new("dangling");
+    let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, folder.path(name)).unwrap();
+    fs::create_dir(folder.path("report")).unwrap();
+    link("o.png", "m.exr");
+    link("o.png", "e.png");
+    link("../o.png", "report/index.html");
+    for (output, more) in
+        [("o.png", "--map m.exr"), ("o.png", "--explain e.png"), ("e.png", "--map m.exr"), ("o.png", "--report report")]
+    {
+        let line = format!("quilt @/stars.png --size 20 -o {output} {more}");
+        folder.run(&line).refused(2, &["is named for two outputs"]);
+        assert!(!folder.path("o.png").exists(), "{more}");
+    }
+}
+
 #[test]
 fn nothing_is_replaced_with_no_clobber() {
     let folder = Folder::new("clobber");
