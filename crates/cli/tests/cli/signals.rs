@@ -179,7 +179,7 @@ fn frames_that_are_written_are_told_and_what_was_said_of_others_is_gone() {
     let folder = Folder::new("partial-frames");
     std::fs::write(folder.path("o.json"), "of another clip").unwrap();
     let line =
-        "animate @/scales.png --flow vortex --init quilt --size 40x32 --frames 9000 -o o.####.png --progress json";
+        "animate @/scales.png --flow vortex --init quilt --size 40x32 --frames 400 -o o.####.png --progress json";
     let (child, mut stderr) = begun(&folder, line);
     let mut step = String::new();
     while !step.contains("\"frames\"") {
