@@ -9,6 +9,7 @@ use crate::choice::Draw;
 use crate::error::Error;
 use crate::few::halved;
 use crate::options::Options;
+use crate::usable::Usable;
 use crate::weaver::{BATCH, Weaver, Worker};
 
 /// For each so many regions of the output, one more failure in a row is borne: of more regions more fail in a row by
@@ -33,7 +34,10 @@ impl<const D: usize> Weaver<'_, D> {
         let mut failures = 0;
         // Of more regions, more fail in a row by chance.
         let patience = u64::from(self.options.patience) + self.canvas.cells.regions() / REGIONS_A_FAILURE;
-        let most = self.stats.patches.max(4) * Options::<D>::REFINEMENTS_A_PATCH;
+        // Patches that fill gaps of others are no measure of what can become better.
+        let whole = self.matcher.holds(self.region, Usable::all());
+        let laid = if whole { self.stats.patches } else { self.stats.patches.min(self.usual) };
+        let most = laid.max(4) * Options::<D>::REFINEMENTS_A_PATCH;
         let limit = self.options.refine.map_or(most, u64::from);
         self.tell("refine", 0, limit);
         while self.stats.refinements < limit && failures < patience {

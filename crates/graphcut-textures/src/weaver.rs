@@ -37,6 +37,8 @@ pub(crate) struct Weaver<'a, const D: usize> {
     /// Working memory of the regions that are looked at at once.
     pub(crate) workers: Vec<Worker<D>>,
     pub(crate) step: u64,
+    /// About how many patches cover the output where no mask leaves gaps.
+    pub(crate) usual: u64,
     /// No hole lies before this place.
     pub(crate) first_hole: usize,
     pub(crate) stats: Stats<D>,
@@ -137,6 +139,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
+            usual: plan.patches(output),
             first_hole: 0,
             stats: Stats::of(plan),
         })
