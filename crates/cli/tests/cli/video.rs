@@ -283,7 +283,9 @@ fn passes_have_the_same_seam_and_a_saved_surface_gives_it_again() {
 fn a_cross_fade_mixes_what_a_seam_copies() {
     let folder = Folder::new("video-fade");
     let said = folder.run(&format!("video {FIRE} -o fade.##.png --period 16 --blend 6")).done();
-    assert!(said.stderr.contains("faded over 6"), "{}", said.stderr);
+    assert!(said.stderr.contains("faded over 6,") && !said.stderr.contains("since"), "{}", said.stderr);
+    let said = folder.run(&format!("video {FIRE} -o long.##.png --period 16 --blend 500")).done();
+    assert!(said.stderr.contains("since there are no 500 beside it"), "{}", said.stderr);
     assert_eq!(clip(&folder, "fade.##.png").domain().shape[0], 16);
 }
 
@@ -356,4 +358,6 @@ fn whether_a_clip_closes_is_the_exit_code() {
     }
     let closes = folder.run("compare f --loop --json").done().json();
     assert_eq!((&closes["stats"]["closes"], &closes["stats"]["frames"]), (&true.into(), &14.into()));
+    let stats = folder.run("video f -o again.##.png --json").done().json()["stats"].clone();
+    assert_eq!((&stats["closes_already"], &stats["closure"]["closes"]), (&true.into(), &true.into()), "{stats}");
 }

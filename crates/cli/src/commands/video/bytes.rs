@@ -25,7 +25,9 @@ impl Video {
         }
         if way.weaves() {
             let options = self.woven.options(way, self.transition.measure())?;
-            work = work.max(self.woven.bytes(domain, colors, way, &options));
+            // Beside the jump that was refused: its map and pictures.
+            let refused = Bytes::of_samples(domain, 6);
+            work = work.max(self.woven.bytes(domain, colors, way, &options) + refused);
         }
         // The map, one rendered clip, and all of them as files that were not compressed.
         let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);

@@ -6,8 +6,8 @@ use selvedge_graphcut_textures::video::Jump;
 
 use crate::failure::Failure;
 
-/// The loop of a jump, faded over so many frames, or as many as there are on either side of it.
-pub(super) fn faded(clip: &Plane<3>, jump: &Jump, frames: u32) -> Result<Plane<3>, Failure> {
+/// The loop of a jump, faded over so many frames, or as many as there are on either side of it, and how many it were.
+pub(super) fn faded(clip: &Plane<3>, jump: &Jump, frames: u32) -> Result<(Plane<3>, u32), Failure> {
     let last = clip.domain().shape[0] - 1 - jump.from;
     let frames = frames.min(jump.period());
     // The end fades into what comes before the begin, or the begin out of what comes after the end, where more is
@@ -39,7 +39,7 @@ pub(super) fn faded(clip: &Plane<3>, jump: &Jump, frames: u32) -> Result<Plane<3
             return Err(failure.remedy("convert the clip to float"));
         }
     };
-    Ok(Plane { role: clip.role, samples, alpha: clip.alpha, association: clip.association })
+    Ok((Plane { role: clip.role, samples, alpha: clip.alpha, association: clip.association }, count))
 }
 
 /// A frame: so many parts of `of` are the other one.
@@ -82,7 +82,7 @@ mod tests {
     fn faded_values(from: u32, to: u32, frames: u32) -> Vec<u8> {
         let grid = Grid::from_vec(Domain::open([10, 1, 1]), 1, (0..10).map(|t| t * 20).collect()).unwrap();
         let clip = Plane::new(Role::Color, Samples::U8(grid));
-        let out = faded(&clip, &Jump { from, to, error: 0.0 }, frames).unwrap();
+        let (out, _) = faded(&clip, &Jump { from, to, error: 0.0 }, frames).unwrap();
         let Samples::U8(grid) = out.samples else { unreachable!() };
         grid.samples().to_vec()
     }

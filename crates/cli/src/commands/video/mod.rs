@@ -118,6 +118,7 @@ impl Video {
         (mut way, still): (Way, Option<&Still>),
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
+        let mut refused = None;
         let seam = self.transition.measure();
         if way.jumps() {
             let period = way.period(self.mode.frames().or(self.write.filled()).is_some());
@@ -127,11 +128,25 @@ impl Video {
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
             let Some(step) = step else { return Ok(made) };
             way.fall_back(format!("the best jump makes steps {step:.2} times the largest that is usual"));
+            refused = Some((step, made));
         }
         let [frames, height, width] = way.output.shape;
         let used = told::of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
         let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
-        self.woven.made(session, clip, (&way, seam, still), &self.write, used)
+        let woven = self.woven.made(session, clip, (&way, seam, still), &self.write, used)?;
+        Ok(better(refused, woven))
+    }
+}
+
+/// What was woven, unless the jump that was refused for it steps less.
+fn better(refused: Option<(f64, ClipOutcome)>, woven: ClipOutcome) -> ClipOutcome {
+    match (refused, woven.step) {
+        (Some((step, mut jump)), Some(worst)) if woven.complete && step <= worst => {
+            jump.how += &format!(" (it does not close, but temporal makes steps of {worst:.2})");
+            jump.stats["why"] = format!("temporal makes steps {worst:.2} times the largest that is usual").into();
+            jump
+        }
+        _ => woven,
     }
 }
 

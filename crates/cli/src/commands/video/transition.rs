@@ -226,13 +226,14 @@ impl TransitionArgs {
         frames: u32,
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
-        let mixed = fade::faded(&clip.plane, jump, frames).map_err(|e| e.about(&clip.path))?;
+        let (mixed, faded) = fade::faded(&clip.plane, jump, frames).map_err(|e| e.about(&clip.path))?;
         let features = &exemplars.sources()[0].features;
         let steps = Usual::of(features).map(|usual| usual.closure(std::iter::empty()));
         debug_assert!(steps.is_none_or(|closure| closure.steps == 0));
         let period = jump.period();
-        let how = format!("a loop of {period} frames, {} to {}, faded over {frames}", jump.to, jump.from);
-        let stats = json!({"mode": "blend", "period": period, "jump": jump_json(jump)});
+        let capped = if faded < frames { format!(", since there are no {frames} beside it") } else { String::new() };
+        let how = format!("a loop of {period} frames, {} to {}, faded over {faded}{capped}", jump.to, jump.from);
+        let stats = json!({"mode": "blend", "period": period, "jump": jump_json(jump), "faded": faded});
         let options = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
         let (surface, preview, step) = (None, None, None);
         let (frames, loops, played) = (period, true, None);
@@ -294,7 +295,12 @@ fn told(result: &Loop, stats: &LoopStats, closure: Option<&Closure>, closes: boo
         "price": stats.tried.get(stats.chosen).map(|tried| tried.price),
         "straight": stats.tried.get(stats.chosen).map(|tried| tried.straight),
         "tried": stats.tried.iter().map(tried).collect::<Vec<_>>(),
-        "closure": closure.map(closure_json),
+        "closure": closure.map(|closure| {
+            let mut told = closure_json(closure);
+            // The step over its end is one of the clip's own.
+            told["closes"] = (closes || closure.closes()).into();
+            told
+        }),
     })
 }
 

@@ -104,7 +104,7 @@ impl WovenArgs {
             preview,
             map: Some(map),
             mixed: None,
-            step: None,
+            step: Some(motion.worst()),
             complete,
         })
     }
@@ -154,6 +154,12 @@ struct Motion {
 }
 
 impl Motion {
+    /// The largest of all steps as jumps are measured: squared.
+    fn worst(&self) -> f64 {
+        let worst = self.largest.max(self.over_end);
+        worst * worst
+    }
+
     fn of(clip: &Grid<u8, 3>, output: &Grid<u8, 3>) -> Self {
         // Pixels of frames differ in number where the size does.
         let pixels = |grid: &Grid<u8, 3>| grid.domain().strides()[0] as f64;
