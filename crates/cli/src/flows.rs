@@ -19,13 +19,20 @@ choices!(DirectionArg for Direction {
 
 /// The files of a flow, in order.
 pub(crate) fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let files = clips::files(path, None)?;
+    let files = clips::files(&in_folder(path), None)?;
     match files.iter().find(|file| !is_flow_name(file)) {
         Some(other) => Err(Failure::new(3, "is no file of vectors")
             .about(other)
             .remedy("name the frames by a pattern, such as 'name.####.flo'")),
         None => Ok(files),
     }
+}
+
+/// A folder holds frames of vectors where it has `.flo` files, which are no pictures, and pictures of vectors else.
+fn in_folder(path: &Path) -> PathBuf {
+    let flo = |entry: std::fs::DirEntry| entry.path().extension().is_some_and(|extension| extension == "flo");
+    let any = std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(flo));
+    if any { path.join("*.flo") } else { path.to_path_buf() }
 }
 
 /// Reads one, which has to be of the size that something has.

@@ -73,6 +73,12 @@ fn frames_follow_one_file_or_one_each_and_are_made_again() {
         assert_eq!(read(&format!("each.{frame}.png")), read(&format!("one.{frame}.png")));
     }
     assert_ne!(read("one.1.png"), read("one.3.png"));
+    fs::create_dir(folder.path("flows")).unwrap();
+    for name in ["v.1.flo", "v.2.flo"] {
+        fs::copy(folder.path(name), folder.path("flows").join(name)).unwrap();
+    }
+    let folded = folder.run(&format!("{line} --flow flows -o folded.#.png --json --dry-run")).done().json();
+    assert_eq!(folded["options"]["frames"], 3, "a folder of .flo files is one frame each");
     folder.run("again one.2.png -o again.#.png --look-in @").done();
     assert_eq!(fs::read(folder.path("again.2.png")).unwrap(), fs::read(folder.path("one.2.png")).unwrap());
     folder.run("again each.2.png -o more.#.png --look-in @").done();
