@@ -127,7 +127,7 @@ impl Command {
             Self::Animate(animate) => animate.run(session),
             Self::Video(video) => video.run(session),
             Self::Apply(apply) => apply.run(session),
-            Self::Again(again) => again.run(session, run),
+            Self::Again(again) => again.run(session, &program(), run),
             Self::Info(info) => info.run(session),
             Self::Inspect(inspect) => inspect.run(session),
             Self::Compare(compare) => compare.run(session),

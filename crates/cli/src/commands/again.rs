@@ -3,16 +3,18 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueHint};
+use clap::{Arg, Args, Command, ValueHint};
 use selvedge_io::clip::Range;
-use selvedge_io::{Fingerprint, Provenance};
+use selvedge_io::{Fingerprint, Provenance, one_line};
 
 use crate::clips;
+use crate::config;
 use crate::failure::{Failure, shown};
 use crate::inputs::{Either, Input};
 use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
+use crate::used::is_used;
 
 /// Options of `again`.
 #[derive(Args, Debug)]
@@ -30,11 +32,12 @@ pub(crate) struct Again {
 }
 
 impl Again {
-    /// Runs the command: hands the words of what the picture carries to `run`, with its seed and its inputs as they are
-    /// here.
+    /// Runs the command: hands the words of what the picture carries, a command of `program`, to `run`, with its seed
+    /// and its inputs as they are here.
     pub(crate) fn run(
         &self,
         session: &Session<'_>,
+        program: &Command,
         run: &dyn Fn(&[OsString]) -> Result<Done, Failure>,
     ) -> Result<Done, Failure> {
         let mut report = Report::new("again");
@@ -51,7 +54,7 @@ impl Again {
             let what = format!("was made by version {}; this one may make it otherwise", made.version);
             session.warn(&self.picture, &what);
         }
-        let words = self.words(&made)?;
+        let words = self.words(&made, program)?;
         let mut done = run(&words)?;
         let before = input.hash();
         let same = done.report.outputs.iter().any(|output| output["blake3"] == before.as_str());
@@ -74,10 +77,15 @@ impl Again {
     }
 
     /// The command of a picture with its inputs where they are now.
-    fn words(&self, made: &Provenance) -> Result<Vec<OsString>, Failure> {
+    fn words(&self, made: &Provenance, program: &Command) -> Result<Vec<OsString>, Failure> {
         let words = unquoted(&made.command);
         if words.len() < 2 || words[0] != "selvedge" || words[1] == "again" {
             let what = format!("carries no command of selvedge: {}", made.command);
+            return Err(Failure::new(3, what).about(&self.picture).remedy("give a picture that selvedge wrote"));
+        }
+        let command = config::command(program, &words[1]);
+        if let Some(option) = words[2..].iter().find(|word| !is_canonical(word, &command)) {
+            let what = format!("carries the option {}, which no picture of selvedge does", one_line(option));
             return Err(Failure::new(3, what).about(&self.picture).remedy("give a picture that selvedge wrote"));
         }
         let range = words.iter().skip_while(|word| *word != "--range").nth(1).and_then(|word| clips::range(word).ok());
@@ -91,7 +99,15 @@ impl Again {
             left.iter().position(named).and_then(|i| left[i].take()).map(|(_, file)| file.to_path_buf())
         };
         let mut all: Vec<OsString> = words[..2].iter().map(OsString::from).collect();
+        let mut names_files = true;
         for word in &words[2..] {
+            if let Some(long) = word.strip_prefix("--") {
+                names_files = command.get_arguments().any(|arg| arg.get_long() == Some(long) && takes_files(arg));
+            }
+            if !names_files {
+                all.push(word.into());
+                continue;
+            }
             if let Some(file) = found(word) {
                 all.push(file.into_os_string());
                 continue;
@@ -154,6 +170,26 @@ impl Again {
         };
         Err(failure.remedy("name the folder of the right one with --look-in"))
     }
+}
+
+/// Whether a word is none of an option, or of one that a canonical command may have: one that changes samples, by its
+/// long name, which its values follow as words of their own. A picture is anyone's file: it must not write or read
+/// what its reader did not name.
+fn is_canonical(word: &str, command: &Command) -> bool {
+    let is_short = |rest: &str| rest.starts_with(|c: char| c.is_alphabetic());
+    match word.strip_prefix("--") {
+        Some("seed") => true,
+        Some(long) => {
+            let named = |arg: &Arg| arg.get_long() == Some(long) && !arg.is_global_set() && is_used(long);
+            command.get_arguments().any(named)
+        }
+        None => !word.strip_prefix('-').is_some_and(is_short),
+    }
+}
+
+/// Whether the values of an option are names of files.
+fn takes_files(arg: &Arg) -> bool {
+    matches!(arg.get_value_hint(), ValueHint::FilePath | ValueHint::DirPath | ValueHint::AnyPath)
 }
 
 /// A name that two different inputs had: which stood where, the command does not say.

@@ -144,3 +144,69 @@ fn inputs_of_one_name_are_never_taken_for_each_other_in_silence() {
     let said = folder.run("again out.png -o other.tif --look-in a b").done();
     assert!(said.stderr.contains("had the name 'x.png'"), "{said:?}");
 }
+
+/// A picture of somebody else that carries a command.
+fn carries(folder: &Folder, command: &str) {
+    use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+    use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
+    let input = fs::read(folder.path("in.png")).unwrap();
+    let input = Fingerprint { name: "in.png".into(), blake3: blake3::hash(&input).to_hex().to_string() };
+    let version = env!("CARGO_PKG_VERSION").into();
+    let made = Provenance { version, seed: 0, inputs: vec![input], command: command.into() };
+    let metadata = Metadata { provenance: Some(made), ..Metadata::default() };
+    let samples = Samples::U8(Grid::try_filled(Domain::open([2, 2]), 1, 0).unwrap());
+    let plane = Plane::new(Role::Color, samples);
+    selvedge_io::write(folder.path("hostile.png"), &plane, &metadata, &WriteOptions::default()).unwrap();
+}
+
+#[test]
+fn a_carried_command_names_no_file_to_write_and_no_setting_of_the_run() {
+    let folder = Folder::new("again-hostile");
+    copy(&folder, "weave.png", "in.png");
+    fs::write(folder.path("victim.png"), "precious").unwrap();
+    for option in [
+        "--explain victim.png",
+        "--explain=victim.png",
+        "--map victim.exr",
+        "--map=victim.exr",
+        "--report victim",
+        "--config victim.png",
+        "--save-config victim.png",
+        "-o victim.png",
+        "-ovictim.png",
+        "--output victim.png",
+        "--max-memory 1GiB",
+        "-j 500",
+        "--threads 500",
+        "--sweep seed=1,2",
+        "--sheet victim.png",
+        "--each",
+        "-q",
+        "--dry-run",
+        "--pretend",
+        "--expect 00000000",
+        "--json",
+        "--paper",
+        "--",
+        "--size=64",
+    ] {
+        carries(&folder, &format!("selvedge quilt in.png --size 64 {option}"));
+        let (before, word) = (folder.files(), option.split(' ').next().unwrap());
+        folder.run("again hostile.png -o a.png").refused(3, &["carries the option", word]);
+        assert_eq!(folder.files(), before, "{option}");
+    }
+    carries(&folder, "selvedge graphcut in.png --size 64 --rotate -30,30 --seed 3");
+    folder.run("again hostile.png -o a.png").done();
+}
+
+#[test]
+fn an_input_whose_name_is_a_value_stands_only_where_files_do() {
+    let folder = Folder::new("again-value");
+    fs::create_dir(folder.path("out")).unwrap();
+    copy(&folder, "weave.png", "difference");
+    copy(&folder, "stars.png", "48");
+    folder.run("quilt difference 48 --size 48 --seam difference -o out/a.png").refused(2, &["--seam"]);
+    folder.run("graphcut difference 48 --size 48 --seam difference -o out/a.png").done();
+    let said = folder.run("again out/a.png -o b.png").done();
+    assert!(said.stderr.contains("the same bytes as"), "{said:?}");
+}

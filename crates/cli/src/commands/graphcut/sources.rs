@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use selvedge_core::{Grid, Source, Start, Transform};
 
 use super::scales::{self, Field, Range, Scales};
@@ -26,7 +26,7 @@ pub(super) struct SourceArgs {
     scale: Vec<f64>,
     /// How large the texture is at each place, for perspective: top=0.5,bottom=1.5 (and left=, right=) from side to
     /// side, or a picture that is stretched over the output.
-    #[arg(long, value_name = "FIELD")]
+    #[arg(long, value_name = "FIELD", value_hint = ValueHint::AnyPath)]
     scale_field: Option<Field>,
     /// The scales that black and white of a picture of scales stand for.
     #[arg(long, value_name = "LOW..HIGH", requires = "scale_field")]
