@@ -1,10 +1,13 @@
 //! Files and standard output: refused before the work where they cannot be written, written whole or not at all.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
-use selvedge_io::{Format, MapFile, Metadata, Problem, ReadOptions, StagedFile, Warning, WriteOptions, path_text};
+use selvedge_io::{
+    Destination, Format, MapFile, Metadata, Problem, ReadOptions, StagedFile, Warning, WriteOptions, path_text,
+};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n, shown};
@@ -18,8 +21,9 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
     let global = session.global;
     let outputs: Vec<&Path> = outputs.iter().map(AsRef::as_ref).chain(global.save_config.as_deref()).collect();
     let inputs: Vec<PathBuf> = inputs.iter().chain(&global.config).cloned().collect();
-    for (i, output) in outputs.iter().enumerate() {
-        if outputs[..i].iter().any(|other| selvedge_io::same_file(other, output)) {
+    let mut named = BTreeSet::new();
+    for output in outputs {
+        if !named.insert(Destination::of(output)) {
             return Err(Failure::new(2, "is named for two outputs").remedy("choose another name").about(output));
         }
         if output.as_os_str() != STREAM {

@@ -24,14 +24,30 @@ pub(crate) fn identity(path: &Path) -> Option<Identity> {
     std::fs::canonicalize(path).ok()
 }
 
+/// Where a name leads, through links of any kind: to a file, or to where one would be made. Of many names those that
+/// meet are found by a set of these, where asking of each pair would take the square of their number.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Destination(Leads);
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Leads {
+    There(Identity),
+    Missing(PathBuf),
+    Nowhere(PathBuf),
+}
+
+impl Destination {
+    /// That of a name, as the file system is now.
+    pub fn of(path: &Path) -> Self {
+        let missing = || place(path).map(Leads::Missing);
+        let leads = identity(path).map(Leads::There).or_else(missing);
+        Self(leads.unwrap_or_else(|| Leads::Nowhere(path.to_path_buf())))
+    }
+}
+
 /// Whether two names lead to one file, through links of any kind, or would once it is made.
 pub fn same_file(a: &Path, b: &Path) -> bool {
-    let same = |a: Option<PathBuf>, b: Option<PathBuf>| a.is_some() && a == b;
-    match (identity(a), identity(b)) {
-        (Some(a), Some(b)) => a == b,
-        (None, None) => a == b || same(place(a), place(b)),
-        _ => false,
-    }
+    Destination::of(a) == Destination::of(b)
 }
 
 /// Where a file that does not exist would be, once the folders that it lacks were made.

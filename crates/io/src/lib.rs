@@ -83,7 +83,7 @@ pub use conversion::Conversion;
 pub use convert::convert;
 pub use error::{Error, Problem};
 pub use format::Format;
-pub use identity::same_file;
+pub use identity::{Destination, same_file};
 pub use map::{MapFile, decode_map, encode_map, read_map, write_map};
 pub use mask::{MaskChannel, mask, read_mask};
 pub use metadata::{Density, DensityUnit, Metadata};
