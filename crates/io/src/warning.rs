@@ -58,6 +58,14 @@ pub enum Warning {
         /// The format written.
         format: Format,
     },
+    /// Light below 0, which the format written does not hold.
+    #[error("{count} sample(s) are below 0 and became 0, since {format} holds none")]
+    Negative {
+        /// How many.
+        count: u64,
+        /// The format written.
+        format: Format,
+    },
     /// A colour tag for which the format written has no place.
     #[error("its {tag} has no place in this {format} and is left out")]
     TagLeftOut {

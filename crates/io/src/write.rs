@@ -9,6 +9,7 @@ use crate::alpha::associate;
 use crate::atomic::write_bytes;
 use crate::convert::convert;
 use crate::error::{Error, Problem};
+use crate::image::hdr;
 use crate::metadata::Metadata;
 use crate::{Depth, Format, Warning, by_format};
 
@@ -94,8 +95,10 @@ pub fn changes(plane: &Plane<2>, metadata: &Metadata, format: Format) -> Vec<War
         Association::Straight => Warning::Divided { format },
         Association::Premultiplied => Warning::Multiplied { format },
     });
+    let negative = if format == Format::Hdr { hdr::negative(plane) } else { 0 };
+    let negative = (0 < negative).then_some(Warning::Negative { count: negative, format });
     let tags = metadata.left_out(format, plane.color_channels());
-    alpha.into_iter().chain(tags.into_iter().map(|tag| Warning::TagLeftOut { tag, format })).collect()
+    alpha.into_iter().chain(negative).chain(tags.into_iter().map(|tag| Warning::TagLeftOut { tag, format })).collect()
 }
 
 fn encode_as(

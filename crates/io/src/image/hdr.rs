@@ -44,6 +44,12 @@ fn comments(input: &mut dyn Input) -> Result<String, Problem> {
     Ok(ours.skip_while(|line| !line.starts_with("selvedge ")).collect::<Vec<_>>().join("\n"))
 }
 
+/// Samples that become 0 because they are less.
+pub(crate) fn negative(plane: &Plane<2>) -> u64 {
+    let (channels, n) = (plane.color_channels(), plane.domain().len());
+    (0..channels).map(|c| (0..n).filter(|i| plane.samples.value(c, *i) < 0.0).count() as u64).sum()
+}
+
 /// The whole file. Each sample is rounded to 8 bits of its pixel's largest; negative ones become 0.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
     let format = Format::Hdr;

@@ -71,14 +71,23 @@ fn tagged(input: &mut dyn Input) -> std::io::Result<Vec<u8>> {
     if end < at + len as u64 || METADATA_BYTES < len { Ok(Vec::new()) } else { read(at, len) }
 }
 
-/// The whole file, its runs packed.
+/// Bytes before the samples, and where among them the height stands.
+const HEADER: usize = 18;
+const HEIGHT: std::ops::Range<usize> = 14..16;
+
+/// The whole file, its runs packed row by row: no packet goes on in the next row [TGA 2.0], as the encoder's would.
 pub(crate) fn encode(plane: &Plane<2>, metadata: &Metadata) -> Result<Vec<u8>, Problem> {
     let (bytes, color) = eight_bits(plane, Format::Tga)?;
     let [height, width] = plane.domain().shape;
     encoded(Format::Tga, |file| {
-        // The encoder swaps red and blue in a copy.
-        file.ask_for(bytes.len()).map_err(|e| e.to_string())?;
-        TgaEncoder::new(&mut *file).encode(&bytes, width, height, color.into()).map_err(|e| e.to_string())?;
+        let height = u16::try_from(height).map_err(|e| e.to_string())?;
+        let mut packed = Vec::new();
+        for (y, row) in bytes.chunks_exact(bytes.len() / usize::from(height)).enumerate() {
+            packed.clear();
+            TgaEncoder::new(&mut packed).encode(row, width, 1, color.into()).map_err(|e| e.to_string())?;
+            packed[HEIGHT].copy_from_slice(&height.to_le_bytes());
+            file.write_all(&packed[if y == 0 { 0 } else { HEADER }..]).map_err(|e| e.to_string())?;
+        }
         append(file, metadata).map_err(|e| e.to_string())
     })
 }

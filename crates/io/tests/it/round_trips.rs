@@ -1,8 +1,10 @@
 //! What is written is read again, bit for bit, with what the file says besides.
 
 use crate::common::{bits, made, plane, profile};
-use selvedge_core::{Depth, Plane, Role, Samples};
-use selvedge_io::{Density, DensityUnit, ErrorKind, Format, Metadata, Picture, Problem, ReadOptions, WriteOptions};
+use selvedge_core::{Depth, Domain, Grid, Plane, Role, Samples};
+use selvedge_io::{
+    Density, DensityUnit, ErrorKind, Format, Metadata, Picture, Problem, ReadOptions, Warning, WriteOptions,
+};
 use selvedge_io::{decode, encode, probe_bytes};
 
 const LOSSLESS: [Format; 5] = [Format::Png, Format::Tiff, Format::Exr, Format::Webp, Format::Tga];
@@ -210,4 +212,34 @@ fn misnamed_files_are_read_with_a_warning() {
     let picture = decode(&bytes, "a.png", &ReadOptions::default()).unwrap();
     assert_eq!(picture.warnings[0].to_string(), "the name says png, but the content is exr");
     assert_eq!(decode(&bytes, "no extension", &ReadOptions::default()).unwrap().warnings, []);
+}
+
+#[test]
+fn no_packet_of_tga_goes_on_in_the_next_row() {
+    for (width, height, channels) in [(90, 96, 3), (90, 3, 1), (300, 2, 3), (1, 5, 3)] {
+        let samples = Samples::U8(Grid::try_filled(Domain::open([height, width]), channels, 7).unwrap());
+        let plane = Plane::new(Role::Color, samples);
+        let file = encode(&plane, &Metadata::default(), "a.tga", &WriteOptions::default()).unwrap();
+        assert_eq!(decode(&file, "a.tga", &ReadOptions::default()).unwrap().plane.samples, plane.samples);
+        let mut at = 18;
+        for y in 0..height {
+            let mut x = 0;
+            while x < width {
+                let n = u32::from(file[at] & 0x7f) + 1;
+                at += 1 + channels * if file[at] & 0x80 == 0 { n as usize } else { 1 };
+                x += n;
+            }
+            assert_eq!(x, width, "row {y} of {width}x{height}");
+        }
+        assert_eq!(at, file.len());
+    }
+}
+
+#[test]
+fn light_below_zero_is_told_where_hdr_makes_it_zero() {
+    let light = vec![-0.5, 1.0, 0.0, -2.0];
+    let plane = Plane::new(Role::Color, Samples::F32(Grid::from_vec(Domain::open([2, 2]), 1, light).unwrap()));
+    let told = |format| selvedge_io::changes(&plane, &Metadata::default(), format);
+    assert_eq!(told(Format::Hdr), [Warning::Negative { count: 2, format: Format::Hdr }]);
+    assert_eq!(told(Format::Exr), []);
 }
