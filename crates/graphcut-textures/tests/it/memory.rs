@@ -86,8 +86,9 @@ fn runs_stay_within_their_estimates() {
             held <= planned && planned <= held * 2 + (8 << 20),
             "case {number}: held {held} bytes, planned {planned}"
         );
-        // Of headers alone it is not known at how many sizes the map will be solved: one of them takes the most.
-        let most = if 1 < levels { 10 } else { 5 };
+        // Of headers alone it is not known at how many sizes the map will be solved: one of them takes the most; nor
+        // whether patches are whole, which takes six times what regions do and the look at the texture.
+        let most = if 1 < levels { 10 } else { 6 };
         assert!(
             held <= estimate && estimate <= most * held + (2 << 20),
             "case {number}: held {held} bytes, estimated {estimate}"
