@@ -115,5 +115,5 @@ pub use estimate::estimate;
 pub use expand::{Proposal, Scratch, expand};
 pub use frame::Frame;
 pub use prices::{Prices, Quad};
-pub use settle::{Pins, settle};
+pub use settle::{Pins, estimate_settled, settle};
 pub use shift::shift;

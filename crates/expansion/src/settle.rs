@@ -1,6 +1,6 @@
 //! A map decided again near its seams: banded cuts, tile by tile. `[Lombaert05]`
 
-use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, Window, par};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, SourceMap, Window, par};
 
 use crate::choice::{Choice, Holes, Pin};
 use crate::error::Error;
@@ -11,8 +11,10 @@ use crate::frame::Frame;
 /// samples to each of its patches; where it is small, seams end at its border too soon. What lies between is a guess.
 const TILE: u32 = 64;
 
-/// Tiles that are decided before any of them is laid: bounds their memory, about 24 bytes a sample.
+/// Tiles that are decided before any of them is laid: bounds their memory.
 const TOGETHER: usize = 512;
+/// Bytes of such a tile's frame for each sample: its place, what is there and what is offered, in vectors that double.
+const A_SAMPLE: u64 = 24;
 
 /// What must not change.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,6 +73,14 @@ pub fn settle<const D: usize>(
         }
     }
     Ok(gain)
+}
+
+/// An upper bound of the bytes that [`settle`] holds of tiles that wait to be laid, over an output of these sides.
+pub fn estimate_settled<const D: usize>(output: Domain<D>) -> Bytes {
+    // The second time there may be one tile more along an axis; of all, those that do not touch are decided together.
+    let along = |side: u32| u64::from((side.div_ceil(TILE) + 1).div_ceil(2));
+    let tiles = output.shape.into_iter().map(along).fold(1, u64::saturating_mul).min(TOGETHER as u64);
+    Bytes::of_samples(Domain::open([TILE + 2; D]), A_SAMPLE) * tiles
 }
 
 struct Sweep<'a, const D: usize> {

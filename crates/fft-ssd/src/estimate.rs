@@ -79,6 +79,20 @@ pub fn held_in_box<const D: usize>(
     held_at(sizes, &|_, _| Range { first, count, wraps: [false; 3] }, Cover::AtLeast(1), options)
 }
 
+/// The same of [`search_part`](crate::SsdSearcher::search_part), for a part of this shape that starts at `start`.
+///
+/// # Errors
+/// Those of [`estimate`].
+pub fn held_of_part<const D: usize>(
+    sizes: &Sizes<'_, D>,
+    start: [u32; D],
+    part: [u32; D],
+    options: &Options,
+) -> Result<Holdings, Error> {
+    let [start, part] = [lift(start, 0), lift(part, 1)].map(|axes| axes.map(|n| n as usize));
+    held_at(sizes, &|shape, periodic| Range::of_part(shape, periodic, start, part), Cover::AtLeast(1), options)
+}
+
 fn held_at<const D: usize>(
     sizes: &Sizes<'_, D>,
     range: &dyn Fn(Shape, [bool; 3]) -> Range,

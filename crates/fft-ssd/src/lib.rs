@@ -109,7 +109,7 @@ pub use selvedge_core as core;
 pub use candidates::{Candidates, Tolerance};
 pub use costs::{Costs, Errors, PositionGrid};
 pub use error::Error;
-pub use estimate::{Holdings, Sizes, estimate, held, held_in_box};
+pub use estimate::{Holdings, Sizes, estimate, held, held_in_box, held_of_part};
 pub use nearest::{Coverage, Field, Neighbor, Windows, alike, nearest};
 pub use pick::Candidate;
 pub use placement::{Cover, Placement, Positions};

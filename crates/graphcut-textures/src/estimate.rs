@@ -1,7 +1,7 @@
 //! How much memory a run needs.
 
 use selvedge_core::{Bytes, Domain, Exemplars, SeamCosts, par};
-use selvedge_fft_ssd::{Cover, Holdings, Placement as Positions, Positions as Where, Sizes, held};
+use selvedge_fft_ssd::{Holdings, Placement as Positions, Sizes, held, held_of_part};
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
@@ -24,8 +24,6 @@ const A_VECTOR: u64 = 64;
 /// Bytes for each sample of an output that a map is carried up to: its own, a fourth of the coarser one's, the number
 /// of its patch, and 64 for each seam in lists that double, one for each 16 samples.
 const A_CARRIED: u64 = 4 + 1 + 4 + 4;
-/// Samples of tiles that are decided together, where two lie beside each other along an axis.
-const A_TILES_SAMPLES: u64 = 512 * 64 * 64 / 4;
 /// What a run takes however small it is. With half of it, 16x16 from 16x16 held 1.72 MB where 1.18 were told.
 const A_RUN: u64 = 2 << 20;
 
@@ -114,8 +112,7 @@ pub(crate) fn at_levels<const D: usize>(
 /// tiles that are decided together.
 fn carrying<const D: usize>(sources: &[Domain<D>], output: Domain<D>) -> Bytes {
     let looks: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 4 * D as u64 + 2)).sum();
-    let tiles = len(output.shape).min(A_TILES_SAMPLES.saturating_mul(1 << D));
-    Bytes(A_RUN) + looks + Bytes::of_samples(output, A_CARRIED) + Bytes(tiles) * A_FRAME
+    Bytes(A_RUN) + looks + Bytes::of_samples(output, A_CARRIED) + selvedge_expansion::estimate_settled(output)
 }
 
 /// That of a run at one size.
@@ -133,12 +130,11 @@ fn of_one<const D: usize>(
     let longest = longest(sources.iter().copied());
     let reach = reach(options, options.placement, sides, longest);
     let region: [u32; D] = std::array::from_fn(|a| output.shape[a].min(sides[a]).max(1));
-    // No window is longer than two sources side by side.
-    let window: [u32; D] = std::array::from_fn(|a| {
-        region[a]
-            .saturating_add(reach[a].min(output.shape[a]).saturating_mul(2))
-            .min(longest[a].saturating_mul(2).max(region[a]))
+    // As far as patches may show around a region: `Weaver::near`.
+    let around: [u32; D] = std::array::from_fn(|a| {
+        if options.free[a] { reach[a].min(output.shape[a]).min(longest[a].saturating_sub(region[a])) } else { 0 }
     });
+    let window: [u32; D] = std::array::from_fn(|a| region[a].saturating_add(2 * around[a]));
     // The map, and the costs of its seams by cells.
     let cell = len(sides.map(|n| (n / CELLS_A_REGION).max(1)));
     let map = Bytes::of_samples(output, 5) + Bytes(len(output.shape) / cell) * 42;
@@ -153,10 +149,24 @@ fn of_one<const D: usize>(
     let threads = at_once(samples.0).min(batch).min(threads);
     let cuts = cut * threads + nodes * (A_FRAME * batch);
     let lists = samples * A_CANDIDATE * (threads - 1);
-    let weights = vec![1; channels];
-    let each = (masked, threads);
-    let sub = || search(sources, &weights, region, Positions { positions: Where::Inside, cover: Cover::Box }, each);
-    let entire = || search(sources, &weights, window, Positions::overlapping(1), each);
+    let (weights, search) = (vec![1; channels], selvedge_fft_ssd::Options::default());
+    let of = |template| Sizes {
+        sources,
+        weights: &weights,
+        holes: masked,
+        template,
+        samples: len(template),
+        noisy_masks: true,
+    };
+    let inside = || held(&of(region), Positions::INSIDE, &search).ok();
+    let sub = || inside().map_or(Bytes::MOST, |all| searched(all, threads));
+    // Where nothing stands yet a region is looked for by itself, and what was prepared for that stays.
+    let entire = || {
+        let both = inside().zip(held_of_part(&of(window), around, region, &search).ok());
+        both.map_or(Bytes::MOST, |(first, all)| {
+            searched(all, threads).max(searched(first, 1)) + first.tables + first.spectra
+        })
+    };
     let search = match options.placement {
         Placement::Random => Bytes(0),
         // Each place is compared by itself.
@@ -190,18 +200,9 @@ fn history<const D: usize>(sources: &[Domain<D>], output: Domain<D>, region: [u3
     Bytes(steps) * A_PATCH + Bytes(vectors) * A_VECTOR
 }
 
-/// Searches for a box in all sources, so many beside each other.
-fn search<const D: usize>(
-    sources: &[Domain<D>],
-    weights: &[u8],
-    template: [u32; D],
-    placement: Positions,
-    (holes, at_once): (bool, u64),
-) -> Bytes {
-    let samples = len(template);
-    let sizes = Sizes { sources, weights, holes, template, samples, noisy_masks: true };
-    let of_all = held(&sizes, placement, &selvedge_fft_ssd::Options::default());
-    of_all.map_or(Bytes::MOST, |Holdings { tables, spectra, working }| tables + spectra + working * at_once)
+/// Searches in all sources, so many beside each other.
+fn searched(Holdings { tables, spectra, working }: Holdings, at_once: u64) -> Bytes {
+    tables + spectra + working * at_once
 }
 
 fn len<const D: usize>(shape: [u32; D]) -> u64 {

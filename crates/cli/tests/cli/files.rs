@@ -197,8 +197,7 @@ fn the_estimate_is_no_less_than_the_peak() {
         "graphcut @/stars.png -o a.png --size 400 --placement random --region 24 --refine 60 --report page",
         "graphcut @/cobbles.png -o a.png --size 256 --placement sub --refine 4 --scale-field top=0.5,bottom=2",
         "graphcut @/stars.png -o a.png --size 1500 --placement random --region 100 --refine 0 --feather 3",
-        // By regions: whole patches are told as searched for, and nothing is where all of it stands (3 times the peak).
-        "graphcut @/bricks/albedo.png -o a.png --over @/bricks/albedo.png --fixed @/bricks/height.png --region 48 --refine 0 --spline 4",
+        "graphcut @/bricks/albedo.png -o a.png --over @/bricks/albedo.png --fixed @/bricks/height.png --refine 0 --spline 4",
         "graphcut flat.png -o a.png --size 260",
         "hybrid @/cobbles.png -o a.png --size 300",
         "hybrid flat.png --mask mask.png -o a.png --size 200 --block 16",
