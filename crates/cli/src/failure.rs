@@ -104,10 +104,13 @@ impl Failure {
 
     /// What ended a run, by a signal or not, where so many frames are written.
     pub(crate) fn among(self, by_signal: bool, thing: &str, number: usize) -> Self {
-        if number == 0 || by_signal {
-            return if number == 0 { self } else { self.after(thing, number) };
+        if number == 0 {
+            return self;
         }
-        let there = format!("{} before {} written", n(thing, number), if number == 1 { "is" } else { "are" });
+        if by_signal {
+            return self.after(thing, number);
+        }
+        let there = format!("{} before {} written", n(thing, number), are(number));
         let remedy = self.remedy.as_ref().map_or(String::new(), |remedy| format!("{remedy}; "));
         self.remedy(format!("{remedy}{there}"))
     }
@@ -232,6 +235,11 @@ fn by_option(problem: &Problem) -> Option<String> {
 pub(crate) fn n(thing: &str, number: impl Into<usize>) -> String {
     let number = number.into();
     format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
+/// What so many things do: one is, others are.
+pub(crate) fn are(number: usize) -> &'static str {
+    if number == 1 { "is" } else { "are" }
 }
 
 /// A path as text in one line, whatever bytes it holds.

@@ -235,14 +235,19 @@ fn find(table: &SourceTable<2>, file: &MapFile, source: usize, loaded: &Exemplar
     all.iter().copied().find(of_same_number).or(all.first().copied())
 }
 
+/// Says that a map has an exemplar whose content none of those that were given has.
+pub(crate) fn made_of_another(name: &str, given: &[PathBuf]) -> Failure {
+    let given: Vec<String> = given.iter().map(|path| shown(path)).collect();
+    let what = format!("was made from '{name}', whose content is none of {}", given.join(", "));
+    Failure::new(3, what).remedy("give the exemplars (and --over) that it was made from")
+}
+
 /// Says which exemplar, or which way to turn it, a map was made with and this run has not.
 fn missing(file: &MapFile, source: usize, loaded: &ExemplarSet) -> Failure {
     let (origin, _) = file.map.table.sources()[source];
     let Fingerprint { name, blake3 } = &file.exemplars[usize::from(origin.exemplar)];
     if loaded.fingerprints.iter().all(|f| f.blake3 != *blake3) {
-        let given: Vec<String> = loaded.paths.iter().map(|path| shown(path)).collect();
-        let what = format!("was made from '{name}', whose content is none of {}", given.join(", "));
-        return Failure::new(3, what).remedy("give the exemplars (and --over) that it was made from");
+        return made_of_another(name, &loaded.paths);
     }
     let (how, remedy) = match origin.transform {
         Transform::Exact { quarter_turns, mirror } => {

@@ -8,8 +8,8 @@ use selvedge_io::{Fingerprint, Info, MapFile};
 use selvedge_metrics::{Columns, Judge, preference};
 use serde_json::{Value, json};
 
-use crate::failure::{Failure, n as count, shown};
-use crate::ground::check_size;
+use crate::failure::{Failure, are, n as count, shown};
+use crate::ground::{check_size, made_of_another};
 use crate::harmonise::{Layout, common_layout, widened};
 use crate::inputs::{self, Input};
 use crate::options::NonFinite;
@@ -116,8 +116,8 @@ impl Score {
         for (path, plane) in self.outputs.iter().zip(outputs) {
             let holes = plane.validity()?.map_or(0, |seen| seen.samples().iter().filter(|seen| !**seen).count());
             if holes != 0 {
-                let failure = Failure::new(3, format!("{} transparent, and cannot be judged", are("pixel", holes)));
-                return Err(failure.about(path).remedy("give an output that shows something everywhere"));
+                let what = format!("{} {} transparent, and cannot be judged", count("pixel", holes), are(holes));
+                return Err(Failure::new(3, what).about(path).remedy("give an output that shows something everywhere"));
             }
         }
         for ((path, file), (name, output)) in self.map.iter().zip(maps).zip(self.outputs.iter().zip(outputs)) {
@@ -146,9 +146,7 @@ impl Score {
                 let what = format!("has '{name}' as its exemplar {}, and it is not given there", number + 1);
                 return Err(Failure::new(3, what).remedy("give --exemplar in the order of the run that made the map"));
             }
-            let names: Vec<String> = self.exemplar.iter().map(|path| shown(path)).collect();
-            let what = format!("was made from '{name}', whose content is none of {}", names.join(", "));
-            return Err(Failure::new(3, what).remedy("give the exemplars (and --over) that it was made from"));
+            return Err(made_of_another(name, &self.exemplar));
         }
         Ok(())
     }
@@ -196,10 +194,6 @@ impl Score {
         scored.sort_by(|a, b| b.preference.total_cmp(&a.preference));
         Ok(scored)
     }
-}
-
-fn are(thing: &str, number: usize) -> String {
-    format!("{} {}", count(thing, number), if number == 1 { "is" } else { "are" })
 }
 
 fn domain(info: &Info) -> Domain<2> {

@@ -25,8 +25,8 @@ impl Video {
         }
         if way.weaves() {
             let options = self.woven.options(way, self.transition.measure())?;
-            // Beside the jump that was refused: its map and pictures.
-            let refused = Bytes::of_samples(domain, 6);
+            // Beside a jump that was refused: its map and pictures.
+            let refused = if way.jumps() { Bytes::of_samples(domain, 6) } else { Bytes(0) };
             work = work.max(self.woven.bytes(domain, colors, way, &options) + refused);
         }
         // The map, one rendered clip, and all of them as files that were not compressed.
