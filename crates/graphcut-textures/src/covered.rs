@@ -3,9 +3,9 @@
 use selvedge_core::{Domain, Exemplars, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
-use crate::graphcut::plan;
 use crate::options::Options;
-use crate::plan::Plan;
+use crate::plan::{Plan, plan};
+use crate::settings::Settings;
 use crate::stats::Stats;
 use crate::weaver::{Past, worked};
 
@@ -15,7 +15,8 @@ use crate::weaver::{Past, worked};
 pub struct Covered<const D: usize> {
     /// The map so far.
     pub woven: Woven<SourceMap<D>, Stats<D>>,
-    plan: Plan<D>,
+    settings: Settings<D>,
+    options: Options<D>,
     /// `None` at several levels, where nothing is left to go on from.
     past: Option<Past<D>>,
 }
@@ -31,35 +32,29 @@ pub fn cover<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Covered<D>, Error> {
     let plan = plan(exemplars, output, None, options, &run.limits)?;
-    if plan.levels != 1 {
-        let start = Start::empty(exemplars, output)?;
-        let woven = plan.weave(exemplars, start, &Options { refine: Some(0), ..*options }, run)?;
-        return Ok(Covered { woven, plan, past: None });
+    let (start, settings, options) = (Start::empty(exemplars, output)?, plan.settings, *options);
+    if settings.levels != 1 {
+        let draft = Plan { options: Options { refine: Some(0), ..options }, ..plan };
+        return Ok(Covered { woven: draft.weave(start, run)?, settings, options, past: None });
     }
-    run.limits.admit(output, plan.bytes(exemplars, output, options))?;
-    let start = Start::empty(exemplars, output)?;
-    let (woven, past) = worked(exemplars, start, &plan, options, run, |weaver| weaver.cover_all())?;
-    Ok(Covered { woven, plan, past: Some(past) })
+    run.limits.admit(output, plan.bytes())?;
+    let (woven, past) = worked(exemplars, start, &settings, &options, run, |weaver| weaver.cover_all())?;
+    Ok(Covered { woven, settings, options, past: Some(past) })
 }
 
 impl<const D: usize> Covered<D> {
-    /// The second part: what [`graphcut`](crate::graphcut()) answers with these exemplars, options and run, which are
-    /// those of [`cover`]. What was cancelled stays as it is.
+    /// The second part: what [`graphcut`](crate::graphcut()) answers with these exemplars and run, which are those
+    /// of [`cover`]. What was cancelled stays as it is.
     ///
     /// # Errors
     /// Those of [`graphcut`](crate::graphcut()).
-    pub fn refine(
-        self,
-        exemplars: &Exemplars<D>,
-        options: &Options<D>,
-        run: &Run<'_, D>,
-    ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
+    pub fn refine(self, exemplars: &Exemplars<D>, run: &Run<'_, D>) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
         if !self.woven.complete {
             return Ok(self.woven);
         }
-        let (plan, Some(past)) = (self.plan, self.past) else {
-            let start = Start::empty(exemplars, self.woven.result.domain())?;
-            return self.plan.weave(exemplars, start, options, run);
+        let (settings, options, output) = (self.settings, self.options, self.woven.result.domain());
+        let Some(past) = self.past else {
+            return Plan { exemplars, output, options, settings }.weave(Start::empty(exemplars, output)?, run);
         };
         let start = Start { map: self.woven.result, fixed: None, sources: None };
         start.check(exemplars)?;
@@ -68,6 +63,6 @@ impl<const D: usize> Covered<D> {
             (weaver.history, weaver.step, weaver.stats) = (past.history, past.step, stats);
             weaver.refine()
         };
-        worked(exemplars, start, &plan, options, run, refine).map(|(woven, _)| woven)
+        worked(exemplars, start, &settings, &options, run, refine).map(|(woven, _)| woven)
     }
 }

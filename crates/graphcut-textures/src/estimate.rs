@@ -1,12 +1,12 @@
 //! How much memory a run needs.
 
-use selvedge_core::{Bytes, Domain, Exemplars, SeamCosts, par};
+use selvedge_core::{Bytes, Domain, SeamCosts, par};
 use selvedge_fft_ssd::{Holdings, Placement as Positions, Sizes, held, held_of_part};
 
 use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
-use crate::plan::{Plan, longest, reach};
 use crate::regions::{CLIP, largest_sides, shortest};
+use crate::settings::{longest, reach};
 use crate::sizes::{asked, levels};
 use crate::weaver::{BATCH, at_once};
 
@@ -30,7 +30,7 @@ const A_RUN: u64 = 2 << 20;
 /// An upper bound of the bytes that a run holds besides the exemplars themselves, known before anything is read: from
 /// the domains of all sources, their feature channels, and the output's domain. Of the levels that a run may choose,
 /// the one that takes most counts: how many follow from what exemplars show, and from their masks. What is chosen once
-/// they are read tells less ([`Plan::bytes`]).
+/// they are read tells less ([`Plan::bytes`](crate::Plan::bytes)).
 pub fn estimate<const D: usize>(
     sources: &[Domain<D>],
     channels: usize,
@@ -48,25 +48,12 @@ pub fn estimate<const D: usize>(
 /// What a run that is planned knows beyond its sizes.
 #[derive(Clone, Copy)]
 pub(crate) struct Known {
-    masked: bool,
-    threads: u64,
+    pub(crate) masked: bool,
+    pub(crate) threads: u64,
 }
 
-impl<const D: usize> Plan<D> {
-    /// An upper bound of the bytes that making this plan and weaving by it hold besides the exemplars themselves, on
-    /// the threads of this pool; exemplars and options are those of the plan.
-    pub fn bytes(&self, exemplars: &Exemplars<D>, output: Domain<D>, options: &Options<D>) -> Bytes {
-        let (sources, masked) = (exemplars.domains(), exemplars.is_masked());
-        let known = Known { masked, threads: par::threads() as u64 };
-        let (region, reach) = (Some(self.region), Some(self.reach));
-        let chosen = Options { placement: self.placement, region, reach, ..*options };
-        let run = at_levels(&sources, exemplars.channels(), output, &chosen, self.levels, known);
-        measuring(&sources, exemplars.channels(), masked, options).then(run)
-    }
-}
-
-/// What making a [`Plan`] holds at most besides the exemplars, whatever the output is: they are looked at one after the
-/// other, and of clips a frame.
+/// What making a [`Plan`](crate::Plan) holds at most besides the exemplars, whatever the output is: they are looked at
+/// one after the other, and of clips a frame.
 pub fn measuring<const D: usize>(sources: &[Domain<D>], channels: usize, masked: bool, options: &Options<D>) -> Bytes {
     let by_regions = options.region.is_none();
     let lies_apart = options.apart.is_none() && by_regions && options.placement != Placement::Random;

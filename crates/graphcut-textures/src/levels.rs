@@ -10,7 +10,7 @@ use selvedge_expansion::{Pins, settle, shift};
 
 use crate::error::Error;
 use crate::options::Options;
-use crate::plan::Plan;
+use crate::settings::Settings;
 use crate::stats::Stats;
 use crate::weaver::weave_at;
 use crate::work::{Weighed, Work};
@@ -26,27 +26,27 @@ const WIDTH: u32 = 4;
 pub(crate) fn weave<const D: usize>(
     exemplars: &Exemplars<D>,
     output: Domain<D>,
-    plan: &Plan<D>,
+    settings: &Settings<D>,
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
     let mut coarser: Vec<(Exemplars<D>, Domain<D>)> = Vec::new();
-    for _ in 1..plan.levels {
+    for _ in 1..settings.levels {
         let (finest, whole) = coarser.last().map_or((exemplars, output), |(e, output)| (e, *output));
         let coarse = (finest.coarser()?, whole.coarser());
         coarser.push(coarse);
     }
     let Some((coarsest, small)) = coarser.last() else {
-        return weave_at(exemplars, Start::empty(exemplars, output)?, plan, options, run);
+        return weave_at(exemplars, Start::empty(exemplars, output)?, settings, options, run);
     };
-    let coarse_plan = plan.coarser(coarsest, options);
+    let coarse_settings = settings.coarser(coarsest, options);
     let len = |output: &Domain<D>| output.len() as u64;
     let larger = len(&output) + coarser.iter().rev().skip(1).map(|(_, output)| len(output)).sum::<u64>();
-    let work = Work::of(&coarse_plan, *small, larger, options);
+    let work = Work::of(&coarse_settings, *small, larger, options);
     let run = &Run { observer: &Weighed { observer: run.observer, work }, ..*run };
     // What it has so far is no map of these exemplars.
     let within = Run { observer: &Within(run.observer), ..*run };
-    let mut woven = weave_at(coarsest, Start::empty(coarsest, *small)?, &coarse_plan, options, &within)?;
+    let mut woven = weave_at(coarsest, Start::empty(coarsest, *small)?, &coarse_settings, options, &within)?;
     coarser.insert(0, (exemplars.clone(), output));
     coarser.pop();
     let mut done = 0;
@@ -69,7 +69,7 @@ pub(crate) fn weave<const D: usize>(
             run.observer.event(&Event { work, energy: Some(energy), so_far, ..step });
         }
     }
-    woven.stats.tell(plan);
+    woven.stats.tell(settings);
     Ok(woven)
 }
 

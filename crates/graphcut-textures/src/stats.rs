@@ -1,7 +1,7 @@
 //! Counts of one run.
 
 use crate::options::{Placement, Stutter};
-use crate::plan::Plan;
+use crate::settings::Settings;
 
 /// Counts of one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,16 +42,16 @@ pub struct Stats<const D: usize> {
 
 impl<const D: usize> Stats<D> {
     /// Before the first patch.
-    pub(crate) fn of(plan: &Plan<D>) -> Self {
+    pub(crate) fn of(settings: &Settings<D>) -> Self {
         Self {
-            placement: plan.placement,
-            regularity: plan.regularity,
-            region: plan.region,
-            reach: plan.reach,
-            variety: plan.variety,
-            apart: plan.apart,
-            stutter: plan.stutter,
-            levels: plan.levels,
+            placement: settings.placement,
+            regularity: settings.regularity,
+            region: settings.region,
+            reach: settings.reach,
+            variety: settings.variety,
+            apart: settings.apart,
+            stutter: settings.stutter,
+            levels: settings.levels,
             patches: 0,
             refinements: 0,
             improvements: 0,
@@ -63,7 +63,8 @@ impl<const D: usize> Stats<D> {
     }
 
     /// Tells of the whole run what was chosen for it.
-    pub(crate) fn tell(&mut self, plan: &Plan<D>) {
-        (self.region, self.reach, self.apart, self.levels) = (plan.region, plan.reach, plan.apart, plan.levels);
+    pub(crate) fn tell(&mut self, settings: &Settings<D>) {
+        (self.region, self.reach, self.apart, self.levels) =
+            (settings.region, settings.reach, settings.apart, settings.levels);
     }
 }

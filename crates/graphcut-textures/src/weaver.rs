@@ -12,7 +12,7 @@ use crate::few::halved;
 use crate::history::History;
 use crate::matching::{Matcher, Matches, Single, singles};
 use crate::options::{Options, Placement, Stutter};
-use crate::plan::{Plan, longest};
+use crate::settings::{Settings, longest};
 use crate::stats::Stats;
 
 /// A run: the output in the making, and what is needed to go on.
@@ -67,11 +67,11 @@ pub(crate) fn at_once(samples: u64) -> u64 {
 pub(crate) fn weave_at<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,
-    plan: &Plan<D>,
+    settings: &Settings<D>,
     options: &Options<D>,
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-    worked(exemplars, start, plan, options, run, |weaver| weaver.weave()).map(|(woven, _)| woven)
+    worked(exemplars, start, settings, options, run, |weaver| weaver.weave()).map(|(woven, _)| woven)
 }
 
 /// What a run has come to beside its map and its counts: what later draws follow from.
@@ -88,14 +88,14 @@ pub(crate) struct Past<const D: usize> {
 pub(crate) fn worked<const D: usize>(
     exemplars: &Exemplars<D>,
     start: Start<D>,
-    plan: &Plan<D>,
+    settings: &Settings<D>,
     options: &Options<D>,
     run: &Run<'_, D>,
     work: impl FnOnce(&mut Weaver<'_, D>) -> Result<bool, Error>,
 ) -> Result<(Woven<SourceMap<D>, Stats<D>>, Past<D>), Error> {
     let boxes = ValidBoxes::of(exemplars);
     let singles = singles(exemplars, boxes.boxes(), start.sources.is_some())?;
-    let mut weaver = Weaver::new(exemplars, (boxes, &singles), plan, start, options, run)?;
+    let mut weaver = Weaver::new(exemplars, (boxes, &singles), settings, start, options, run)?;
     let complete = match work(&mut weaver) {
         Ok(complete) => complete,
         Err(error) if error.is_cancelled() => false,
@@ -111,37 +111,39 @@ impl<'a, const D: usize> Weaver<'a, D> {
     pub(crate) fn new(
         exemplars: &'a Exemplars<D>,
         (boxes, singles): (ValidBoxes<'a, D>, &'a [Single<D>]),
-        plan: &Plan<D>,
+        settings: &Settings<D>,
         start: Start<D>,
         options: &'a Options<D>,
         run: &'a Run<'a, D>,
     ) -> Result<Self, Error> {
         let output = start.map.domain();
-        let region = region_of(plan.region, options.free, output);
+        let region = region_of(settings.region, options.free, output);
         let costs = SeamCosts::new(exemplars, options.seam)?;
         let cells =
-            std::array::from_fn(|a| if options.free[a] { plan.region[a] / CELLS_A_REGION } else { output.shape[a] });
+            std::array::from_fn(
+                |a| if options.free[a] { settings.region[a] / CELLS_A_REGION } else { output.shape[a] },
+            );
         let workers = at_once(exemplars.table().len().into()).min(par::threads() as u64);
         Ok(Self {
             canvas: Canvas::new(exemplars, costs, start.map, start.fixed, start.sources, cells)?,
             matcher: Matcher::new(exemplars, singles, (region, options.free), run.simd)?,
             options,
             run,
-            placement: plan.placement,
+            placement: settings.placement,
             region,
-            reach: plan.reach,
+            reach: settings.reach,
             longest: longest(boxes.domains()),
             boxes,
-            scale: plan.scale,
-            variety: plan.variety,
-            apart: plan.apart,
-            stutter: plan.stutter,
+            scale: settings.scale,
+            variety: settings.variety,
+            apart: settings.apart,
+            stutter: settings.stutter,
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
-            usual: plan.patches(output),
+            usual: settings.patches(output),
             first_hole: 0,
-            stats: Stats::of(plan),
+            stats: Stats::of(settings),
         })
     }
 

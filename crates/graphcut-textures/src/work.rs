@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Event, Observer};
 
 use crate::options::{Options, Placement};
-use crate::plan::Plan;
+use crate::settings::Settings;
 
 /// What solving a sample of the smallest size takes, of deciding one of a larger size again near its seams: 29 to 75 on
 /// photographs of bricks, rock and grass from 1024^2 to 2048^2, in processor time.
@@ -21,12 +21,17 @@ pub(crate) struct Work {
 
 impl Work {
     /// For a smallest output, and so many samples of larger ones.
-    pub(crate) fn of<const D: usize>(plan: &Plan<D>, smallest: Domain<D>, larger: u64, options: &Options<D>) -> Self {
+    pub(crate) fn of<const D: usize>(
+        settings: &Settings<D>,
+        smallest: Domain<D>,
+        larger: u64,
+        options: &Options<D>,
+    ) -> Self {
         let solved = SOLVED * smallest.len() as u64;
         // All refinements that are allowed were made on seven textures.
         let usual = Options::<D>::REFINEMENTS_A_PATCH * REFINED;
         let cover = solved * 2 / (2 + usual);
-        let asked = |steps: u32| cover * u64::from(steps) * REFINED / (2 * plan.patches(smallest));
+        let asked = |steps: u32| cover * u64::from(steps) * REFINED / (2 * settings.patches(smallest));
         Self { cover, refine: options.refine.map_or(solved - cover, asked), settle: larger }
     }
 
@@ -44,7 +49,7 @@ impl Work {
     }
 }
 
-impl<const D: usize> Plan<D> {
+impl<const D: usize> Settings<D> {
     /// About how many patches cover an output: each lies over what is there with half of itself along each axis.
     pub(crate) fn patches(&self, output: Domain<D>) -> u64 {
         let reach = |a: usize| if self.placement == Placement::Random { 0 } else { self.reach[a] };

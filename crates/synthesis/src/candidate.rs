@@ -96,7 +96,7 @@ impl Candidate for Graphcut {
         let plan = graphcut::plan(exemplars, output, None, &options, limits)?;
         let masked = exemplars.is_masked();
         let chosen = graphcut::measuring(&exemplars.domains(), exemplars.channels(), masked, &self.0);
-        Ok(chosen.then(plan.bytes(exemplars, output, &options)))
+        Ok(chosen.then(plan.bytes()))
     }
 
     fn weave(
@@ -126,7 +126,7 @@ impl Rest for Seams {
         exemplars: &Exemplars<2>,
         run: &Run<'_, 2>,
     ) -> Result<Woven<SourceMap<2>, Settings>, Error> {
-        Ok(told(self.covered.refine(exemplars, &self.options, run)?, &self.options))
+        Ok(told(self.covered.refine(exemplars, run)?, &self.options))
     }
 }
 
@@ -176,8 +176,8 @@ pub(crate) fn of_kind(
     let usual = graphcut::Options::default();
     // Exemplars are measured here, once for all candidates.
     let plan = graphcut::plan(exemplars, output, None, &usual, limits)?;
-    let orderly = orderly.unwrap_or(plan.is_orderly);
-    Ok((of_kind_by(exemplars, orderly, unbound(plan.chosen(&usual))), orderly))
+    let orderly = orderly.unwrap_or(plan.settings.is_orderly);
+    Ok((of_kind_by(exemplars, orderly, unbound(plan.chosen())), orderly))
 }
 
 /// Where patches may stutter once, they may as they like. Graph cuts by themselves are preferred with that rule, the

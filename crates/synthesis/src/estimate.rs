@@ -34,7 +34,7 @@ pub fn estimate(
     let stage = |of: &Exemplars<2>, output: Domain<2>, number: usize| -> Result<Bytes, Error> {
         let usual = graphcut::Options::default();
         let whole = graphcut::Options { placement: graphcut::Placement::Entire, apart: Some(0), ..usual };
-        let first = graphcut::plan(of, output, None, &whole, limits)?.chosen(&whole);
+        let first = graphcut::plan(of, output, None, &whole, limits)?.chosen();
         let mut most = Bytes(0);
         for candidate in [false, true].into_iter().flat_map(|orderly| of_kind_by(of, orderly, first)) {
             match candidate.memory(of, output, limits) {

@@ -3,7 +3,7 @@
 use super::*;
 use crate::candidates::variance;
 use crate::options::Placement;
-use crate::plan::Plan;
+use crate::settings::Settings;
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, SampleId, Seed, Source, SourceMap, Start, Transform};
 
 fn noise(side: u32) -> Exemplars<2> {
@@ -22,12 +22,12 @@ fn weaver<'a>(
     options: &'a Options<2>,
     run: &'a Run<'a, 2>,
 ) -> Weaver<'a, 2> {
-    let plan = Plan::new(exemplars, map.domain(), options, false).unwrap();
-    assert_eq!(plan.scale, options.randomness * variance(exemplars));
+    let settings = Settings::new(exemplars, map.domain(), options, false).unwrap();
+    assert_eq!(settings.scale, options.randomness * variance(exemplars));
     Weaver::new(
         exemplars,
         (selvedge_core::ValidBoxes::of(exemplars), &[]),
-        &plan,
+        &settings,
         Start { map, fixed: None, sources: None },
         options,
         run,

@@ -141,7 +141,7 @@ fn what_is_left_follows_from_what_was_done() {
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
         let (output, options) = (Domain::open([side; 2]), Options { region: Some([8; 2]), ..Options::default() });
         let plan = crate::plan(&exemplars, output, None, &options, &Default::default()).unwrap();
-        let work = Work::of(&plan, output, larger, &options);
+        let work = Work::of(&plan.settings, output, larger, &options);
         let all = steps.last().unwrap().3 as f64;
         for &(stage, done, of, at) in steps {
             let [done, of] = match stage {

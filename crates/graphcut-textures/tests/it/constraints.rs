@@ -174,7 +174,7 @@ fn a_mask_of_one_sample_is_laid_everywhere_at_once() {
     let e = Exemplars::new(&Encoder::fit(&[planes]).unwrap(), &[Exemplar::new(planes).masked(Some(&mask))]).unwrap();
     // One position fits, and it is known without a search of all others.
     let plan = plan(&e, Domain::open([40, 40]), None, &Options::default(), &Limits::default()).unwrap();
-    assert_eq!((plan.region, plan.reach), ([1; 2], [1; 2]));
+    assert_eq!((plan.settings.region, plan.settings.reach), ([1; 2], [1; 2]));
     for placement in [Placement::Random, Placement::Sub, Placement::Entire] {
         let options = Options { placement, ..Options::default() };
         let map = weave(&e, Domain::open([40, 40]), &options).0;

@@ -22,7 +22,7 @@ fn stutters(map: &SourceMap<2>, near: u32) -> f64 {
 /// Of a few runs, the share of seams that stutter within a region of the planned size.
 fn stuttering(e: &Exemplars<2>, options: &Options<2>) -> f64 {
     let output = Domain::open([300, 340]);
-    let region = plan(e, output, None, options, &Run::<2>::seeded(0).limits).unwrap().region[0];
+    let region = plan(e, output, None, options, &Run::<2>::seeded(0).limits).unwrap().settings.region[0];
     let of = |seed| stutters(&graphcut(e, output, options, &Run::seeded(seed)).unwrap().result, region);
     (0..3).map(of).sum::<f64>() / 3.0
 }
@@ -39,7 +39,7 @@ fn boards_do_not_come_out_in_stripes_of_one_piece() {
 fn patches_lie_apart_where_nothing_comes_again_and_nobody_named_a_region() {
     let apart = |e: &Exemplars<2>, options: &Options<2>| {
         let planned = plan(e, Domain::open([600, 600]), None, options, &Run::<2>::seeded(0).limits).unwrap();
-        (planned.apart, planned.region[0])
+        (planned.settings.apart, planned.settings.region[0])
     };
     let (stones, cloth, usual) = (of(&cobbles()), of(&weave()), Options::default());
     assert_eq!(apart(&stones, &usual), (72, 48));
@@ -59,7 +59,7 @@ fn a_patch_may_stutter_once_where_few_copies_show() {
     let stones = of(&cobbles());
     let stutter = |side, options: Options<2>| {
         let planned = plan(&stones, Domain::open([side; 2]), None, &options, &Run::<2>::seeded(0).limits).unwrap();
-        (planned.apart, planned.stutter)
+        (planned.settings.apart, planned.settings.stutter)
     };
     let usual = Options::default();
     assert_eq!(stutter(384, usual), (72, Stutter::Once));
@@ -79,11 +79,11 @@ fn what_was_chosen_is_woven_without_choosing_again() {
         for side in sides {
             let (output, usual) = (Domain::open([side, side + 20]), Options { refine: Some(2), ..Options::default() });
             let planned = plan(&e, output, None, &usual, &limits).unwrap();
-            let chosen = planned.chosen(&usual);
+            let chosen = planned.chosen();
             let again = plan(&e, output, None, &chosen, &limits).unwrap();
-            assert_eq!((again.regularity, again.is_orderly), (None, false), "nothing is measured");
-            let regularity = planned.regularity;
-            assert_eq!(again.chosen(&usual), chosen);
+            assert_eq!((again.settings.regularity, again.settings.is_orderly), (None, false), "nothing is measured");
+            let regularity = planned.settings.regularity;
+            assert_eq!(again.chosen(), chosen);
             let woven = |options| graphcut(&e, output, options, &Run::seeded(1)).unwrap();
             let (first, second) = (woven(&usual), woven(&chosen));
             assert_eq!(first.result, second.result, "{side}");
@@ -138,7 +138,11 @@ fn regions_hold_the_structures_of_stones() {
     for output in [[200, 300], [768, 768]] {
         let planned =
             plan(&stones, Domain::open(output), None, &Options::default(), &Run::<2>::seeded(0).limits).unwrap();
-        assert!(25 < planned.region[0] && largest <= planned.region[0], "{:?}", planned.region);
+        assert!(
+            25 < planned.settings.region[0] && largest <= planned.settings.region[0],
+            "{:?}",
+            planned.settings.region
+        );
     }
 }
 

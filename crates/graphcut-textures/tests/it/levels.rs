@@ -47,8 +47,8 @@ fn levels_cost_little_in_seams_and_less_than_what_was_carried_up() {
     let small = e.coarser().unwrap();
     // The same regions at half the size.
     let plan = plan(&e, output, None, &options, &Limits::default()).unwrap();
-    let [region, reach] = [plan.region, plan.reach].map(|sides| Some(sides.map(|n| n / 2)));
-    let coarse = Options { placement: plan.placement, region, reach, levels: Some(1), ..options };
+    let [region, reach] = [plan.settings.region, plan.settings.reach].map(|sides| Some(sides.map(|n| n / 2)));
+    let coarse = Options { placement: plan.settings.placement, region, reach, levels: Some(1), ..options };
     let carried = |seed| {
         let woven = graphcut(&small, output.coarser(), &coarse, &Run::seeded(seed)).unwrap();
         costs.total(&woven.result.finer(&e, output).unwrap())
@@ -72,6 +72,7 @@ fn no_source_vanishes_behind_a_fine_mask() {
         let e = Exemplars::new(&Encoder::fit(&[a, b]).unwrap(), &exemplars).unwrap();
         plan(&e, Domain::open([600, 600]), None, &Options { levels: asked, ..Options::default() }, &Limits::default())
             .unwrap()
+            .settings
             .levels
     };
     assert_eq!([levels(None, None), levels(None, Some(3))], [2, 3]);
@@ -150,7 +151,7 @@ fn carried_maps_do_not_depend_on_instructions_nor_on_limits_that_admit_them() {
     for simd in [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::AvxVnni] {
         assert_eq!(on(simd, Limits::default()).unwrap(), first, "{simd:?}");
     }
-    let memory = plan(&e, output, None, &options, &Limits::default()).unwrap().bytes(&e, output, &options).0;
+    let memory = plan(&e, output, None, &options, &Limits::default()).unwrap().bytes().0;
     assert_eq!(on(SimdLevel::Auto, Limits { memory, ..Limits::default() }).unwrap(), first);
     let refused = on(SimdLevel::Auto, Limits { memory: 1 << 20, ..Limits::default() });
     assert!(matches!(refused, Err(Error::Core(CoreError::OverBudget { .. }))), "{refused:?}");

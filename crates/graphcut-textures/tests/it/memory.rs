@@ -75,8 +75,8 @@ fn runs_stay_within_their_estimates() {
         let estimate = estimate(&domains, 3, output, &case.options).0;
         let (exemplars, limits) = (noise(case.exemplar, case.sources), Default::default());
         let planned = plan(&exemplars, output, None, &case.options, &limits).unwrap();
-        let levels = planned.levels;
-        let planned = planned.bytes(&exemplars, output, &case.options).0;
+        let levels = planned.settings.levels;
+        let planned = planned.bytes().0;
         println!(
             "{:.2} case {number}: held {held}, planned {planned}, from headers {estimate}",
             planned as f64 / held as f64

@@ -37,7 +37,7 @@ fn what_is_covered_first_and_refined_later_is_the_same() {
             assert_eq!(parts(covered.woven.clone()), parts(draft), "the first part is a run without refinement");
             let whole = graphcut(&e, output, &options, &run).unwrap();
             assert!(0 < whole.stats.improvements, "something is refined");
-            assert_eq!(parts(covered.refine(&e, &options, &run).unwrap()), parts(whole));
+            assert_eq!(parts(covered.refine(&e, &run).unwrap()), parts(whole));
         }
     }
     // Several levels begin again.
@@ -46,7 +46,7 @@ fn what_is_covered_first_and_refined_later_is_the_same() {
     let covered = cover(&large, Domain::open([90, 100]), &options, &run).unwrap();
     let whole = graphcut(&large, Domain::open([90, 100]), &options, &run).unwrap();
     assert_eq!(whole.stats.levels, 2);
-    assert_eq!(parts(covered.refine(&large, &options, &run).unwrap()), parts(whole));
+    assert_eq!(parts(covered.refine(&large, &run).unwrap()), parts(whole));
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn regular_exemplars_are_matched_whole_and_scattered_ones_in_part() {
     ] {
         let options = Options { region, refine: Some(0), ..Options::default() };
         let planned = plan(&blobs, Domain::open(shape), None, &options, &Run::<2>::seeded(0).limits).unwrap();
-        assert_eq!(planned.placement, placement, "{shape:?} {region:?}");
+        assert_eq!(planned.settings.placement, placement, "{shape:?} {region:?}");
     }
 }
 
@@ -349,8 +349,14 @@ fn a_plan_tells_what_a_run_chooses_and_refuses_what_a_run_refuses() {
         let planned = plan(&e, output, None, &options, &Run::<2>::seeded(0).limits).unwrap();
         let (_, stats) = weave(&e, output, &options);
         let chosen = (stats.placement, stats.regularity, stats.region, stats.reach, stats.variety, stats.apart);
-        let told =
-            (planned.placement, planned.regularity, planned.region, planned.reach, planned.variety, planned.apart);
+        let told = (
+            planned.settings.placement,
+            planned.settings.regularity,
+            planned.settings.region,
+            planned.settings.reach,
+            planned.settings.variety,
+            planned.settings.apart,
+        );
         assert_eq!(told, chosen);
     }
     // Of two sources, the one that the field lets show is measured.

@@ -109,17 +109,18 @@ impl Method for Graphcut {
         let (start, loom) = (self.sources.start(loom)?, &*loom);
         let (options, exemplars, session) = (self.options(), &loom.loaded.exemplars, loom.session);
         let planned = plan(exemplars, loom.domain, start.sources.as_ref(), &options, &session.limits);
-        let plan = planned.and_then(|plan| plan.on(&start, &options)).map_err(|e| told::failure(loom, e))?;
-        let needed = self.admit(loom, &|output| plan.bytes(exemplars, output, &options))?;
-        let [height, width] = plan.region;
-        let how = format!("from patches for regions of {width}x{height} px, {} placement", name_of(plan.placement));
-        Ok(PlannedRun::new(self.used(loom, &plan), how, move || {
+        let plan = planned.and_then(|plan| plan.on(&start)).map_err(|e| told::failure(loom, e))?;
+        let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
+        let settings = plan.settings;
+        let ([height, width], placement) = (settings.region, name_of(settings.placement));
+        let how = format!("from patches for regions of {width}x{height} px, {placement} placement");
+        Ok(PlannedRun::new(self.used(loom, &settings), how, move || {
             let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| self.repairing.is_on()));
             let film = self.is_filmed().then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
             let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
             let run = Run { observer, ..session.run() };
-            let woven = plan.weave(exemplars, start, &options, &run).map_err(|e| told::failure(loom, e))?;
-            told::warn_of_small(loom, plan.region);
+            let woven = plan.weave(start, &run).map_err(|e| told::failure(loom, e))?;
+            told::warn_of_small(loom, settings.region);
             let course = film.map(|film| film.course(&woven.result, &woven.stats.energy, woven.stats.levels));
             let untouched = self.start.backdrop().is_some() && woven.stats.patches == 0;
             let told = (told::counts(&woven.stats), told::how(&woven.stats, untouched));

@@ -1,6 +1,6 @@
 //! What is told of a graph cut: options as used, counts, how it was made, what is wrong.
 
-use selvedge_graphcut_textures::{Error, Plan, Stats, Stutter};
+use selvedge_graphcut_textures::{Error, Settings, Stats, Stutter};
 use serde_json::{Value, json};
 
 use super::Graphcut;
@@ -11,18 +11,18 @@ use crate::values::{counts, name_of, sides_typed};
 
 impl Graphcut {
     /// The options as used.
-    pub(super) fn used(&self, loom: &Loom<'_>, plan: &Plan<2>) -> Used {
+    pub(super) fn used(&self, loom: &Loom<'_>, settings: &Settings<2>) -> Used {
         let used = loom
             .used()
-            .set("placement", name_of(plan.placement))
-            .set("region", sides_typed(plan.region))
-            .set("reach", sides_typed(plan.reach))
-            .set("variety", plan.variety)
-            .set("apart", plan.apart)
+            .set("placement", name_of(settings.placement))
+            .set("region", sides_typed(settings.region))
+            .set("reach", sides_typed(settings.reach))
+            .set("variety", settings.variety)
+            .set("apart", settings.apart)
             .unless("apart", 0)
-            .set("stutter", name_of(plan.stutter))
+            .set("stutter", name_of(settings.stutter))
             .unless("stutter", name_of(Stutter::Never))
-            .set("levels", plan.levels);
+            .set("levels", settings.levels);
         // Most have one, and would choose it again; where it was asked for, another might be chosen.
         let chosen = self.levels.0.is_none();
         self.sources.used(self.refining.used(if chosen { used.unless("levels", 1) } else { used }))

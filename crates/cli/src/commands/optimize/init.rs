@@ -97,9 +97,8 @@ impl Init {
                 Some(Method::Quilt(plan))
             }
             Self::Graphcut => {
-                let options = Default::default();
-                let plan = selvedge_graphcut_textures::plan(exemplars, output, None, &options, &run.limits)?;
-                Some(Method::Graphcut(Box::new((plan, options))))
+                let plan = selvedge_graphcut_textures::plan(exemplars, output, None, &Default::default(), &run.limits)?;
+                Some(Method::Graphcut(Box::new(plan)))
             }
             Self::Auto | Self::Random | Self::Map(_) => None,
         };
@@ -116,7 +115,7 @@ pub(in crate::commands) struct Beginning<'e> {
 
 enum Method<'e> {
     Quilt(selvedge_quilting::Plan<'e>),
-    Graphcut(Box<(selvedge_graphcut_textures::Plan<2>, selvedge_graphcut_textures::Options<2>)>),
+    Graphcut(Box<selvedge_graphcut_textures::Plan<'e, 2>>),
 }
 
 impl Beginning<'_> {
@@ -124,7 +123,7 @@ impl Beginning<'_> {
     pub(in crate::commands) fn bytes(&self) -> Bytes {
         match &self.method {
             Some(Method::Quilt(plan)) => plan.bytes(),
-            Some(Method::Graphcut(both)) => both.0.bytes(self.exemplars, self.output, &both.1),
+            Some(Method::Graphcut(plan)) => plan.bytes(),
             None => Bytes(0),
         }
     }
@@ -136,9 +135,8 @@ impl Beginning<'_> {
                 let woven = plan.weave(run)?;
                 (woven.result, woven.complete)
             }
-            Some(Method::Graphcut(both)) => {
-                let start = Start::empty(self.exemplars, self.output)?;
-                let woven = both.0.weave(self.exemplars, start, &both.1, run)?;
+            Some(Method::Graphcut(plan)) => {
+                let woven = plan.weave(Start::empty(self.exemplars, self.output)?, run)?;
                 (woven.result, woven.complete)
             }
             None => return Ok(None),
