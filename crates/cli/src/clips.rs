@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Exemplars, Plane};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Plane};
+use selvedge_graphcut_textures::video::Usual;
 use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip};
 use selvedge_io::{Fingerprint, ReadOptions};
 use serde_json::json;
@@ -33,6 +34,14 @@ impl Clip {
     /// The clip as the one source of what is made from it.
     pub(crate) fn exemplars(&self) -> Result<Exemplars<3>, Failure> {
         Exemplars::of(&[std::slice::from_ref(&self.plane)]).map_err(|e| Failure::from(e).about(&self.path))
+    }
+
+    /// What steps of its features are usual.
+    pub(crate) fn usual(&self, features: &Grid<u8, 3>) -> Result<Usual, Failure> {
+        let one = || {
+            Failure::new(3, "has one frame, which is no loop").about(&self.path).remedy("give a clip of more frames")
+        };
+        Usual::of(features).ok_or_else(one)
     }
 }
 

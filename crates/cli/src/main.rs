@@ -46,7 +46,6 @@ mod setup;
 mod sheet;
 mod size;
 mod stdio;
-mod steps;
 mod sweep;
 mod thumbnail;
 mod turns;

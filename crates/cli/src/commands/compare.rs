@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Depth, Domain, Grid, Plane, Role, Samples};
+use selvedge_graphcut_textures::video::step;
 use selvedge_io::clip::ClipOptions;
 use selvedge_io::{Format, Info, Metadata, ReadOptions};
 use serde_json::json;
@@ -18,7 +19,6 @@ use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::stdio::STREAM;
-use crate::steps::{Usual, step};
 use crate::wrong::Wrong;
 
 /// Options of `compare`.
@@ -149,7 +149,7 @@ impl Compare {
         report.stage("read");
         let exemplars = clip.exemplars()?;
         let features = &exemplars.sources()[0].features;
-        let usual = Usual::of_clip(features, &self.a)?;
+        let usual = clip.usual(features)?;
         let closure = usual.closure(std::iter::once(step(features, clip.info.frames - 1, 0)));
         report.stage("compare");
         report.options = session.options.clone();

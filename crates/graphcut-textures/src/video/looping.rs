@@ -5,9 +5,10 @@ use std::ops::Range;
 use selvedge_core::{Bytes, Domain, Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven};
 
 use super::jumps::Jump;
+use super::steps::{Closure, Usual, over_surface};
 use super::surface::Surface;
 use super::the_clip;
-use super::transition::{transition, window};
+use super::transition::{Transition, transition, window};
 use crate::error::Error;
 
 /// Options of [`looped`].
@@ -68,6 +69,15 @@ pub struct Trial {
     pub straight: i64,
     /// Bits by which prices were shortened for the cut, because they were too large for it: 0 almost always.
     pub shift: u32,
+    /// How the loop's steps over the seam compare with the clip's own.
+    pub closure: Closure,
+}
+
+impl Trial {
+    /// True if its seam is noticed less than another's, or as much and cheaper.
+    fn is_better(&self, other: &Self) -> bool {
+        (self.closure.excess(), self.price) < (other.closure.excess(), other.price)
+    }
 }
 
 /// Counts of one run of [`looped`].
@@ -90,10 +100,14 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
     let frames = |n: u32| Domain::open([n.min(clip.shape[0]), clip.shape[1], clip.shape[2]]);
     let side = Bytes::of_samples(frames(options.window.saturating_add(4)), 2 * channels as u64 + 1 + 12);
     let cut = Bytes::of_samples(frames(options.window), 56);
-    Bytes(A_RUN) + side * 2 + cut + Bytes::of_samples(frames(1), 64)
+    Bytes(A_RUN) + side * 2 + cut + Bytes::of_samples(frames(1), 64) + Usual::bytes(clip)
 }
 
-/// Cuts each jump along the surface of least price, and takes the one whose seam costs least. `[Kwatra03 7A]`
+/// Cuts each jump along the surface of least price, and takes the one whose loop closes best. `[Kwatra03 7A]`
+///
+/// A loop is better if its largest step over the seam exceeds what is usual in the clip by less, of whole frames
+/// first, then of blocks of 16 x 16 pixels; of those that exceed it by nothing, or as much, the one whose seam costs
+/// least. Prices alone do not tell: a seam of few frames, where the clip has no more beside a jump, is cheap, and seen.
 ///
 /// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its
 /// frames.
@@ -111,7 +125,7 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
 /// `"transition"` after each jump.
 ///
 /// # Determinism
-/// The answer follows from exemplars, jumps and options. Of jumps whose seams cost the same the first is taken. If the
+/// The answer follows from exemplars, jumps and options. Of jumps that are as good the first is taken. If the
 /// run is cancelled, it is the best so far, and a straight seam over the first jump if there is none.
 pub fn looped(
     exemplars: &Exemplars<3>,
@@ -119,11 +133,13 @@ pub fn looped(
     options: &LoopOptions,
     run: &Run<'_, 3>,
 ) -> Result<Woven<Loop, LoopStats>, Error> {
-    let [frames, height, width] = the_clip(exemplars)?.domain().shape;
+    let features = &the_clip(exemplars)?.features;
+    let [frames, height, width] = features.domain().shape;
     let first = jumps.first().ok_or(Error::NoJumps)?;
     jumps.iter().try_for_each(|jump| jump.check(frames))?;
     let clip = Domain::open([frames, height, width]);
     run.limits.admit(clip, estimate(clip, exemplars.channels(), options))?;
+    let usual = Usual::of(features).ok_or(Error::Frames { frames })?;
     let mut stats = LoopStats::default();
     let mut best = Surface::flat(first, [height, width])?;
     let mut complete = true;
@@ -143,10 +159,13 @@ pub fn looped(
             }
             Err(error) => return Err(error),
         };
-        if number == 0 || cut.price < stats.tried[stats.chosen].price {
-            (best, stats.chosen) = (cut.surface, number);
+        let closure = usual.closure(over_surface(features, &cut.surface, jump.period()).into_iter());
+        let Transition { surface, price, straight, shift } = cut;
+        let tried = Trial { jump: *jump, window, price, straight, shift, closure };
+        if number == 0 || tried.is_better(&stats.tried[stats.chosen]) {
+            (best, stats.chosen) = (surface, number);
         }
-        stats.tried.push(Trial { jump: *jump, window, price: cut.price, straight: cut.straight, shift: cut.shift });
+        stats.tried.push(tried);
         run.observer.event(&Event::step("transition", number as u64 + 1, jumps.len() as u64));
     }
     let jump = jumps[stats.chosen];

@@ -5,8 +5,8 @@
 //! jump than half a window stays as it is. `[Kwatra03 7A]`
 //!
 //! 1. [`FrameDistances`] tells how alike frames are, and [`best`](FrameDistances::best) which jumps promise most.
-//! 2. [`looped`] cuts each of them and answers with the cheapest: a [`Loop`], whose [`map`](Loop::map) renders any
-//!    pass.
+//! 2. [`looped`] cuts each of them and answers with the one whose seam is seen least ([`Closure`]): a [`Loop`], whose
+//!    [`map`](Loop::map) renders any pass.
 //! 3. [`walk`] plays several loops by turns, drawn by the seed: no period is seen.
 //!
 //! Where no jump will do, or another length or size is wanted, clips are woven as pictures are, by
@@ -41,6 +41,7 @@ mod ends;
 mod jumps;
 mod looping;
 mod play;
+mod steps;
 mod still;
 mod surface;
 mod transition;
@@ -50,6 +51,7 @@ pub use ends::Ends;
 pub use jumps::{Jump, JumpOptions};
 pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;
+pub use steps::{Closure, Step, Usual, median, over_seams, step};
 pub use still::{estimate_still, hold_still};
 pub use surface::Surface;
 

@@ -2,7 +2,7 @@
 
 use selvedge_analysis::{Kind, Texture};
 use selvedge_core::{Bytes, Domain, Exemplars};
-use selvedge_graphcut_textures::video::{DistanceOptions, FrameDistances, Jump, JumpOptions};
+use selvedge_graphcut_textures::video::{Closure, DistanceOptions, FrameDistances, Jump, JumpOptions, step};
 use selvedge_io::clip::{ClipInfo, frame_of};
 use serde_json::{Value, json};
 
@@ -12,7 +12,6 @@ use crate::failure::{Failure, n, shown};
 use crate::memory;
 use crate::report::{Done, Report};
 use crate::session::Session;
-use crate::steps::{Closure, Usual, step};
 use crate::used::quoted;
 
 /// Jumps that are told: what cannot be used of the first may be of another.
@@ -67,7 +66,7 @@ impl Look {
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = clip.exemplars()?;
         let features = &exemplars.sources()[0].features;
-        let usual = Usual::of_clip(features, &clip.path)?;
+        let usual = clip.usual(features)?;
         let over = |from, to| usual.closure(std::iter::once(step(features, from, to)));
         let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &session.run());
         let distances = distances.or_else(|e| session.check_signal().and(Err(about(e.into()))))?;

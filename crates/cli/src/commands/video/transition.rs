@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
 use selvedge_graphcut_textures::video::{
-    self, DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface, Trial, looped,
+    self, Closure, DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface, Trial,
+    Usual, looped, over_seams,
 };
 use serde_json::{Value, json};
 
@@ -22,12 +23,11 @@ use crate::inputs::{self, Input};
 use crate::options::{Seams, option};
 use crate::report::Report;
 use crate::session::Session;
-use crate::steps::{Closure, Usual, over_seams};
 use crate::used::Used;
 
 /// Frames around a jump, as in the paper.
 const WINDOW: u32 = 60;
-/// Jumps that are cut: those of least error mostly have the cheapest seam, but not always the very first. A guess.
+/// Jumps that are cut: those of least error mostly have the best seam, but not always the very first. A guess.
 const JUMPS: u32 = 8;
 
 /// Jumps whose seam costs more than so many times that of the cheapest are not played. Of seven clips all of the best
@@ -51,7 +51,7 @@ pub(super) struct TransitionArgs {
     /// Frames around the jump in which pixels may jump.
     #[arg(long, value_name = "FRAMES", default_value_t = WINDOW, value_parser = clap::value_parser!(u32).range(1..=65_534))]
     pub(super) window: u32,
-    /// Jumps that are cut, of which the one with the cheapest seam is taken.
+    /// Jumps that are cut, of which the one is taken whose seam is seen least.
     #[arg(long, value_name = "N", default_value_t = JUMPS, value_parser = clap::value_parser!(u32).range(1..=1000))]
     jumps: u32,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
@@ -285,6 +285,8 @@ fn told(result: &Loop, stats: &LoopStats, closure: Option<&Closure>, closes: boo
             "price": tried.price,
             "straight": tried.straight,
             "shortened_bits": tried.shift,
+            "whole": tried.closure.whole,
+            "block": tried.closure.block,
         })
     };
     json!({

@@ -3,7 +3,7 @@
 
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamMeasure, SourceMap, Start, Woven};
-use selvedge_graphcut_textures::video::Ends;
+use selvedge_graphcut_textures::video::{Ends, Usual, median, step};
 use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, graphcut_from};
 use serde_json::{Value, json};
 
@@ -17,7 +17,6 @@ use crate::clips::Clip;
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
 use crate::session::Session;
-use crate::steps::{Usual, median, step};
 use crate::used::Used;
 use crate::values::{Auto, auto, counts, name_of};
 

@@ -1,88 +1,121 @@
 //! How much frames of a clip differ from their next ones: whether a loop closes.
 
-use std::path::Path;
+use selvedge_core::{Bytes, Domain, Grid, SourceMap, par};
 
-use selvedge_core::{Grid, SourceMap};
-
-use crate::failure::Failure;
+use super::surface::Surface;
 
 /// Sides of the blocks that are looked at by themselves: a jump of a small thing is lost in the mean of a whole frame.
 const BLOCK: u32 = 16;
 
 /// Squared differences between a frame and another, summed over the frame and over each of its blocks.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Step {
+pub struct Step {
     whole: u64,
     blocks: Vec<u64>,
 }
 
 impl Step {
     /// That of the whole frame.
-    pub(crate) fn whole(&self) -> u64 {
+    pub fn whole(&self) -> u64 {
         self.whole
+    }
+
+    /// Between two frames, channel by channel.
+    fn of<V: AsRef<[u8]>>([height, width]: [u32; 2], channels: impl Iterator<Item = (V, V)>) -> Self {
+        let columns = width.div_ceil(BLOCK);
+        let mut blocks = vec![0_u64; (columns * height.div_ceil(BLOCK)) as usize];
+        for (a, b) in channels {
+            let rows = a.as_ref().chunks(width as usize).zip(b.as_ref().chunks(width as usize));
+            for (y, (row, other)) in (0..).zip(rows) {
+                for (x, (v, w)) in row.chunks(BLOCK as usize).zip(other.chunks(BLOCK as usize)).enumerate() {
+                    let off = v.iter().zip(w).map(|(v, w)| u64::from(v.abs_diff(*w)).pow(2));
+                    blocks[(y / BLOCK * columns) as usize + x] += off.sum::<u64>();
+                }
+            }
+        }
+        Self { whole: blocks.iter().sum(), blocks }
     }
 }
 
 /// The median step of a clip's frames, of which there are at least two.
-pub(crate) fn median(features: &Grid<u8, 3>) -> u64 {
+pub fn median(features: &Grid<u8, 3>) -> u64 {
     let mut steps: Vec<u64> = (1..features.domain().shape[0]).map(|t| step(features, t - 1, t).whole).collect();
     steps.sort_unstable();
     steps.get(steps.len() / 2).copied().unwrap_or(0)
 }
 
 /// What is usual in a clip: 99 of 100 steps are no larger.
-pub(crate) struct Usual(Step);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Usual(Step);
 
 /// How the steps over a seam compare with what is usual; 1 is the largest that is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Closure {
+pub struct Closure {
     /// Steps that were looked at.
-    pub(crate) steps: u32,
+    pub steps: u32,
     /// The largest of a whole frame.
-    pub(crate) whole: f64,
+    pub whole: f64,
     /// The largest of a block.
-    pub(crate) block: f64,
+    pub block: f64,
 }
 
 impl Closure {
     /// Whether nothing is larger than what is usual.
-    pub(crate) fn closes(&self) -> bool {
+    pub fn closes(&self) -> bool {
         self.whole <= 1.0 && self.block <= 1.0
+    }
+
+    /// By how much it is more than usual, the whole frame first: what is no larger is as good as nothing.
+    pub(super) fn excess(&self) -> [f64; 2] {
+        [self.whole, self.block].map(|of| of.max(1.0))
     }
 }
 
-/// The step from frame `a` to frame `b` of features.
-pub(crate) fn step(features: &Grid<u8, 3>, a: u32, b: u32) -> Step {
+/// The step from frame `a` to frame `b` of features. Channels count alike.
+///
+/// # Panics
+/// If there is no such frame.
+pub fn step(features: &Grid<u8, 3>, a: u32, b: u32) -> Step {
     let [_, height, width] = features.domain().shape;
-    let (n, columns) = ((height * width) as usize, width.div_ceil(BLOCK));
-    let mut blocks = vec![0_u64; (columns * height.div_ceil(BLOCK)) as usize];
-    for c in 0..features.channels() {
-        let frame = |t: u32| &features.plane(c)[t as usize * n..][..n];
-        for (y, (row, other)) in (0..).zip(frame(a).chunks(width as usize).zip(frame(b).chunks(width as usize))) {
-            for (x, (v, w)) in row.chunks(BLOCK as usize).zip(other.chunks(BLOCK as usize)).enumerate() {
-                let off = v.iter().zip(w).map(|(v, w)| u64::from(v.abs_diff(*w)).pow(2));
-                blocks[(y / BLOCK * columns) as usize + x] += off.sum::<u64>();
-            }
-        }
-    }
-    Step { whole: blocks.iter().sum(), blocks }
+    let n = height as usize * width as usize;
+    let frame = |c: usize, t: u32| &features.plane(c)[t as usize * n..][..n];
+    Step::of([height, width], (0..features.channels()).map(|c| (frame(c, a), frame(c, b))))
+}
+
+/// The steps of a loop over its seam: one for each time at which any pixel jumps.
+pub(super) fn over_surface(features: &Grid<u8, 3>, surface: &Surface, period: u32) -> Vec<Step> {
+    let [_, height, width] = features.domain().shape;
+    let (n, ends) = (height as usize * width as usize, surface.time.plane(0));
+    let mut times: Vec<u32> = ends.iter().map(|&end| u32::from(end) % period).collect();
+    times.sort_unstable();
+    times.dedup();
+    let shown = |channel: &[u8], frame: u32| -> Vec<u8> {
+        let pixels = ends.iter().enumerate();
+        pixels.map(|(i, &end)| channel[Surface::frame(end, period, frame) as usize * n + i]).collect()
+    };
+    par::map_indexed(times.len(), |i| {
+        let channels = (0..features.channels()).map(|c| features.plane(c));
+        // The frame before the jump, and the one after it.
+        let both = channels.map(|v| (shown(v, times[i] + period - 1), shown(v, times[i] + period)));
+        Step::of([height, width], both)
+    })
 }
 
 impl Usual {
+    /// The bytes that a clip's steps take while they are sorted.
+    pub(super) fn bytes(clip: Domain<3>) -> Bytes {
+        let [frames, height, width] = clip.shape;
+        let blocks = Domain::open([frames, height.div_ceil(BLOCK), width.div_ceil(BLOCK)]);
+        Bytes::of_samples(blocks, 24) + Bytes(64) * u64::from(frames)
+    }
+
     /// The largest step of a whole frame that is usual.
-    pub(crate) fn whole(&self) -> u64 {
+    pub fn whole(&self) -> u64 {
         self.0.whole
     }
 
-    /// That of a clip in a file, which has at least two frames.
-    pub(crate) fn of_clip(features: &Grid<u8, 3>, path: &Path) -> Result<Self, Failure> {
-        let one =
-            || Failure::new(3, "has one frame, which is no loop").about(path).remedy("give a clip of more frames");
-        Self::of(features).ok_or_else(one)
-    }
-
     /// Of all steps of a clip but the one from its end to its begin; `None` for fewer than two frames.
-    pub(crate) fn of(features: &Grid<u8, 3>) -> Option<Self> {
+    pub fn of(features: &Grid<u8, 3>) -> Option<Self> {
         let frames = features.domain().shape[0];
         let steps: Vec<Step> = (1..frames).map(|t| step(features, t - 1, t)).collect();
         let first = steps.first()?;
@@ -92,7 +125,7 @@ impl Usual {
     }
 
     /// Steps beside what is usual.
-    pub(crate) fn closure(&self, steps: impl Iterator<Item = Step>) -> Closure {
+    pub fn closure(&self, steps: impl Iterator<Item = Step>) -> Closure {
         // Where nothing ever moves, one step of a value in each sample of a block is as good as none.
         let ratio = |is: u64, usual: u64, least: u64| is as f64 / usual.max(least).max(1) as f64;
         let least = u64::from(BLOCK * BLOCK);
@@ -115,7 +148,7 @@ fn percentile(mut values: Vec<u64>) -> u64 {
 }
 
 /// Pairs of frames of a looped output between which a seam lies, and the features of the output.
-pub(crate) fn over_seams<'m>(map: &'m SourceMap<3>, output: &'m Grid<u8, 3>) -> impl Iterator<Item = Step> + 'm {
+pub fn over_seams<'m>(map: &'m SourceMap<3>, output: &'m Grid<u8, 3>) -> impl Iterator<Item = Step> + 'm {
     let [frames, height, width] = map.domain().shape;
     let n = height * width;
     let crosses = move |t: &u32| (0..n).any(|i| map.is_seam([*t, i / width, i % width], 0));
