@@ -74,6 +74,11 @@ impl ClipInput {
         self.reader.info()
     }
 
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        self.reader.path()
+    }
+
     /// Its domain, once it is read.
     pub(crate) fn domain(&self) -> Domain<3> {
         let info = self.info();

@@ -183,7 +183,10 @@ impl Loom<'_> {
         let name = self.names();
         let line = format!("{name}: would be {w}x{h} px {how}, with about {needed} of memory");
         self.report.options = options;
-        Done::would(self.report, line)
+        let layers = self.layers.iter().map(|ready| &ready.layer.output);
+        let pictures = std::iter::once(&self.written.output).chain(layers).chain(&self.written.map);
+        let planned = pictures.map(|path| outputs::planned(path, [h, w])).collect();
+        Done::would(self.report, line, planned)
     }
 
     /// Renders what was woven, to be written; a run that was interrupted ends here.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Depth, Plane};
-use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Rate};
 use selvedge_io::{
     Destination, Format, MapFile, Metadata, Problem, ReadOptions, StagedFile, Warning, WriteOptions, path_text,
 };
@@ -169,7 +169,17 @@ impl Outputs {
                 self.made.push(OutputFile { path, bytes, size: None, told: Vec::new(), clip: Some(Value::Null) });
             }
         }
-        let [height, width] = size;
+        self.clip_end(path, writer, (size, frames), (rate, period))
+    }
+
+    /// Adds what comes last of a clip, and what is said of all of it.
+    pub(crate) fn clip_end(
+        &mut self,
+        path: &Path,
+        writer: ClipWriter,
+        ([height, width], frames): ([u32; 2], u32),
+        (rate, period): (Option<Rate>, Option<u32>),
+    ) -> Result<(), Failure> {
         let mut ended = writer.ended()?;
         let (last, bytes) = ended.swap_remove(0);
         let more = ended.into_iter();
@@ -253,6 +263,18 @@ impl OutputFile {
         }
         noted
     }
+}
+
+/// What a dry run says of a picture that would be written.
+pub(crate) fn planned(path: &Path, [height, width]: [u32; 2]) -> Value {
+    json!({"path": path_text(path), "width": width, "height": height})
+}
+
+/// The same of a clip, the frames of which may not be known.
+pub(crate) fn planned_clip(path: &Path, size: [u32; 2], frames: Option<u32>) -> Value {
+    let mut planned = planned(path, size);
+    planned["frames"] = frames.into();
+    planned
 }
 
 /// Where an interrupted run leaves what there is: `dir/out.png` becomes `dir/out.partial.png`.

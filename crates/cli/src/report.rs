@@ -115,8 +115,9 @@ impl Done {
         Self { report, answer: String::new(), lines: vec![line], outputs, exit: 0 }
     }
 
-    /// A line says what would be made.
-    pub(crate) fn would(report: Report, line: String) -> Self {
+    /// A line says what would be made, and the object what of it is known.
+    pub(crate) fn would(mut report: Report, line: String, outputs: Vec<Value>) -> Self {
+        report.outputs = outputs;
         Self::made(report, line, Outputs::default())
     }
 

@@ -131,7 +131,7 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::NoJumps | Self::Jump { .. } | Self::LevelsOfStart { .. } => ErrorKind::Option,
+            Self::NoJumps | Self::LevelsOfStart { .. } => ErrorKind::Option,
             Self::Cancelled => ErrorKind::Internal,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),

@@ -272,7 +272,8 @@ impl Run<'_> {
         if self.session.global.dry_run {
             let needed = Bytes(self.report.estimate.unwrap_or_default());
             let line = format!("{names}: would be {w}x{h} px through {map}, with about {needed} of memory");
-            return Done::would(self.report, line);
+            let planned = written.iter().map(|path| outputs::planned(path, [h, w])).collect();
+            return Done::would(self.report, line, planned);
         }
         let line = format!("{names}: {w}x{h} px through {map}, in {:.2} s", self.report.elapsed());
         Done::made(self.report, line, outputs)

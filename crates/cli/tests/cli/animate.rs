@@ -85,5 +85,10 @@ fn frames_follow_one_file_or_one_each_and_are_made_again() {
     assert_eq!(fs::read(folder.path("more.2.png")).unwrap(), fs::read(folder.path("each.2.png")).unwrap());
     let dry = folder.run(&format!("{line} --flow v.#.flo -o dry.#.png --json --dry-run")).done().json();
     assert_eq!(dry["options"], each["options"]);
+    let (clip, planned) = (&each["outputs"][0], &dry["outputs"][0]);
+    assert_eq!((&clip["path"], &clip["blake3"].is_string()), (&"each.#.png".into(), &true));
+    for (name, value) in [("width", 40), ("height", 32), ("frames", 3)] {
+        assert_eq!((&clip[name], &planned[name]), (&value.into(), &value.into()), "{name}");
+    }
     assert!(!folder.path("dry.1.png").exists());
 }

@@ -29,3 +29,4 @@ mod synthesize;
 mod transfer;
 mod turns;
 mod video;
+mod video_told;

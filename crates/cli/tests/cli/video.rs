@@ -310,7 +310,7 @@ fn what_is_no_clip_is_told_in_a_line() {
         ("video @/fire.png -o b.exr", 2, "is the name of no clip"),
         ("video @/fire.png -o b.#.exr", 3, "exr cannot hold u8 samples"),
         ("video @/fire.png -o b.#.png --max-memory 20MiB", 6, "memory"),
-        ("video @/fire.png -o b.#.png --jump 90,3", 2, "no jump back from frame 90"),
+        ("video @/fire.png -o b.#.png --jump 90,3", 3, "no jump back from frame 90"),
     ] {
         folder.run(line).refused(code, &[said]);
     }

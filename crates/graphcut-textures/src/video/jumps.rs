@@ -30,7 +30,10 @@ impl Jump {
     }
 
     /// Refuses one that is not in a clip of so many frames.
-    pub(super) fn check(&self, frames: u32) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::Jump`].
+    pub fn check(&self, frames: u32) -> Result<(), Error> {
         let Self { from, to, .. } = *self;
         if from < to || frames <= from { Err(Error::Jump { from, to, frames }) } else { Ok(()) }
     }
@@ -58,8 +61,11 @@ impl Default for JumpOptions {
 }
 
 impl JumpOptions {
-    /// What the loop may have in a clip of so many frames.
-    fn periods(&self, frames: u32) -> Result<RangeInclusive<u32>, Error> {
+    /// Frames that a loop may have in a clip of so many.
+    ///
+    /// # Errors
+    /// Those of [`FrameDistances::best`].
+    pub fn periods(&self, frames: u32) -> Result<RangeInclusive<u32>, Error> {
         for (option, value) in [("count", self.count as u64), ("spread", self.spread.into())] {
             if value == 0 {
                 return Err(CoreError::range(option, 0.0, "at least 1").into());

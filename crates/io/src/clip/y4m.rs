@@ -75,7 +75,7 @@ impl Headline {
                 "H" => sides[1] = side()?,
                 // 0:0 is what programs write that know no rate.
                 "F" if value == "0:0" => {}
-                "F" => rate = Some(value.parse()?),
+                "F" => rate = Some(value.parse().map_err(|_| damaged(&format!("'{value}' is no rate")))?),
                 "C" => chroma = value,
                 "I" if !matches!(value, "p" | "?") => return Err(unsupported("interlaced frames".into())),
                 "X" if value == "COLORRANGE=FULL" => range = Some(Range::Full),

@@ -47,6 +47,7 @@ impl Animate {
         let provenance = made::provenance(own, report.options.clone(), loaded.given(), fingerprints);
         let metadata = Metadata { provenance: Some(provenance), ..loaded.metadata.clone() };
         let mut writer = ClipWriter::create(&path, frames, metadata, self.write_options())?;
+        let output = first.domain();
         let (mut counts, mut written) = (Vec::new(), 0);
         let making = (first, flows, body, options);
         let made = self.each(session, loaded, making, (frames, &mut counts), &mut |plane| {
@@ -62,7 +63,7 @@ impl Animate {
         report.stage("synthesis");
         report.stats = json!({ "frames": counts });
         let mut outputs = Outputs::default();
-        writer.ended()?.into_iter().for_each(|(path, bytes)| outputs.bytes(&path, bytes));
+        outputs.clip_end(&path, writer, (output.shape, frames), (self.rate, None))?;
         report.stage("encode");
         Ok(outputs)
     }

@@ -25,7 +25,7 @@ use crate::session::Session;
 use crate::size::{Size, Tile};
 use crate::used::Used;
 use crate::wrong::Wrong;
-use crate::{inputs, memory, names};
+use crate::{inputs, memory, names, outputs};
 
 /// Frames where flows say no number.
 const FRAMES: u32 = 60;
@@ -132,7 +132,8 @@ impl Animate {
                 "{name}: would be {} of {w}x{h} px, with about {needed} of memory",
                 n("frame", frames as usize)
             );
-            return Ok(Done::would(report, line));
+            let path = names::of_plane(&self.output, &self.input.exemplars[0]);
+            return Ok(Done::would(report, line, vec![outputs::planned_clip(&path, output.shape, Some(frames))]));
         }
         let options = Animation { direction: flows.direction, ..options };
         let first = Options { schedule: init.suited(first.schedule), ..first };

@@ -26,6 +26,14 @@ impl Video {
             let what = "--frames and --period or --jump both say how long the loop is";
             return Err(Failure::new(2, what).remedy("leave one of them out"));
         }
+        if way.jumps() {
+            self.transition.periods(clip, self.period(&way))?;
+        }
         Ok(way)
+    }
+
+    /// Frames that a loop of one jump has to have.
+    pub(super) fn period(&self, way: &Way) -> Option<u32> {
+        way.period(self.mode.frames().or(self.write.filled()).is_some())
     }
 }

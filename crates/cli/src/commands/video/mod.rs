@@ -91,8 +91,8 @@ impl Video {
         let name = shown(&self.write.output);
         if session.global.dry_run {
             report.options = used;
-            let line = format!("{name}: would be {}, with about {needed} of memory", self.would(&clips[0], &way));
-            return Ok(Done::would(report, line));
+            let line = format!("{name}: would be {}, with about {needed} of memory", self.would(&clips[0], &way)?);
+            return Ok(Done::would(report, line, self.write.planned(&self.read, &way, self.frames(&clips[0], &way)?)));
         }
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
@@ -121,7 +121,7 @@ impl Video {
         let mut refused = None;
         let seam = self.transition.measure();
         if way.jumps() {
-            let period = way.period(self.mode.frames().or(self.write.filled()).is_some());
+            let period = self.period(&way);
             let used = told::of_mode(used.clone(), true).without("mode");
             let used = if way.play.is_some() { used } else { used.without("play").without("frames") };
             let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;

@@ -1,5 +1,7 @@
 //! Which way a clip goes on, and in what size.
 
+use std::ops::RangeInclusive;
+
 use clap::Args;
 use selvedge_core::Domain;
 
@@ -169,6 +171,11 @@ impl Way {
     /// Frames that a loop of one jump has to have.
     pub(super) fn period(&self, asked: bool) -> Option<u32> {
         (asked && self.play.is_none()).then_some(self.output.shape[0])
+    }
+
+    /// Frames of what is woven.
+    pub(super) fn fixed(&self) -> RangeInclusive<u32> {
+        self.output.shape[0]..=self.output.shape[0]
     }
 
     /// Weaves in time alone instead.

@@ -5,23 +5,42 @@ use super::modes::Way;
 use super::transition::TransitionArgs;
 use super::woven::WovenArgs;
 use crate::clips::ClipInput;
-use crate::failure::n;
+use crate::failure::{Failure, n};
 use crate::options::names_of;
 use crate::used::Used;
 use crate::values::name_of;
 
 impl Video {
     /// What a run would make, in words.
-    pub(super) fn would(&self, clip: &ClipInput, way: &Way) -> String {
-        let [frames, h, w] = if way.jumps() { clip.domain().shape } else { way.output.shape };
+    pub(super) fn would(&self, clip: &ClipInput, way: &Way) -> Result<String, Failure> {
+        let [frames, h, w] = way.output.shape;
         if way.play.is_some() {
-            return format!("{} of {w}x{h} px by jumps", n("frame", way.output.shape[0] as usize));
+            return Ok(format!("{} of {w}x{h} px by jumps", n("frame", frames as usize)));
         }
-        match (way.jumps(), way.loops()) {
-            (true, _) => format!("a loop of at most {frames} frames of {w}x{h} px by a jump"),
-            (false, true) => format!("a loop of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
-            (false, false) => format!("a clip of {frames} frames of {w}x{h} px, {}", name_of(way.mode)),
+        let size = format!("of {w}x{h} px");
+        Ok(match (way.jumps(), way.loops()) {
+            (true, _) => {
+                let periods = self.transition.periods(clip, self.period(way))?;
+                let (least, most) = (*periods.start(), *periods.end());
+                let frames = match (least == most, self.transition.says_period()) {
+                    (true, _) => n("frame", most as usize),
+                    (false, true) => format!("{least} to {most} frames"),
+                    (false, false) => format!("at most {most} frames"),
+                };
+                format!("a loop of {frames} {size} by a jump")
+            }
+            (false, true) => format!("a loop of {frames} frames {size}, {}", name_of(way.mode)),
+            (false, false) => format!("a clip of {frames} frames {size}, {}", name_of(way.mode)),
+        })
+    }
+
+    /// How many frames a run would write, where that is known before.
+    pub(super) fn frames(&self, clip: &ClipInput, way: &Way) -> Result<Option<u32>, Failure> {
+        if way.play.is_some() {
+            return Ok(Some(way.output.shape[0]));
         }
+        let frames = if way.jumps() { self.transition.periods(clip, self.period(way))? } else { way.fixed() };
+        Ok((frames.start() == frames.end()).then(|| self.write.written(*frames.end())))
     }
 }
 

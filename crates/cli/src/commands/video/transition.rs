@@ -1,5 +1,6 @@
 //! Loops of one clip: a jump back, at which each pixel makes the step when it is seen least. `[Kwatra03 7A]`
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
@@ -17,7 +18,7 @@ use super::still::Still;
 use super::written::WriteArgs;
 use super::{ClipOutcome, fade};
 use crate::args::NonFiniteArg;
-use crate::clips::Clip;
+use crate::clips::{Clip, ClipInput};
 use crate::failure::{Failure, n};
 use crate::inputs::{self, Input};
 use crate::options::{Seams, option};
@@ -74,6 +75,22 @@ impl TransitionArgs {
         self.period.0.is_some() || self.jump.is_some()
     }
 
+    /// Frames that a loop of so many of a clip may have, or of as many as are to be filled.
+    pub(super) fn periods(&self, clip: &ClipInput, filled: Option<u32>) -> Result<RangeInclusive<u32>, Failure> {
+        let frames = clip.info().frames;
+        let periods = match &self.jump {
+            Some(JumpArg(jump)) => jump.check(frames).map(|()| jump.period()..=jump.period()),
+            None => self.asked(filled).periods(frames),
+        };
+        periods.map_err(|e| Failure::from(e).about(clip.path()))
+    }
+
+    /// Which jumps are asked for, where none is typed.
+    fn asked(&self, filled: Option<u32>) -> JumpOptions {
+        let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
+        JumpOptions { count: self.jumps as usize, period, ..JumpOptions::default() }
+    }
+
     /// How seams are priced.
     pub(super) fn measure(&self) -> SeamMeasure {
         self.seams.measure()
@@ -113,7 +130,10 @@ impl TransitionArgs {
         let woven = self.looped(session, &exemplars, &jumps).map_err(about)?;
         let (result, stats) = (woven.result, woven.stats);
         let map = result.map().map_err(|e| about(e.into()))?;
-        let map = still.map_or(Ok(map.clone()), |still| still.held(session, &exemplars, &map, self.measure()))?;
+        let map = match still.filter(|_| woven.complete) {
+            Some(still) => still.held(session, &exemplars, &map, self.measure())?,
+            None => map,
+        };
         let output = features(&exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
         let preview = if write.preview.is_some() || write.report.is_some() {
@@ -148,9 +168,7 @@ impl TransitionArgs {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
-        let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
-        let options = JumpOptions { count: self.jumps as usize, period, ..JumpOptions::default() };
-        Ok(distances.best(&options)?)
+        Ok(distances.best(&self.asked(filled))?)
     }
 
     /// Cuts the jumps, or takes a surface that was cut before.

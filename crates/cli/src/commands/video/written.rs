@@ -6,6 +6,7 @@ use clap::{Args, ValueHint};
 use selvedge_core::{Depth, Plane, Render as _};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
 use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
+use serde_json::Value;
 
 use super::modes::Way;
 use super::read::ReadArgs;
@@ -68,8 +69,15 @@ impl WriteArgs {
         names::of_plane(&self.output, &clips::plane_name(clip))
     }
 
+    /// What a dry run says of the clips that would be written, of so many frames where that is known.
+    pub(super) fn planned(&self, of: &ReadArgs, way: &Way, frames: Option<u32>) -> Vec<Value> {
+        let [_, height, width] = way.output.shape;
+        let planned = |clip| outputs::planned_clip(&self.name(clip), [height, width], frames);
+        of.paths().map(|path| planned(path)).collect()
+    }
+
     /// Frames that are written of a loop of so many.
-    fn written(&self, period: u32) -> u32 {
+    pub(super) fn written(&self, period: u32) -> u32 {
         period.saturating_mul(self.repeat).saturating_add(u32::from(self.closing_frame))
     }
 
@@ -154,7 +162,8 @@ impl WriteArgs {
             let metadata = Metadata { provenance: provenance.clone(), ..clip.info.metadata.clone() };
             let options = self.write_options(Some(clip), made.loops.then_some(made.frames));
             let mut frame = |t: u32| {
-                session.check_signal()?;
+                // What is kept of a run that was ended is written whole.
+                made.complete.then(|| session.check_signal()).transpose()?;
                 Ok(selvedge_io::clip::frame_of(shown, t % made.frames)?)
             };
             let count = made.played.unwrap_or_else(|| self.written(made.frames));

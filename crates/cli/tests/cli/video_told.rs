@@ -1,0 +1,95 @@
+//! What `video` answers with, and what a dry run says of it.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program::Folder;
+
+const FIRE: &str = "@/fire.png";
+
+/// A grey y4m clip of 14 frames of 24x24 px.
+fn grey(folder: &Folder, name: &str, value: impl Fn([i32; 3]) -> i32) {
+    let mut bytes = b"YUV4MPEG2 W24 H24 F25:1 Cmono XCOLORRANGE=FULL\n".to_vec();
+    for t in 0..14 {
+        bytes.extend(b"FRAME\n");
+        bytes.extend((0..24 * 24).map(|i| value([t, i / 24, i % 24]).clamp(0, 255) as u8));
+    }
+    fs::write(folder.path(name), bytes).unwrap();
+}
+
+/// The mode of a run, and the largest step that it answers with, beside the largest that is usual, squared.
+fn step(json: &Value) -> (String, f64) {
+    let stats = &json["stats"];
+    let number = |value: &Value| value.as_f64().unwrap();
+    match stats["mode"].as_str().unwrap() {
+        "transition" => ("transition".into(), number(&stats["closure"]["whole"])),
+        mode => {
+            let motion = &stats["motion"];
+            let worst = number(&motion["largest"]).max(number(&motion["over_end"]));
+            (mode.into(), worst * worst)
+        }
+    }
+}
+
+#[test]
+fn the_answer_never_steps_more_than_what_was_refused_for_it() {
+    let folder = Folder::new("video-better");
+    // What grows lighter has to fall back somewhere, wherever patches lie; a disk that grows shrinks step by step.
+    grey(&folder, "lighter.y4m", |[t, ..]| 20 + 15 * t);
+    grey(&folder, "disk.y4m", |[t, y, x]| if (x - 12).pow(2) + (y - 12).pow(2) < (t + 1).pow(2) { 230 } else { 20 });
+    for (clip, expected, why) in
+        [("lighter.y4m", "transition", "temporal makes steps"), ("disk.y4m", "temporal", "the best jump makes steps")]
+    {
+        let run = |options: &str| folder.run(&format!("video {clip} -o out.y4m --json {options}")).done().json();
+        let (mode, worst) = step(&run(""));
+        let [(_, jump), (_, woven)] = ["--mode transition", "--mode temporal"].map(|options| step(&run(options)));
+        assert!(1.05 < jump, "{clip}: a jump closes");
+        assert_eq!((mode.as_str(), worst), (expected, jump.min(woven)), "{clip}: a jump {jump}, woven {woven}");
+        assert!(run("")["stats"]["why"].as_str().unwrap().starts_with(why));
+    }
+}
+
+#[test]
+fn a_dry_run_refuses_what_the_run_refuses() {
+    let folder = Folder::new("video-dry");
+    for (line, code, said) in [
+        ("--period 41", 3, "a clip of 40 frames has no loop of 41"),
+        ("--jump 90,3", 3, "no jump back from frame 90"),
+        ("--mode transition --frames 50", 3, "a clip of 40 frames has no loop of 50"),
+    ] {
+        for dry in ["", " --dry-run"] {
+            folder.run(&format!("video {FIRE} -o out.##.png {line}{dry}")).refused(code, &["fire.png", said]);
+        }
+    }
+    fs::write(folder.path("rate.y4m"), "YUV4MPEG2 W2 H2 F0:1 Cmono\nFRAME\nabcdFRAME\nabcd").unwrap();
+    folder.run("video rate.y4m -o out.y4m").refused(3, &["rate.y4m", "'0:1' is no rate"]);
+}
+
+#[test]
+fn a_dry_run_tells_frames_and_sizes_as_they_will_be() {
+    let folder = Folder::new("video-would");
+    for (line, said, frames) in [
+        ("", "a loop of at most 40 frames of 48x60 px", None),
+        ("--period 10", "a loop of 10 frames of 48x60 px", Some(10)),
+        ("--period 8..12", "a loop of 8 to 12 frames of 48x60 px", None),
+        ("--period 30..90", "a loop of 30 to 40 frames of 48x60 px", None),
+        ("--jump 19,4", "a loop of 16 frames of 48x60 px", Some(16)),
+        ("--period 10 --repeat 3 --closing-frame", "a loop of 10 frames", Some(31)),
+        ("--mode temporal --frames 50", "a loop of 50 frames of 48x60 px", Some(50)),
+        ("--play loop --frames 70", "70 frames of 48x60 px", Some(70)),
+        ("--size 56x64x14", "a loop of 14 frames of 56x64 px", Some(14)),
+    ] {
+        let dry = folder.run(&format!("video {FIRE} -o out.##.png --dry-run --json {line}")).done();
+        assert!(dry.stderr.contains(said), "{line}: {}", dry.stderr);
+        let output = &dry.json()["outputs"][0];
+        let size = if line.starts_with("--size") { [56, 64] } else { [48, 60] };
+        assert_eq!([&output["width"], &output["height"]], size.map(Value::from).each_ref(), "{line}");
+        assert_eq!((&output["path"], &output["frames"]), (&"out.##.png".into(), &Value::from(frames)), "{line}");
+    }
+    let pictures = folder.run("quilt @/scales.png -o a.png --size 64x48 --map m.exr --dry-run --json").done().json();
+    let outputs = pictures["outputs"].as_array().unwrap();
+    assert_eq!(outputs.iter().map(|o| &o["path"]).collect::<Vec<_>>(), ["a.png", "m.exr"]);
+    assert!(outputs.iter().all(|o| o["width"] == 64 && o["height"] == 48), "{pictures}");
+    assert!(folder.names().is_empty());
+}
