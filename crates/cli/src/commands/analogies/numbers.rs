@@ -81,7 +81,7 @@ impl Numbers {
         let target = maps.pop().expect("the target's");
         let have = Palette::of(&maps.iter().collect::<Vec<_>>())?;
         let asked = Palette::of(&[&target])?;
-        have.check(&asked).map_err(|f| f.about(&self.target))?;
+        have.check(&asked, &target).map_err(|f| f.about(&self.target))?;
         if self.one_hot {
             job.admit(loom, have.len())?;
         }

@@ -1,6 +1,6 @@
 //! The colours of maps of labels, also of such that were smoothed or compressed with losses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use selvedge_core::{Domain, Grid, try_vec};
 
@@ -14,6 +14,9 @@ const NEAR: u8 = 40;
 /// There, a label has at least one sample of so many: what is rarer is taken for a mixture of two at their border. A
 /// guess: smooth maps have mixtures above it, and are compared as they are (see `MOST`).
 const RARE: usize = 100;
+
+/// Smoothed borders are mixtures so many samples away from what they part, at most: compression smears them by a few.
+const BORDER: u32 = 3;
 
 type Color = [u8; 3];
 
@@ -67,14 +70,12 @@ impl Palette {
         self.colors.len()
     }
 
-    /// Refuses colours that are wanted but not there. Between maps of more colours than labels nothing is refused:
-    /// there a colour is as near as it is.
-    pub(super) fn check(&self, wanted: &Self) -> Result<(), Failure> {
-        let missing: Vec<&(Color, usize)> = wanted
-            .colors
-            .iter()
-            .filter(|(color, _)| self.colors.iter().all(|(own, _)| NEAR < apart(*own, *color)))
-            .collect();
+    /// Refuses colours that are wanted in a map but not there, unless they are mixtures at borders. Between maps of
+    /// more colours than labels nothing is refused: there a colour is as near as it is.
+    pub(super) fn check(&self, wanted: &Self, map: &Grid<u8, 2>) -> Result<(), Failure> {
+        let is_missing = |color: &Color| self.colors.iter().all(|(own, _)| NEAR < apart(*own, *color));
+        let missing: Vec<&(Color, usize)> =
+            wanted.colors.iter().filter(|(color, _)| is_missing(color) && !self.mixes(*color, map)).collect();
         if missing.is_empty() || !self.is_exact || !wanted.is_exact {
             return Ok(());
         }
@@ -85,6 +86,25 @@ impl Palette {
             self.listed()
         );
         Err(Failure::new(3, what).remedy("use the colours of --labels in --target"))
+    }
+
+    /// True for a colour that a map has nowhere but between two labels, and that lies between theirs: smoothing makes
+    /// such, and the mixtures that compression makes of them.
+    fn mixes(&self, mixture: Color, map: &Grid<u8, 2>) -> bool {
+        let [height, width] = map.domain().shape;
+        let around = |[y, x]: [u32; 2]| {
+            let rows = y.saturating_sub(BORDER)..(y + BORDER + 1).min(height);
+            let columns = x.saturating_sub(BORDER)..(x + BORDER + 1).min(width);
+            let colors = rows.flat_map(move |y| columns.clone().map(move |x| color(map, (y * width + x) as usize)));
+            let near = |seen: Color| self.colors.iter().position(|(own, _)| apart(*own, seen) <= NEAR);
+            colors.filter_map(near).collect::<BTreeSet<usize>>()
+        };
+        let mixed = |labels: &BTreeSet<usize>| {
+            let pairs = labels.iter().flat_map(|a| labels.range(a + 1..).map(move |b| [*a, *b]));
+            pairs.into_iter().any(|pair| is_between(mixture, pair.map(|label| self.colors[label].0)))
+        };
+        let places = map.domain().positions().enumerate().filter(|(i, _)| color(map, *i) == mixture);
+        places.into_iter().all(|(_, at)| mixed(&around(at)))
     }
 
     fn listed(&self) -> String {
@@ -136,6 +156,15 @@ fn apart(a: Color, b: Color) -> u8 {
     a.into_iter().zip(b).map(|(a, b)| a.abs_diff(b)).max().unwrap_or(0)
 }
 
+/// True for a colour no farther than `NEAR` from the line between two others.
+fn is_between(mixture: Color, [a, b]: [Color; 2]) -> bool {
+    let along = |c: usize| i64::from(b[c]) - i64::from(a[c]);
+    let from_a = |c: usize| i64::from(mixture[c]) - i64::from(a[c]);
+    let length: i64 = (0..3).map(|c| along(c).pow(2)).sum();
+    let part = (0..3).map(|c| along(c) * from_a(c)).sum::<i64>().clamp(0, length);
+    (0..3).all(|c| (from_a(c) * length - along(c) * part).abs() <= i64::from(NEAR) * length)
+}
+
 fn distance(a: Color, b: Color) -> u32 {
     a.into_iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum()
 }
@@ -170,11 +199,27 @@ mod tests {
     fn what_is_wanted_and_not_there_is_told_with_both_palettes() {
         let have = Palette::of(&[&map(&[[250, 0, 0]; 9])]).unwrap();
         let wanted = Palette::of(&[&map(&[[[0, 250, 0]; 8].as_slice(), &[[250, 0, 0]; 7]].concat())]).unwrap();
-        let failure = have.check(&wanted).unwrap_err();
+        let asked = map(&[[[0, 250, 0]; 8].as_slice(), &[[250, 0, 0]; 7]].concat());
+        let failure = have.check(&wanted, &asked).unwrap_err();
         let expected = "no label of the exemplar has the colour #00fa00; it asks for #00fa00 (8 px), #fa0000 (7 px), the \
                         exemplar has #fa0000 (9 px)";
         assert_eq!((failure.exit, failure.message.as_str()), (3, expected));
-        assert!(have.check(&have).is_ok());
+        assert!(have.check(&have, &map(&[[250, 0, 0]; 9])).is_ok());
+    }
+
+    #[test]
+    fn what_lies_between_two_labels_and_on_their_border_is_no_label_that_is_missing() {
+        let (red, blue, mixed, green) = ([255, 0, 0], [0, 0, 255], [128, 0, 128], [0, 255, 0]);
+        let have = Palette::of(&[&map(&[[red; 9], [blue; 9]].concat())]).unwrap();
+        let asks = |colors: &[Color]| {
+            let asked = map(colors);
+            have.check(&Palette::of(&[&asked]).unwrap(), &asked).is_ok()
+        };
+        assert!(asks(&[&[red; 6][..], &[mixed], &[blue; 6]].concat()), "smoothed");
+        assert!(asks(&[&[red; 6][..], &[[201, 15, 64]], &[[51, 0, 174]], &[blue; 6]].concat()), "compressed");
+        assert!(!asks(&[&[red; 6][..], &[green], &[blue; 6]].concat()), "on the border, and between no others");
+        assert!(!asks(&[&[red; 6][..], &[mixed; 9], &[blue; 6]].concat()), "a region of its own");
+        assert!(!asks(&[&[mixed][..], &[blue; 12]].concat()), "at the border of one label");
     }
 
     #[test]
