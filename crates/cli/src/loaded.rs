@@ -1,6 +1,6 @@
 //! Exemplars that were read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use selvedge_core::{Encoder, Exemplars, Grid, Plane};
 use selvedge_io::{Fingerprint, Metadata};
@@ -39,6 +39,12 @@ impl ExemplarSet {
             [only] => failure.about(only),
             _ => failure,
         }
+    }
+
+    /// The first exemplar of this shape.
+    pub(crate) fn of_shape(&self, shape: &[u32]) -> Option<&Path> {
+        let found = self.payload.iter().position(|plane| plane.domain().shape == shape)?;
+        self.paths.get(found).map(PathBuf::as_path)
     }
 
     /// All that was read, by name and content.

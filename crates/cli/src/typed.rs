@@ -201,6 +201,7 @@ fn usage(error: &clap::Error) -> Failure {
     match (error.source().and_then(|e| e.downcast_ref::<Wrong>()), tip) {
         (Some(wrong), _) => failure.remedy(&wrong.remedy),
         (None, Some(tip)) => failure.remedy(tip.trim_start_matches("tip: ")),
+        (None, None) if what.contains("invalid digit found in string") => failure.remedy("give a whole number"),
         (None, None) => failure.remedy("see --help"),
     }
 }

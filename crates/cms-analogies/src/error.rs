@@ -10,7 +10,7 @@ pub enum Error {
     #[error("there is no constraint to follow")]
     NoConstraint,
     /// Constraints say what an output is to be like, which has one size.
-    #[error("one constraint lies under an output of {expected:?}, another one under {found:?}")]
+    #[error("one constraint lies under an output of {} px, another one under {} px", across(expected), across(found))]
     Target {
         /// The first one's shape, slowest axis first.
         expected: Vec<u32>,
@@ -18,7 +18,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// A picture to match to one of low resolution has not a multiple of its size.
-    #[error("a picture of {found:?} is not {expected:?}, as the coarse one asks for")]
+    #[error("a picture of {} px is not {} px, as the coarse one asks for", across(found), across(expected))]
     Low {
         /// The shape that it should have, slowest axis first.
         expected: Vec<u32>,
@@ -26,7 +26,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// Neighborhoods are larger than what they are compared in.
-    #[error("neighborhoods of {side} samples a side do not fit into {what} of {shape:?}")]
+    #[error("neighborhoods of {side} samples a side do not fit into {what} of {} px", across(shape))]
     Neighborhood {
         /// Their side in samples of the output.
         side: u32,
@@ -36,13 +36,13 @@ pub enum Error {
         shape: Vec<u32>,
     },
     /// A map to begin with is not of the output's shape and topology.
-    #[error("the map to start from is not of {expected:?}, as constraints are, or closes around other axes")]
+    #[error("the map to start from is not of {} px, as constraints are, or closes around other axes", across(expected))]
     Start {
         /// The output's shape, slowest axis first.
         expected: Vec<u32>,
     },
     /// A flow does not lie over the frame that it moves.
-    #[error("the flow has {found:?} vectors, and the frame is of {expected:?}")]
+    #[error("the flow has {} vectors, and the frame is of {} px", across(found), across(expected))]
     Flow {
         /// The frame's shape, slowest axis first.
         expected: Vec<u32>,
@@ -58,6 +58,11 @@ pub enum Error {
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
+}
+
+/// A shape as people write it, the fastest axis first.
+fn across(shape: &[u32]) -> String {
+    shape.iter().rev().map(u32::to_string).collect::<Vec<_>>().join("x")
 }
 
 impl Error {

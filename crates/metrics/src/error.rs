@@ -15,7 +15,7 @@ pub enum Error {
         found: usize,
     },
     /// A map and its output, or a map and its exemplars, differ in size.
-    #[error("the map is {found:?}, but {expected:?} is needed")]
+    #[error("the map is {} px, but {} px are needed", across(found), across(expected))]
     Map {
         /// Shape needed, slowest axis first; or the number of exemplar samples.
         expected: Vec<u32>,
@@ -23,7 +23,7 @@ pub enum Error {
         found: Vec<u32>,
     },
     /// An exemplar or an output is too small to be compared.
-    #[error("{shape:?} samples are too few to judge")]
+    #[error("{} px are too few to judge", across(shape))]
     TooSmall {
         /// Its shape, slowest axis first.
         shape: Vec<u32>,
@@ -34,6 +34,11 @@ pub enum Error {
     /// What the search says.
     #[error(transparent)]
     Search(#[from] selvedge_fft_ssd::Error),
+}
+
+/// A shape as people write it, the fastest axis first.
+fn across(shape: &[u32]) -> String {
+    shape.iter().rev().map(u32::to_string).collect::<Vec<_>>().join("x")
 }
 
 impl Error {

@@ -106,8 +106,9 @@ fn largest(domain: Domain<2>) -> u32 {
 
 fn nothing_fits(exemplars: &Exemplars<2>, output: Domain<2>, left_out: &[Level]) -> Error {
     let least = left_out.iter().filter(|l| l.scale == 1).map(|l| l.size).min().unwrap_or(0);
-    let is_small = largest(output) < least;
     let of_exemplars = exemplars.sources().iter().map(|s| s.domain().shape).max_by_key(|s| s[0].min(s[1]));
+    // A larger output is of no use where exemplars are too small.
+    let is_small = largest(output) < least && of_exemplars.is_none_or(|shape| shape.iter().all(|&n| least <= n));
     let [height, width] = if is_small { output.shape } else { of_exemplars.unwrap_or_default() };
     Error::NothingFits { least, width, height, output: is_small }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Encoder, Event, Exemplar, Exemplars, Plane, Role, SourceMap, Transform};
 use selvedge_io::{Fingerprint, Info, MapFile};
-use selvedge_metrics::{Columns, Judge, preference};
+use selvedge_metrics::{Columns, Error, Judge, preference};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, are, n as count, shown};
@@ -151,6 +151,17 @@ impl Score {
         Ok(())
     }
 
+    /// An error about exemplars, with the name of the one that is too small.
+    fn small(&self, exemplars: &[Plane<2>], error: Error) -> Failure {
+        let Error::TooSmall { shape } = &error else { return error.into() };
+        let small = exemplars.iter().position(|plane| plane.domain().shape[..] == shape[..]);
+        let failure = Failure::from(error);
+        match small {
+            Some(number) => failure.about(&self.exemplar[number]),
+            None => failure,
+        }
+    }
+
     /// All outputs, best first; equal ones in the order given.
     fn scored(
         &self,
@@ -172,7 +183,8 @@ impl Score {
             if judge.as_ref().is_none_or(|(of, _)| *of != transforms) {
                 let shown = slices.iter().zip(&transforms).map(|(planes, of)| Exemplar::new(planes).shown(of));
                 let sources = Exemplars::new(&encoder, &shown.collect::<Vec<_>>())?;
-                judge = Some((transforms, Judge::new(&sources, Default::default())?));
+                let small = |e| self.small(exemplars, e);
+                judge = Some((transforms, Judge::new(&sources, Default::default()).map_err(small)?));
             }
             let Some((_, judge)) = &judge else { continue };
             let features = encoder.encode(std::slice::from_ref(output)).map_err(|e| about(e.into()))?;

@@ -90,6 +90,15 @@ pub enum ClipProblem {
         /// The number before it.
         before: Option<u32>,
     },
+    /// A range reaches beyond the frames of an animation.
+    #[error("frame {number} is missing{}, of frames 1 to {frames}",
+        if frames < number { format!(" after {frames}") } else { String::new() })]
+    Place {
+        /// The first place that there is not.
+        number: u32,
+        /// Frames of the animation.
+        frames: u32,
+    },
     /// Two files have the same number.
     #[error("frame {number} is there twice, also as '{other}'")]
     Doubled {
@@ -159,7 +168,9 @@ impl ClipProblem {
             Self::Flipbook { .. } => "use COLUMNSxROWS, such as 8x8",
             Self::Cells { .. } => "give the numbers of its columns and rows, and what lies around its frames",
             Self::Full { .. } => "use more columns or rows, or fewer frames",
-            Self::NoClip => "name frames as name.####.png, a folder, or a container",
+            Self::NoClip => {
+                "name frames as name.####.png, a folder, or .gif, .png or .y4m; pipe y4m ('-') into ffmpeg for others"
+            }
             Self::NoFrames => "check the name, and the number of its digits",
             Self::Still => "give frames as name.####.png, or an animation",
             Self::UnknownContainer => "pipe it: ffmpeg -i FILE -f yuv4mpegpipe -pix_fmt yuv444p - | selvedge ... -",
@@ -167,6 +178,7 @@ impl ClipProblem {
             Self::Damaged { .. } => "write or copy the file again",
             Self::Unsupported { .. } => "use a sequence of png, tiff or exr files",
             Self::Gap { .. } => "make it, or choose a range and step without it",
+            Self::Place { .. } => "choose a range within them",
             Self::Doubled { .. } => "move one of them away",
             Self::Foreign { .. } => "name the frames by a pattern, such as 'name.####.png'",
             Self::Differs { .. } => "give frames of one size, depth and layout",

@@ -105,9 +105,9 @@ impl ClipReader {
     /// With the frames of a range alone: their places, from 1.
     fn picked(path: &Path, info: ClipInfo, frames: Box<dyn Frames>, options: &ClipOptions) -> Result<Self, Error> {
         let Some(range) = options.range else { return Ok(Self::new(path, info, frames, None, options.rate)) };
-        let (number, before) = (range.first.max(info.frames + 1), Some(info.frames));
         if range.first == 0 || info.frames < range.last {
-            return Err(Error::new(path, ClipProblem::Gap { number, before }));
+            let number = if range.first == 0 { 0 } else { range.first.max(info.frames + 1) };
+            return Err(Error::new(path, ClipProblem::Place { number, frames: info.frames }));
         }
         let info = ClipInfo { frames: range.numbers().count() as u32, ..info };
         Ok(Self::new(path, info, frames, Some(range), options.rate))

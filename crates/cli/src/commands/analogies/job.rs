@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_cms_analogies::{Constraint, Options, Plan, fitness_from};
+use selvedge_cms_analogies::{Constraint, Error, Options, Plan, fitness_from};
 use selvedge_core::{Bytes, Domain};
 
 use super::fit;
@@ -63,6 +63,22 @@ pub(super) struct Job<'a> {
     pub(super) frame: Option<&'a Frame<'a>>,
 }
 
+impl Job<'_> {
+    /// An error, with the name of the picture that is too small where it is one's.
+    fn small(&self, loom: &Loom<'_>, error: Error) -> Failure {
+        let small = match &error {
+            Error::Neighborhood { what: "an output", .. } => Some(self.first),
+            Error::Neighborhood { shape, .. } => loom.loaded.of_shape(shape),
+            _ => None,
+        };
+        let failure = failure(error);
+        match small {
+            Some(path) => failure.about(path),
+            None => failure,
+        }
+    }
+}
+
 impl Method for Job<'_> {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
         let pairs = self.knobs.guides.pairs(self.weaving)?;
@@ -113,7 +129,7 @@ impl Method for Job<'_> {
         }
         let loom = &*loom;
         let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
-        let plan = Plan::new(exemplars, constraints, &self.options, &run).map_err(failure)?;
+        let plan = Plan::new(exemplars, constraints, &self.options, &run).map_err(|e| self.small(loom, e))?;
         let seen = &plan.constraints()[..followed.len()];
         let fits = fitness_from(exemplars, seen, &start, &self.options).map_err(failure)?;
         followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));

@@ -90,6 +90,12 @@ pub(super) struct Flows {
 }
 
 impl Flows {
+    /// Whether none of it says where anything goes.
+    pub(super) fn is_unknown(&self) -> bool {
+        let unknown = |flow: &Flow| flow.known.as_ref().is_some_and(|known| !known.samples().contains(&true));
+        self.flows.iter().all(unknown)
+    }
+
     /// The flow after a frame, counted from 0.
     pub(super) fn after(&self, frame: u32) -> &Flow {
         &self.flows[frame as usize % self.flows.len()]
@@ -107,7 +113,8 @@ impl FlowArgs {
         let is_field = matches!(self.flow, What::Field(_));
         let numbers = [("speed", self.speed), ("angle", self.angle), ("flow-scale", Some(self.flow_scale))];
         if let Some((name, value)) = numbers.iter().find_map(|(n, v)| v.filter(|v| !v.is_finite()).map(|v| (n, v))) {
-            return Err(Failure::new(2, format!("a {name} of {value} is no number")).remedy("use a finite one"));
+            let article = if name.starts_with('a') { "an" } else { "a" };
+            return Err(Failure::new(2, format!("{article} {name} of {value} is no number")).remedy("use a finite one"));
         }
         let of_fields =
             [("speed", self.speed.is_some()), ("angle", self.angle.is_some()), ("center", self.center.is_some())];

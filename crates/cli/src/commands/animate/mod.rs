@@ -97,6 +97,9 @@ impl Animate {
         inputs::check_streams(&read)?;
         let headers = self.input.look(session, None)?;
         let flows = self.flow.read(&files, &session.limits)?;
+        if flows.as_ref().is_some_and(Flows::is_unknown) {
+            session.warn(&files[0], &"no vector of the flow is known: nothing will move");
+        }
         let output = self.domain(&headers, flows.as_ref())?;
         let frames = self.count(flows.as_ref())?;
         self.body.check(&masks, frames)?;

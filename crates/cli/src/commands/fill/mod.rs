@@ -102,8 +102,8 @@ impl Fill {
     /// What was done, for people.
     pub(crate) fn how(&self, stats: &FillStats) -> String {
         if stats.filled == 0 {
-            let why =
-                if self.weaving.input.mask.is_empty() { "nothing is transparent" } else { "the mask has no white" };
+            let is_masked = self.weaving.input.mask.first().is_some_and(|mask| mask.as_os_str() != NO_MASK);
+            let why = if is_masked { "the mask has no white" } else { "nothing is transparent" };
             return format!("as it was: {why}");
         }
         let grown = if stats.grown == 0 { String::new() } else { format!(", {} grown by patches", stats.grown) };

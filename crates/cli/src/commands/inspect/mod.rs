@@ -18,6 +18,7 @@ use crate::commands::analogies::fit;
 use crate::commands::analogies::palette::Palette;
 use crate::failure::{Failure, shown};
 use crate::followed::{Followed, seen};
+use crate::ground::check_size;
 use crate::harmonise::Layout;
 use crate::inputs::{self, Input};
 use crate::memory;
@@ -65,7 +66,10 @@ impl Inspect {
         let texture = Texture::of(&source.features, source.valid.as_deref(), exemplars.weights());
         let texture = texture.map_err(|e| about(Failure::of(e.kind(), &e, e.remedy())))?;
         let block = suggest_block(&exemplars).map_err(|e| about(e.into()))?;
-        let pairs = self.guide.chunks(2).map(|pair| followed(session, &exemplars, pair, &options, &mut report));
+        let pairs = self
+            .guide
+            .chunks(2)
+            .map(|pair| followed(session, (&self.exemplar, &exemplars), pair, &options, &mut report));
         let pairs = pairs.collect::<Result<Vec<_>, Failure>>()?;
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());
@@ -119,7 +123,7 @@ impl Inspect {
 /// people.
 fn followed(
     session: &Session<'_>,
-    exemplars: &Exemplars<2>,
+    (exemplar, exemplars): (&Path, &Exemplars<2>),
     pair: &[PathBuf],
     options: &ReadOptions,
     report: &mut Report,
@@ -130,6 +134,8 @@ fn followed(
         Followed::new(input.read(session, options, report)?.plane, &pair[i])
     });
     let (source, target) = (source?, target?);
+    let (of, expected) = (format!("{} has", shown(exemplar)), exemplars.sources()[0].domain().shape);
+    check_size(&pair[0], source.plane.domain().shape, Some(expected), &of, "give a guide of the same size")?;
     let mut maps = encode_together(&[&source.plane, &target.plane]).map_err(|e| Failure::from(e).about(&pair[1]))?;
     let over = maps.pop().expect("the target's");
     let guide = Guide::new(exemplars, &maps, over).map_err(|e| Failure::from(e).about(&pair[0]))?;

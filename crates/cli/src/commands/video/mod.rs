@@ -106,7 +106,7 @@ impl Video {
         }
         session.check_signal()?;
         let outputs = self.write.outputs(&mut report, session, &clips, &made)?;
-        let line = format!("{name}: {}, in {:.2} s", made.how, report.elapsed());
+        let line = format!("{name}: {}{}, in {:.2} s", made.how, self.write.more(&made), report.elapsed());
         Ok(Done::made(report, line, outputs))
     }
 

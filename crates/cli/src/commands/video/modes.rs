@@ -201,7 +201,8 @@ impl Way {
         let (idle, remedy) = match self.mode {
             ModeArg::Spacetime => (of_jumps, "use --mode transition"),
             _ if resized => {
-                let what = format!("--mode {mode} has frames of the clip's {width}x{height} px, which do not tile");
+                let tiles = if self.output.periodic[1..] == [false; 2] { "" } else { ", which do not tile" };
+                let what = format!("--mode {mode} has frames of the clip's {width}x{height} px{tiles}");
                 return Err(Failure::new(2, what).remedy("use --mode spacetime"));
             }
             ModeArg::Temporal => (of_jumps, "use --mode transition"),

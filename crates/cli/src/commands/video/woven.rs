@@ -184,10 +184,11 @@ fn how(way: &Way, output: Domain<3>, stats: &Stats<3>, motion: &Motion) -> Strin
     };
     let moved = if way.mode == ModeArg::Temporal { "moved in time" } else { "moved in space and time" };
     let why = way.why.as_ref().map_or(String::new(), |why| format!(" ({}, since {why})", name_of(way.mode)));
+    let patches = if stats.patches == 1 { "1 patch".to_owned() } else { format!("{} patches", stats.patches) };
     format!(
-        "a {what} of {frames} frames of {width}x{height} px from {} patches {moved} and {}{why}, moving {:.2} times as \
-         much as the clip{over_end}",
-        stats.patches,
+        "a {what} of {frames} frames of {width}x{height} px from {} {moved} and {}{why}, moving {:.2} times as much as \
+         the clip{over_end}",
+        patches,
         n("refinement", stats.improvements as usize),
         motion.usual,
     )

@@ -81,6 +81,16 @@ impl WriteArgs {
         period.saturating_mul(self.repeat).saturating_add(u32::from(self.closing_frame))
     }
 
+    /// Frames that are written, in words, where these are not the loop's own.
+    pub(super) fn more(&self, made: &ClipOutcome) -> String {
+        let frames = self.count(made);
+        if frames == made.frames { String::new() } else { format!(", written as {frames} frames") }
+    }
+
+    fn count(&self, made: &ClipOutcome) -> u32 {
+        made.played.unwrap_or_else(|| self.written(made.frames))
+    }
+
     /// Frames of a loop that fills a flipbook.
     pub(super) fn filled(&self) -> Option<u32> {
         self.flipbook.filter(|_| self.repeat == 1 && !self.closing_frame).map(Flipbook::cells)
@@ -166,8 +176,7 @@ impl WriteArgs {
                 made.complete.then(|| session.check_signal()).transpose()?;
                 Ok(selvedge_io::clip::frame_of(shown, t % made.frames)?)
             };
-            let count = made.played.unwrap_or_else(|| self.written(made.frames));
-            outputs.clip(&name, count, &mut frame, (&metadata, options))?;
+            outputs.clip(&name, self.count(made), &mut frame, (&metadata, options))?;
         }
         report.stage("encode");
         if !made.complete {
