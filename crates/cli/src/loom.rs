@@ -99,6 +99,11 @@ fn averaged() -> Failure {
 }
 
 impl Loom<'_> {
+    /// The picture to write.
+    pub(crate) fn output(&self) -> &Path {
+        &self.written.output
+    }
+
     /// What the output goes on from, and what of it stays.
     pub(crate) fn start(&mut self) -> Result<Start<2>, Failure> {
         if let Some(before) = self.before.take() {

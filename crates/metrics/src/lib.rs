@@ -156,6 +156,28 @@ impl Judge {
     }
 }
 
+/// Share of an output's windows of 32 px, half of that apart, whose contrast (standard deviation over all channels) is
+/// under a quarter of that of the exemplars' flattest: what became one blur. 0 where either holds no window.
+///
+/// No column, and no part of the preference: between outputs of which none is washed out it says nothing.
+///
+/// # Errors
+/// [`Error::Channels`].
+///
+/// # Complexity
+/// `O(samples)`.
+pub fn washed_out(exemplars: &Exemplars<2>, output: &Grid<u8, 2>) -> Result<f64, Error> {
+    let (expected, found) = (exemplars.channels(), output.channels());
+    if expected != found {
+        return Err(Error::Channels { expected, found });
+    }
+    let variances = |pictures: &[marginals::Valid<'_>]| marginals::variances(pictures, LEAST as usize);
+    let (own, made) = (variances(&marginals::pictures(exemplars)), variances(&[(output, None)]));
+    let Some(least) = own.into_iter().min_by(f64::total_cmp) else { return Ok(0.0) };
+    let flat = made.iter().filter(|&&variance| variance * 16.0 < least).count();
+    Ok(flat as f64 / made.len().max(1) as f64)
+}
+
 /// Halvings until a sample is the mean of 32 px: what differs over fewer belongs to bodies, not to light. A guess.
 const SHADE: usize = 5;
 

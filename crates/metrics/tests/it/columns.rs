@@ -1,7 +1,7 @@
 //! What the columns say of outputs whose fault is known, and of plain loops.
 
 use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, SampleId, Samples, Seed, SimdLevel, SourceMap};
-use selvedge_metrics::{Columns, Error, Judge, preference};
+use selvedge_metrics::{Columns, Error, Judge, preference, washed_out};
 use selvedge_testkit::exemplars;
 
 /// A part of the weave: a lattice with details.
@@ -47,6 +47,30 @@ fn a_copy_is_perfect() {
 }
 
 /// Blocks of the exemplar at random: each fault shows in its column, and the copy is preferred.
+#[test]
+fn what_became_one_blur_is_washed_out() {
+    let of = weave();
+    let whole = picture(&of, &map(&of, of.sources()[0].domain(), |p| p));
+    assert_eq!(washed_out(&of, &whole), Ok(0.0));
+    // Its left half keeps a fifth of its contrast about the middle of the scale, or a third.
+    let faded = |parts: i32| {
+        let [_, width] = whole.domain().shape;
+        let value = |c: usize, [y, x]: [u32; 2]| match i32::from(whole.get(c, [y, x])) {
+            v if width / 2 < x => v as u8,
+            v => (128 + (v - 128) / parts) as u8,
+        };
+        let samples = (0..whole.channels()).flat_map(|c| whole.domain().positions().map(move |at| (c, at)));
+        Grid::from_vec(whole.domain(), whole.channels(), samples.map(|(c, at)| value(c, at)).collect()).unwrap()
+    };
+    let share = washed_out(&of, &faded(12)).unwrap();
+    assert!((0.3..0.6).contains(&share), "{share}");
+    assert_eq!(washed_out(&of, &faded(2)), Ok(0.0));
+    let one = Grid::try_filled(Domain::open([64, 64]), whole.channels(), 90).unwrap();
+    assert_eq!(washed_out(&of, &one), Ok(1.0));
+    let small = Grid::try_filled(Domain::open([8, 64]), whole.channels(), 90).unwrap();
+    assert_eq!(washed_out(&of, &small), Ok(0.0), "it holds no window");
+}
+
 #[test]
 fn random_blocks_break_seams_structure_and_lattice() {
     let of = weave();

@@ -140,7 +140,9 @@ impl Method for Optimize {
                 None => read,
             };
             let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| told::failure(&loom.loaded, e))?;
-            Ok(outcome(Box::new(woven.result), woven.complete, &woven.stats))
+            let mut outcome = outcome(Box::new(woven.result), woven.complete, &woven.stats);
+            outcome.stats["washed_out"] = told::washed_out(loom, &*outcome.woven)?.into();
+            Ok(outcome)
         })
         .needing(needed))
     }

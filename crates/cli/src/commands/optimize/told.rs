@@ -1,5 +1,6 @@
 //! What is told of texture optimization: options as used, counts, how it was made, what is wrong.
 
+use selvedge_core::{Encoder, Exemplar, Exemplars, Plane, Render};
 use selvedge_texture_optimization::{Error, Level, LevelStats, Options, Stats};
 use serde_json::{Value, json};
 
@@ -55,6 +56,22 @@ pub(super) fn how(init: &Init, stats: &Stats) -> String {
     let (iterations, levels) = (n("iteration", stats.iterations()), n("level", stats.levels.len()));
     let energy = stats.energy().map_or(String::new(), |e| format!(", energy {e:.1}"));
     format!("from {} by {iterations} at {levels}{energy}", start(init))
+}
+
+/// The share of an output that became one blur, which is warned of.
+pub(super) fn washed_out(loom: &Loom<'_>, woven: &dyn Render<2>) -> Result<f64, Failure> {
+    let payload: Vec<&[Plane<2>]> = loom.loaded.payload.iter().map(std::slice::from_ref).collect();
+    let encoder = Encoder::fit(&payload)?;
+    let shown: Vec<Exemplar<'_, 2>> = payload.iter().map(|planes| Exemplar::new(planes)).collect();
+    let output = woven.render(&loom.loaded.payload.iter().collect::<Vec<_>>())?;
+    let features = encoder.encode(std::slice::from_ref(&output))?;
+    let share = selvedge_metrics::washed_out(&Exemplars::new(&encoder, &shown)?, &features)?;
+    if 0.0 < share {
+        let what = format!("{:.0} % of it became a blur without the exemplars' contrast", (100.0 * share).max(1.0));
+        let remedy = "try --init auto, --complete 0.1 or a smaller size in --schedule";
+        loom.session.warn(loom.output(), &format!("{what}; {remedy}"));
+    }
+    Ok(share)
 }
 
 /// Errors about exemplars name the file, and options by their flags.
