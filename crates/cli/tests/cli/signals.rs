@@ -3,6 +3,8 @@
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command, Stdio};
 
+use selvedge_io::clip::ClipReader;
+
 use crate::program::{Folder, Said, fixtures};
 
 /// Would take minutes.
@@ -60,6 +62,34 @@ fn a_run_that_is_to_outlive_its_terminal_does() {
     assert!(child.try_wait().unwrap().is_none(), "it goes on");
     send(&child, "-TERM");
     ended(child, stderr).refused(143, &["interrupted; nothing was written"]);
+}
+
+#[test]
+fn of_clips_that_are_interrupted_what_there_is_is_kept() {
+    let folder = Folder::new("partial-clips");
+    let frames = |name: &str| ClipReader::open(folder.path(name), &Default::default()).unwrap().info().frames;
+    let video = "video @/fire.png --mode temporal --frames 2000 --refine 5000";
+    let animate = "animate @/scales.png --flow vortex --size 48 --init quilt --frames 9000";
+    for (line, name, stage) in [
+        (video, "a.png", "{"),
+        (animate, "b.gif", "\"frames\""),
+        (animate, "c.png", "\"frames\""),
+        (animate, "d.y4m", "\"frames\""),
+    ] {
+        let (child, mut stderr) = begun(&folder, &format!("{line} -o {name} --keep-partial --progress json"));
+        let mut step = String::from("{");
+        while !step.contains(stage) {
+            step.clear();
+            assert_ne!(stderr.read_line(&mut step).unwrap(), 0, "{line} ended");
+        }
+        send(&child, "-INT");
+        let partial = name.replace('.', ".partial.");
+        ended(child, stderr).refused(130, &[&format!("interrupted; the best so far is in '{partial}'")]);
+        let expected = if line == video { 2000..2001 } else { 1..9000 };
+        assert!(expected.contains(&frames(&partial)), "{line}: {} frames", frames(&partial));
+        assert_eq!(folder.names(), std::slice::from_ref(&partial));
+        std::fs::remove_file(folder.path(partial)).unwrap();
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -164,6 +164,11 @@ impl ClipWriter {
         left.into_iter().map(|(_, file)| file).collect()
     }
 
+    /// Frames that were taken so far.
+    pub fn taken(&self) -> u32 {
+        self.taken
+    }
+
     /// Takes the next frame. Of a sequence it is a file at once, of a container it will be a part of one.
     ///
     /// # Errors
@@ -225,6 +230,15 @@ impl ClipWriter {
         let more = more.map(|(name, number)| (name, number.to_string())).into();
         let beside = path.with_extension("json");
         Ok(vec![(path, bytes), (beside, Manifest { frames, more, ..manifest }.json().into_bytes())])
+    }
+
+    /// The same of a clip that ends before its time: it has the frames that were taken.
+    ///
+    /// # Errors
+    /// Those of [`ended`](Self::ended).
+    pub fn cut_short(mut self) -> Result<Vec<ClipFile>, Error> {
+        self.frames = self.taken;
+        self.ended()
     }
 
     /// Writes what comes last.

@@ -52,7 +52,7 @@ fn what_became_one_blur_is_washed_out() {
     let of = weave();
     let whole = picture(&of, &map(&of, of.sources()[0].domain(), |p| p));
     assert_eq!(washed_out(&of, &whole), Ok(0.0));
-    // Its left half keeps a fifth of its contrast about the middle of the scale, or a third.
+    // Its left half keeps a twelfth of its contrast about the middle of the scale, or half of it.
     let faded = |parts: i32| {
         let [_, width] = whole.domain().shape;
         let value = |c: usize, [y, x]: [u32; 2]| match i32::from(whole.get(c, [y, x])) {

@@ -1,5 +1,7 @@
 //! Frame after frame.
 
+use std::path::Path;
+
 use selvedge_core::{Domain, Event, Observer, Plane, Render as _, Run, SourceMap};
 use selvedge_io::Metadata;
 use selvedge_io::clip::ClipWriter;
@@ -12,11 +14,12 @@ use super::flow::Flows;
 use crate::commands::optimize::{self, Beginning};
 use crate::failure::Failure;
 use crate::loaded::ExemplarSet;
-use crate::outputs::Outputs;
+use crate::outputs::{self, Outputs};
 use crate::report::Report;
 use crate::session::Session;
+use crate::stdio::STREAM;
 use crate::watch::Watch;
-use crate::{made, names, stdio};
+use crate::{clips, made, names, stdio};
 
 /// Sees each frame as one step.
 struct Quiet<'w>(&'w Watch);
@@ -59,7 +62,12 @@ impl Animate {
             written += 1;
             Ok(())
         });
-        made.map_err(|failure| failure.among(session.watch.signal().is_some(), "frame", written))?;
+        if let Err(failure) = made {
+            return Err(match session.watch.signal() {
+                Some(signal) if written == 0 => kept(session, signal, (&path, writer)).unwrap_or(failure),
+                signal => failure.among(signal.is_some(), "frame", written),
+            });
+        }
         report.stage("synthesis");
         report.stats = json!({ "frames": counts });
         let mut outputs = Outputs::default();
@@ -98,6 +106,21 @@ impl Animate {
         }
         Ok(())
     }
+}
+
+/// Writes the frames of a container that a signal ended, if that is wanted. Those of a sequence stand there by then.
+fn kept(session: &Session<'_>, signal: u8, (path, writer): (&Path, ClipWriter)) -> Option<Failure> {
+    let is_file = path.as_os_str() != STREAM && !clips::is_pattern(path);
+    if !session.global.keep_partial || !is_file || writer.taken() == 0 {
+        return None;
+    }
+    let partial = outputs::partial(path);
+    let written = writer.cut_short().map_err(Failure::from).and_then(|files| {
+        let mut outputs = Outputs::default();
+        files.into_iter().for_each(|(_, bytes)| outputs.bytes(&partial, bytes));
+        outputs.write(session)
+    });
+    Some(written.err().unwrap_or_else(|| Failure::kept(signal, &partial)))
 }
 
 /// Takes away what an earlier run said of frames by these names, before the first of them is replaced.

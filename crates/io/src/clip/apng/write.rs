@@ -33,13 +33,15 @@ pub(in crate::clip) struct ApngWriter {
     /// `None` before the first frame.
     writer: Option<Writer<Shared>>,
     metadata: Metadata,
+    /// Frames announced, and taken.
     frames: u32,
+    taken: u32,
     rate: Rate,
 }
 
 impl ApngWriter {
     pub(in crate::clip) fn new(frames: u32, rate: Rate, metadata: Metadata) -> Self {
-        Self { file: Shared::default(), writer: None, metadata, frames, rate }
+        Self { file: Shared::default(), writer: None, metadata, frames, taken: 0, rate }
     }
 
     fn begin(&self, plane: &Plane<2>) -> Result<Writer<Shared>, Problem> {
@@ -70,7 +72,7 @@ impl FrameEncoder for ApngWriter {
         };
         self.file.0.borrow_mut().ask_for(2 * bytes.len()).map_err(|e| Problem::file_system(e, bytes.len() as u64))?;
         writer.write_image_data(&bytes).map_err(complaint)?;
-        self.writer = Some(writer);
+        (self.writer, self.taken) = (Some(writer), self.taken + 1);
         Ok(())
     }
 
@@ -79,8 +81,29 @@ impl FrameEncoder for ApngWriter {
             writer.finish().map_err(complaint)?;
         }
         let sink = Rc::try_unwrap(self.file.0).map_err(|_| Problem::encoder(Format::Png, "its file is in use"))?;
-        Ok(sink.into_inner().into_bytes())
+        let mut bytes = sink.into_inner().into_bytes();
+        if self.taken < self.frames {
+            recount(&mut bytes, self.taken);
+        }
+        Ok(bytes)
     }
+}
+
+/// Writes another number of frames into the chunk that announces them, which comes before all that have pixels.
+fn recount(file: &mut [u8], frames: u32) {
+    let Some(at) = file.windows(4).position(|name| name == b"acTL") else { return };
+    // Name, frames, plays, and the sum over these.
+    if let Some(chunk) = file.get_mut(at..at + 16) {
+        chunk[4..8].copy_from_slice(&frames.to_be_bytes());
+        let sum = crc(&chunk[..12]);
+        chunk[12..].copy_from_slice(&sum.to_be_bytes());
+    }
+}
+
+/// The sum of a chunk.
+fn crc(bytes: &[u8]) -> u32 {
+    let bit = |sum: u32, _| if sum & 1 == 1 { sum >> 1 ^ 0xedb8_8320 } else { sum >> 1 };
+    !bytes.iter().fold(!0, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), bit))
 }
 
 /// A fraction whose parts have 16 bits.
