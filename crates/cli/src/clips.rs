@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, Plane};
 use selvedge_graphcut_textures::video::Usual;
-use selvedge_io::clip::{ClipInfo, ClipName, ClipOptions, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip};
-use selvedge_io::{Fingerprint, ReadOptions};
+use selvedge_io::clip::{
+    ClipInfo, ClipName, ClipOptions, ClipProblem, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip,
+};
+use selvedge_io::{Fingerprint, Problem, ReadOptions};
 use serde_json::json;
 
 use crate::failure::{Failure, n};
@@ -64,7 +66,8 @@ impl ClipInput {
             extension.is_some_and(|e| ["mp4", "mov", "webm", "mkv", "avi"].iter().any(|foreign| e == *foreign));
         match ClipReader::open(path, &options) {
             Ok(reader) if is_foreign || is_pattern(path) || 1 < reader.info().frames => Ok(Some(Self { reader })),
-            Err(e) if is_foreign || is_pattern(path) => Err(e.into()),
+            // What no picture can be wrong by is told; else the picture says what is wrong with it.
+            Err(e) if is_foreign || is_pattern(path) || is_of_clips(&e.problem) => Err(e.into()),
             _ => Ok(None),
         }
     }
@@ -125,6 +128,12 @@ impl ClipInput {
         }));
         Ok(Clip { path, info, plane, fingerprint, frames })
     }
+}
+
+/// True for what is wrong with a clip, and for one that is too large.
+fn is_of_clips(problem: &Problem) -> bool {
+    let is_none = matches!(problem, Problem::Clip(ClipProblem::Still | ClipProblem::UnknownContainer));
+    !is_none && matches!(problem, Problem::Clip(_) | Problem::Memory { .. })
 }
 
 /// True for a name that stands for frames.

@@ -9,7 +9,7 @@ use selvedge_io::clip::ClipOptions;
 use selvedge_io::{Format, Info, Metadata, ReadOptions};
 use serde_json::json;
 
-use crate::clips::{self, ClipInput};
+use crate::clips::ClipInput;
 use crate::failure::{Failure, n, shown};
 use crate::harmonise::{Layout, alike, common_layout, converted, widened};
 use crate::inputs::{self, Input};
@@ -58,12 +58,8 @@ fn still(path: &Path, options: &ReadOptions) -> Result<(), Failure> {
     if path.as_os_str() == STREAM || inputs::is_pipe(path) {
         return Ok(());
     }
-    // What is wrong with a file is told where it is read as a picture.
-    let frames = match ClipInput::found(path, options) {
-        Ok(Some(clip)) => n("frame", clip.info().frames as usize),
-        Err(e) if clips::is_pattern(path) => return Err(e),
-        _ => return Ok(()),
-    };
+    let Some(clip) = ClipInput::found(path, options)? else { return Ok(()) };
+    let frames = n("frame", clip.info().frames as usize);
     let failure = Failure::new(3, format!("is a clip of {frames}, and pictures are compared")).about(path);
     Err(failure.remedy("give one of its frames, or use --loop to ask whether it closes"))
 }

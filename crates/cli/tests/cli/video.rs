@@ -361,3 +361,14 @@ fn whether_a_clip_closes_is_the_exit_code() {
     let stats = folder.run("video f -o again.##.png --json").done().json()["stats"].clone();
     assert_eq!((&stats["closes_already"], &stats["closure"]["closes"]), (&true.into(), &true.into()), "{stats}");
 }
+
+#[test]
+fn what_is_wrong_with_a_clip_is_told_wherever_it_is_read() {
+    let folder = Folder::new("video-wrong");
+    // A frame of 732 MiB in a file of 41 bytes.
+    fs::write(folder.path("claim.y4m"), "YUV4MPEG2 W16000 H16000 F25:1 C444\nFRAME\n").unwrap();
+    for line in ["inspect claim.y4m", "video claim.y4m -o v.####.png --dry-run", "compare claim.y4m claim.y4m"] {
+        folder.run(line).refused(3, &["'claim.y4m'", "damaged y4m file (it ends early)"]);
+        folder.run(&format!("{line} --max-memory 200MiB")).refused(6, &["'claim.y4m'", "200"]);
+    }
+}

@@ -148,6 +148,10 @@ impl Y4m {
         input.rewind().map_err(system)?;
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(&mut input).map_err(system)?;
+        // No memory for a frame that the file is too short for.
+        if hasher.count() - start < head.bytes() as u64 {
+            return Err(damaged("it ends early"));
+        }
         input.seek(SeekFrom::Start(start)).map_err(system)?;
         let mut own = Self {
             path: path.to_path_buf(),

@@ -3,9 +3,12 @@
 use std::fs;
 
 use selvedge_core::Limits;
+use selvedge_io::clip::{ClipOptions, ClipReader};
 use selvedge_io::{ErrorKind, ReadOptions, Warning, decode, probe_bytes};
 use selvedge_testkit::memory;
 
+/// Of sizes that are allowed.
+const SIDE: u32 = 16_000;
 /// Each may take this many bytes.
 const ROOM: u64 = 64 << 20;
 
@@ -19,7 +22,7 @@ fn peak(reset: bool) -> Option<u64> {
     peak
 }
 
-fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+pub(crate) fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     let mut chunk = (data.len() as u32).to_be_bytes().to_vec();
     chunk.extend(kind);
     chunk.extend(data);
@@ -33,7 +36,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     }) ^ u32::MAX
 }
 
-fn png(width: u32, height: u32, depth: u8, color: u8, rest: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn png(width: u32, height: u32, depth: u8, color: u8, rest: &[Vec<u8>]) -> Vec<u8> {
     let mut header = [width.to_be_bytes(), height.to_be_bytes()].concat();
     header.extend([depth, color, 0, 0, 0]);
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
@@ -101,7 +104,6 @@ fn claims() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Sizes that are allowed, over data that end at once.
 fn small_claims() -> Vec<(&'static str, Vec<u8>)> {
-    const SIDE: u32 = 16_000;
     let idat = || chunk(b"IDAT", &[0x78, 0x9c, 0x63]);
     let palette = chunk(b"PLTE", &[1, 2, 3]);
     let bmp = |bits: u8, packed: u8| {
@@ -192,6 +194,11 @@ fn set_off() {
         assert!(decode(&bytes, "x", &wide).is_err(), "{name}");
         bounded(name, before);
     }
+    peak(true);
+    let before = memory::held();
+    let y4m = format!("YUV4MPEG2 W{SIDE} H{SIDE} F25:1 C444\nFRAME\n").into_bytes();
+    assert!(ClipReader::of_bytes(y4m, "x", &ClipOptions::default()).is_err());
+    bounded("y4m", before);
 
     // 64 MiB of profile in 64 KiB: the picture is fine without it.
     let profile = vec![0; 64 << 20];
