@@ -28,10 +28,9 @@ pub(crate) fn pictures(infos: &[Info], channels: usize, depth: Depth) -> Bytes {
     before.into_iter().sum::<Bytes>().max(after.into_iter().sum()) + converted.unwrap_or_default()
 }
 
-/// An upper bound of what reading takes beside the picture that is kept: the file, and samples that are turned or
-/// widened.
+/// An upper bound of what reading takes beside the picture that is kept.
 pub(crate) fn reading<'i>(infos: impl IntoIterator<Item = &'i Info>) -> Bytes {
-    infos.into_iter().map(|info| picture(domain(info), info.channels, info.depth) * 2).max().unwrap_or_default()
+    infos.into_iter().map(|info| Bytes(info.reading)).max().unwrap_or_default()
 }
 
 /// An upper bound of what masks take that are kept: where they are white.

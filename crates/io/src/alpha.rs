@@ -7,7 +7,8 @@ use crate::conversion::{Conversion, each, to_float, to_half};
 use crate::error::Problem;
 
 impl Format {
-    /// How colour and alpha go together in this format; `None` where there is no alpha, or files say it themselves.
+    /// How colour and alpha go together where a file does not say it, and in what is written; `None` where there is no
+    /// alpha, or all files say it.
     pub fn association(self) -> Option<Association> {
         match self {
             Self::Exr => Some(Association::Premultiplied),

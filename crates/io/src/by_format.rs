@@ -1,5 +1,7 @@
 //! Which codec a format has: a description of the header, the samples, and the file's bytes.
 
+use std::io::Cursor;
+
 use selvedge_core::Plane;
 
 use crate::codec::{Context, Decoded, Description, Input, guarded};
@@ -27,15 +29,16 @@ pub(crate) fn describe(
 }
 
 /// Reads everything.
-pub(crate) fn decode(format: Format, input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
+pub(crate) fn decode(format: Format, file: &[u8], context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let input = &mut Cursor::new(file);
     guarded(format, || match format {
         Format::Png => png::decode(input, context),
-        Format::Tiff => tiff::decode(input, context),
+        Format::Tiff => tiff::decode(file, context),
         Format::Exr => exr::decode(input, context),
         Format::Jpeg => jpeg::decode(input, context),
         Format::Hdr => image::hdr::decode(input, context),
         Format::Webp => image::webp::decode(input, context),
-        Format::Gif => image::gif::decode(input, context),
+        Format::Gif => image::gif::decode(file, context),
         Format::Bmp => image::bmp::decode(input, context),
         Format::Tga => image::tga::decode(input, context),
     })

@@ -61,11 +61,13 @@ pub(crate) struct Description {
     pub(crate) association: Option<Association>,
     /// All channels of a file that has names for them.
     pub(crate) channel_names: Vec<String>,
+    /// Bytes that reading takes beside the picture, where that is not as usual.
+    pub(crate) reading: Option<u64>,
 }
 
 impl Description {
     pub(crate) fn new(header: Header, metadata: Metadata) -> Self {
-        Self { header, orientation: 1, metadata, association: None, channel_names: Vec::new() }
+        Self { header, orientation: 1, metadata, association: None, channel_names: Vec::new(), reading: None }
     }
 }
 

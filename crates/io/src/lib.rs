@@ -24,7 +24,7 @@
 //! |---|---|---|---|
 //! | PNG | 1 to 16 bits, palettes, interlaced | u8, u16 | profile, cICP, sRGB, gamma, chromaticities, density |
 //! | JPEG | 8 bits, sequential and progressive, any sampling; CMYK turned into RGB | u8 | profile, density |
-//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, density |
+//! | TIFF | 1 to 16 bits, half, float; strips, tiles, planar, palettes | u8, u16, half, float | profile, chromaticities, density |
 //! | EXR | half, float; any layer or channels | half, float | chromaticities, density |
 //! | Radiance HDR | float | half, float, rounded to its 8-bit mantissas | |
 //! | WebP | 8 bits | u8, lossless | profile |

@@ -3,7 +3,7 @@
 use moxcms::{ColorProfile, DataColorSpace, ToneReprCurve};
 use selvedge_core::srgb_decode;
 
-use crate::metadata::Metadata;
+use crate::metadata::{Metadata, is_usual};
 use crate::{Depth, Warning};
 
 /// How integers of one file become light.
@@ -99,10 +99,10 @@ impl Linear {
             Self::of_profile(metadata, colors).ok_or("colour profile")
         } else {
             Ok(with(match metadata.gamma {
-                // What sRGB is said to be near to.
-                None | Some(0 | 45_455) => Curve::Srgb,
-                Some(_) if metadata.srgb.is_some() => Curve::Srgb,
-                Some(gamma) => Curve::Power(100_000.0 / f64::from(gamma)),
+                Some(gamma) if metadata.srgb.is_none() && !is_usual(gamma) => {
+                    Curve::Power(100_000.0 / f64::from(gamma))
+                }
+                _ => Curve::Srgb,
             }))
         };
         match found {

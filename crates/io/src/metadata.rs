@@ -64,6 +64,11 @@ impl Density {
 /// White, red, green and blue of sRGB and BT.709.
 const SRGB: [f64; 8] = [0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06];
 
+/// True for a gamma that is nothing, or what sRGB is said to be near to.
+pub(crate) fn is_usual(gamma: u32) -> bool {
+    matches!(gamma, 0 | 45_400..=45_500)
+}
+
 /// True for code points that say something else than sRGB of full range.
 fn says_more([primaries, transfer, _, full]: [u8; 4]) -> bool {
     full == 0 || !(matches!(primaries, 1 | 2) && matches!(transfer, 2 | 13))
@@ -72,18 +77,32 @@ fn says_more([primaries, transfer, _, full]: [u8; 4]) -> bool {
 impl Metadata {
     /// The colour tags that `format` has no place for with so many colours, and that say more than sRGB does.
     pub(crate) fn left_out(&self, format: Format, color_channels: usize) -> Vec<&'static str> {
-        let profile = matches!(format, Format::Png | Format::Jpeg | Format::Tiff | Format::Webp);
-        let (png, exr) = (format == Format::Png, format == Format::Exr);
-        // Whoever has a profile, or says that it is sRGB, says the rest for those who know no better.
-        let told = self.srgb.is_some() || (profile && self.icc_for(color_channels).is_some());
-        let is_srgb = |c: &[f64; 8]| c.iter().zip(SRGB).all(|(a, b)| (a - b).abs() < 1e-3);
+        let png = format == Format::Png;
+        let has_points = matches!(format, Format::Png | Format::Exr | Format::Tiff);
+        let profile = self.icc_in(format, color_channels);
+        let told = self.srgb.is_some() || profile;
+        let points = self.chromaticities_beside(format, color_channels);
         let said = [
             ("cicp tag", !png && self.cicp.is_some_and(says_more)),
-            ("colour profile", self.icc.is_some() && !(profile && self.icc_for(color_channels).is_some())),
-            ("gamma tag", !png && !told && self.gamma.is_some_and(|g| !matches!(g, 0 | 45_455))),
-            ("chromaticities", !png && !exr && !told && self.chromaticities.is_some_and(|c| !is_srgb(&c))),
+            ("colour profile", self.icc.is_some() && !profile),
+            ("gamma tag", !png && !told && self.gamma.is_some_and(|g| !is_usual(g))),
+            ("chromaticities", !has_points && points.is_some()),
         ];
         said.into_iter().filter(|(_, lost)| *lost).map(|(tag, _)| tag).collect()
+    }
+
+    /// Chromaticities that say more than what stands beside them in a file of this format: whoever has a profile, or
+    /// says that it is sRGB, says the rest for those who know no better.
+    pub(crate) fn chromaticities_beside(&self, format: Format, color_channels: usize) -> Option<[f64; 8]> {
+        let told = self.srgb.is_some() || self.icc_in(format, color_channels);
+        let is_srgb = |c: &[f64; 8]| c.iter().zip(SRGB).all(|(a, b)| (a - b).abs() < 1e-3);
+        self.chromaticities.filter(|c| !told && !is_srgb(c))
+    }
+
+    /// Whether a file of this format holds the profile.
+    fn icc_in(&self, format: Format, color_channels: usize) -> bool {
+        let holds = matches!(format, Format::Png | Format::Jpeg | Format::Tiff | Format::Webp);
+        holds && self.icc_for(color_channels).is_some()
     }
 
     /// The profile if it is one for this number of channels: readers reject a grey profile over colour.

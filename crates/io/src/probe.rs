@@ -31,6 +31,9 @@ pub struct Info {
     pub format: Format,
     /// All channels of an EXR file, `layer.channel`; empty for other formats.
     pub channel_names: Vec<String>,
+    /// An upper bound of the bytes that [`read()`](crate::read()) takes beside the samples that it gives: the file, and
+    /// what the decoder holds.
+    pub reading: u64,
     /// What the file says besides.
     pub metadata: Metadata,
     /// What is odd.
@@ -70,15 +73,19 @@ fn describe(input: &mut dyn Input, len: u64, name: &Path, options: &ReadOptions)
     if matches!(found.orientation, 5..=8) {
         (width, height) = (height, width);
     }
+    // The file, and samples as the decoder gives them or before they are turned.
+    let bytes = found.header.bytes();
+    let usual = bytes.saturating_mul(2).max(bytes.saturating_add(len));
     Ok(Info {
         width,
         height,
         channels: found.header.channels,
         alpha: found.header.alpha,
-        association: format.association().or(found.association).unwrap_or_default(),
+        association: found.association.or(format.association()).unwrap_or_default(),
         depth: found.header.depth,
         format,
         channel_names: found.channel_names,
+        reading: found.reading.unwrap_or(usual),
         metadata: found.metadata,
         warnings: context.warnings,
     })

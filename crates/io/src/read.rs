@@ -1,7 +1,7 @@
 //! Reading: from a name or bytes to a picture.
 
 use std::fs::File;
-use std::io::{Cursor, Read as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Limits, Plane};
@@ -69,12 +69,12 @@ pub fn decode(bytes: &[u8], name: impl AsRef<Path>, options: &ReadOptions) -> Re
 fn decode_content(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Picture, Problem> {
     let mut context = Context::new(options, bytes.len() as u64);
     let format = format_of(bytes, name, &mut context)?;
-    let (description, mut samples) = by_format::decode(format, &mut Cursor::new(bytes), &mut context)?;
+    let (description, mut samples) = by_format::decode(format, bytes, &mut context)?;
     if let Some(count) = finite::enforce(&mut samples, options.nonfinite)? {
         context.warn(Warning::NotFinite { count });
     }
     let samples = orient(samples, description.orientation)?;
-    let association = format.association().or(description.association).unwrap_or_default();
+    let association = description.association.or(format.association()).unwrap_or_default();
     let plane = Plane { role: options.role, samples, alpha: description.header.alpha, association };
     match beyond_alpha(&plane) {
         0 => {}

@@ -25,6 +25,12 @@ pub enum Warning {
     /// A file with several pages, of which one was read.
     #[error("only the first page is used")]
     FirstPageOnly,
+    /// A file of several pictures that are no pages, of which one was read.
+    #[error("only the first of its pictures is used")]
+    FirstPictureOnly,
+    /// A picture that stands before an animation and is no part of it.
+    #[error("its default picture is used, which is no frame of its animation")]
+    DefaultPictureOnly,
     /// A JPEG that ends after its last sample, without saying so.
     #[error("its end marker is missing; nothing else is")]
     EndMarkerMissing,
@@ -67,12 +73,19 @@ pub enum Warning {
         format: Format,
     },
     /// A colour tag for which the format written has no place.
-    #[error("its {tag} has no place in this {format} and is left out")]
+    #[error("its {tag} {} no place in this {format} and {} left out",
+        if tag.ends_with('s') { "have" } else { "has" }, if tag.ends_with('s') { "are" } else { "is" })]
     TagLeftOut {
         /// The tag.
         tag: &'static str,
         /// The format written.
         format: Format,
+    },
+    /// What a file says of its colours or their place and nothing is made of.
+    #[error("its {tag} {} neither followed nor kept", if tag.ends_with('s') { "are" } else { "is" })]
+    TagUnread {
+        /// The tag.
+        tag: &'static str,
     },
     /// A colour tag that was not followed when integers became linear light.
     #[error("its {tag} is not followed: integers became linear light as if they were sRGB")]

@@ -163,6 +163,34 @@ fn folders_of_all_outputs_are_made_and_only_with_them() {
     assert!(["p/stars/x.png", "d/d.png", "man/man1/selvedge.1"].iter().all(|name| folder.path(name).is_file()));
 }
 
+/// A TIFF of three planes in tiles of this side, so many along each axis.
+fn planar_tiles(along: u32, side: u32) -> Vec<u8> {
+    let (tiles, tile) = (3 * along * along, side * side);
+    let lists = 8 + 2 + 11 * 12 + 4;
+    let entries = [
+        (256, along * side, 1),
+        (257, along * side, 1),
+        (258, 8, 1),
+        (259, 1, 1),
+        (262, 2, 1),
+        (277, 3, 1),
+        (284, 2, 1),
+        (322, side, 1),
+        (323, side, 1),
+        (324, lists, tiles),
+        (325, lists + 4 * tiles, tiles),
+    ];
+    let mut file = b"II\x2a\0\x08\0\0\0\x0b\0".to_vec();
+    for (tag, value, count) in entries {
+        file.extend([[tag as u8, (tag >> 8) as u8, 4, 0], u32::to_le_bytes(count), u32::to_le_bytes(value)].concat());
+    }
+    file.extend([0; 4]);
+    (0..tiles).for_each(|i| file.extend((lists + 8 * tiles + i * tile).to_le_bytes()));
+    (0..tiles).for_each(|_| file.extend(tile.to_le_bytes()));
+    file.extend((0..tiles * tile).map(|i| (i % 251) as u8));
+    file
+}
+
 #[test]
 fn the_estimate_is_no_less_than_the_peak() {
     let folder = Folder::new("estimate");
@@ -180,6 +208,7 @@ fn the_estimate_is_no_less_than_the_peak() {
     let samples = hole.positions().map(|[y, x]| 255 * u8::from((200..280).contains(&y) && x / 100 == 2)).collect();
     let plane = Plane::new(Role::Color, Samples::U8(Grid::from_vec(hole, 1, samples).unwrap()));
     selvedge_io::write(folder.path("hole.png"), &plane, &Default::default(), &Default::default()).unwrap();
+    fs::write(folder.path("planar.tif"), planar_tiles(4, 512)).unwrap();
     let mut within = 0;
     for line in [
         "quilt c.png -o a.png --size 400",
@@ -210,6 +239,7 @@ fn the_estimate_is_no_less_than_the_peak() {
         "inspect @/astronaut.png",
         "compare @/cobbles.png @/weave.png --diff d.tiff",
         "compare @/bricks/height.png @/bricks/height.png",
+        "compare planar.tif planar.tif",
         "apply m.exr @/cobbles.png -o a.exr --depth float",
         "apply m.exr @/cobbles.png -o a.png --role height",
     ] {

@@ -22,3 +22,12 @@ pub(super) fn metadata(part: &Part) -> Metadata {
     let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
     Metadata { chromaticities, density, provenance, ..Metadata::default() }
 }
+
+/// What a part says of its place and its light that nothing is made of: the picture is the data window.
+pub(super) fn unread(part: &Part) -> impl Iterator<Item = &'static str> {
+    let window = part.shared_attributes.display_window;
+    let is_whole = part.own_attributes.layer_position == window.position && part.layer_size == window.size;
+    let bright = part.own_attributes.white_luminance.is_some();
+    let said = [(!is_whole, "place in its display window"), (bright, "white luminance")];
+    said.into_iter().filter(|(said, _)| *said).map(|(_, tag)| tag)
+}

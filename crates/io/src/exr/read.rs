@@ -4,7 +4,7 @@ use exr::meta::attribute::SampleType;
 use half::f16;
 use selvedge_core::Samples;
 
-use super::attributes::metadata;
+use super::attributes::{metadata, unread};
 use super::blocks::{self, ExrReader};
 use super::map::is_map;
 use super::select::{self, Selection};
@@ -50,6 +50,9 @@ fn open<'a>(
     }
     let header = Header { width, height, channels: selection.channels.len(), alpha: selection.alpha, depth };
     context.check(&header)?;
+    for tag in unread(part) {
+        context.warn(Warning::TagUnread { tag });
+    }
     let mut metadata = metadata(part);
     if 3 < selection.channels.len() - usize::from(selection.alpha) {
         let name = |c: &usize| part.channels.list[*c].name.to_string();

@@ -1,12 +1,12 @@
 //! GIF, read: the first frame.
 
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Cursor, Seek};
 
 use image::codecs::gif::GifDecoder;
 use image::{AnimationDecoder as _, ImageDecoder as _};
-use selvedge_core::{Grid, Samples};
+use selvedge_core::Samples;
 
-use super::{complaint, memory};
+use super::{complaint, memory, without_alpha};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::header::Header;
@@ -17,11 +17,8 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
     super::describe(&mut open(input, context)?, Format::Gif, context)
 }
 
-pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    let mut file = Vec::new();
-    input.read_to_end(&mut file).and_then(|_| input.rewind()).map_err(|e| Problem::file_system(e, 0))?;
-    let (decoder, mut description) = animation(input, &file, context)?;
-    drop(file);
+pub(crate) fn decode(file: &[u8], context: &mut Context<'_>) -> Result<Decoded, Problem> {
+    let (decoder, mut description) = animation(Cursor::new(file), file, context)?;
     let mut frames = decoder.into_frames();
     let first = frames.next().ok_or_else(|| Problem::damaged(Format::Gif, "it has no frame"))?;
     let first = first.map_err(|e| complaint(e, Format::Gif, context))?.into_buffer();
@@ -105,11 +102,7 @@ fn opaque(samples: Samples<2>, header: &mut Header) -> Result<Samples<2>, Proble
         return Ok(samples);
     }
     (header.channels, header.alpha) = (3, false);
-    let mut colors = Grid::try_filled(grid.domain(), 3, 0_u8)?;
-    for c in 0..3 {
-        colors.plane_mut(c).copy_from_slice(grid.plane(c));
-    }
-    Ok(Samples::U8(colors))
+    without_alpha(samples)
 }
 
 fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<GifDecoder<&'a mut dyn Input>, Problem> {

@@ -4,16 +4,17 @@ use std::io::Read;
 
 use half::f16;
 use image::Rgb;
-use image::codecs::hdr::{HdrDecoder, HdrEncoder};
+use image::codecs::hdr::{HdrDecoder, HdrEncoder, HdrMetadata};
 use selvedge_core::{Plane, Samples, try_vec};
 
 use super::complaint;
-use crate::Format;
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
-use crate::metadata::Metadata;
+use crate::exif::chromaticities;
+use crate::metadata::{Density, DensityUnit, Metadata};
 use crate::provenance::Provenance;
 use crate::sink::encoded;
+use crate::{Format, Warning};
 
 const SIGNATURE: &str = "#?RADIANCE\n";
 
@@ -21,16 +22,43 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
     let comments = comments(input)?;
     let mut decoder = HdrDecoder::with_strictness(input, false).map_err(|e| complaint(e, Format::Hdr, context))?;
     let mut description = super::describe(&mut decoder, Format::Hdr, context)?;
-    description.metadata.provenance = Provenance::parse(&comments);
+    complete(&mut description, &comments, decoder.metadata(), context);
     Ok(description)
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
     let comments = comments(input)?;
     let decoder = HdrDecoder::with_strictness(input, false).map_err(|e| complaint(e, Format::Hdr, context))?;
+    let said = decoder.metadata();
     let (mut description, samples) = super::decode(decoder, Format::Hdr, context)?;
-    description.metadata.provenance = Provenance::parse(&comments);
+    complete(&mut description, &comments, said, context);
     Ok((description, samples))
+}
+
+/// What the header says. Light stays as it is stored, as nearly everyone shows it: an exposure, by which it would be
+/// divided, is told.
+fn complete(description: &mut Description, comments: &str, said: HdrMetadata, context: &mut Context<'_>) {
+    let metadata = &mut description.metadata;
+    metadata.provenance = Provenance::parse(comments);
+    let named = |key: &str| said.custom_attributes.iter().rev().find(|(k, _)| k == key).map(|(_, value)| value);
+    let numbers = named("PRIMARIES").map(|text| text.split_whitespace().filter_map(|v| v.parse().ok()).collect());
+    if let Some([primaries @ .., x, y]) = numbers.and_then(|v: Vec<f64>| <[f64; 8]>::try_from(v).ok()) {
+        metadata.chromaticities = chromaticities(Some([x, y]), Some(primaries));
+    }
+    // Height by width, of one pixel.
+    let aspect = said.pixel_aspect_ratio.map(f64::from).filter(|aspect| aspect.is_normal() && 0.0 < *aspect);
+    let shaped = aspect.filter(|aspect| *aspect != 1.0);
+    metadata.density = shaped.map(|aspect| Density { x: 1.0, y: 1.0 / aspect, unit: DensityUnit::Aspect });
+    let is_one = |text: &String| text.trim().parse() == Ok(1.0_f32);
+    for (said, tag) in [
+        (said.exposure.is_some_and(|e| e != 1.0), "exposure"),
+        (said.color_correction.is_some_and(|c| c != (1.0, 1.0, 1.0)), "colour correction"),
+        (named("GAMMA").is_some_and(|gamma| !is_one(gamma)), "gamma"),
+    ] {
+        if said {
+            context.warn(Warning::TagUnread { tag });
+        }
+    }
 }
 
 /// Our lines among the comments of the header. Leaves the input at its start.

@@ -9,7 +9,7 @@ pub(crate) mod webp;
 
 use image::error::LimitErrorKind;
 use image::{ColorType, ImageDecoder, ImageError, Limits};
-use selvedge_core::{Bytes, Plane, Samples};
+use selvedge_core::{Bytes, Grid, Plane, Samples};
 
 use crate::codec::{Context, Decoded, Description, METADATA_BYTES};
 use crate::error::Problem;
@@ -52,6 +52,15 @@ fn decode(mut decoder: impl ImageDecoder, format: Format, context: &mut Context<
     decoder.read_image(&mut bytes).map_err(|e| complaint(e, format, context))?;
     let samples = from_native(&header, &bytes)?;
     Ok((description, samples))
+}
+
+/// The colours alone.
+fn without_alpha(samples: Samples<2>) -> Result<Samples<2>, Problem> {
+    let Samples::U8(grid) = &samples else { return Ok(samples) };
+    let colors = grid.channels() - 1;
+    let mut alone = Grid::try_filled(grid.domain(), colors, 0_u8)?;
+    (0..colors).for_each(|c| alone.plane_mut(c).copy_from_slice(grid.plane(c)));
+    Ok(Samples::U8(alone))
 }
 
 /// Limits of nothing but memory.

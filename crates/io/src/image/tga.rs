@@ -1,74 +1,85 @@
-//! Truevision TGA: palettes, grey and RGB of 8 bits with or without alpha, straight.
+//! Truevision TGA: palettes, grey and RGB of 8 bits with or without alpha.
 //!
 //! How a picture was made stands in the developer's area, which others pass over: after the samples, found from the
 //! footer by way of a directory of tags.
 
-use std::io::{SeekFrom, Write as _};
+mod areas;
+
+use std::io::{Read as _, Write as _};
 
 use image::codecs::tga::{TgaDecoder, TgaEncoder};
 use selvedge_core::Plane;
 
-use super::{complaint, eight_bits};
-use crate::Format;
-use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
+use self::areas::{Areas, MADE, SIGNATURE};
+use super::{complaint, eight_bits, without_alpha};
+use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
+use crate::exif::encoding;
 use crate::metadata::Metadata;
-use crate::provenance::Provenance;
 use crate::sink::encoded;
-
-/// Ends a file that has areas after its samples.
-const SIGNATURE: &[u8; 18] = b"TRUEVISION-XFILE.\0";
-/// Bytes of a footer: where the extension and the developer's directory begin, and the signature.
-const FOOTER: usize = 4 + 4 + SIGNATURE.len();
-/// Our tag in the directory, one of those for anybody.
-const MADE: u16 = 0x5e1f;
+use crate::{Association, Format, Warning};
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
-    let made = made(input)?;
+    let said = Said::of(input)?;
     let mut description = super::describe(&mut open(input, context)?, Format::Tga, context)?;
-    description.metadata.provenance = made;
+    said.complete(&mut description, context);
     Ok(description)
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    let made = made(input)?;
+    let said = Said::of(input)?;
     let (mut description, samples) = super::decode(open(input, context)?, Format::Tga, context)?;
-    description.metadata.provenance = made;
-    Ok((description, samples))
+    let had_alpha = description.header.alpha;
+    said.complete(&mut description, context);
+    let lost = had_alpha && !description.header.alpha;
+    Ok((description, if lost { without_alpha(samples)? } else { samples }))
 }
 
 fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<TgaDecoder<&'a mut dyn Input>, Problem> {
     TgaDecoder::new(input).map_err(|e| complaint(e, Format::Tga, context))
 }
 
-/// How the picture was made; `None` where nothing sound says so. Leaves the input at its start.
-fn made(input: &mut dyn Input) -> Result<Option<Provenance>, Problem> {
-    let found = tagged(input).unwrap_or_default();
-    input.rewind().map_err(|e| Problem::file_system(e, 0))?;
-    Ok(std::str::from_utf8(&found).ok().and_then(Provenance::parse))
+/// What a file says beside what the decoder answers.
+struct Said {
+    areas: Areas,
+    /// Whether each sample has a bit of alpha beside five a colour, which the decoder leaves out.
+    bit: bool,
 }
 
-/// The bytes of our tag.
-fn tagged(input: &mut dyn Input) -> std::io::Result<Vec<u8>> {
-    let end = input.seek(SeekFrom::End(0))?;
-    let mut read = |at: u64, n: usize| {
-        let mut bytes = vec![0; n];
-        input.seek(SeekFrom::Start(at))?;
-        input.read_exact(&mut bytes).map(|()| bytes)
-    };
-    let number = |bytes: &[u8]| bytes.iter().rev().fold(0_u64, |n, &b| n << 8 | u64::from(b));
-    let footer = read(end.saturating_sub(FOOTER as u64), FOOTER)?;
-    let directory = number(&footer[4..8]);
-    if !footer.ends_with(SIGNATURE) || directory == 0 {
-        return Ok(Vec::new());
+impl Said {
+    /// Leaves the input at its start.
+    fn of(input: &mut dyn Input) -> Result<Self, Problem> {
+        let wrong = |e| Problem::file_system(e, 0);
+        let areas = Areas::of(input)?;
+        let mut head = Vec::new();
+        (&mut *input).take(HEADER as u64).read_to_end(&mut head).map_err(wrong)?;
+        input.rewind().map_err(wrong)?;
+        // Of a palette's entry, or of a sample; the lowest bits of the last byte count those of alpha.
+        let bits = |head: &[u8]| if head[2] % 8 == 1 { head[7] } else { head[16] };
+        let bit = head.len() == HEADER && bits(&head) == 16 && head[17] & 15 == 1;
+        Ok(Self { areas, bit })
     }
-    let count = number(&read(directory, 2)?) as usize;
-    let tags = read(directory + 2, count * 10)?;
-    let Some(tag) = tags.chunks_exact(10).find(|tag| number(&tag[..2]) == u64::from(MADE)) else {
-        return Ok(Vec::new());
-    };
-    let (at, len) = (number(&tag[2..6]), number(&tag[6..]) as usize);
-    if end < at + len as u64 || METADATA_BYTES < len { Ok(Vec::new()) } else { read(at, len) }
+
+    fn complete(self, description: &mut Description, context: &mut Context<'_>) {
+        let Areas { made, alpha, gamma } = self.areas;
+        description.metadata.provenance = made;
+        description.metadata.gamma = gamma.and_then(encoding);
+        let header = &mut description.header;
+        let is_alpha = alpha.is_none_or(|kind| 2 < kind);
+        match (header.alpha, is_alpha) {
+            (true, true) if alpha == Some(4) => description.association = Some(Association::Premultiplied),
+            (true, false) => {
+                (header.channels, header.alpha) = (header.channels - 1, false);
+                let what = "its last channel is left out: the file says that it is no alpha".to_owned();
+                context.warn(Warning::ChannelsLeftOut { what });
+            }
+            (false, true) if self.bit => {
+                let what = "the bit of alpha of its 16-bit samples is left out: it is all opaque".to_owned();
+                context.warn(Warning::ChannelsLeftOut { what });
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Bytes before the samples, and where among them the height stands.

@@ -8,7 +8,7 @@ use super::{damaged, unsupported};
 use crate::Warning;
 use crate::codec::{Context, Input, METADATA_BYTES};
 use crate::error::Problem;
-use crate::exif::Exif;
+use crate::exif::{Exif, pictures};
 use crate::metadata::{Density, DensityUnit, Metadata};
 
 pub(super) const FRAME_TABLES: [u8; 3] = [0xc4, 0xdb, 0xdd];
@@ -86,6 +86,8 @@ pub(super) struct Notes {
     /// How Adobe's programs say that colours are stored.
     transform: Option<u8>,
     exif: Option<Exif>,
+    /// Pictures in the file.
+    pictures: u32,
     /// Parts of the profile by their number, and how many there should be.
     profile: Vec<(u8, u8, Vec<u8>)>,
 }
@@ -106,6 +108,7 @@ impl Notes {
                 }
             }
             (0xe1, [b'E', b'x', b'i', b'f', 0, 0, ..]) => self.exif = self.exif.take().or(Some(Exif::parse(segment))),
+            (0xe2, [b'M', b'P', b'F', 0, block @ ..]) => self.pictures = pictures(block),
             (0xe2, [b'I', b'C', b'C', b'_', b'P', b'R', b'O', b'F', b'I', b'L', b'E', 0, place, count, rest @ ..]) => {
                 self.profile.push((*place, *count, rest.to_vec()));
             }
@@ -142,6 +145,9 @@ impl Notes {
         let exif = self.exif.unwrap_or_default();
         let orientation = exif.orientation.unwrap_or(1);
         exif.complete(&mut metadata);
+        if 1 < self.pictures {
+            context.warn(Warning::FirstPictureOnly);
+        }
         if matches!(colors, Colors::Cmyk | Colors::Ycck) {
             context.warn(Warning::CmykConverted);
             // The profile is one for CMYK.

@@ -100,6 +100,14 @@ fn description(info: &Info<'_>, profile: bool, context: &mut Context<'_>) -> Des
     }
     if info.is_animated() {
         context.warn(Warning::FirstFrameOnly);
+    } else if info.animation_control.is_some() {
+        context.warn(Warning::DefaultPictureOnly);
+    }
+    let mastered = info.mastering_display_color_volume.is_some();
+    for tag in [(mastered, "mastering display"), (info.content_light_level.is_some(), "content light level")] {
+        if let (true, tag) = tag {
+            context.warn(Warning::TagUnread { tag });
+        }
     }
     let exif = info.exif_metadata.as_deref().map(Exif::parse).unwrap_or_default();
     let orientation = exif.orientation.unwrap_or(1);

@@ -19,6 +19,8 @@ pub(super) struct Chosen {
     channels: Vec<usize>,
     /// How the last one and the others go together, if it is alpha.
     alpha: Option<Association>,
+    /// Bytes of the file, which is held once more.
+    len: u64,
 }
 
 impl Chosen {
@@ -45,11 +47,12 @@ impl Chosen {
         if photometric == RGB {
             directory.set(&mut file, PHOTOMETRIC, GREY);
         }
-        Ok((Self { channels, alpha }, file))
+        Ok((Self { channels, alpha, len: file.len() as u64 }, file))
     }
 
     /// The header of these channels alone.
     pub(super) fn described(&self, mut all: crate::codec::Description) -> crate::codec::Description {
+        all.reading = all.reading.map(|bytes| bytes.saturating_add(all.header.bytes()).saturating_add(self.len));
         all.header.channels = self.channels.len();
         all.header.alpha = self.alpha.is_some();
         all.association = Some(self.alpha.unwrap_or(Association::Straight));

@@ -22,6 +22,11 @@ const STRIPS: [u16; 2] = [273, 279];
 /// Appends at most so many bytes of what is packed.
 type Unpack = fn(&[u8], u64, &mut Vec<u8>, &Context<'_>) -> Result<(), Problem>;
 
+/// Whether a file of this method is unpacked here.
+pub(super) fn is_unpacked(method: u16) -> bool {
+    matches!(method.into(), LZW | ZSTD)
+}
+
 /// Refuses what cannot be unpacked; the file with its pieces unpacked if they are ZSTD's or LZW's.
 ///
 /// `stored` is what the file holds, its `bits` those of a sample.

@@ -1,9 +1,11 @@
-//! The first directory of a file, to change what the decoder cannot take.
+//! The directory of a file's picture, to change what the decoder cannot take.
+
+use std::ops::Range;
 
 use crate::Format;
 use crate::error::Problem;
 
-/// Where the entries of the first directory lie, and how wide its numbers are.
+/// Where the entries of a directory lie, and how wide its numbers are.
 #[derive(Clone, Copy)]
 pub(super) struct Directory {
     little: bool,
@@ -19,6 +21,10 @@ pub(super) const SAMPLES: u16 = 277;
 pub(super) const EXTRA_SAMPLES: u16 = 338;
 /// Offsets and byte counts of tiles.
 pub(super) const TILES: [u16; 2] = [324, 325];
+/// What kind of picture it is.
+const KIND: u16 = 254;
+/// Pages that are looked through for the first that is no thumbnail.
+pub(super) const PAGES: usize = 64;
 /// Types of values.
 const BYTE: u64 = 1;
 const SHORT: u64 = 3;
@@ -26,18 +32,37 @@ const LONG: u64 = 4;
 const LONG8: u64 = 16;
 
 impl Directory {
-    /// That of a file with a right signature.
+    /// That of a file with a right signature: the first that is no smaller version of another, as thumbnails are.
     pub(super) fn of(file: &[u8]) -> Result<Self, Problem> {
         let little = file.starts_with(b"II");
         let big = file.get(if little { 2 } else { 3 }) == Some(&43);
         let start = Self { little, big, first: 0, entries: 0 };
-        let found = || {
-            let directory = usize::try_from(start.number(file, if big { 8 } else { 4 }, start.wide())?).ok()?;
-            let count = if big { 8 } else { 2 };
-            let entries = usize::try_from(start.number(file, directory, count)?).ok()?;
-            Some(Self { first: directory.checked_add(count)?, entries, ..start })
-        };
-        found().ok_or_else(|| Problem::ends_early(Format::Tiff))
+        let first = start.after(file, if big { 8 } else { 4 }).ok_or_else(|| Problem::ends_early(Format::Tiff))?;
+        let mut all = std::iter::successors(Some(first), |last| last.next(file)).take(PAGES);
+        Ok(all.find(|one| !is_reduced(one.first(file, KIND))).unwrap_or(first))
+    }
+
+    /// The directory whose place stands here.
+    fn after(self, file: &[u8], at: usize) -> Option<Self> {
+        let directory = usize::try_from(self.number(file, at, self.wide())?).ok().filter(|at| *at != 0)?;
+        let count = if self.big { 8 } else { 2 };
+        let entries = usize::try_from(self.number(file, directory, count)?).ok()?;
+        Some(Self { first: directory.checked_add(count)?, entries, ..self })
+    }
+
+    fn next(self, file: &[u8]) -> Option<Self> {
+        self.after(file, self.entries()?.end)
+    }
+
+    /// Where its entries lie.
+    pub(super) fn entries(self) -> Option<Range<usize>> {
+        let bytes = self.entries.checked_mul(self.size())?;
+        Some(self.first..self.first.checked_add(bytes)?)
+    }
+
+    /// Bytes of an entry.
+    fn size(self) -> usize {
+        if self.big { 20 } else { 12 }
     }
 
     /// Bytes of an offset.
@@ -60,8 +85,7 @@ impl Directory {
 
     /// Where the entry of a tag begins: the tag, its type, its count, its value or where that is.
     fn entry(self, file: &[u8], tag: u16) -> Option<usize> {
-        let size = if self.big { 20 } else { 12 };
-        let all = (0..self.entries).map_while(|i| self.first.checked_add(i.checked_mul(size)?));
+        let all = (0..self.entries).map_while(|i| self.first.checked_add(i.checked_mul(self.size())?));
         all.take_while(|at| *at < file.len()).find(|at| self.number(file, *at, 2) == Some(tag.into()))
     }
 
@@ -122,4 +146,9 @@ impl Directory {
         file.extend(list);
         Some(())
     }
+}
+
+/// Whether a kind of picture is a smaller version of another one [TIFF 6.0 8].
+pub(super) fn is_reduced(kind: Option<u64>) -> bool {
+    kind.is_some_and(|kind| kind & 1 == 1)
 }

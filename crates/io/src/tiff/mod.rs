@@ -8,6 +8,7 @@ mod directory;
 mod palette;
 mod planes;
 mod read;
+mod said;
 mod write;
 
 pub(crate) use read::{decode, describe};

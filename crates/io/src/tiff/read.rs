@@ -1,20 +1,22 @@
-//! Reading TIFF: the first page.
+//! Reading TIFF: the first page that is no thumbnail.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 
 use selvedge_core::{Grid, Samples};
 use tiff::TiffError;
-use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits};
+use tiff::decoder::{BufferLayoutPreference, ChunkType, Decoder, DecodingSampleType, Limits};
 use tiff::tags::Tag;
 
 use super::channels::{Channels, Colors, Shown, alpha_of, picked};
 use super::chosen::Chosen;
-use super::{colors, compression, palette, planes};
+use super::directory::{PAGES, is_reduced};
+use super::planes::{self, Planes};
+use super::{colors, compression, palette};
 use crate::codec::{Context, Decoded, Description, Input, METADATA_BYTES};
 use crate::error::Problem;
-use crate::exif;
 use crate::header::Header;
-use crate::metadata::{Density, Metadata};
+use crate::metadata::Metadata;
 use crate::provenance::Provenance;
 use crate::samples::{deinterleave, from_native, unpack, zero_grid, zeros};
 use crate::{Depth, Format, Warning};
@@ -32,57 +34,57 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
 }
 
 /// The first page.
-pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    let mut file = Vec::new();
-    input.read_to_end(&mut file).map_err(|e| Problem::file_system(e, 0))?;
+pub(crate) fn decode(file: &[u8], context: &mut Context<'_>) -> Result<Decoded, Problem> {
     match &context.options.channels {
         Some(wanted) => {
-            let (chosen, file) = Chosen::of(file, wanted)?;
-            chosen.of_all(decode_whole(file, context)?)
+            let (chosen, file) = Chosen::of(file.to_vec(), wanted)?;
+            chosen.of_all(decode_whole(&file, context)?)
         }
         None => decode_whole(file, context),
     }
 }
 
 /// All of the first page of a file.
-fn decode_whole(file: Vec<u8>, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    let input = &mut Cursor::new(&file);
+fn decode_whole(file: &[u8], context: &mut Context<'_>) -> Result<Decoded, Problem> {
     // Before anything else, what it will take is known from the header alone.
     let warnings = std::mem::take(&mut context.warnings);
-    let (stored, all, bits) = with_decoder(input, context, |page| Ok((page.stored, page.all, page.bits)))?;
+    let (stored, all, bits) =
+        with_decoder(&mut Cursor::new(file), context, |page| Ok((page.stored, page.all, page.bits)))?;
     context.warnings = warnings;
-    let file = compression::unpacked(&file, &stored, all, bits.into(), context)?.unwrap_or(file);
+    let file = compression::unpacked(file, &stored, all, bits.into(), context)?.map_or(Cow::Borrowed(file), Cow::Owned);
     if !planes::are_tiled(&file) {
         let read = |page: &mut Page<'_, '_, '_>| Ok((page.description(), page.samples()?));
-        return with_decoder(&mut Cursor::new(file), context, read);
+        return with_decoder(&mut Cursor::new(&*file), context, read);
     }
-    let plane = |p| {
+    let mut planes = Planes::of(file.into_owned(), all)?;
+    let mut samples = zero_samples(&stored)?;
+    for p in 0..stored.channels {
         let mut context = Context::new(context.options, context.file_bytes);
-        with_decoder(&mut Cursor::new(planes::alone(&file, p, all)?), &mut context, |page| page.samples())
-    };
-    let samples = (0..stored.channels).map(plane).collect::<Result<Vec<_>, _>>()?;
-    let samples = joined(&samples, &stored)?;
+        let plane = with_decoder(&mut Cursor::new(planes.alone(p)?), &mut context, |page| page.samples())?;
+        put(&mut samples, p, &plane);
+    }
+    let file = planes.whole();
     with_decoder(&mut Cursor::new(&file), context, |page| Ok((page.description(), page.converted(samples)?)))
 }
 
-/// One picture of its planes.
-fn joined(planes: &[Samples<2>], header: &Header) -> Result<Samples<2>, Problem> {
-    macro_rules! joined {
-        ($depth:ident) => {{
-            let mut grid = zero_grid(header)?;
-            for (c, plane) in planes.iter().enumerate() {
-                let Samples::$depth(plane) = plane else { unreachable!("all planes have the depth of the first") };
-                grid.plane_mut(c).copy_from_slice(plane.plane(0));
-            }
-            Samples::$depth(grid)
-        }};
-    }
-    Ok(match planes.first() {
-        Some(Samples::U8(_)) => joined!(U8),
-        Some(Samples::U16(_)) => joined!(U16),
-        Some(Samples::F16(_)) => joined!(F16),
-        _ => joined!(F32),
+fn zero_samples(header: &Header) -> Result<Samples<2>, Problem> {
+    Ok(match header.depth {
+        Depth::U8 => Samples::U8(zero_grid(header)?),
+        Depth::U16 => Samples::U16(zero_grid(header)?),
+        Depth::F16 => Samples::F16(zero_grid(header)?),
+        Depth::F32 => Samples::F32(zero_grid(header)?),
     })
+}
+
+/// One plane of a picture.
+fn put(samples: &mut Samples<2>, c: usize, plane: &Samples<2>) {
+    match (samples, plane) {
+        (Samples::U8(to), Samples::U8(from)) => to.plane_mut(c).copy_from_slice(from.plane(0)),
+        (Samples::U16(to), Samples::U16(from)) => to.plane_mut(c).copy_from_slice(from.plane(0)),
+        (Samples::F16(to), Samples::F16(from)) => to.plane_mut(c).copy_from_slice(from.plane(0)),
+        (Samples::F32(to), Samples::F32(from)) => to.plane_mut(c).copy_from_slice(from.plane(0)),
+        _ => unreachable!("all planes have the depth of the first"),
+    }
 }
 
 /// Opens the file; one that the decoder gives only in part a second time, as grey.
@@ -112,6 +114,7 @@ fn extra(decoder: &mut PageDecoder<'_>) -> Vec<u64> {
 
 fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<PageDecoder<'a>, Problem> {
     let mut decoder = Decoder::new(input).map_err(complaint)?;
+    go_to_picture(&mut decoder)?;
     let (width, height) = decoder.dimensions().map_err(complaint)?;
     let smallest = Header { width: width.into(), height: height.into(), channels: 1, alpha: false, depth: Depth::U8 };
     context.check(&smallest)?;
@@ -124,13 +127,27 @@ fn open<'a>(input: &'a mut dyn Input, context: &Context<'_>) -> Result<PageDecod
     Ok(decoder.with_limits(limits))
 }
 
+/// Passes over thumbnails; where there is nothing else the first is the picture.
+fn go_to_picture(decoder: &mut PageDecoder<'_>) -> Result<(), Problem> {
+    for passed in 0..PAGES {
+        let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten();
+        match (is_reduced(kind.map(u64::from)), passed) {
+            (false, _) => return Ok(()),
+            (true, _) if passed + 1 < PAGES && decoder.more_images() => decoder.next_image().map_err(complaint)?,
+            (true, 0) => return Ok(()),
+            (true, _) => break,
+        }
+    }
+    decoder.seek_to_image(0).map_err(complaint)
+}
+
 /// Photometric interpretation of red, green and blue.
 const RGB: u16 = 2;
 
-type PageDecoder<'a> = Decoder<&'a mut dyn Input>;
+pub(super) type PageDecoder<'a> = Decoder<&'a mut dyn Input>;
 
-struct Page<'a, 'c, 'o> {
-    decoder: PageDecoder<'a>,
+pub(super) struct Page<'a, 'c, 'o> {
+    pub(super) decoder: PageDecoder<'a>,
     layout: BufferLayoutPreference,
     bits: u8,
     /// Channels of the file, those that are left out among them.
@@ -140,7 +157,9 @@ struct Page<'a, 'c, 'o> {
     channels: Channels,
     /// Colours of a palette.
     map: Vec<u16>,
-    context: &'c mut Context<'o>,
+    /// Whether the decoder is shown another file than there is.
+    shown: bool,
+    pub(super) context: &'c mut Context<'o>,
 }
 
 impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
@@ -158,11 +177,12 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         context.check(&stored)?;
         let all = decoder.find_tag_unsigned::<u16>(Tag::SamplesPerPixel).ok().flatten().map_or(1, usize::from);
         channels.tell(all, context);
+        let is_shown = !matches!(shown, Shown::AsItIs);
         let map = match shown {
             Shown::Palette(map) => map,
             _ => Vec::new(),
         };
-        Ok(Self { decoder, layout, bits, all, stored, channels, map, context })
+        Ok(Self { decoder, layout, bits, all, stored, channels, map, shown: is_shown, context })
     }
 
     /// The header of the picture.
@@ -171,47 +191,42 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
     }
 
     fn description(&mut self) -> Description {
-        if self.decoder.more_images() {
-            self.context.warn(Warning::FirstPageOnly);
-        }
+        self.tell();
         let orientation = self.number(Tag::Orientation).and_then(|o| o.try_into().ok()).unwrap_or(1);
         let icc = if self.channels.colors == Colors::Cmyk { None } else { self.profile() };
         let software = self.bytes(Tag::Software);
         let provenance = software.and_then(|text| Provenance::parse(std::str::from_utf8(&text).ok()?));
-        let metadata = Metadata { icc, density: self.density(), provenance, ..Metadata::default() };
-        let association = Some(self.channels.alpha.unwrap_or_default());
-        Description { orientation, association, ..Description::new(self.header(), metadata) }
-    }
-
-    /// Tags that are missing or broken are left out: the picture is fine without them.
-    fn number(&mut self, tag: Tag) -> Option<u16> {
-        self.decoder.find_tag_unsigned(tag).ok().flatten()
-    }
-
-    fn profile(&mut self) -> Option<Vec<u8>> {
-        let found = self.bytes(Tag::IccProfile);
-        if found.is_none() && self.decoder.image_ifd().find_entry(Tag::IccProfile).is_some() {
-            self.context.warn(Warning::ProfileLeftOut);
-        }
-        found
-    }
-
-    fn bytes(&mut self, tag: Tag) -> Option<Vec<u8>> {
-        let mut directory = self.decoder.image_ifd();
-        let len = usize::try_from(directory.find_entry(tag)?.count()).ok().filter(|len| *len <= METADATA_BYTES)?;
-        let mut bytes = vec![0; len];
-        (directory.find_tag_bytes(tag, &mut bytes, 0).ok()?? == len).then_some(bytes)
-    }
-
-    fn density(&mut self) -> Option<Density> {
-        let mut ratio = |tag| match self.decoder.get_tag_u32_vec(tag).ok()?[..] {
-            [n, d] if n != 0 && d != 0 => Some(f64::from(n) / f64::from(d)),
-            _ => None,
+        let metadata = Metadata {
+            icc,
+            chromaticities: self.chromaticities(),
+            density: self.density(),
+            provenance,
+            ..Metadata::default()
         };
-        let (x, y) = (ratio(Tag::XResolution)?, ratio(Tag::YResolution)?);
-        let density = Density { x, y, unit: exif::unit(self.number(Tag::ResolutionUnit).unwrap_or(2)) };
-        // Writers that know no density write the ratio 1:1.
-        (density.per_metre().is_some() || x != y).then_some(density)
+        let association = Some(self.channels.alpha.unwrap_or_default());
+        let reading = Some(self.reading());
+        Description { orientation, association, reading, ..Description::new(self.header(), metadata) }
+    }
+
+    /// Bytes that reading takes beside the picture: copies of the file, unpacked or of one plane, what the decoder
+    /// answers, and samples that become others.
+    fn reading(&mut self) -> u64 {
+        let packed = compression::is_unpacked(self.number(Tag::Compression).unwrap_or(1));
+        let tiled = self.decoder.get_chunk_type() == ChunkType::Tile;
+        let again = packed || (tiled && 1 < self.layout.planes) || self.shown;
+        let whole = |side: u64, piece: u32| if tiled { side.next_multiple_of(u64::from(piece.max(1))) } else { side };
+        let (width, height) = self.decoder.chunk_dimensions();
+        let pixels = whole(self.stored.width, width).saturating_mul(whole(self.stored.height, height));
+        let unpacked = pixels.saturating_mul(self.all as u64 * u64::from(self.bits)).div_ceil(8);
+        let others = self.bits < 8 || self.channels.kept.is_some() || self.channels.colors != Colors::AsStored;
+        [
+            self.context.file_bytes.saturating_mul(1 + u64::from(again) + u64::from(packed && self.shown)),
+            if packed { unpacked } else { 0 },
+            self.layout.complete_len as u64,
+            if others { self.stored.bytes() } else { 0 },
+        ]
+        .into_iter()
+        .fold(0, u64::saturating_add)
     }
 
     fn samples(&mut self) -> Result<Samples<2>, Problem> {

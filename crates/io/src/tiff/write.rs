@@ -9,6 +9,7 @@ use tiff::encoder::colortype::ColorType;
 use tiff::encoder::{Compression, ImageEncoder, Rational, TiffEncoder, TiffKind, TiffValue};
 use tiff::tags::{ExtraSamples, PhotometricInterpretation, ResolutionUnit, SampleFormat, Tag, Type};
 
+use super::said::{PRIMARIES, WHITE};
 use crate::Format;
 use crate::error::Problem;
 use crate::metadata::{DensityUnit, Metadata};
@@ -105,6 +106,11 @@ fn describe<C: ColorType, K: TiffKind>(
     if let Some(icc) = metadata.icc_for(plane.color_channels()) {
         image.encoder().write_tag(Tag::IccProfile, icc)?;
     }
+    if let Some([wx, wy, primaries @ ..]) = metadata.chromaticities_beside(Format::Tiff, plane.color_channels()) {
+        let tag = |tag: u16| Tag::Unknown(tag);
+        image.encoder().write_tag(tag(WHITE), &[wx, wy].map(fraction)[..])?;
+        image.encoder().write_tag(tag(PRIMARIES), &primaries.map(fraction)[..])?;
+    }
     if let Some(made) = &metadata.provenance {
         image.encoder().write_tag(Tag::Software, Text(made.to_string().into_bytes()))?;
     }
@@ -120,6 +126,11 @@ fn describe<C: ColorType, K: TiffKind>(
         image.y_resolution(rational(density.y * factor));
     }
     Ok(())
+}
+
+/// A number from 0 to 1, as PNG has them.
+fn fraction(v: f64) -> Rational {
+    Rational { n: (v * 100_000.0).round() as u32, d: 100_000 }
 }
 
 fn rational(v: f64) -> Rational {

@@ -78,7 +78,7 @@ fn truncated_jpeg_is_not_filled_with_grey() {
 }
 
 /// A little-endian TIFF of one strip.
-fn tiff(tags: &[(u16, u16, u32, u32)], data: &[u8]) -> Vec<u8> {
+pub(crate) fn tiff(tags: &[(u16, u16, u32, u32)], data: &[u8]) -> Vec<u8> {
     let data_at = 8 + 2 + 12 * (tags.len() as u32 + 2) + 4;
     let mut tags = tags.to_vec();
     tags.extend([(273, 4, 1, data_at), (279, 4, 1, data.len() as u32)]);

@@ -12,4 +12,5 @@ mod foreign;
 mod jpeg;
 mod maps;
 mod round_trips;
+mod tags;
 mod tiff;
