@@ -166,7 +166,7 @@ impl Failure {
         if json {
             let error = json!({"exit": self.exit, "path": self.path, "message": self.message, "remedy": self.remedy});
             // Standard error has it already.
-            let _ = stdio::answer(format!("{}\n", json!({ "error": error })).as_bytes());
+            let _ = stdio::answer(format!("{}\n", stdio::object(&json!({ "error": error }))).as_bytes());
         }
         self.exit
     }

@@ -21,13 +21,13 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
     let global = session.global;
     let outputs: Vec<&Path> = outputs.iter().map(AsRef::as_ref).chain(global.save_config.as_deref()).collect();
     let inputs: Vec<PathBuf> = inputs.iter().chain(&global.config).cloned().collect();
-    let mut named = BTreeSet::new();
+    let (mut named, mut files) = (BTreeSet::new(), Vec::new());
     for output in outputs {
         if !named.insert(Destination::of(output)) {
             return Err(Failure::new(2, "is named for two outputs").remedy("choose another name").about(output));
         }
         if output.as_os_str() != STREAM {
-            selvedge_io::check_output(output, &inputs, global.no_clobber)?;
+            files.push(output);
         } else if stdio::leads_nowhere() {
             let failure = Failure::new(4, "is closed, so that a picture would be lost").named("standard output");
             return Err(failure.remedy("redirect it to a file or a pipe"));
@@ -35,6 +35,7 @@ pub(crate) fn check<P: AsRef<Path>>(session: &Session<'_>, outputs: &[P], inputs
             return Err(Failure::new(2, "--json and '-' both write to standard output").remedy("name a file"));
         }
     }
+    selvedge_io::check_outputs(&files, &inputs, global.no_clobber)?;
     // Once more when they are written: names may lead elsewhere by then.
     session.reads(inputs);
     Ok(())

@@ -139,7 +139,7 @@ fn within(session: &Session<'_>, global: &Global, words: &[OsString], held: u64)
 fn finish(session: &Session<'_>, done: &Done, staged: Vec<StagedFile<'_>>) -> Result<u8, Failure> {
     if session.global.json {
         let object = done.report.json(&session.global.seed.0, rayon::current_num_threads(), session.global.dry_run);
-        stdio::answer(format!("{object}\n").as_bytes())
+        stdio::answer(format!("{}\n", stdio::object(&object)).as_bytes())
     } else {
         stdio::answer(done.answer.as_bytes())
     }

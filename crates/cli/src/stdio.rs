@@ -4,7 +4,8 @@ use std::fs;
 use std::io::{self, ErrorKind, Write as _};
 use std::path::Path;
 
-use selvedge_io::one_line;
+use selvedge_io::{breaks_lines, one_line};
+use serde_json::Value;
 
 /// The name of standard input and standard output.
 pub(crate) const STREAM: &str = "-";
@@ -54,6 +55,18 @@ pub(crate) fn tell_program(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
+/// An object for programs. Its own escapes end at U+001F: a terminal that shows it would act on some signs beyond.
+pub(crate) fn object(object: &Value) -> String {
+    let escaped = |text: &mut String, c: char| match u32::from(c) {
+        code @ ..=0xffff if breaks_lines(c) => text.push_str(&format!("\\u{code:04x}")),
+        _ => text.push(c),
+    };
+    object.to_string().chars().fold(String::new(), |mut text, c| {
+        escaped(&mut text, c);
+        text
+    })
+}
+
 /// A text of at most so many bytes: of a longer one both ends are kept.
 pub(crate) fn shortened(text: &str, most: usize) -> String {
     const GAP: &str = " ... ";
@@ -68,6 +81,14 @@ pub(crate) fn shortened(text: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn objects_hold_no_sign_that_a_terminal_acts_on() {
+        let name = "a\u{9b}31m\u{202e}gnp\u{2066}\u{7f}\n é";
+        let object = super::object(&serde_json::json!({ "path": name }));
+        assert_eq!(object, r#"{"path":"a\u009b31m\u202egnp\u2066\u007f\n é"}"#);
+        assert_eq!(serde_json::from_str::<Value>(&object).unwrap()["path"], name);
+    }
 
     #[test]
     fn long_texts_keep_both_ends() {

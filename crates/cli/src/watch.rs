@@ -169,7 +169,7 @@ impl<const D: usize> Observer<D> for Watch {
             if let Some([done, of]) = event.work {
                 step["work"] = serde_json::json!({"done": done, "of": of});
             }
-            stdio::tell_program(&step.to_string());
+            stdio::tell_program(&stdio::object(&step));
         }
     }
 

@@ -14,8 +14,10 @@ use std::sync::atomic::Ordering;
 mod parts;
 
 pub use self::parts::remove_parts;
-use self::parts::{Disk, FINISHED, Part, Steps, create_part, folder, forget, is_missing, parts, sweep};
-use crate::error::{Error, Problem, WriteProtected};
+use self::parts::{
+    Disk, FINISHED, Part, Steps, create_part, folder, forget, is_missing, link_then_remove, parts, sweep,
+};
+use crate::error::{Error, LeftFile, LostFolder, Problem, WriteProtected};
 use crate::identity::{Identity, dangling, identity, input_at};
 
 /// Writes a file whole or not at all: on failure the old file, or none, is left.
@@ -79,7 +81,7 @@ fn take_names(steps: &impl Steps, staged: &[StagedFile<'_>], made: &mut Vec<Path
         if let Err(e) = one.take_name(steps) {
             before.forget();
             let not_back = taken.into_iter().rev().filter_map(|(one, before)| one.give_back(steps, before).err());
-            let left: Vec<PathBuf> = not_back.collect();
+            let left: Vec<LeftFile> = not_back.collect();
             let refused = one.problem(e);
             return Err(if left.is_empty() { refused } else { refused.leaving(left) });
         }
@@ -207,14 +209,16 @@ impl<'a> StagedFile<'a> {
     }
 
     /// Takes back that it took its name; the error is the file that stays as it is now.
-    fn give_back(&self, steps: &impl Steps, before: Before) -> Result<(), PathBuf> {
+    fn give_back(&self, steps: &impl Steps, before: Before) -> Result<(), LeftFile> {
         let Some(part) = &self.part else { return Ok(()) };
-        let given = match before {
-            Before::Nothing => steps.remove(&part.path),
-            Before::Kept(old) => steps.take_name(&old, &part.path, false),
-            Before::Lost => Err(io::ErrorKind::Unsupported.into()),
-        };
-        given.map_err(|_| self.path.to_path_buf())
+        let left = |old| LeftFile { path: self.path.to_path_buf(), old };
+        match before {
+            Before::Nothing => steps.remove(&part.path).map_err(|_| left(None)),
+            Before::Kept(old) => {
+                steps.take_name(&old, &part.path, false).map_err(|_| left(Some(put_aside(&old, &part.path))))
+            }
+            Before::Lost => Err(left(None)),
+        }
     }
 
     /// Makes the folders that its name needs, outermost first.
@@ -235,6 +239,17 @@ impl<'a> StagedFile<'a> {
     fn problem(&self, error: io::Error) -> Error {
         Error::new(self.path, Problem::file_system(error, self.bytes.len() as u64))
     }
+}
+
+/// Gives what was kept of an old file a name that nobody sweeps.
+fn put_aside(kept: &Path, path: &Path) -> PathBuf {
+    let named = |n: u32| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(if n == 0 { ".old".to_owned() } else { format!(".old.{n}") });
+        PathBuf::from(name)
+    };
+    let free = (0..1000).map(named).find(|aside| link_then_remove(&Disk, kept, aside).is_ok());
+    free.unwrap_or_else(|| kept.to_path_buf())
 }
 
 /// Makes a part and takes it away again: what hinders the one hinders the file.
@@ -276,7 +291,15 @@ fn target(path: &Path) -> io::Result<(PathBuf, Option<fs::Metadata>)> {
         Ok(existing) if existing.permissions().readonly() => Err(io::Error::other(WriteProtected)),
         Ok(existing) if existing.is_file() => Ok((fs::canonicalize(path)?, Some(existing))),
         Ok(existing) => Ok((path.to_path_buf(), Some(existing))),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok((dangling(path), None)),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            let path = dangling(path);
+            // Nor could it be made: its name is taken.
+            let is_lost = |folder: &Path| is_missing(folder) && fs::symlink_metadata(folder).is_ok();
+            if path.ancestors().skip(1).any(is_lost) {
+                return Err(io::Error::other(LostFolder));
+            }
+            Ok((path, None))
+        }
         Err(e) => Err(e),
     }
 }

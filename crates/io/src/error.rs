@@ -10,11 +10,13 @@ use crate::clip::ClipProblem;
 use crate::name::{escaped, quoted};
 use crate::{Depth, Format};
 
+mod left;
 mod system;
 mod words;
 
-pub(crate) use self::words::WriteProtected;
-use self::words::{chosen_by, plain};
+pub use self::left::LeftFile;
+use self::words::chosen_by;
+pub(crate) use self::words::{LostFolder, WriteProtected, subject, verb};
 
 /// A file and what is wrong with it. Shown as one line: `'dir/a.png': 0x7 px has no samples; give a larger picture`.
 #[derive(Debug)]
@@ -31,7 +33,7 @@ impl Error {
     }
 
     /// The same, where some files of a set have their new content all the same.
-    pub(crate) fn leaving(self, files: Vec<PathBuf>) -> Self {
+    pub(crate) fn leaving(self, files: Vec<LeftFile>) -> Self {
         Self { path: self.path, problem: Problem::Left { cause: Box::new(self.problem), files } }
     }
 
@@ -135,7 +137,7 @@ pub enum Problem {
         cause: String,
     },
     /// Sound, but beyond what is read.
-    #[error("{what} is not supported in {format}")]
+    #[error("{what} {} not supported in {format}", verb(what))]
     Unsupported {
         /// The format.
         format: Format,
@@ -233,6 +235,9 @@ pub enum Problem {
     /// A file stands where the folder of a file should be.
     #[error("its folder is a file")]
     NoFolder,
+    /// The folder of a file is a link to nothing.
+    #[error("its folder is a link that leads nowhere")]
+    LostFolder,
     /// The system refuses access.
     #[error("permission denied")]
     Denied,
@@ -267,12 +272,12 @@ pub enum Problem {
         bytes: u64,
     },
     /// A set of files could not be written, and of some the old content, or none, could not be put back.
-    #[error("{cause}; {} could not be put back as before", files.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(", "))]
+    #[error("{cause}; {} could not be put back as before", files.iter().map(LeftFile::shown).collect::<Vec<_>>().join(", "))]
     Left {
         /// Why the set could not be written.
         cause: Box<Problem>,
         /// Those that have their new content.
-        files: Vec<PathBuf>,
+        files: Vec<LeftFile>,
     },
     /// More memory than allowed.
     #[error("needs about {needed} of memory, and {budget} are allowed")]
@@ -306,6 +311,7 @@ impl Problem {
             Self::UnknownFormat { .. } | Self::Quality { .. } => ErrorKind::Option,
             Self::Missing
             | Self::NoFolder
+            | Self::LostFolder
             | Self::Denied
             | Self::ReadOnly
             | Self::WriteProtected
@@ -348,14 +354,14 @@ impl Problem {
             Self::Side { .. } | Self::Samples { .. } => "give a smaller picture",
             Self::NotFinite { .. } => "make them finite, or choose what becomes of them",
             Self::LightWithoutAlpha { .. } => {
-                "write exr, or read the colours alone, with [R,G,B] after the file's name ([1,2,3] of a TIFF)"
+                "write exr, or read the colours alone, by their names after the file's name: [R,G,B], [Y], or [1,2,3] of a TIFF"
             }
             Self::NoChannel { .. } => "choose with 'file.exr[layer]', 'file.exr[R,G,B]' or 'file.tif[4]'",
             Self::NotAMap { .. } => "give a file that was written as a map",
             Self::IsAMap => "give a picture, or apply the map to one",
             Self::ExemplarCount { .. } => "name every exemplar, in order",
             Self::Missing => "check the name",
-            Self::NoFolder => "name another folder",
+            Self::NoFolder | Self::LostFolder => "name another folder",
             Self::Denied => "check the permissions",
             Self::ReadOnly => "write elsewhere",
             Self::WriteProtected => "make it writable, or choose another name",
@@ -372,26 +378,6 @@ impl Problem {
             Self::Encoder { .. } => "please report it",
         };
         fixed.to_owned()
-    }
-
-    /// A decoder's complaint.
-    pub(crate) fn damaged(format: Format, cause: impl fmt::Display) -> Self {
-        Self::Damaged { format, cause: plain(&cause.to_string()) }
-    }
-
-    /// The most frequent damage.
-    pub(crate) fn ends_early(format: Format) -> Self {
-        Self::damaged(format, "it ends early")
-    }
-
-    /// An encoder's complaint about samples that were checked.
-    pub(crate) fn encoder(format: Format, cause: impl ToString) -> Self {
-        Self::Encoder { format, cause: cause.to_string() }
-    }
-
-    /// Something that a format has and we do not read.
-    pub(crate) fn unsupported(format: Format, what: impl Into<String>) -> Self {
-        Self::Unsupported { format, what: what.into() }
     }
 }
 

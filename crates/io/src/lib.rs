@@ -33,8 +33,8 @@
 //!
 //! What is written carries provenance besides.
 //!
-//! [`read_map`] and [`write_map`] keep source maps, [`read_mask`] reads masks, and [`check_output`] tells before a long
-//! run whether its output could be written.
+//! [`read_map`] and [`write_map`] keep source maps, [`read_mask`] reads masks, and [`check_outputs`] tells before a
+//! long run whether its outputs could be written.
 //!
 //! # Damaged files
 //! Any file gives a picture or an [`Error`]; third-party decoders that panic are caught, but the panic hook still
@@ -81,15 +81,15 @@ pub use alpha::associate;
 pub use atomic::{StagedFile, finish_all, remove_parts, write_bytes};
 pub use conversion::Conversion;
 pub use convert::convert;
-pub use error::{Error, Problem};
+pub use error::{Error, LeftFile, Problem};
 pub use format::Format;
 pub use identity::{Destination, same_file};
 pub use map::{MapFile, decode_map, encode_map, read_map, write_map};
 pub use mask::{MaskChannel, mask, read_mask};
 pub use metadata::{Density, DensityUnit, Metadata};
-pub use name::{display_name, file_of, one_line, path_text, quoted};
+pub use name::{breaks_lines, display_name, file_of, one_line, path_text, quoted};
 pub use options::{NonFinite, ReadOptions};
-pub use paths::check_output;
+pub use paths::{check_output, check_outputs};
 pub use probe::{Info, probe, probe_bytes};
 pub use provenance::{Fingerprint, Provenance};
 pub use read::{Picture, decode, read};

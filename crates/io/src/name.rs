@@ -51,7 +51,7 @@ fn push_bytes(out: &mut String, bytes: &[u8]) {
 }
 
 /// Control characters, and those that end a line or turn its direction on a terminal.
-fn breaks_lines(c: char) -> bool {
+pub fn breaks_lines(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 

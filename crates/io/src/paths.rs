@@ -1,11 +1,13 @@
 //! What can be known of an output before any work is done.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::atomic;
 use crate::error::{Error, Problem};
-use crate::identity::input_at;
+use crate::identity::Destination;
+use crate::name::file_of;
 
 /// Refuses an output that could not be written at the end: it is one of the inputs, it exists and must not be
 /// replaced, it is a folder, or its folder is read-only or cannot be made. Sweeps parts of it that a killed run left.
@@ -13,14 +15,26 @@ use crate::identity::input_at;
 /// # Errors
 /// Of kind `FileSystem` or `NoSpace`.
 pub fn check_output(output: impl AsRef<Path>, inputs: &[PathBuf], no_clobber: bool) -> Result<(), Error> {
-    let output = output.as_ref();
-    if let Some(input) = input_at(output, inputs) {
-        return Err(Error::new(output, Problem::IsInput { input: input.clone() }));
+    check_outputs(&[output], inputs, no_clobber)
+}
+
+/// The same of several: inputs are found by where they lead, once for all outputs.
+///
+/// # Errors
+/// Those of [`check_output`], of the first that has one.
+pub fn check_outputs<P: AsRef<Path>>(outputs: &[P], inputs: &[PathBuf], no_clobber: bool) -> Result<(), Error> {
+    let places: BTreeMap<Destination, &PathBuf> =
+        inputs.iter().rev().map(|input| (Destination::of(file_of(input)), input)).collect();
+    for output in outputs.iter().map(AsRef::as_ref) {
+        if let Some(input) = places.get(&Destination::of(output)) {
+            return Err(Error::new(output, Problem::IsInput { input: (*input).clone() }));
+        }
+        if no_clobber && fs::symlink_metadata(output).is_ok() {
+            return Err(Error::new(output, Problem::Exists));
+        }
+        atomic::try_part(output)?;
     }
-    if no_clobber && fs::symlink_metadata(output).is_ok() {
-        return Err(Error::new(output, Problem::Exists));
-    }
-    atomic::try_part(output)
+    Ok(())
 }
 
 #[cfg(test)]
@@ -68,6 +82,14 @@ mod tests {
         assert!(problem(&folder.path("none/sub/a.png"), false).is_none(), "folders are made with the file");
         assert!(matches!(problem(&folder.path("a.png/b.png"), false), Some(Problem::NoFolder)));
         assert!(matches!(problem(&folder.path(""), false), Some(Problem::Folder)));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("nothing", folder.path("lost")).unwrap();
+            for name in ["lost/a.png", "lost/sub/a.png"] {
+                assert!(matches!(problem(&folder.path(name), false), Some(Problem::LostFolder)), "{name}");
+            }
+            fs::remove_file(folder.path("lost")).unwrap();
+        }
         assert_eq!(folder.files(), [("a.png".to_owned(), b"old".to_vec())], "looking leaves nothing behind");
     }
 

@@ -49,9 +49,49 @@ fn what_cannot_be_given_back_is_told() {
     let staged = [&a, &b, &c].map(|path| StagedFile::new(path, b"new", false).unwrap());
     let refused = finish_with(&FailsUnlinked(FailsFor(last)), staged.into()).unwrap_err();
     let Problem::Left { cause, files } = &refused.problem else { panic!("{refused}") };
-    assert!(matches!(**cause, Problem::NoSpace { .. }) && *files == [a.clone()], "{refused}");
+    assert!(
+        matches!(**cause, Problem::NoSpace { .. }) && *files == [LeftFile { path: a.clone(), old: None }],
+        "{refused}"
+    );
     assert!(refused.to_string().contains("a.png' could not be put back as before"), "{refused}");
     assert!(!b.exists() && fs::read(a).unwrap() == b"new");
+}
+
+/// A name that can be taken once only: neither is the last one taken nor the first one given back.
+struct FailsTwice {
+    last: FailsFor,
+    taken: std::cell::RefCell<Vec<PathBuf>>,
+}
+impl Steps for FailsTwice {
+    fn take_name(&self, part: &Path, path: &Path, no_clobber: bool) -> io::Result<()> {
+        if self.taken.borrow().iter().any(|taken| taken == path) {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
+        self.taken.borrow_mut().push(path.to_path_buf());
+        self.last.take_name(part, path, no_clobber)
+    }
+}
+
+#[test]
+fn old_content_that_cannot_be_given_back_is_kept_and_named() {
+    let folder = Folder::new("aside");
+    let [a, b] = ["a.png", "b.png"].map(|name| folder.path(name));
+    for path in [&a, &b] {
+        fs::write(path, b"old").unwrap();
+    }
+    fs::write(folder.path("a.png.old"), b"older").unwrap();
+    let last = FailsFor(fs::canonicalize(&b).unwrap());
+    let staged = [&a, &b].map(|path| StagedFile::new(path, b"new", false).unwrap());
+    let refused = finish_with(&FailsTwice { last, taken: Default::default() }, staged.into()).unwrap_err();
+    assert!(refused.to_string().contains("(its old content is in '"), "{refused}");
+    let Problem::Left { files, .. } = &refused.problem else { panic!("{refused}") };
+    let old = files[0].old.as_ref().unwrap();
+    assert!(old.ends_with("a.png.old.1") && fs::read(old).unwrap() == b"old");
+    // The next run of these names leaves it where it is.
+    let staged = [&a, &b].map(|path| StagedFile::new(path, b"new", false).unwrap());
+    finish_all(staged.into()).unwrap();
+    let names: Vec<String> = folder.files().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["a.png", "a.png.old", "a.png.old.1", "b.png"]);
 }
 
 #[cfg(unix)]

@@ -72,7 +72,7 @@ pub enum ClipProblem {
         container: &'static str,
     },
     /// Sound, but beyond what is read or written.
-    #[error("{what} is not supported in {container}")]
+    #[error("{what} {} not supported in {container}", crate::error::verb(what))]
     Unsupported {
         /// The container.
         container: &'static str,

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{Problem, WriteProtected};
+use super::{LostFolder, Problem, WriteProtected};
 
 impl Problem {
     /// A file system's refusal, while `bytes` were to be written.
@@ -14,6 +14,7 @@ impl Problem {
             Io::PermissionDenied => Self::Denied,
             Io::ReadOnlyFilesystem => Self::ReadOnly,
             Io::Other if error.get_ref().is_some_and(|e| e.is::<WriteProtected>()) => Self::WriteProtected,
+            Io::Other if error.get_ref().is_some_and(|e| e.is::<LostFolder>()) => Self::LostFolder,
             Io::AlreadyExists => Self::Exists,
             Io::IsADirectory => Self::Folder,
             Io::StorageFull | Io::QuotaExceeded | Io::FileTooLarge => Self::NoSpace { bytes },

@@ -1,5 +1,6 @@
 //! What errors say.
 
+use super::words::plain;
 use super::*;
 
 #[test]
@@ -32,5 +33,35 @@ fn the_systems_refusals_have_kinds() {
     assert_eq!(kind(io::ErrorKind::OutOfMemory), ErrorKind::Memory);
     for other in [io::ErrorKind::NotFound, io::ErrorKind::ReadOnlyFilesystem, io::ErrorKind::Other] {
         assert_eq!(kind(other), ErrorKind::FileSystem);
+    }
+}
+
+#[test]
+fn what_a_decoder_says_is_not_said_twice() {
+    for (sentence, what) in [
+        ("Photometric interpretation CIELab is unsupported", "Photometric interpretation CIELab"),
+        ("12 bits per channel not supported", "12 bits per channel"),
+        ("unsupported data type.", "data type"),
+        ("tile rows", "tile rows"),
+        ("The image format `32-bit_rle_xyze` is not supported", "`32-bit_rle_xyze`"),
+        ("The decoder for Hdr does not support the format features Orientation +Y +X", "Orientation +Y +X"),
+        ("yet unimplemented compression method: HTJ2K", "compression method: HTJ2K"),
+    ] {
+        assert_eq!(subject(sentence), what);
+    }
+}
+
+#[test]
+fn one_is_and_several_are() {
+    for (what, verb) in [
+        ("samples of 12 bits", "are"),
+        ("8-bit Int samples", "are"),
+        ("metadata over 16 MiB", "is"),
+        ("a file of more than 4000 scans", "is"),
+        ("choosing layers or channels", "is"),
+        ("compression by huffman codes", "is"),
+        ("arithmetic coding", "is"),
+    ] {
+        assert_eq!(super::verb(what), verb, "{what}");
     }
 }

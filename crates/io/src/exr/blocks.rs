@@ -2,7 +2,7 @@
 
 use crate::Format;
 use crate::codec::Input;
-use crate::error::Problem;
+use crate::error::{Problem, subject};
 use crate::sink::encoded;
 use exr::block::reader::{ChunksReader as _, Reader};
 use exr::block::writer::ChunksWriter as _;
@@ -98,9 +98,7 @@ pub(super) fn text(text: &str) -> Text {
 
 pub(super) fn complaint(error: Error) -> Problem {
     match error {
-        Error::NotSupported(what) => {
-            Problem::unsupported(Format::Exr, what.trim_end_matches(" yet").trim_end_matches(" not supported"))
-        }
+        Error::NotSupported(what) => Problem::unsupported(Format::Exr, subject(&what)),
         Error::Io(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(Format::Exr),
         other => Problem::damaged(Format::Exr, other),
     }

@@ -1,5 +1,6 @@
 //! Which channels of a file make the picture.
 
+use exr::math::Vec2;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 
@@ -23,6 +24,8 @@ struct Channel {
     part_name: String,
     /// As stored: `layer.R`.
     stored: String,
+    /// Whether it can be read as a picture.
+    is_read: bool,
 }
 
 impl Channel {
@@ -49,13 +52,21 @@ pub(super) fn names(parts: &[Header]) -> Vec<String> {
 pub(super) fn left_out(parts: &[Header], chosen: &Selection) -> Option<String> {
     let is_chosen = |c: &&Channel| c.part == chosen.part && chosen.channels.contains(&c.place);
     let all = channels(parts);
-    let mut others = all.iter().filter(|c| !is_chosen(c)).map(|c| shortened(&escaped(c.full().as_bytes())));
-    let first: Vec<String> = others.by_ref().take(NAMES).collect();
-    let more = others.count();
-    let reads =
-        format!("'file.exr[{}]' reads {}", first.first()?, if more + first.len() == 1 { "it" } else { "the first" });
+    let others: Vec<&Channel> = all.iter().filter(|c| !is_chosen(c)).collect();
+    let name = |c: &&Channel| shortened(&escaped(c.full().as_bytes()));
+    let first: Vec<String> = others.iter().take(NAMES).map(name).collect();
+    let more = others.len() - first.len();
     let more = if more == 0 { String::new() } else { format!(" and {more} more") };
-    Some(format!("not in the picture: {}{more}; {reads}", first.join(", ")))
+    let reads = others.iter().find(|c| c.is_read).map(|c| {
+        let which = match others.len() {
+            1 => "it",
+            _ if name(c) == first[0] => "the first",
+            _ => "that one",
+        };
+        format!("; 'file.exr[{}]' reads {which}", name(c))
+    });
+    let reads = reads.unwrap_or_else(|| " (32-bit integers, deep or subsampled, which are not read)".to_owned());
+    (!others.is_empty()).then(|| format!("not in the picture: {}{more}{reads}", first.join(", ")))
 }
 
 /// Names of channels in one message, and signs of one name: a file may have thousands of any length.
@@ -78,7 +89,8 @@ fn channels(parts: &[Header]) -> Vec<Channel> {
         let part_name = header.own_attributes.layer_name.as_ref().filter(|_| named).map(ToString::to_string);
         for (place, channel) in header.channels.list.iter().enumerate() {
             let part_name = part_name.clone().unwrap_or_default();
-            all.push(Channel { part, place, part_name, stored: channel.name.to_string() });
+            let is_read = !header.deep && channel.sample_type != SampleType::U32 && channel.sampling == Vec2(1, 1);
+            all.push(Channel { part, place, part_name, stored: channel.name.to_string(), is_read });
         }
     }
     all
@@ -178,7 +190,7 @@ mod tests {
     use super::*;
 
     fn channel(part: usize, part_name: &str, place: usize, stored: &str) -> Channel {
-        Channel { part, place, part_name: part_name.into(), stored: stored.into() }
+        Channel { part, place, part_name: part_name.into(), stored: stored.into(), is_read: true }
     }
 
     fn file(names: &[&str]) -> Vec<Channel> {

@@ -1,6 +1,6 @@
 //! GIF, read: the first frame.
 
-use std::io::{BufRead, Cursor, Seek};
+use std::io::{BufRead, Cursor, Read as _, Seek};
 
 use image::codecs::gif::GifDecoder;
 use image::{AnimationDecoder as _, ImageDecoder as _};
@@ -14,8 +14,20 @@ use crate::samples::from_native;
 use crate::{Format, Warning};
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
-    super::describe(&mut open(input, context)?, Format::Gif, context)
+    let wrong = |e| Problem::file_system(e, 0);
+    let mut head = Vec::new();
+    (&mut *input).take(HEAD).read_to_end(&mut head).map_err(wrong)?;
+    input.rewind().map_err(wrong)?;
+    let mut description = super::describe(&mut open(input, context)?, Format::Gif, context)?;
+    let Header { width, height, .. } = description.header;
+    if frames(&head).first().is_some_and(|first| !first.transparent && first.sides == [width, height]) {
+        (description.header.channels, description.header.alpha) = (3, false);
+    }
+    Ok(description)
 }
+
+/// The first frame begins within so many bytes, but after comments without end.
+const HEAD: u64 = 1 << 20;
 
 pub(crate) fn decode(file: &[u8], context: &mut Context<'_>) -> Result<Decoded, Problem> {
     let (decoder, mut description) = animation(Cursor::new(file), file, context)?;
@@ -35,7 +47,7 @@ pub(crate) fn animation<R: BufRead + Seek>(
     file: &[u8],
     context: &mut Context<'_>,
 ) -> Result<(GifDecoder<R>, Description), Problem> {
-    let mut sizes = frames(file).into_iter();
+    let mut sizes = frames(file).into_iter().map(|frame| frame.sides[0] * frame.sides[1]);
     let first = sizes.next().unwrap_or(0);
     if MOST.saturating_mul(file.len() as u64) < first {
         return Err(Problem::ends_early(Format::Gif));
@@ -57,8 +69,16 @@ pub(crate) fn animation<R: BufRead + Seek>(
 /// samples as the table has rows. The decoder makes the whole frame before it reads the first one.
 const MOST: u64 = 4096 * 8 / 12;
 
-/// Samples of each frame, as far as the file goes on as it should.
-fn frames(file: &[u8]) -> Vec<u64> {
+/// What stands before the samples of a frame.
+struct Frame {
+    /// Width and height.
+    sides: [u64; 2],
+    /// Whether it has a colour that does not show.
+    transparent: bool,
+}
+
+/// Each frame, as far as the file goes on as it should.
+fn frames(file: &[u8]) -> Vec<Frame> {
     let mut found = Vec::new();
     walk(file, &mut found);
     found
@@ -70,7 +90,7 @@ pub(crate) fn count(file: &[u8]) -> u32 {
 }
 
 /// `None` where the file ends or is another one.
-fn walk(file: &[u8], found: &mut Vec<u64>) -> Option<()> {
+fn walk(file: &[u8], found: &mut Vec<Frame>) -> Option<()> {
     let table = |packed: u8| if packed & 0x80 == 0 { 0 } else { 3 << ((packed & 7) + 1) };
     // Blocks that say how long they are, up to an empty one.
     let after_blocks = |mut at: usize| {
@@ -80,13 +100,18 @@ fn walk(file: &[u8], found: &mut Vec<u64>) -> Option<()> {
         at + 1
     };
     let mut at = 13 + table(*file.get(10)?);
+    let mut transparent = false;
     loop {
         match *file.get(at)? {
-            // An extension: two bytes, then blocks.
-            0x21 => at = after_blocks(at + 2),
+            // An extension: two bytes, then blocks. That of the next frame says whether it has a transparent colour.
+            0x21 => {
+                transparent |= file.get(at + 1) == Some(&0xf9) && file.get(at + 3).is_some_and(|flags| flags & 1 == 1);
+                at = after_blocks(at + 2);
+            }
             0x2c => {
                 let side = |at: usize| Some(u64::from(u16::from_le_bytes(*file.get(at..)?.first_chunk()?)));
-                found.push(side(at + 5)? * side(at + 7)?);
+                found.push(Frame { sides: [side(at + 5)?, side(at + 7)?], transparent });
+                transparent = false;
                 // Its own table, and the size of its codes.
                 at = after_blocks(at + 10 + table(*file.get(at + 9)?) + 1);
             }

@@ -12,7 +12,7 @@ use image::{ColorType, ImageDecoder, ImageError, Limits};
 use selvedge_core::{Bytes, Grid, Plane, Samples};
 
 use crate::codec::{Context, Decoded, Description, METADATA_BYTES};
-use crate::error::Problem;
+use crate::error::{Problem, subject};
 use crate::exif::Exif;
 use crate::header::Header;
 use crate::metadata::Metadata;
@@ -88,7 +88,7 @@ pub(crate) fn complaint(error: ImageError, format: Format, context: &Context<'_>
             Problem::Memory { needed: Bytes(budget.saturating_add(1)), budget: Bytes(budget) }
         }
         ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Problem::ends_early(format),
-        ImageError::Unsupported(e) => Problem::unsupported(format, e.to_string()),
+        ImageError::Unsupported(e) => Problem::unsupported(format, subject(&e.to_string())),
         // Its own words name the format again.
         ImageError::Decoding(e) => match std::error::Error::source(&e) {
             Some(cause) => Problem::damaged(format, cause),

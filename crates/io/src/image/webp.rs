@@ -6,7 +6,7 @@ use image::codecs::webp::{WebPDecoder, WebPEncoder};
 use image::{ExtendedColorType, ImageDecoder as _, ImageEncoder as _, ImageError};
 use selvedge_core::Plane;
 
-use super::{complaint, eight_bits, memory};
+use super::{complaint, eight_bits, memory, without_alpha};
 use crate::codec::{Context, Decoded, Description, Input};
 use crate::error::Problem;
 use crate::exif;
@@ -15,11 +15,52 @@ use crate::sink::encoded;
 use crate::{Format, Warning};
 
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
-    super::describe(&mut open(input, context)?, Format::Webp, context)
+    let opaque = opaque(input).map_err(|e| Problem::file_system(e, 0))?;
+    let mut description = super::describe(&mut open(input, context)?, Format::Webp, context)?;
+    complete(&mut description, opaque);
+    Ok(description)
 }
 
 pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    super::decode(open(input, context)?, Format::Webp, context)
+    let opaque = opaque(input).map_err(|e| Problem::file_system(e, 0))?;
+    let (mut description, samples) = super::decode(open(input, context)?, Format::Webp, context)?;
+    let had_alpha = description.header.alpha;
+    complete(&mut description, opaque);
+    let lost = had_alpha && !description.header.alpha;
+    Ok((description, if lost { without_alpha(samples)? } else { samples }))
+}
+
+/// An animation says only whether any of its frames may have alpha.
+fn complete(description: &mut Description, opaque: Option<[u64; 2]>) {
+    let header = &mut description.header;
+    if header.alpha && opaque == Some([header.width, header.height]) {
+        (header.channels, header.alpha) = (3, false);
+    }
+}
+
+/// Width and height of an animation's first frame, if it begins at the corner and has no alpha. Leaves the input at its
+/// start.
+fn opaque(input: &mut dyn Input) -> io::Result<Option<[u64; 2]>> {
+    let (mut chunk, mut at) = ([0; 8], 12);
+    let mut frame = [0; 29];
+    let found = loop {
+        input.seek(SeekFrom::Start(at))?;
+        let Ok(()) = input.read_exact(&mut chunk) else { break None };
+        let [kind @ .., l0, l1, l2, l3] = chunk;
+        if kind == *b"ANMF" {
+            break input.read_exact(&mut frame).ok();
+        }
+        at += 8 + u64::from(u32::from_le_bytes([l0, l1, l2, l3])).next_multiple_of(2);
+    };
+    input.rewind()?;
+    let [x, y, width, height] =
+        [0, 3, 6, 9].map(|i| u64::from(u32::from_le_bytes([frame[i], frame[i + 1], frame[i + 2], 0])));
+    // A bit of the lossless header, after its sides; alpha of the lossy kind is a chunk of its own.
+    let has_none = match &frame[16..20] {
+        b"VP8L" => frame[28] & 0x10 == 0,
+        kind => kind == b"VP8 ",
+    };
+    Ok(found.filter(|()| x == 0 && y == 0 && has_none).map(|()| [width + 1, height + 1]))
 }
 
 fn open<'a>(input: &'a mut dyn Input, context: &mut Context<'_>) -> Result<WebPDecoder<&'a mut dyn Input>, Problem> {

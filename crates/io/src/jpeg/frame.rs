@@ -59,6 +59,9 @@ impl Frame {
         if !matches!(count, 1 | 3 | 4) {
             return Err(unsupported(&format!("a picture of {count} components")));
         }
+        if (1..count).any(|i| listed[..i].iter().any(|c| c[0] == listed[i][0])) {
+            return Err(unsupported("several components of one name"));
+        }
         let factors = listed.iter().map(|c| [u32::from(c[1] & 15), u32::from(c[1] >> 4)]);
         if factors.clone().flatten().any(|f| !(1..=4).contains(&f)) || listed.iter().any(|c| 3 < c[2]) {
             return Err(damaged("sampling factors or tables out of range"));
@@ -137,7 +140,7 @@ mod tests {
         };
         for marker in [0xc0, 0xc1, 0xc2] {
             assert_eq!(said(marker, 0, 8), "");
-            assert_eq!(said(marker, 0, 12), "samples of 12 bits is not supported in jpeg");
+            assert_eq!(said(marker, 0, 12), "samples of 12 bits are not supported in jpeg");
         }
         for (marker, name) in [(0xc3, "lossless"), (0xf7, "lossless"), (0xc9, "arithmetic"), (0xca, "arithmetic")] {
             assert_eq!(said(marker, 0, 8), format!("{name} coding is not supported in jpeg"));
@@ -145,6 +148,9 @@ mod tests {
         for marker in [0xc5, 0xc6, 0xc7, 0xcd, 0xce, 0xcf] {
             assert_eq!(said(marker, 0, 8), "hierarchical coding is not supported in jpeg");
         }
+        let twice = [8, 0, 9, 0, 7, 3, 1, 0x11, 0, 1, 0x11, 0, 2, 0x11, 0];
+        let twice = Frame::parse(0xc0, &twice).err().map(|p| p.to_string());
+        assert_eq!(twice.as_deref(), Some("several components of one name are not supported in jpeg"));
         assert!(said(0xc0, 7, 0x51).contains("factors"));
         assert!(said(0xc0, 2, 0).contains("told after"));
         assert!(said(0xc0, 5, 2).contains("wrong length"));

@@ -79,7 +79,7 @@ pub(crate) fn decode(input: &mut dyn Input, context: &mut Context<'_>) -> Result
             _ => notes.segment(marker, segment),
         }
     }
-    finish(frame, notes, ended, context)
+    finish(frame, notes, (ended, scans), context)
 }
 
 /// Coefficients of progressive frames, and samples by component, are held besides the picture.
@@ -89,8 +89,17 @@ fn check(frame: &Frame, context: &Context<'_>) -> Result<(), Problem> {
     header(frame).check(&context.options.limits, context.file_bytes + more)
 }
 
-fn finish(frame: Option<Frame>, notes: Notes, ended: bool, context: &mut Context<'_>) -> Result<Decoded, Problem> {
-    let missing = || if ended { damaged("it has no picture") } else { Problem::ends_early(Format::Jpeg) };
+fn finish(
+    frame: Option<Frame>,
+    notes: Notes,
+    (ended, scans): (bool, usize),
+    context: &mut Context<'_>,
+) -> Result<Decoded, Problem> {
+    let missing = || match (ended, scans) {
+        (false, _) => Problem::ends_early(Format::Jpeg),
+        (true, 0) => damaged("it has no picture"),
+        (true, _) => damaged("one of its components has no samples"),
+    };
     let mut frame = frame.ok_or_else(missing)?;
     for component in &mut frame.components {
         // Progress may stop before the last bits, as long as the file says that it ends there.

@@ -193,7 +193,7 @@ fn y4m_keeps_grey_and_comes_near_colours() {
         assert!(off.max().is_some_and(|off| off <= most) && read[0].samples.depth() == Depth::U16, "{channels}");
     }
     let floats = write(&folder.path("d.y4m"), &frames(Depth::F32, 3, false, [1, 2, 2]), rate("25")).unwrap_err();
-    assert!(floats.to_string().contains("float samples is not supported in y4m"), "{floats}");
+    assert!(floats.to_string().contains("float samples are not supported in y4m"), "{floats}");
 }
 
 #[test]

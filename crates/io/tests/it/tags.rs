@@ -228,3 +228,45 @@ fn a_thumbnail_is_no_page() {
     assert_eq!(picture.warnings, []);
     assert_eq!((side(&two(0, 1)), side(&two(0, 0)), side(&two(1, 1))), (1, 1, 1), "else the first is read");
 }
+
+#[test]
+fn animations_that_show_all_of_their_first_frame_have_no_alpha() {
+    let gif = |width: u16, transparent| {
+        let mut file = Vec::new();
+        let mut encoder = gif::Encoder::new(&mut file, 2, 1, &[0, 0, 0, 90, 90, 90]).unwrap();
+        let buffer = std::borrow::Cow::Borrowed(&[0, 1][..usize::from(width)]);
+        encoder.write_frame(&gif::Frame { width, height: 1, transparent, buffer, ..Default::default() }).unwrap();
+        drop(encoder);
+        read(&file).plane.alpha
+    };
+    assert_eq!([gif(2, None), gif(2, Some(1)), gif(1, None)], [false, true, true]);
+    let webp = |alpha: bool| {
+        let picture =
+            encode(&plane(Depth::U8, 3, alpha, [1, 2]), &Metadata::default(), "x.webp", &WriteOptions::default());
+        let chunk = |kind: &[u8], data: &[u8]| [kind, &(data.len() as u32).to_le_bytes(), data].concat();
+        let frame = [&[0; 6][..], &[1, 0, 0, 0, 0, 0, 25, 0, 0, 0], &picture.unwrap()[12..]].concat();
+        let header = chunk(b"VP8X", &[0x12, 0, 0, 0, 1, 0, 0, 0, 0, 0]);
+        let all = [b"WEBP", &header[..], &chunk(b"ANIM", &[0; 6]), &chunk(b"ANMF", &frame)].concat();
+        read(&chunk(b"RIFF", &all)).plane.alpha
+    };
+    assert_eq!([webp(false), webp(true)], [false, true]);
+}
+
+#[test]
+fn what_cannot_be_read_is_not_offered() {
+    let channel = |name: &str, samples| exr::AnyChannel::new(name, samples);
+    let id = channel("id", exr::FlatSamples::U32(vec![7]));
+    let left = |others: Vec<exr::AnyChannel<exr::FlatSamples>>| {
+        let all = [vec![channel("Y", exr::FlatSamples::F32(vec![0.5])), id.clone()], others].concat();
+        let channels = exr::AnyChannels::sort(all.into_iter().collect());
+        let layer = exr::Layer::new((1, 1), exr::LayerAttributes::default(), exr::Encoding::SMALL_LOSSLESS, channels);
+        let mut file = Cursor::new(Vec::new());
+        exr::Image::from_layer(layer).write().non_parallel().to_buffered(&mut file).unwrap();
+        let warnings = read(&file.into_inner()).warnings;
+        let [Warning::ChannelsLeftOut { what }] = &warnings[..] else { panic!("{warnings:?}") };
+        what.clone()
+    };
+    assert_eq!(left(vec![]), "not in the picture: id (32-bit integers, deep or subsampled, which are not read)");
+    let depth = channel("z", exr::FlatSamples::F32(vec![1.0]));
+    assert_eq!(left(vec![depth]), "not in the picture: id, z; 'file.exr[z]' reads that one");
+}
