@@ -30,3 +30,4 @@ mod transfer;
 mod turns;
 mod video;
 mod video_told;
+mod words;
