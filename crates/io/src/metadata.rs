@@ -18,7 +18,8 @@ pub struct Metadata {
     pub chromaticities: Option<[f64; 8]>,
     /// How densely samples lie.
     pub density: Option<Density>,
-    /// Names of all channels of a picture that is more than colour, in its order; empty for others.
+    /// Names of all channels of a picture that is more than colour, or whose channels were chosen, in its order; empty
+    /// for others.
     pub channel_names: Vec<String>,
     /// How the picture was made.
     pub provenance: Option<Provenance>,

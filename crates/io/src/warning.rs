@@ -72,6 +72,14 @@ pub enum Warning {
         /// The format written.
         format: Format,
     },
+    /// Channels that were chosen, which a picture of so many has other names for.
+    #[error("{from} {} named {to} in this exr", if from.contains(',') { "are" } else { "is" })]
+    Renamed {
+        /// Their names in the file read.
+        from: String,
+        /// In the file written.
+        to: String,
+    },
     /// A colour tag for which the format written has no place.
     #[error("its {tag} {} no place in this {format} and {} left out",
         if tag.ends_with('s') { "have" } else { "has" }, if tag.ends_with('s') { "are" } else { "is" })]

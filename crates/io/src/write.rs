@@ -11,7 +11,7 @@ use crate::convert::convert;
 use crate::error::{Error, Problem};
 use crate::image::hdr;
 use crate::metadata::Metadata;
-use crate::{Depth, Format, Warning, by_format};
+use crate::{Depth, Format, Warning, by_format, exr};
 
 /// How to write a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,8 +97,15 @@ pub fn changes(plane: &Plane<2>, metadata: &Metadata, format: Format) -> Vec<War
     });
     let negative = if format == Format::Hdr { hdr::negative(plane) } else { 0 };
     let negative = (0 < negative).then_some(Warning::Negative { count: negative, format });
+    let renamed = (format == Format::Exr).then(|| exr::renamed(plane, metadata)).flatten();
+    let renamed = renamed.map(|(from, to)| Warning::Renamed { from, to });
     let tags = metadata.left_out(format, plane.color_channels());
-    alpha.into_iter().chain(negative).chain(tags.into_iter().map(|tag| Warning::TagLeftOut { tag, format })).collect()
+    alpha
+        .into_iter()
+        .chain(negative)
+        .chain(renamed)
+        .chain(tags.into_iter().map(|tag| Warning::TagLeftOut { tag, format }))
+        .collect()
 }
 
 fn encode_as(

@@ -9,4 +9,4 @@ mod write;
 
 pub(crate) use map::{assemble, decode_map, encode_map};
 pub(crate) use read::{decode, describe};
-pub(crate) use write::encode;
+pub(crate) use write::{encode, renamed};

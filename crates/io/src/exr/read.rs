@@ -54,7 +54,7 @@ fn open<'a>(
         context.warn(Warning::TagUnread { tag });
     }
     let mut metadata = metadata(part);
-    if 3 < selection.channels.len() - usize::from(selection.alpha) {
+    if context.options.channels.is_some() || 3 < selection.channels.len() - usize::from(selection.alpha) {
         let name = |c: &usize| part.channels.list[*c].name.to_string();
         metadata.channel_names = selection.channels.iter().map(name).collect();
     }

@@ -42,14 +42,27 @@ fn names(plane: &Plane<2>, metadata: &Metadata) -> Vec<String> {
     if 3 < colors && sorted.len() == all && metadata.channel_names.len() == all {
         return metadata.channel_names.clone();
     }
+    usual(colors, plane.alpha)
+}
+
+/// Names of channels that have no others.
+fn usual(colors: usize, alpha: bool) -> Vec<String> {
     let mut names: Vec<String> = match colors {
         1 => vec!["Y".into()],
         2 => ["X", "Y"].map(String::from).into(),
         3 => ["R", "G", "B"].map(String::from).into(),
         _ => (1..=colors).map(|c| format!("channel{c}")).collect(),
     };
-    names.extend(plane.alpha.then(|| "A".into()));
+    names.extend(alpha.then(|| "A".into()));
     names
+}
+
+/// Channels that were chosen and are written under other names, whatever their layers: as they were, and as they are.
+pub(crate) fn renamed(plane: &Plane<2>, metadata: &Metadata) -> Option<(String, String)> {
+    let (before, after) = (&metadata.channel_names, names(plane, metadata));
+    let base = |name: &String| name.rsplit('.').next().unwrap_or_default().to_owned();
+    let differ = before.len() == after.len() && before.iter().map(base).ne(after.iter().map(base));
+    differ.then(|| (before.join(", "), after.join(", ")))
 }
 
 /// Standard attributes only: custom ones are written in no fixed order.

@@ -184,6 +184,15 @@ fn exr_layers_and_channels_are_chosen_by_name() {
     let written = encode(&joint.plane, &joint.metadata, "joint.exr", &WriteOptions::default()).unwrap();
     let options = ReadOptions { channels: Some("R,G,B,diffuse.R".into()), ..ReadOptions::default() };
     assert_eq!(bits(&decode(&written, "joint.exr", &options).unwrap().plane), bits(&joint.plane));
+    let renamed = |channels| -> Vec<String> {
+        let picture = choose(Some(channels)).unwrap();
+        selvedge_io::changes(&picture.plane, &picture.metadata, Format::Exr).iter().map(Warning::to_string).collect()
+    };
+    assert!(["R,G,B", "diffuse", "matte"].iter().all(|usual| renamed(usual).is_empty()));
+    assert_eq!(
+        (renamed("Z"), renamed("R,G")),
+        (vec!["Z is named Y in this exr".to_owned()], vec!["R, G are named X, Y in this exr".to_owned()])
+    );
     let missing = choose(Some("specular")).unwrap_err().to_string();
     assert!(missing.contains("no layer or channels 'specular' in it; it holds main.B, "), "{missing}");
 
