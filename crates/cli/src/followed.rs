@@ -7,6 +7,10 @@ use selvedge_core::{Grid, Guide, Plane, Samples};
 use crate::failure::Failure;
 use crate::loom::Loom;
 
+/// Bytes for each sample of a picture that is followed and transparent somewhere: where it shows anything, that again
+/// in its guide, and where sources of the guide are turned.
+pub(crate) const MASKS: u64 = 3;
+
 /// A picture that lies under an exemplar or under the output.
 pub(crate) struct Followed {
     /// Whose hidden samples are those seen before them.

@@ -151,7 +151,7 @@ impl Loom<'_> {
         let layout = Layout { colors: plane.color_channels(), alpha: plane.alpha };
         outputs::check_held((&self.written.output, self.format), shape, (layout, depth), None)?;
         let needed = |domain: Domain<2>| {
-            let made = memory::outputs(domain, layout.channels(), depth, self.written.map.is_some());
+            let made = memory::outputs(domain, (layout.channels(), depth), self.format, self.written.map.is_some());
             bytes(domain) + made + self.blending.bytes(domain, layout.channels(), false)
         };
         let more = needed(domain).0.saturating_sub(needed(self.domain).0);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use selvedge_core::{Bytes, Depth, Domain, Error, Limits};
-use selvedge_io::Info;
+use selvedge_io::{Format, Info};
 
 use crate::failure::Failure;
 
@@ -61,16 +61,14 @@ pub(crate) fn places<const D: usize>(domain: Domain<D>) -> Bytes {
     Bytes::of_samples(domain, 4)
 }
 
-/// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples,
-/// and the size of each as a file that was not compressed, which grows by up to a quarter too much while it is written.
-pub(crate) fn outputs(domain: Domain<2>, channels: usize, depth: Depth, map_file: bool) -> Bytes {
-    let picture = picture(domain, channels, depth);
-    let files = picture + if map_file { places(domain) * 3 } else { Bytes(0) };
-    places(domain) + picture + files + Bytes(files.0 / 4) + ENCODER
+/// An upper bound of what a map and the picture rendered from it take until they are written: the map, the samples, and
+/// both as files.
+pub(crate) fn outputs(domain: Domain<2>, (channels, depth): (usize, Depth), format: Format, map_file: bool) -> Bytes {
+    let shape = domain.shape;
+    // Three whole numbers a sample, as wide as floats.
+    let map = if map_file { Format::Exr.encoding(shape, 3, Depth::F32) } else { Bytes(0) };
+    places(domain) + picture(domain, channels, depth) + format.encoding(shape, channels, depth) + map
 }
-
-/// What an encoder and a file that is smaller than that take besides.
-const ENCODER: Bytes = Bytes(6 << 20);
 
 /// An upper bound of what an explanation of that height and width takes: as samples, as a file, and while that is made.
 pub(crate) fn explained(shape: [u64; 2]) -> Bytes {

@@ -193,7 +193,7 @@ impl PlaneHeaders {
 
     /// An upper bound of what its output takes until it is written.
     pub(crate) fn made_bytes(&self, output: Domain<2>) -> Bytes {
-        memory::outputs(output, self.layout.channels(), self.depth, false)
+        memory::outputs(output, (self.layout.channels(), self.depth), self.layer.format, false)
     }
 
     /// Reads the planes; tells what each file is.

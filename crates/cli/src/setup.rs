@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use selvedge_analysis::Texture;
 use selvedge_core::{Bytes, Depth, Domain, Payload, Transform};
+use selvedge_io::Format;
 
 use crate::backdrop::Backdrop;
 use crate::blending::Blending;
@@ -105,7 +106,7 @@ impl<'a> Setup<'a> {
         self.check_views(&written, &headers, domain)?;
         let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
         let sources = headers.sources(&self.transforms);
-        let needs = self.needs(&headers, &layers, domain);
+        let needs = self.needs(&headers, &layers, domain, format);
         // What is turned freely has corners that show nothing.
         let free = self.transforms.iter().any(|transform| matches!(transform, Transform::Resampled { .. }));
         let masked = free || headers.layout.alpha || !headers.mask_infos.is_empty();
@@ -284,7 +285,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    fn needs(&self, headers: &Headers, layers: &[PlaneHeaders], output: Domain<2>) -> Needs {
+    fn needs(&self, headers: &Headers, layers: &[PlaneHeaders], output: Domain<2>, format: Format) -> Needs {
         let (sources, shown) = (headers.sources(&self.transforms), headers.shown(&self.transforms));
         let (channels, depth, features) = (headers.layout.channels(), headers.depth, headers.channels());
         let matched: Vec<_> = headers.matched_infos().cloned().collect();
@@ -308,7 +309,7 @@ impl<'a> Setup<'a> {
         let written = |domain| {
             let laid = layers.iter().map(|layer| laid(layer, domain)).max().unwrap_or_default();
             let made = layers.iter().map(|layer| layer.made_bytes(domain)).sum();
-            memory::outputs(domain, channels, depth, args.map.is_some())
+            memory::outputs(domain, (channels, depth), format, args.map.is_some())
                 + explained(domain)
                 + laid
                 + made

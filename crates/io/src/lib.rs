@@ -71,6 +71,7 @@ mod png;
 mod probe;
 mod provenance;
 mod read;
+mod room;
 mod samples;
 mod sink;
 mod tiff;

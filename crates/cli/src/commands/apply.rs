@@ -189,7 +189,8 @@ impl Run<'_> {
         let sources = self.file.map.table.sources().iter();
         let shown: Vec<_> = sources.map(|(origin, domain)| (origin.transform, *domain)).collect();
         let kept = self.masks.fixed.is_some() || 0 < self.file.map.holes();
-        let laid = |one: &PlaneHeaders| one.read_bytes() + one.reading_bytes() + one.laid_bytes(domain, &shown, kept);
+        let laid =
+            |one: &PlaneHeaders| one.read_bytes() + one.reading_bytes().then(one.laid_bytes(domain, &shown, kept));
         let read = looked.iter().map(laid).max().unwrap_or_default();
         let made = looked.iter().map(|one| one.made_bytes(domain)).sum();
         memory::PROGRAM + self.masks.held + memory::places(domain) + read + made

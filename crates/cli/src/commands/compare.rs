@@ -83,7 +83,7 @@ impl Compare {
         inputs::check_streams(&files)?;
         let format = self.diff.as_ref().map(|path| outputs::format(path, None, None)).transpose()?;
         outputs::check(session, self.diff.as_slice(), &files)?;
-        let [a, b] = self.read(session, b, &mut report)?;
+        let [a, b] = self.read(session, b, format, &mut report)?;
         report.stage("read");
         let difference = Difference::of(&a, &b, self.fail);
         report.stage("compare");
@@ -103,7 +103,13 @@ impl Compare {
     }
 
     /// Both pictures in one depth and with the same channels.
-    fn read(&self, session: &Session<'_>, path: &Path, report: &mut Report) -> Result<[Plane<2>; 2], Failure> {
+    fn read(
+        &self,
+        session: &Session<'_>,
+        path: &Path,
+        diff: Option<Format>,
+        report: &mut Report,
+    ) -> Result<[Plane<2>; 2], Failure> {
         let options = inputs::options(session.limits, Role::Color, self.nonfinite);
         [&self.a, path].into_iter().try_for_each(|path| still(path, &options))?;
         let inputs = [Input::new(session, &self.a)?, Input::new(session, path)?];
@@ -116,7 +122,7 @@ impl Compare {
         let [a_layout, b_layout] = [0, 1].map(|i| Layout::of(&infos[i]));
         let common = common_layout([(self.a.as_path(), a_layout), (path, b_layout)])?;
         let depth = deeper(infos[0].depth, infos[1].depth);
-        let needed = self.need(&infos, common, depth);
+        let needed = need(&infos, common, depth, diff);
         memory::check_fixed(&session.limits, needed)?;
         report.estimate = Some(needed.0);
         let read = |input: &Input, report: &mut Report| {
@@ -165,22 +171,22 @@ impl Compare {
         Ok(Done { exit: (!closure.closes()).into(), ..Done::answered(report, text) })
     }
 
-    /// An upper bound of what it takes: both pictures, one more while they are made alike, and the picture of
-    /// differences with its file.
-    fn need(&self, infos: &[Info; 2], common: Layout, depth: Depth) -> Bytes {
-        let domain = Domain::open([infos[0].height, infos[0].width]);
-        let both = memory::pictures(infos, common.channels(), depth);
-        let alike = memory::picture(domain, common.channels(), depth);
-        let drawn = self.diff.as_ref().map_or(Bytes(0), |_| memory::outputs(domain, common.colors, Depth::F16, false));
-        memory::PROGRAM + both + memory::reading(infos).max(alike).then(drawn)
-    }
-
     fn over(&self, difference: &Difference) -> bool {
         let failing = 100.0 * difference.failing as f64 / difference.pixels as f64;
         self.fail_percent < failing
             || self.hard_fail.is_some_and(|most| most < difference.greatest)
             || self.psnr.is_some_and(|least| difference.psnr().is_some_and(|psnr| psnr < least))
     }
+}
+
+/// An upper bound of what it takes: both pictures, one more while they are made alike, and the picture of differences
+/// with its file.
+fn need(infos: &[Info; 2], common: Layout, depth: Depth, diff: Option<Format>) -> Bytes {
+    let domain = Domain::open([infos[0].height, infos[0].width]);
+    let both = memory::pictures(infos, common.channels(), depth);
+    let alike = memory::picture(domain, common.channels(), depth);
+    let drawn = |format| memory::outputs(domain, (common.colors, Depth::F16), format, false);
+    memory::PROGRAM + both + memory::reading(infos).max(alike).then(diff.map_or(Bytes(0), drawn))
 }
 
 /// The depth in which both can be compared: floats where one of them is float.

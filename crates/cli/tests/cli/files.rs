@@ -81,7 +81,9 @@ fn a_dry_run_writes_nothing_and_tells_what_it_would_do() {
     }
     let object = folder.run("quilt @/stars.png -o a.png --dry-run --json").done().json();
     assert!(1 << 20 < object["estimated_memory_bytes"].as_u64().unwrap(), "{object}");
-    assert_eq!(object["outputs"].as_array().map(Vec::len), Some(0));
+    // It lists what would be written.
+    assert_eq!(object["outputs"].as_array().map(Vec::len), Some(1));
+    assert_eq!((&object["outputs"][0]["path"], &object["outputs"][0]["width"]), (&"a.png".into(), &256.into()));
     folder.run("quilt @/stars.png -o a.png --size 40 --dry-run --save-config c.toml").done();
     let written: Vec<String> =
         folder.names().into_iter().filter(|name| !before.contains_key(Path::new(name))).collect();
@@ -216,9 +218,14 @@ fn the_estimate_is_no_less_than_the_peak() {
         "quilt @/scales-hdr.exr -o a.exr --size 1500x900 --depth float --block 48",
         "quilt @/weave.png @/scales.png @/bricks/height.png -o a.tiff --size 700 --tile xy",
         "quilt @/stars.png -o a.png --size 2000 --block 24 --map n.exr",
+        "quilt @/weave.png -o a.webp --size 1500 --block 48",
+        "quilt @/weave.png -o a.tga --size 1500 --block 48",
+        "quilt @/weave.png -o a.tiff --size 1500 --block 48",
+        "quilt @/scales-hdr.exr -o a.hdr --size 900 --depth float --block 48",
         "quilt flat.png -o a.png --size 260 --block 30 --spread 0",
         "quilt flat.png --mask mask.png -o a.png --size 260 --block 9 -j 8",
         "transfer @/weave.png --target @/astronaut.png -o a.png --passes 2",
+        "transfer @/weave.png --target @/cobbles-hole.png -o a.png",
         "transfer flat.png --mask mask.png --target @/stars.png -o a.png --passes 2 -j 8",
         "graphcut @/cobbles.png -o a.png --size 300 --placement entire --refine 4 --map n.exr",
         "graphcut @/stars.png -o a.png --size 512 --placement sub --refine 4 --tries 8",

@@ -10,3 +10,4 @@ pub(crate) use write::{encode, info_of};
 
 /// The keyword under which provenance stands.
 pub(crate) const KEYWORD: &str = "selvedge";
+pub(crate) use pack::packing_room;

@@ -30,12 +30,19 @@ pub(super) struct Rows<F> {
     pub(super) read: F,
 }
 
+/// About how many bytes packing so many rows of so many bytes takes at once, beside what it hands over.
+pub(crate) fn packing_room(count: usize, bytes: usize) -> usize {
+    let rows = BAND.div_ceil(bytes.max(1)).min(count).max(1);
+    let band = rows.saturating_mul(bytes.saturating_add(1));
+    // Filtered, and packed, where no bytes take an eighth more; and two rows as they were read.
+    let one = band.saturating_mul(2).saturating_add(band / 8 + PACKER).saturating_add(bytes.saturating_mul(2));
+    one.saturating_mul(at_once().min(count.div_ceil(rows)))
+}
+
 impl<F: Fn(usize, &mut [u8]) + Sync> Rows<F> {
     /// About how many bytes packing takes at once, beside what it hands over.
     pub(super) fn room(&self) -> usize {
-        let band = BAND.div_ceil(self.bytes.max(1)).min(self.count) * (self.bytes + 1);
-        // Filtered, and packed, where no bytes take an eighth more; and two rows as they were read.
-        at_once() * (2 * band + band / 8 + 2 * self.bytes + PACKER)
+        packing_room(self.count, self.bytes)
     }
 
     /// Hands over the parts of the stream, in order.

@@ -6,12 +6,13 @@ use selvedge_core::{Bytes, Domain};
 use super::job::Job;
 use crate::correspondence::What;
 use crate::failure::Failure;
+use crate::followed::MASKS;
 use crate::loom::Loom;
 use crate::memory;
 
-/// Bytes of a sample of the pictures that a constraint is made of: four channels of 16 bits, three of a map, and its
-/// label.
-const OF_PICTURE: u64 = 8 + 3 + 1;
+/// Bytes of a sample of the pictures that a constraint is made of: four channels of 16 bits, three of a map, its label,
+/// and where it shows anything.
+const OF_PICTURE: u64 = 8 + 3 + 1 + MASKS;
 
 impl Job<'_> {
     /// The method's memory where its own constraint has so many channels.

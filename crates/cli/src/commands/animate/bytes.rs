@@ -1,6 +1,7 @@
 //! What `animate` holds at once.
 
 use selvedge_core::{Bytes, Domain, Transform};
+use selvedge_io::Format;
 use selvedge_io::clip::ClipName;
 use selvedge_texture_optimization::{Animation, Options, animation_estimate, closing_bytes, estimate};
 
@@ -43,7 +44,8 @@ impl Animate {
         let making = memory::making(&sources, features) + headers.light_bytes(&sources);
         let flows = Bytes::of_samples(output, 9) * u64::from(known) + self.body.bytes(output, masks);
         let closing = self.close.map_or(Bytes(0), |frames| closing_bytes(output, frames));
-        let one = memory::outputs(output, channels, depth, false);
+        let format = Format::of_name(&self.output).unwrap_or(Format::Png);
+        let one = memory::outputs(output, (channels, depth), format, false);
         // A container is held until its last frame.
         let all = memory::picture(output, channels, depth) * u64::from(frames);
         let container = if ClipName::parse(&self.output).is_some() { Bytes(0) } else { all };

@@ -29,7 +29,7 @@ impl Transfer {
     pub(super) fn bytes_of_labels(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         let guides = self.followed.channels();
         let sizes = Sizes { sources, channels, constraints: &[(guides, 1)], output };
-        let each = 2 * guides as u64 + 12;
+        let each = 2 * guides as u64 + 12 + self.followed.masks();
         let maps = sources.iter().chain(std::iter::once(&output)).map(|domain| Bytes::of_samples(*domain, each)).sum();
         estimate(&sizes, &self.options_of_labels()) + maps
     }

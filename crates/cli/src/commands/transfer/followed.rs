@@ -66,8 +66,13 @@ impl FollowArgs {
         let pictures = || sources.iter().chain(std::iter::once(&output));
         let made = pictures().map(|picture| Bytes::of_samples(*picture, A_MAP)).max().unwrap_or_default();
         // Colours, luminance, and the guide's own channels before and after they are joined.
-        let each = 4 + 2 * self.channels() as u64;
+        let each = 4 + 2 * self.channels() as u64 + self.masks();
         pictures().map(|picture| Bytes::of_samples(*picture, each)).sum::<Bytes>() + made.then(search)
+    }
+
+    /// Bytes for each sample of what says where all that is followed shows anything.
+    pub(super) fn masks(&self) -> u64 {
+        followed::MASKS * (self.followed().len() + self.guides.len()) as u64
     }
 
     /// Channels of all that is followed, at most.
