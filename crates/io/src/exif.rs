@@ -10,6 +10,8 @@ const RESOLUTION_UNIT: u16 = 296;
 const SOFTWARE: u16 = 305;
 const WHITE: u16 = 318;
 const PRIMARIES: u16 = 319;
+/// The type of a value that is two whole numbers.
+const RATIO: u16 = 5;
 /// Where two more directories begin: of the picture, and of what it may be exchanged with.
 const PICTURE: u16 = 0x8769;
 const EXCHANGE: u16 = 0xa005;
@@ -174,7 +176,7 @@ impl<'a> Block<'a> {
 
     /// One of the ratios that an entry leads to.
     fn rational(self, entry: usize, i: usize) -> Option<f64> {
-        let at = (self.u32(entry + 8)? as usize).checked_add(8 * i)?;
+        let at = (self.u32(entry + 8)? as usize).checked_add(8 * i).filter(|_| self.u16(entry + 2) == Some(RATIO))?;
         let (n, d) = (self.u32(at)?, self.u32(at.checked_add(4)?)?);
         (d != 0).then(|| f64::from(n) / f64::from(d))
     }

@@ -65,12 +65,17 @@ impl ClipReader {
         }
         let mut start = Vec::new();
         let begun = open(path).and_then(|(file, _)| {
-            file.take(16).read_to_end(&mut start).map_err(|e| Problem::file_system(e, 0)).map(drop)
+            file.take(18).read_to_end(&mut start).map_err(|e| Problem::file_system(e, 0)).map(drop)
         });
         begun.map_err(|p| Error::new(path, p))?;
-        if Container::of_content(&start) == Some(Container::Y4m) {
-            let (info, frames) = Y4m::open(path, None, &options.frame)?;
-            return Self::picked(path, info, Box::new(frames), options);
+        match Container::of_content(&start) {
+            Some(Container::Y4m) => {
+                let (info, frames) = Y4m::open(path, None, &options.frame)?;
+                return Self::picked(path, info, Box::new(frames), options);
+            }
+            // Of what is no clip no more is read.
+            None => return Err(Error::new(path, no_clip(&start))),
+            Some(_) => {}
         }
         let bytes = read_bytes(path, &options.frame.limits).map_err(|p| Error::new(path, p))?;
         Self::of_bytes(bytes, path, options)
@@ -95,9 +100,7 @@ impl ClipReader {
                 let still = || Error::new(path, ClipProblem::Still);
                 boxed(Apng::open(path, &file, frame)?.ok_or_else(still)?)
             }
-            _ if file.is_empty() => return Err(Error::new(path, Problem::Empty)),
-            _ if Format::of_content(&file).is_some() => return Err(Error::new(path, ClipProblem::Still)),
-            _ => return Err(Error::new(path, ClipProblem::UnknownContainer)),
+            Some(Container::Y4m) | None => return Err(Error::new(path, no_clip(&file))),
         };
         Self::picked(path, info, frames, options)
     }
@@ -170,6 +173,15 @@ impl ClipReader {
     /// What was odd in the frames read so far.
     pub fn warnings(&self) -> &[Warning] {
         self.frames.warnings()
+    }
+}
+
+/// What a file that is no clip is.
+fn no_clip(start: &[u8]) -> Problem {
+    match Format::of_content(start) {
+        _ if start.is_empty() => Problem::Empty,
+        Some(_) => ClipProblem::Still.into(),
+        None => ClipProblem::UnknownContainer.into(),
     }
 }
 

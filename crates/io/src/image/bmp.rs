@@ -99,9 +99,12 @@ impl Colours {
     }
 }
 
-/// White, red, green and blue of the parts of XYZ that each primary has; white is their sum.
+/// White, red, green and blue of the parts of XYZ that each primary has: white is their sum. Where parts of each sum up
+/// to 1 they are parts of colours alone, as most have it, and white is daylight.
 fn points(primaries: [[f64; 3]; 3]) -> Option<[f64; 8]> {
-    let white = [0, 1, 2].map(|axis| primaries.iter().map(|p| p[axis]).sum());
+    let sum = |axis: usize| primaries.iter().map(|p| p[axis]).sum();
+    let alone = primaries.iter().all(|p| (p.iter().sum::<f64>() - 1.0).abs() < 1e-3);
+    let white = if alone { [0.3127, 0.329, 0.3583] } else { [0, 1, 2].map(sum) };
     let [white, red, green, blue] = [white, primaries[0], primaries[1], primaries[2]].map(|[x, y, z]: [f64; 3]| {
         let sum = x + y + z;
         (0.0 < sum).then(|| [x / sum, y / sum])

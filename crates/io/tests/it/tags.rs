@@ -146,6 +146,9 @@ fn bitmaps_say_their_colours() {
     let calibrated = read(&bmp([0; 4], points, [1.0; 3], &[]));
     let found = calibrated.metadata.chromaticities.unwrap();
     assert!(found.iter().zip(WIDE).all(|(a, b)| (a - b).abs() < 1e-3), "{found:?}");
+    let alone = [[0.64, 0.33, 0.03], [0.21, 0.71, 0.08], [0.15, 0.06, 0.79]];
+    let found = read(&bmp([0; 4], alone, [0.0; 3], &[])).metadata.chromaticities.unwrap();
+    assert!(found.iter().zip(WIDE).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
     assert_eq!(calibrated.metadata.gamma, Some(100_000));
     let light = convert(&calibrated.plane, Depth::F32, &calibrated.metadata).unwrap().plane;
     assert_eq!(light.samples.value(0, 0) as f32, 1.0 / 255.0, "linear light");
