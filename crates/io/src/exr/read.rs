@@ -1,6 +1,8 @@
 //! Reading EXR: the data window of one part at its full resolution.
 
+use exr::meta::BlockDescription;
 use exr::meta::attribute::SampleType;
+use exr::prelude::Compression;
 use half::f16;
 use selvedge_core::Samples;
 
@@ -58,7 +60,16 @@ fn open<'a>(
         let name = |c: &usize| part.channels.list[*c].name.to_string();
         metadata.channel_names = selection.channels.iter().map(name).collect();
     }
-    let description = Description { channel_names: select::names(parts), ..Description::new(header, metadata) };
+    // Wavelets and cosines of a block are worked on as floats, several times over.
+    let often = if matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_)) { 16 } else { 4 };
+    let block = match part.blocks {
+        BlockDescription::Tiles(tiles) => width.min(tiles.tile_size.0 as u64) * height.min(tiles.tile_size.1 as u64),
+        BlockDescription::ScanLines => width * height.min(part.compression.scan_lines_per_block() as u64),
+    };
+    let block = block.saturating_mul(part.channels.bytes_per_pixel as u64).saturating_mul(often);
+    let reading = Some(context.file_bytes.saturating_add(header.bytes().max(block)));
+    let channel_names = select::names(parts);
+    let description = Description { channel_names, reading, ..Description::new(header, metadata) };
     Ok((reader, selection, description))
 }
 

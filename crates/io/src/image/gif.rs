@@ -20,6 +20,8 @@ pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Resu
     input.rewind().map_err(wrong)?;
     let mut description = super::describe(&mut open(input, context)?, Format::Gif, context)?;
     let Header { width, height, .. } = description.header;
+    // The canvas, the frame on it, what is answered, and that by channel: four bytes a sample each.
+    description.reading = Some(context.file_bytes.saturating_add(width * height * 16));
     if frames(&head).first().is_some_and(|first| !first.transparent && first.sides == [width, height]) {
         (description.header.channels, description.header.alpha) = (3, false);
     }

@@ -17,6 +17,9 @@ use crate::{Format, Warning};
 pub(crate) fn describe(input: &mut dyn Input, context: &mut Context<'_>) -> Result<Description, Problem> {
     let opaque = opaque(input).map_err(|e| Problem::file_system(e, 0))?;
     let mut description = super::describe(&mut open(input, context)?, Format::Webp, context)?;
+    // Samples as they are answered, and as four bytes while they are decoded.
+    let (bytes, pixels) = (description.header.bytes(), description.header.width * description.header.height);
+    description.reading = Some(context.file_bytes.saturating_add(bytes).saturating_add(pixels * 4));
     complete(&mut description, opaque);
     Ok(description)
 }

@@ -104,8 +104,8 @@ fn description(info: &Info<'_>, profile: bool, context: &mut Context<'_>) -> Des
         context.warn(Warning::DefaultPictureOnly);
     }
     let mastered = info.mastering_display_color_volume.is_some();
-    for tag in [(mastered, "mastering display"), (info.content_light_level.is_some(), "content light level")] {
-        if let (true, tag) = tag {
+    for (said, tag) in [(mastered, "mastering display"), (info.content_light_level.is_some(), "content light level")] {
+        if said {
             context.warn(Warning::TagUnread { tag });
         }
     }

@@ -22,9 +22,13 @@ const STRIPS: [u16; 2] = [273, 279];
 /// Appends at most so many bytes of what is packed.
 type Unpack = fn(&[u8], u64, &mut Vec<u8>, &Context<'_>) -> Result<(), Problem>;
 
-/// Whether a file of this method is unpacked here.
-pub(super) fn is_unpacked(method: u16) -> bool {
-    matches!(method.into(), LZW | ZSTD)
+/// How often the unpacked file is held where a method is unpacked here: ZSTD looks back at all of a piece.
+pub(super) fn times_held(method: u16) -> u64 {
+    match method.into() {
+        LZW => 1,
+        ZSTD => 2,
+        _ => 0,
+    }
 }
 
 /// Refuses what cannot be unpacked; the file with its pieces unpacked if they are ZSTD's or LZW's.

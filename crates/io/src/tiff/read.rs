@@ -216,7 +216,8 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
     /// Bytes that reading takes beside the picture: copies of the file, unpacked or of one plane, what the decoder
     /// answers, and samples that become others.
     fn reading(&mut self) -> u64 {
-        let packed = compression::is_unpacked(self.number(Tag::Compression).unwrap_or(1));
+        let times = compression::times_held(self.number(Tag::Compression).unwrap_or(1));
+        let packed = 0 < times;
         let tiled = self.decoder.get_chunk_type() == ChunkType::Tile;
         let again = packed || (tiled && 1 < self.layout.planes) || self.shown;
         let whole = |side: u64, piece: u32| if tiled { side.next_multiple_of(u64::from(piece.max(1))) } else { side };
@@ -226,7 +227,7 @@ impl<'a, 'c, 'o> Page<'a, 'c, 'o> {
         let others = self.bits < 8 || self.channels.kept.is_some() || self.channels.colors != Colors::AsStored;
         [
             self.context.file_bytes.saturating_mul(1 + u64::from(again) + u64::from(packed && self.shown)),
-            if packed { unpacked } else { 0 },
+            unpacked.saturating_mul(times),
             self.layout.complete_len as u64,
             if others { self.stored.bytes() } else { 0 },
         ]
