@@ -364,7 +364,7 @@ fn whether_a_clip_closes_is_the_exit_code() {
 
 #[test]
 fn what_is_wrong_with_a_clip_is_told_wherever_it_is_read() {
-    let folder = Folder::new("video-wrong");
+    let folder = Folder::new("video-claim");
     // A frame of 732 MiB in a file of 41 bytes.
     fs::write(folder.path("claim.y4m"), "YUV4MPEG2 W16000 H16000 F25:1 C444\nFRAME\n").unwrap();
     for line in ["inspect claim.y4m", "video claim.y4m -o v.####.png --dry-run", "compare claim.y4m claim.y4m"] {
