@@ -24,7 +24,7 @@ fn share(text: &str) -> Result<f64, Wrong> {
 }
 
 fn deviation(text: &str) -> Result<f64, Wrong> {
-    let wrong = || Wrong::new(format!("'{text}' is no deviation in px"), "give a number of at least 1, such as 40");
+    let wrong = || Wrong::new(format!("'{text}' is no deviation in px"), "give a number from 1 to 1000000, such as 40");
     text.parse().ok().filter(|sigma| (1.0..=1e6).contains(sigma)).ok_or_else(wrong)
 }
 

@@ -82,14 +82,20 @@ pub(crate) enum Resized {
     Size,
     /// By another picture to follow.
     Target,
+    /// By the picture itself.
+    Picture,
+    /// By where pictures are laid.
+    Places,
 }
 
 impl Resized {
-    /// The option that decides.
-    pub(crate) fn flag(self) -> &'static str {
+    /// What to do about a larger one than may be.
+    fn remedy(self) -> &'static str {
         match self {
-            Self::Size => "--size",
-            Self::Target => "--target",
+            Self::Size => "use a smaller --size",
+            Self::Target => "use a smaller --target",
+            Self::Picture => "use a smaller picture",
+            Self::Places => "lay the pictures closer together",
         }
     }
 
@@ -97,13 +103,15 @@ impl Resized {
         match self {
             Self::Size => format!("--size {width}x{height}"),
             Self::Target => format!("a target of {width}x{height} px"),
+            Self::Picture => format!("a picture of {width}x{height} px"),
+            Self::Places => format!("places within {width}x{height} px"),
         }
     }
 }
 
 /// Refuses outputs over the caps.
 pub(crate) fn check_caps(limits: &Limits, domain: Domain<2>, resized: Resized) -> Result<(), Failure> {
-    let refused = |e| Failure::from(e).remedy(format!("use a smaller {}", resized.flag()));
+    let refused = |e| Failure::from(e).remedy(resized.remedy());
     limits.admit(domain, Bytes(0)).map_err(refused)
 }
 

@@ -55,7 +55,12 @@ impl OutputSize<'_> {
 
     /// How the user changes it.
     pub(crate) fn resized(&self) -> Resized {
-        if matches!(self, Self::Picture(..) | Self::Upon(..)) { Resized::Target } else { Resized::Size }
+        match self {
+            Self::Picture(..) | Self::Upon(..) => Resized::Target,
+            Self::First(None) => Resized::Picture,
+            Self::Arranged(_) => Resized::Places,
+            Self::Exemplar(_) | Self::First(Some(_)) | Self::Ground(..) => Resized::Size,
+        }
     }
 
     /// True if nothing that is there says what the size is.

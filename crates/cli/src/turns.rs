@@ -119,8 +119,13 @@ pub(crate) fn turns(all: &Command, typed: &ArgMatches) -> Result<Turns, Failure>
     for turn in runs.enumerate().map(picked) {
         for name in &turn.names {
             if taken.iter().any(|other| other == name || selvedge_io::same_file(other, name)) {
-                let what = format!("{} would write this name", n("run", total));
-                return Err(Failure::new(2, what).about(name).remedy("use '{seed}', '{n}' or '{stem}' in it"));
+                let twice = (1..seeds.len()).find(|&i| seeds[..i].contains(&seeds[i])).map(|i| seeds[i]);
+                let (of, remedy) = match twice {
+                    Some(seed) => (format!(", two of seed {seed},"), "give each seed once, or use '{n}' in it"),
+                    None => (String::new(), "use '{seed}', '{n}' or '{stem}' in it"),
+                };
+                let what = format!("{}{of} would write this name", n("run", total));
+                return Err(Failure::new(2, what).about(name).remedy(remedy));
             }
         }
         taken.extend(turn.names.iter().cloned());
@@ -321,5 +326,7 @@ mod tests {
         ] {
             assert!(lines(line).is_err_and(|what| what.contains("would write this name")), "{line}: {:?}", lines(line));
         }
+        let twice = lines("selvedge quilt a.png -o b-{seed}.png --seed 4,1,4").unwrap_err();
+        assert_eq!(twice, "3 runs, two of seed 4, would write this name");
     }
 }

@@ -102,21 +102,24 @@ fn tiles_close_and_keep_their_middle() {
         let middle = (9..81).contains(&y) && (9..71).contains(&x);
         assert!(!middle || (0..3).all(|c| photo.value(c, i) == band.value(c, i)), "{x}, {y}");
     }
-    folder.run("tile photo.png -o no.png --overlap 0").refused(2, &["0 px", "leave it out"]);
+    folder.run("tile photo.png -o no.png --overlap 0").refused(2, &["0 px", "give 2 px", "leave it out"]);
+    folder.run("tile photo.png -o no.png --overlap 1").refused(2, &["1 px", "give 2 px", "leave it out"]);
+    folder.run("tile photo.png photo.png -o no.png").refused(2, &["2 pictures", "--method band"]);
     folder.run("tile photo.png -o no.png --method band --band 0").refused(2, &["0 px", "leave it out"]);
     for dry in ["", " --dry-run"] {
-        folder.run(&format!("tile photo.png -o no.png --overlap 60{dry}")).refused(2, &["overlap", "60", "half"]);
+        folder.run(&format!("tile photo.png -o no.png --overlap 60{dry}")).refused(3, &["overlap", "60", "half"]);
         let line = format!("tile photo.png -o no.png --method band --band 50{dry}");
-        folder.run(&line).refused(2, &["band", "50", "half"]);
+        folder.run(&line).refused(3, &["photo.png'", "band", "50", "half"]);
         for method in ["overlap", "band"] {
             let line = format!("tile @/bad/ok-1x1.png -o no.png --method {method}{dry}");
             folder.run(&line).refused(3, &["ok-1x1.png'", "1 pixel", "border"]);
         }
     }
     // What is transparent stays so.
-    folder.run("tile @/cobbles-hole.png -o hole.png").done();
+    let said = folder.run("tile @/cobbles-hole.png -o hole.png").done();
     let hole = samples(&folder, "hole.png");
-    assert!((0..hole.domain().len()).any(|i| hole.value(3, i) == 0.0));
+    let holes = (0..hole.domain().len()).filter(|&i| hole.value(3, i) == 0.0).count();
+    assert!(0 < holes && said.stderr.contains(&format!("{holes} pixels transparent")), "{holes}: {said:?}");
     folder.run("tile photo.png -o no.png --band 9").refused(2, &["--band", "--method band"]);
 }
 

@@ -88,6 +88,8 @@ fn strokes_and_masks_say_what_shows() {
         &["paint.png'", "#0000ff (400 px)", "--color"],
     );
     refused("merge a.png b.png --strokes paint.png", 2, &["--color"]);
+    refused("merge a.png b.png --at 900000,900000", 3, &["lay the pictures closer together"]);
+    refused("merge a.png b.png --at 2000000,0", 2, &["2000000,0", "less than 1048576"]);
     refused("merge a.png b.png --strokes paint.png --color #ffff00=3", 2, &["#ffff00=3", "2 pictures"]);
     refused("merge a.png b.png --keep 1 mask.png --keep 2 mask.png", 3, &["mask.png'", "20,0", "another"]);
     refused(

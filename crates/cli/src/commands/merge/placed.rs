@@ -20,12 +20,14 @@ impl FromStr for At {
 
     fn from_str(text: &str) -> Result<Self, Wrong> {
         let number = |s: &str| s.trim().parse::<i32>().ok().filter(|n| n.unsigned_abs() < 1 << 20);
+        let wrong = || {
+            let remedy = "write 220,-8 (across and down, each of less than 1048576), or auto";
+            Wrong::new(format!("'{text}' is no place"), remedy)
+        };
         let both = || text.split_once(',').and_then(|(x, y)| Some([number(y)?, number(x)?]));
         match text {
             "auto" => Ok(Self(None)),
-            _ => both()
-                .map(|at| Self(Some(at)))
-                .ok_or_else(|| Wrong::new(format!("'{text}' is no place"), "write 220,-8 (across and down), or auto")),
+            _ => both().map(|at| Self(Some(at))).ok_or_else(wrong),
         }
     }
 }

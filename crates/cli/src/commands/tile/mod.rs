@@ -14,7 +14,7 @@ use serde_json::json;
 
 use self::widths::Widths;
 use crate::blending::Blending;
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
 use crate::options::{Seams, one_picture, option};
@@ -37,8 +37,8 @@ pub(crate) struct TileCommand {
     /// How it is closed.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = MethodArg::Overlap)]
     method: MethodArg,
-    /// How far the picture is laid over itself by --method overlap, in pixels along both axes; auto: by the price of
-    /// the seam.
+    /// How far the picture is laid over itself by --method overlap, in pixels along both axes, 2 or more; auto: by the
+    /// price of the seam.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     overlap: Auto<u32>,
     /// Cut one period out of the picture, and close it: across and down in pixels, or auto, as far as its lattice comes
@@ -112,8 +112,16 @@ impl TileCommand {
             return Err(Failure::new(2, what).remedy("leave it out, or change --method"));
         }
         self.weaving.input.check_one_mask()?;
-        if [self.overlap.0, self.band.0].contains(&Some(0)) {
-            return Err(Failure::new(2, "a border of 0 px closes nothing").remedy("give 1 px or more, or leave it out"));
+        for (given, least) in [(self.overlap.0, 2), (self.band.0, 1)] {
+            if let Some(border) = given.filter(|border| *border < least) {
+                let what = format!("a border of {border} px closes nothing");
+                return Err(Failure::new(2, what).remedy(format!("give {least} px or more, or leave it out")));
+            }
+        }
+        let pictures = self.weaving.input.exemplars.len();
+        if 1 < pictures && self.method == MethodArg::Overlap {
+            let what = format!("{pictures} pictures, and one is laid over itself");
+            return Err(Failure::new(2, what).remedy("give one, or fill a border from all with --method band"));
         }
         Ok(())
     }
@@ -132,7 +140,8 @@ impl TileCommand {
             let (holes, energy) = (woven.stats.holes, &woven.stats.energy);
             loom.check_holes(holes)?;
             let stats = json!({ by: widths, "energy": energy, "holes": holes });
-            let outcome = Outcome::new(Box::new(woven.result), woven.complete, stats, how);
+            let stays = if holes == 0 { String::new() } else { format!(", {} transparent", n("pixel", holes)) };
+            let outcome = Outcome::new(Box::new(woven.result), woven.complete, stats, how + &stays);
             return Ok(Outcome { holes: 0 < holes, ..outcome });
         }
         let (exemplars, start) = banded(exemplars, widths).map_err(about)?;

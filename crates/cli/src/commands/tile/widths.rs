@@ -37,9 +37,11 @@ impl TileCommand {
                 overlaps(exemplars, axes, self.seams.measure(), &loom.session.run()).map_err(about)?
             }
         };
+        // Fine by themselves, but too wide for this picture.
+        let too_wide = |e| loom.loaded.about(Failure { exit: 3, ..Failure::from(e) });
         match self.method {
-            MethodArg::Overlap => check_overlap(shape, widths).map_err(about)?,
-            MethodArg::Band => check_band(shape, widths).map_err(about)?,
+            MethodArg::Overlap => check_overlap(shape, widths).map_err(too_wide)?,
+            MethodArg::Band => check_band(shape, widths).map_err(too_wide)?,
         }
         if self.method == MethodArg::Overlap {
             self.lay(loom, std::array::from_fn(|a| shape[a].saturating_sub(widths[a]).max(1)))?;
