@@ -87,28 +87,38 @@ impl Blocks {
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> + use<> {
-        let Self { output, block, layout } = *self;
+        let blocks = *self;
+        let Self { output, block, layout } = blocks;
         let rows = output.shape[0].div_ceil(block[0]);
         (0..rows).flat_map(move |row| {
-            let moved = layout == Layout::Brick && row % 2 == 1;
-            let mut bounds = Window::all(output);
-            let mut first = 0;
-            if moved && output.periodic[1] {
-                // The row begins inside and goes around.
-                (bounds.start[1], first) = ((block[1] / 2) as i32, (block[1] / 2) as i32);
-            } else if moved {
-                first = -((block[1] / 2) as i32);
-            }
-            let columns = ((bounds.end(1) - first) as u32).div_ceil(block[1]);
-            (0..columns).map(move |column| Block {
-                nominal: Window { start: [(row * block[0]) as i32, first + (column * block[1]) as i32], shape: block },
-                bounds,
-                overlap: block.map(overlap_of),
-                number: u64::from(row) << 32 | u64::from(column),
-                path: 1,
-                level: 0,
+            let half = if layout == Layout::Brick && row % 2 == 1 { (block[1] / 2) as i32 } else { 0 };
+            // The row begins inside and goes around, or before.
+            let first = if output.periodic[1] { half } else { -half };
+            let columns = (output.shape[1] as i32 - first.min(0)) as u32;
+            let columns = columns.div_ceil(block[1]);
+            (0..columns).map(move |column| {
+                let (down, across) = (blocks.along(0, row, rows, 0), blocks.along(1, column, columns, first));
+                Block {
+                    nominal: Window { start: [down.0, across.0], shape: block },
+                    bounds: Window { start: [down.1, across.1], shape: [down.2, across.2] },
+                    overlap: block.map(overlap_of),
+                    number: u64::from(row) << 32 | u64::from(column),
+                    path: 1,
+                    level: 0,
+                }
             })
         })
+    }
+
+    /// Where one of so many blocks along an axis starts, and where what there is for it begins and how long that is.
+    /// Around a periodic axis all are about as wide: a narrow last one would have to agree with two sides at once.
+    fn along(&self, axis: usize, number: u32, of: u32, first: i32) -> (i32, i32, u32) {
+        let side = self.output.shape[axis];
+        if !self.output.periodic[axis] {
+            return (first + (number * self.block[axis]) as i32, 0, side);
+        }
+        let [start, end] = [number, number + 1].map(|n| (u64::from(n) * u64::from(side) / u64::from(of)) as u32);
+        (first + start as i32, first + start as i32, end - start)
     }
 
     /// How many.
@@ -153,6 +163,16 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn blocks_around_an_axis_are_about_as_wide() {
+        let output = Domain { shape: [64, 260], periodic: [false, true] };
+        for layout in [Layout::Grid, Layout::Brick] {
+            let blocks = Blocks::new(output, [32, 32], layout).iter();
+            let widths: Vec<u32> = blocks.map(|block| block.core().unwrap().shape[1]).collect();
+            assert!(widths.iter().all(|width| (28..30).contains(width)), "{layout:?}: {widths:?}");
         }
     }
 
