@@ -57,7 +57,8 @@ const A_BAD_SAMPLE: u64 = 4 + 3 + 2 * 24 + 4 + (8 + 1 + 16 + 8 + 16);
 /// `circular` as in its options.
 pub fn estimate_repair(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, circular: bool) -> Bytes {
     let channels = channels as u64;
-    let each = 2 * channels + 2 + A_NUMBER + if circular { channels + 1 } else { 0 };
+    // Prices of seams by two measures, of which one has gradients.
+    let each = 3 * channels + 3 + 8 + A_NUMBER + if circular { channels + 1 } else { 0 };
     let features = exemplars.iter().map(|&e| Bytes::of_samples(e, each)).sum::<Bytes>();
     features + Bytes::of_samples(output, A_BAD_SAMPLE)
 }

@@ -66,8 +66,11 @@ pub struct RepairStats {
 }
 
 /// Chooses samples around bad seams of a map anew, region by region, from what is known around inwards. What makes the
-/// region's seams no cheaper in sum is undone, so that the price of all seams never rises and a map without bad seams
-/// stays as it is. Fixed samples and holes stay.
+/// region's seams no cheaper in sum, or dearer by [`SeamMeasure::Gradient`], is undone: neither price of all seams ever
+/// rises, and a map without bad seams stays as it is. Fixed samples and holes stay.
+///
+/// The second price is the one that agrees with eyes: seams that are spread over many small ones are cheaper in sum,
+/// and lie where nothing hides them.
 ///
 /// # Errors
 /// Wrong options ([`RepairOptions::validate`]), those of [`Start::check`], one over the run's limits, no memory.
@@ -101,6 +104,7 @@ pub fn repair(
         canvas: Canvas::new(start)?,
         pixels: Pixels::new(exemplars, allowed, options.search)?,
         costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
+        gradients: SeamCosts::new(exemplars, SeamMeasure::Gradient)?,
         limit: seam_limit(&limit),
         taken: try_vec(samples, false)?,
         stats: RepairStats::default(),
@@ -125,6 +129,8 @@ struct Mender<'a> {
     canvas: Canvas,
     pixels: Pixels<'a>,
     costs: SeamCosts<2>,
+    /// What else must not become dearer.
+    gradients: SeamCosts<2>,
     /// A seam that costs more is bad.
     limit: i64,
     /// By place, whether a region that is being grown has it.
@@ -205,13 +211,14 @@ impl Mender<'_> {
             if 0 < attempt {
                 region = self.grown(&region, if attempt == 1 { LARGER.min(radius) } else { LARGER })?;
             }
-            let before = self.price(&region);
+            let before = self.prices(&region);
             let mut ids = Vec::new();
             reserve(&mut ids, region.len())?;
             ids.extend(region.iter().map(|&place| self.canvas.id(place)));
             region.iter().for_each(|&place| self.canvas.wait(place));
             self.pixels.resynthesize(&mut self.canvas, &region)?;
-            if self.price(&region) < before {
+            let after = self.prices(&region);
+            if after[0] < before[0] && after[1] <= before[1] {
                 self.stats.regions[1] += 1;
                 return Ok(true);
             }
@@ -242,23 +249,27 @@ impl Mender<'_> {
         Ok(grown)
     }
 
-    /// What all seams cost that a sorted region's samples have a part in, each once.
-    fn price(&self, region: &[usize]) -> i64 {
+    /// What all seams cost that a sorted region's samples have a part in, each once, by both measures.
+    fn prices(&self, region: &[usize]) -> [i64; 2] {
         let (map, domain) = (&self.canvas.map, self.canvas.domain());
-        let mut sum = 0;
+        let mut sums = [0; 2];
+        let mut add = |at: [u32; 2], axis: usize| {
+            sums[0] += i64::from(self.costs.at(map, at, axis));
+            sums[1] += i64::from(self.gradients.at(map, at, axis));
+        };
         for &place in region {
             let at = domain.position(place);
             for axis in 0..2 {
-                sum += i64::from(self.costs.at(map, at, axis));
+                add(at, axis);
                 let mut back = [0; 2];
                 back[axis] = -1;
                 let Some(before) = domain.step(at, back) else { continue };
                 if region.binary_search(&domain.index(before)).is_err() {
-                    sum += i64::from(self.costs.at(map, before, axis));
+                    add(before, axis);
                 }
             }
         }
-        sum
+        sums
     }
 }
 
@@ -281,20 +292,22 @@ mod tests {
             canvas: Canvas::new(Start { map, fixed: None, sources: None }).unwrap(),
             pixels: Pixels::new(&exemplars, vec![true], PixelSearch::Exact).unwrap(),
             costs: SeamCosts::new(&exemplars, SeamMeasure::Difference).unwrap(),
+            gradients: SeamCosts::new(&exemplars, SeamMeasure::Gradient).unwrap(),
             limit: 0,
             taken: vec![false; output.len()],
             stats: RepairStats::default(),
         };
         for _ in 0..50 {
             let region: Vec<usize> = (0..output.len()).filter(|_| rng.below(3) == 0).collect();
-            let mut expected = 0;
+            let mut expected = [0; 2];
             for (at, axis) in output.positions().flat_map(|at| [(at, 0), (at, 1)]) {
                 let ends = [Some(at), output.next(at, axis)].into_iter().flatten().map(|end| output.index(end));
                 if ends.into_iter().any(|end| region.contains(&end)) {
-                    expected += i64::from(mender.costs.at(&mender.canvas.map, at, axis));
+                    expected[0] += i64::from(mender.costs.at(&mender.canvas.map, at, axis));
+                    expected[1] += i64::from(mender.gradients.at(&mender.canvas.map, at, axis));
                 }
             }
-            assert_eq!(mender.price(&region), expected, "{region:?}");
+            assert_eq!(mender.prices(&region), expected, "{region:?}");
         }
     }
 }

@@ -37,7 +37,8 @@ fn mend(
 fn seams_become_cheaper_pass_by_pass_and_never_dearer() {
     for plane in [exemplars::cobbles(), exemplars::weave(), simple::spots(60, 50, 7, 1), simple::noise_rgb(50, 50, 1)] {
         let e = of(&plane);
-        let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+        let [costs, gradients] =
+            [SeamMeasure::Difference, SeamMeasure::Gradient].map(|m| SeamCosts::new(&e, m).unwrap());
         for periodic in [[false, true], [false; 2]] {
             let output = Domain { shape: [70, 80], periodic };
             let map = blocks(&e, output, 4);
@@ -46,6 +47,7 @@ fn seams_become_cheaper_pass_by_pass_and_never_dearer() {
             assert!(stats.costs.is_sorted_by(|a, b| a >= b), "{:?}", stats.costs);
             assert_eq!(stats.costs.first(), Some(&costs.total(&map)));
             assert_eq!(stats.costs.last(), Some(&costs.total(&mended)));
+            assert!(gradients.total(&mended) <= gradients.total(&map));
             assert!(stats.costs.last() < stats.costs.first() && stats.bad[1] < stats.bad[0], "{stats:?}");
             let differ = map.ids.plane(0).iter().zip(mended.ids.plane(0)).filter(|(a, b)| a != b).count() as u64;
             assert_eq!((stats.pixels, mended.holes()), (differ, 0));

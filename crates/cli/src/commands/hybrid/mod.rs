@@ -108,7 +108,7 @@ impl Method for Hybrid {
             let (kept, sources, whole) = (start.fixed.clone(), start.sources.clone(), start.map.holes() == 0);
             let woven = plan.weave_from(start, &session.run()).map_err(|e| told::failure(loom, e))?;
             let how = match (whole, self.repairing.is_on()) {
-                (true, true) => "as it was".to_owned(),
+                (true, true) => "from what was there".to_owned(),
                 (true, false) => "as it was: nothing is missing, and no --fixed makes holes".to_owned(),
                 (false, _) => told::how(&woven.stats),
             };
