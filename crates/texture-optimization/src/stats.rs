@@ -29,8 +29,8 @@ pub struct Stats {
     pub levels: Vec<LevelStats>,
     /// Levels of the schedule that did not fit.
     pub left_out: Vec<Level>,
-    /// By level the distances of all neighborhoods in the first iteration.
-    pub(crate) first: Vec<Vec<f64>>,
+    /// By level the mean distance of the neighborhoods in the first iteration.
+    pub(crate) first: Vec<f64>,
 }
 
 impl Stats {

@@ -31,23 +31,22 @@ pub(crate) struct Ended {
 #[derive(Clone, Copy)]
 pub(crate) struct Came<'a> {
     pub(crate) carried: &'a Carried,
-    /// How far they were, when a frame was searched first before; by the level's number.
-    pub(crate) before: &'a [Vec<f64>],
+    /// How far they were in the mean of the first frame that moved; by the level's number.
+    pub(crate) first: &'a [f64],
 }
 
-/// Times by which a neighborhood that moved may fit worse than those before did, and still be taken without a search of
-/// all places.
+/// Times by which a neighborhood that moved may fit worse than those of the first frame that moved did, and still be
+/// taken without a search of all places. Beside those of the frame before, what is allowed would grow frame by frame.
 const WORSE: f64 = 1.25;
 
 impl Came<'_> {
     fn search(&self, weaver: &Weaver<'_>, exact: &mut Exact<'_>, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
         let (all, level) = (&weaver.all, weaver.number);
         // The largest are looked for everywhere: what is complete, and large, is decided there.
-        let Some(before) = self.before.get(level).filter(|_| 0 < level) else { return exact.search(x) };
-        let mean = robust::mean(before);
+        let Some(mean) = self.first.get(level).filter(|_| 0 < level) else { return exact.search(x) };
         let offered = |number: usize| self.carried.offered(weaver.exemplars, all.first(number), all.size);
         // A level more is no worse: nothing would ever be good enough beside perfect copies.
-        exact.search_carried(x, &offered, &|number| before[number].max(mean) * WORSE + 1.0)
+        exact.search_carried(x, &offered, &|_| mean * WORSE + 1.0)
     }
 }
 
@@ -106,7 +105,7 @@ impl<'a> Weaver<'a> {
         for iteration in 0..self.options.iterations {
             let found = self.search(&mut search, &x, came.filter(|_| iteration == 0))?;
             if iteration == 0 {
-                stats.first.push(found.distances.clone());
+                stats.first.push(robust::mean(&found.distances));
             }
             self.note(&mut counts, &found);
             counts.settled = places.as_ref() == Some(&found.places);

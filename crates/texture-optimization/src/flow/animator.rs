@@ -73,8 +73,8 @@ pub struct Animator<'e> {
     begun: Carried,
     /// Frames that lead back to it, where they have begun.
     closing: Option<Closing>,
-    /// How far its neighborhoods were when they were looked for first, level by level.
-    first: Vec<Vec<f64>>,
+    /// How far neighborhoods were in the mean when the first frame that moved was looked for, level by level.
+    first: Vec<f64>,
 }
 
 impl<'e> Animator<'e> {
@@ -160,7 +160,7 @@ impl<'e> Animator<'e> {
         let sure = wishes.weights.plane(0).iter().filter(|weight| 0.0 < **weight).count();
         let carried = sure as f64 / origins.len().max(1) as f64;
         let begun = wishes.colors.clone();
-        let came = Came { carried: &moved, before: &self.first };
+        let came = Came { carried: &moved, first: &self.first };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;
         if let Optimized::Map(map) = woven.result {
             self.carried = moved.settled(self.exemplars, &map)?;
@@ -170,7 +170,9 @@ impl<'e> Animator<'e> {
             }
         }
         let mut stats = FrameStats { stats: woven.stats, carried };
-        self.first = std::mem::take(&mut stats.stats.first);
+        if self.first.is_empty() {
+            self.first = std::mem::take(&mut stats.stats.first);
+        }
         Ok(Woven { result: &self.map, stats, complete: woven.complete })
     }
 }
