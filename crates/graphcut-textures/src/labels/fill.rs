@@ -17,8 +17,9 @@ use crate::estimate::estimate;
 use crate::graphcut::graphcut_from;
 use crate::labels::expand::{estimate_labels, expand_by};
 use crate::labels::label::{Label, MOST_LABELS};
-use crate::labels::offsets::{OffsetOptions, continuing, dominant_offsets};
+use crate::labels::offsets::{OffsetOptions, continuing, repeating};
 use crate::labels::options::LabelOptions;
+use crate::labels::parts;
 use crate::labels::patches::boxes;
 use crate::options::Options;
 
@@ -103,8 +104,8 @@ struct Level<const D: usize> {
 /// little memory.
 ///
 /// # Complexity
-/// That of [`dominant_offsets`] at a level of at most 400 a side, of a cut for each label over the boxes of holes there
-/// and around seams above, and of [`graphcut_from`] for refinements within holes.
+/// That of [`dominant_offsets`](crate::labels::dominant_offsets) at a level of at most 400 a side, of a cut for each
+/// label over the boxes of holes there and around seams above, and of [`graphcut_from`] for refinements within holes.
 ///
 /// # Events
 /// Those of [`expand`](crate::labels::expand) and [`graphcut_from`].
@@ -156,11 +157,13 @@ pub fn estimate_fill<const D: usize>(
 ) -> Bytes {
     let graphcut = estimate(sources, channels, output, &options.graphcut());
     let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
-    // A pyramid of all is held throughout; patches are compared at its coarsest level, before patches grow.
+    // A pyramid of all is held throughout; patches are compared at its coarsest level, before labels are decided, and
+    // these before patches grow.
     let pyramid = samples * (channels as u64 + 1) + Bytes::of_samples(output, 24);
-    let compared = samples * (5 * channels as u64 + 4);
-    let labels = estimate_labels(sources, channels, output) + compared;
-    labels.then(graphcut) + pyramid
+    // Features side by side, and counts of offsets; what is near holes, and patches that look.
+    let compared =
+        parts::estimate(sources, channels) + samples * (channels as u64 + 32) + Bytes::of_samples(output, 40);
+    compared.then(estimate_labels(sources, channels, output)).then(graphcut) + pyramid
 }
 
 /// The pyramid, down to where sides are short, or no patch is left that could look for its like: of many small holes
@@ -222,9 +225,11 @@ fn labelled<const D: usize>(
     // Asked for in samples of the output.
     let apart = options.offsets.apart.map(|apart| (apart >> finer.len()).max(1));
     let offsets = OffsetOptions { apart, ..options.offsets };
-    let mut labels = dominant_offsets(&coarsest.exemplars, &coarsest.standing, &offsets)?;
+    let cancelled = || run.observer.cancelled();
+    let mut labels = repeating(&coarsest.exemplars, &coarsest.standing, &offsets, &cancelled)?;
     for side in BORDER {
-        labels.extend(continuing(&coarsest.exemplars, &coarsest.standing, side, apart.unwrap_or(1))?);
+        let apart = apart.unwrap_or(1);
+        labels.extend(continuing(&coarsest.exemplars, &coarsest.standing, side, apart, &cancelled)?);
     }
     stats.offsets = labels.len();
     let fixed = stays(&coarsest.standing)?;

@@ -13,6 +13,7 @@ pub(crate) mod label;
 mod merge;
 mod offsets;
 mod options;
+mod parts;
 mod patches;
 mod place;
 mod prices;

@@ -3,11 +3,14 @@
 use selvedge_core::{Domain, Exemplars, SourceMap, reserve, try_vec};
 
 use crate::error::Error;
+use crate::labels::parts::{Codes, Parts, Sums, Tree, Wanted};
 
 /// All valid patches of a shape in all sources.
 pub(super) struct Patches<'e, const D: usize> {
     exemplars: &'e Exemplars<D>,
     shape: [u32; D],
+    parts: Parts<D>,
+    codes: Codes,
     /// The weight of each value of a row of a patch, its samples side by side.
     weights: Vec<u32>,
     sources: Vec<Shown>,
@@ -17,17 +20,19 @@ pub(super) struct Patches<'e, const D: usize> {
 struct Shown {
     /// Samples one after the other, their channels side by side.
     features: Vec<u8>,
-    /// First samples of valid patches.
-    starts: Vec<u32>,
-    /// Sums of each of them, by channel.
-    sums: Vec<u32>,
+    /// Where the rows of the first patch begin in them.
+    rows: Vec<usize>,
+    /// All patches that are valid.
+    tree: Tree,
 }
 
 impl<'e, const D: usize> Patches<'e, D> {
     pub(super) fn new(exemplars: &'e Exemplars<D>, shape: [u32; D]) -> Result<Self, Error> {
         let weights = exemplars.weights().iter().map(|&w| u32::from(w));
         let weights = weights.cycle().take(exemplars.channels() * shape[D - 1] as usize).collect();
-        let mut patches = Self { exemplars, shape, weights, sources: Vec::new() };
+        let parts = Parts::of(shape, exemplars.table().len() as usize);
+        let codes = Codes::of(&parts, exemplars.weights());
+        let mut patches = Self { exemplars, shape, parts, codes, weights, sources: Vec::new() };
         for number in 0..exemplars.sources().len() {
             let shown = patches.shown(number)?;
             patches.sources.push(shown);
@@ -47,26 +52,16 @@ impl<'e, const D: usize> Patches<'e, D> {
             Some(valid) => boxes(domain, valid.samples(), self.shape)?,
             None => boxes(domain, &try_vec(domain.len(), true)?, self.shape)?,
         };
-        let (mut starts, mut sums) = (Vec::new(), Vec::new());
-        let count = whole.iter().filter(|whole| **whole).count();
-        reserve(&mut starts, count)?;
-        reserve(&mut sums, count * channels)?;
-        for (start, _) in whole.iter().enumerate().filter(|(_, whole)| **whole) {
-            starts.push(start as u32);
-            sums.extend(self.sums(&rows(domain, self.shape, start, channels), &features));
-        }
-        Ok(Shown { features, starts, sums })
-    }
-
-    /// Sums of a patch by channel.
-    fn sums(&self, rows: &[usize], features: &[u8]) -> Vec<u32> {
-        let mut sums = vec![0; self.exemplars.channels()];
-        for &row in rows {
-            for sample in features[row..][..self.weights.len()].chunks(sums.len()) {
-                sums.iter_mut().zip(sample).for_each(|(sum, &v)| *sum += u32::from(v));
-            }
-        }
-        sums
+        let mut starts = Vec::new();
+        reserve(&mut starts, whole.iter().filter(|whole| **whole).count())?;
+        starts.extend((0..domain.len()).filter(|&start| whole[start]).map(|start| start as u32));
+        let strides = domain.strides();
+        let place = |at: [u32; D]| (0..D).map(|a| at[a] as usize * strides[a]).sum::<usize>() * channels;
+        let mut across = self.shape;
+        across[D - 1] = 1;
+        let rows = Domain::open(across).positions().map(place).collect();
+        let tree = Tree::new(starts, &Sums::new(&features, domain, &self.parts, &self.codes)?)?;
+        Ok(Shown { features, rows, tree })
     }
 
     /// Source and first sample of the patch most like what stands in the box at a position of a map; none closer than
@@ -75,45 +70,30 @@ impl<'e, const D: usize> Patches<'e, D> {
         let template = self.template(map, at);
         let (own, place) = template.origin?;
         let mut best: Option<(u64, u64, usize, usize)> = None;
+        let mut reach = u64::MAX;
         for (number, shown) in self.sources.iter().enumerate() {
             let domain = self.exemplars.sources()[number].domain();
-            let around = rows(domain, self.shape, 0, self.exemplars.channels());
-            for (&start, sums) in shown.starts.iter().zip(shown.sums.chunks_exact(self.exemplars.channels())) {
-                let (least, start) = (best.map_or(u64::MAX, |b| b.0), start as usize);
-                let Some(error) = self.error(shown, start, sums, &template, &around, least) else { continue };
+            let mut ask = |start: usize| {
                 let from = domain.position(start);
                 let far = (0..D).map(|a| (i64::from(from[a]) - i64::from(place[a])).unsigned_abs().pow(2)).sum();
-                let found = (error, far, number, start);
-                if (number != own || u64::from(apart).pow(2) <= far) && best.is_none_or(|best| found < best) {
-                    best = Some(found);
+                if number != own || u64::from(apart).pow(2) <= far {
+                    let error = self.error(shown, start, &template, best.map_or(u64::MAX, |b| b.0));
+                    let found = error.map(|error| (error, far, number, start));
+                    best = found.filter(|found| best.is_none_or(|best| *found < best)).or(best);
                 }
-            }
+                best.map_or(u64::MAX, |best| self.codes.reach(best.0))
+            };
+            shown.tree.search(&template.wanted, &mut reach, &mut ask);
         }
         best.map(|(_, _, number, start)| (number, self.exemplars.sources()[number].domain().position(start)))
     }
 
     /// The error of a patch, unless it is more than the least so far.
-    fn error(
-        &self,
-        shown: &Shown,
-        start: usize,
-        sums: &[u32],
-        template: &Template<D>,
-        around: &[usize],
-        least: u64,
-    ) -> Option<u64> {
-        if let Some((own, samples)) = &template.sums {
-            // The mean's part of the error is never more than all of it.
-            let both = sums.iter().zip(own).zip(self.exemplars.weights());
-            let of_means: u64 = both.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum();
-            if least.saturating_mul(*samples) < of_means {
-                return None;
-            }
-        }
+    fn error(&self, shown: &Shown, start: usize, template: &Template<D>, least: u64) -> Option<u64> {
         let (first, width) = (start * self.exemplars.channels(), self.weights.len());
         let parts = template.features.chunks_exact(width).zip(template.weights.chunks_exact(width));
         let mut error = 0;
-        for (&row, (part, weights)) in around.iter().zip(parts) {
+        for (&row, (part, weights)) in shown.rows.iter().zip(parts) {
             error += difference(&shown.features[first + row..][..width], part, weights);
             if least < error {
                 return None;
@@ -126,24 +106,26 @@ impl<'e, const D: usize> Patches<'e, D> {
     fn template(&self, map: &SourceMap<D>, at: [u32; D]) -> Template<D> {
         let (domain, channels, shape) = (map.domain(), self.exemplars.channels(), Domain::open(self.shape));
         let len = shape.len() * channels;
-        let mut template = Template { features: vec![0; len], weights: vec![0; len], origin: None, sums: None };
-        let mut known = 0;
+        let (mut features, mut weights, mut origin) = (vec![0; len], vec![0; len], None);
+        let (mut sums, mut known) = (vec![0; self.parts.count() * channels], vec![0; self.parts.count()]);
         for (i, step) in shape.positions().enumerate() {
             let place = domain.step(at, step.map(|s| s as i32)).map(|p| map.ids.get(0, p));
             let Some((source, from)) = place.and_then(|id| self.exemplars.locate(id)) else { continue };
             let first = self.exemplars.sources()[source].domain().index(from) * channels;
             let values = i * channels..(i + 1) * channels;
-            template.features[values.clone()].copy_from_slice(&self.sources[source].features[first..][..channels]);
-            template.weights[values].copy_from_slice(&self.weights[..channels]);
-            let origin = std::array::from_fn(|a| from[a] as i32 - step[a] as i32);
-            template.origin = template.origin.or(Some((source, origin)));
-            known += 1;
+            let sample = &self.sources[source].features[first..][..channels];
+            features[values.clone()].copy_from_slice(sample);
+            weights[values].copy_from_slice(&self.weights[..channels]);
+            origin = origin.or_else(|| Some((source, std::array::from_fn(|a| from[a] as i32 - step[a] as i32))));
+            let Some(part) = self.parts.at(step) else { continue };
+            sums[part * channels..][..channels]
+                .iter_mut()
+                .zip(sample)
+                .for_each(|(sum, &value)| *sum += u32::from(value));
+            known[part] += 1;
         }
-        if known == shape.len() {
-            let rows: Vec<usize> = (0..len).step_by(self.weights.len()).collect();
-            template.sums = Some((self.sums(&rows, &template.features), known as u64));
-        }
-        template
+        let whole = known.iter().map(|&known| known == self.parts.samples());
+        Template { features, weights, origin, wanted: Wanted::new(&self.codes, &sums, whole) }
     }
 }
 
@@ -154,8 +136,8 @@ struct Template<const D: usize> {
     weights: Vec<u32>,
     /// The source of the first sample that stands, and where the box begins in it.
     origin: Option<(usize, [i32; D])>,
-    /// Sums by channel and the number of samples, if all of it stands.
-    sums: Option<(Vec<u32>, u64)>,
+    /// The parts of which all samples stand.
+    wanted: Wanted,
 }
 
 /// So many weighted squares fit into 32 bits, in which they are summed faster: 255^3 * 256 < 2^32.
@@ -172,14 +154,6 @@ fn difference(a: &[u8], b: &[u8], weights: &[u32]) -> u64 {
         u64::from(squares.sum::<u32>())
     });
     parts.sum()
-}
-
-/// Where the rows of a patch begin in interleaved features.
-fn rows<const D: usize>(domain: Domain<D>, shape: [u32; D], start: usize, channels: usize) -> Vec<usize> {
-    let (mut across, strides) = (shape, domain.strides());
-    across[D - 1] = 1;
-    let place = |at: [u32; D]| (0..D).map(|a| at[a] as usize * strides[a]).sum::<usize>();
-    Domain::open(across).positions().map(|at| (start + place(at)) * channels).collect()
 }
 
 /// By position, whether all of a box that starts there is set and lies inside.

@@ -3,6 +3,7 @@
 use selvedge_core::{Exemplars, Observer, Origin, Seed, Source, Transform};
 
 use super::*;
+use crate::labels::dominant_offsets;
 
 /// Noise of a period in each of some sources.
 fn periodic(shape: [u32; 2], period: [u32; 2], sources: usize) -> Exemplars<2> {
@@ -99,4 +100,14 @@ fn a_fill_that_is_cancelled_keeps_what_stands() {
     assert!(!woven.complete);
     let stood = start.map.ids.plane(0).iter().zip(woven.result.ids.plane(0));
     assert!(stood.filter(|(stood, _)| stood.is_assigned()).all(|(stood, shows)| stood == shows));
+}
+
+#[test]
+fn nobody_looks_for_labels_once_it_is_cancelled() {
+    let (e, start) = holed(&periodic([40, 40], [5, 9], 1), |[y, x]| y < 9 && x < 9);
+    for cancelled in [false, true] {
+        let found = repeating(&e, &start.map, &OffsetOptions::default(), &|| cancelled).unwrap();
+        let beside = continuing(&e, &start.map, 12, 1, &|| cancelled).unwrap();
+        assert_eq!([found.is_empty(), beside.is_empty()], [cancelled; 2]);
+    }
 }
