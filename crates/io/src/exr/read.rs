@@ -61,7 +61,7 @@ fn open<'a>(
         metadata.channel_names = selection.channels.iter().map(name).collect();
     }
     // Wavelets and cosines of a block are worked on as floats, several times over.
-    let often = if matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_)) { 16 } else { 4 };
+    let often = if matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_)) { 6 } else { 4 };
     let block = match part.blocks {
         BlockDescription::Tiles(tiles) => width.min(tiles.tile_size.0 as u64) * height.min(tiles.tile_size.1 as u64),
         BlockDescription::ScanLines => width * height.min(part.compression.scan_lines_per_block() as u64),
