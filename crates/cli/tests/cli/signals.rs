@@ -34,10 +34,22 @@ fn ended(child: Child, mut stderr: BufReader<std::process::ChildStderr>) -> Said
     Said { stderr: last, ..Said::from(child.wait_with_output().unwrap()) }
 }
 
+/// False where whoever runs these tests is to outlive its terminal (nohup): so are the programs that they run.
+fn is_hung_up() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mut ignored =
+        status.lines().filter_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    ignored.all(|signals| signals & 1 == 0)
+}
+
 #[test]
 fn an_interrupted_run_leaves_nothing_behind() {
     let folder = Folder::new("interrupted");
     for (signal, exit) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        if signal == "-HUP" && !is_hung_up() {
+            eprintln!("SKIPPED: SIGHUP is ignored here");
+            continue;
+        }
         let (child, stderr) = begun(&folder, &format!("{LONG} --json"));
         send(&child, signal);
         let said = ended(child, stderr).refused(exit, &["interrupted; nothing was written"]);
