@@ -2,6 +2,7 @@
 //! one way for all of them: files, masks, budget, maps, reports, provenance.
 
 use selvedge_core::{Bytes, Domain};
+use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::loom::Loom;
@@ -41,7 +42,7 @@ pub(crate) trait Method {
             self.bytes(sources, channels, output).then(self.choosing(sources, channels, masked))
         };
         let mut loom = self.setup(session)?.begin(session, &estimate)?;
-        let PlannedRun { used, how, needed, work } = self.plan(&mut loom)?;
+        let PlannedRun { used, how, needed, counts, work } = self.plan(&mut loom)?;
         let outcome = if session.global.dry_run {
             drop(work);
             None
@@ -53,7 +54,10 @@ pub(crate) trait Method {
         }
         match outcome {
             Some(outcome) => loom.finish(used, outcome),
-            None => Ok(loom.would(used, &how)),
+            None => {
+                loom.report.stats = counts;
+                Ok(loom.would(used, &how))
+            }
         }
     }
 }
@@ -66,6 +70,8 @@ pub(crate) struct PlannedRun<'l> {
     pub(crate) how: String,
     /// Bytes that were admitted for what was chosen; else those known from headers count.
     pub(crate) needed: Option<Bytes>,
+    /// How much of what would be laid, as far as that is known.
+    pub(crate) counts: Value,
     pub(crate) work: Work<'l>,
 }
 
@@ -78,11 +84,16 @@ impl<'l> PlannedRun<'l> {
         how: impl Into<String>,
         work: impl FnOnce() -> Result<Outcome, Failure> + 'l,
     ) -> Self {
-        Self { used, how: how.into(), needed: None, work: Box::new(work) }
+        Self { used, how: how.into(), needed: None, counts: json!({}), work: Box::new(work) }
     }
 
     /// The same with the bytes that were admitted for it.
     pub(crate) fn needing(self, needed: Bytes) -> Self {
         Self { needed: Some(needed), ..self }
+    }
+
+    /// The same with what is known of how much would be laid.
+    pub(crate) fn counting(self, counts: Value) -> Self {
+        Self { counts, ..self }
     }
 }

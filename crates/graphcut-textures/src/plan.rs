@@ -78,6 +78,17 @@ impl<const D: usize> Plan<'_, D> {
         }
     }
 
+    /// About how many patches cover an output with nothing in it.
+    pub fn patches(&self) -> u64 {
+        self.settings.patches(self.output)
+    }
+
+    /// How many refinements follow at most.
+    pub fn refinements(&self) -> u64 {
+        let most = self.patches().saturating_mul(Options::<D>::REFINEMENTS_A_PATCH);
+        self.options.refine.map_or(most, u64::from)
+    }
+
     /// Options that leave nothing to choose: what they plan is this, without measuring anything.
     #[must_use]
     pub fn chosen(&self) -> Options<D> {

@@ -80,6 +80,11 @@ impl<'e> TransferPlan<'e> {
         self.passes.iter().map(|pass| pass.block)
     }
 
+    /// How many blocks will be laid, in all passes.
+    pub fn total(&self) -> u64 {
+        self.passes.iter().map(|pass| self.n_blocks(pass)).sum()
+    }
+
     /// Bytes that the work takes at most, beside exemplars and guide, on the threads of this pool.
     pub fn bytes(&self) -> Bytes {
         self.bytes_of(self.output())
@@ -131,8 +136,7 @@ impl<'e> TransferPlan<'e> {
         // What the last pass laid, while the next one lays over it.
         let mut last = if self.passes.len() == 1 { None } else { Some(unassigned()?) };
         let mut stats = TransferStats::default();
-        let mut progress =
-            Progress { name: "transfer", before: 0, of: self.passes.iter().map(|p| self.n_blocks(p)).sum() };
+        let mut progress = Progress { name: "transfer", before: 0, of: self.total() };
         let mut complete = true;
         for (number, plan) in self.passes.iter().enumerate() {
             let last = last.as_mut().filter(|_| number != 0).map(|last| {

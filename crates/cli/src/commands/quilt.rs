@@ -3,7 +3,7 @@
 use clap::Args;
 use selvedge_core::{Bytes, Domain};
 use selvedge_quilting::{Continuation, Error, Options, Plan, SearchBy, Stage, Stats, measuring};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::blending::Blending;
 use crate::failure::{Failure, n};
@@ -104,12 +104,15 @@ impl Method for Quilt {
         // Small ones are searched alike.
         let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
         let used = if exact { used } else { used.without("search") };
-        Ok(PlannedRun::new(used, format!("from blocks of {} px", plan.block()), move || {
+        let blocks = plan.blocks();
+        let how = format!("from {} of {} px", n("block", blocks as usize), plan.block());
+        Ok(PlannedRun::new(used, how, move || {
             let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
             let told = told(&woven.stats);
             self.repairing.outcome(session, exemplars, woven, (None, None), told)
         })
-        .needing(needed))
+        .needing(needed)
+        .counting(json!({ "blocks": blocks })))
     }
 }
 

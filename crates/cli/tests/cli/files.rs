@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+use serde_json::Value;
 
 use crate::program::{Folder, fixtures};
 
@@ -84,6 +85,26 @@ fn a_dry_run_writes_nothing_and_tells_what_it_would_do() {
     // It lists what would be written.
     assert_eq!(object["outputs"].as_array().map(Vec::len), Some(1));
     assert_eq!((&object["outputs"][0]["path"], &object["outputs"][0]["width"]), (&"a.png".into(), &256.into()));
+    // And how much would be laid: as many blocks as are, of patches about and at most.
+    for (line, key, exact) in [
+        ("quilt @/stars.png -o a.png --size 300 --block 40", "blocks", true),
+        ("hybrid @/stars.png -o a.png --size 100 --block 32", "blocks", true),
+        ("transfer @/stars.png --target @/stars.png -o a.png --block 60 --passes 2", "blocks", true),
+        ("graphcut @/stars.png -o a.png --size 200 --region 30", "patches", false),
+        ("graphcut @/stars.png -o a.png --size 200 --region 30 --refine 3", "refinements", false),
+    ] {
+        let counts = |line: &str| folder.run(line).done().json()["stats"].clone();
+        let told = counts(&format!("{line} --dry-run --json"))[key].as_u64().unwrap();
+        let made = counts(&format!("{line} --json"));
+        let made = match (made["passes"].as_array(), &made["levels"][0]) {
+            (Some(passes), _) => passes.iter().map(|pass| pass[key].as_u64().unwrap()).sum(),
+            (None, Value::Null) => made[key].as_u64().unwrap(),
+            (None, first) => first[key].as_u64().unwrap(),
+        };
+        let within = if exact { made..made + 1 } else { made.div_ceil(2)..2 * made + 1 };
+        assert!(within.contains(&told), "{line}: {told} told, {made} {key}");
+        fs::remove_file(folder.path("a.png")).unwrap();
+    }
     folder.run("quilt @/stars.png -o a.png --size 40 --dry-run --save-config c.toml").done();
     let written: Vec<String> =
         folder.names().into_iter().filter(|name| !before.contains_key(Path::new(name))).collect();

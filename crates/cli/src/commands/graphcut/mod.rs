@@ -8,13 +8,14 @@ mod told;
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Observer, Run};
 use selvedge_graphcut_textures::{Options, measuring, plan};
+use serde_json::json;
 
 use self::laying::StutterArg;
 pub(super) use self::laying::{Drawing, PlacementArg, Refining};
 use self::sources::SourceArgs;
 use crate::blending::Blending;
 use crate::course::{self, Film};
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
@@ -113,7 +114,11 @@ impl Method for Graphcut {
         let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
         let settings = plan.settings;
         let ([height, width], placement) = (settings.region, name_of(settings.placement));
-        let how = format!("from patches for regions of {width}x{height} px, {placement} placement");
+        let (patches, refinements) = (plan.patches(), plan.refinements());
+        let how = format!(
+            "from about {patches} patches and at most {}, for regions of {width}x{height} px, {placement} placement",
+            n("refinement", refinements as usize)
+        );
         Ok(PlannedRun::new(self.used(loom, &settings), how, move || {
             let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| self.repairing.is_on()));
             let film = self.is_filmed().then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
@@ -126,7 +131,8 @@ impl Method for Graphcut {
             let told = (told::counts(&woven.stats), told::how(&woven.stats, untouched));
             Ok(Outcome { course, ..self.repairing.outcome(session, exemplars, woven, (kept, sources), told)? })
         })
-        .needing(needed))
+        .needing(needed)
+        .counting(json!({ "patches": patches, "refinements": refinements })))
     }
 }
 

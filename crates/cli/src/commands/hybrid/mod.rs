@@ -6,11 +6,12 @@ mod told;
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Exemplars, Role};
 use selvedge_hybrid::{Options, Plan, measuring, weighed};
+use serde_json::json;
 
 use self::choices::{LayoutArg, ResynthesizeArg, SearchArg, error, typed};
 use super::quilt::ContinuationArg;
 use crate::blending::Blending;
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
@@ -103,7 +104,8 @@ impl Method for Hybrid {
         let plan = Plan::new(&exemplars, loom.domain, &self.options(), &session.run());
         let plan = plan.map_err(|e| told::failure(loom, e))?;
         let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
-        let how = format!("from blocks of {} px", typed(plan.block()));
+        let blocks = plan.len();
+        let how = format!("from {} of {} px", n("block", blocks as usize), typed(plan.block()));
         Ok(PlannedRun::new(self.used(loom, &plan), how, move || {
             let (kept, sources, whole) = (start.fixed.clone(), start.sources.clone(), start.map.holes() == 0);
             let woven = plan.weave_from(start, &session.run()).map_err(|e| told::failure(loom, e))?;
@@ -115,7 +117,8 @@ impl Method for Hybrid {
             let told = (told::counts(&woven.stats), how);
             self.repairing().outcome(session, &exemplars, woven, (kept, sources), told)
         })
-        .needing(needed))
+        .needing(needed)
+        .counting(json!({ "blocks": blocks })))
     }
 }
 

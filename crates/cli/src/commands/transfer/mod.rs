@@ -137,13 +137,14 @@ impl Transfer {
         // Small ones are searched alike.
         let exact = options.search == SearchBy::Exact && 0 < plan.halvings();
         let used = if exact { used } else { used.without("search") };
-        Ok(PlannedRun::new(used, how("blocks", &sides), move || {
+        let blocks = plan.total();
+        let how = how(blocks, &sides);
+        Ok(PlannedRun::new(used, how.clone(), move || {
             let woven = plan.weave(&run).map_err(|e| failure(loom, e))?;
-            let blocks: u64 = woven.stats.passes.iter().map(|p| p.blocks).sum();
-            let how = how(&format!("{blocks} blocks"), &sides);
             Ok(Outcome::new(Box::new(woven.result), woven.complete, counts(&woven.stats), how))
         })
-        .needing(needed))
+        .needing(needed)
+        .counting(json!({ "blocks": blocks })))
     }
 
     fn options(&self) -> TransferOptions {
@@ -163,7 +164,7 @@ fn counts(stats: &TransferStats) -> serde_json::Value {
     json!({ "passes": stats.passes.iter().map(pass).collect::<Vec<_>>() })
 }
 
-fn how(blocks: &str, sides: &[u32]) -> String {
+fn how(blocks: u64, sides: &[u32]) -> String {
     let sides: Vec<String> = sides.iter().map(u32::to_string).collect();
-    format!("from {blocks} of {} px", sides.join(", "))
+    format!("from {blocks} blocks of {} px", sides.join(", "))
 }
