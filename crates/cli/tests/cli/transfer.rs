@@ -35,5 +35,5 @@ fn a_guide_of_several_exemplars_is_a_list_and_a_target() {
     let folder = Folder::new("transfer-guides");
     let line = "transfer @/cobbles.png @/weave.png --guide @/cobbles.png,@/weave.png @/weave.png -o a.png --dry-run";
     let said = folder.run(line).done();
-    assert!(said.stderr.contains("192x192 px from blocks"), "{}", said.stderr);
+    assert!(said.stderr.contains("would be 192x192 px from 12490 blocks of 21, "), "{}", said.stderr);
 }
