@@ -69,7 +69,7 @@ pub(crate) fn weave<const D: usize>(
             run.observer.event(&Event { work, energy: Some(energy), so_far, ..step });
         }
     }
-    woven.stats.tell(settings);
+    woven.stats.settings = *settings;
     Ok(woven)
 }
 

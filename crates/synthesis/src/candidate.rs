@@ -142,18 +142,18 @@ fn used(options: &graphcut::Options<2>, stats: &graphcut::Stats<2>) -> Settings 
     let lower = |name: String| name.to_lowercase();
     let sides = |[down, across]: [u32; 2]| if down == across { down.to_string() } else { format!("{across}x{down}") };
     let mut used = vec![
-        ("placement", lower(format!("{:?}", stats.placement))),
+        ("placement", lower(format!("{:?}", stats.settings.placement))),
         ("seam", lower(format!("{:?}", options.seam))),
-        ("region", sides(stats.region)),
-        ("reach", sides(stats.reach)),
+        ("region", sides(stats.settings.region)),
+        ("reach", sides(stats.settings.reach)),
         ("randomness", options.randomness.to_string()),
-        ("variety", stats.variety.to_string()),
+        ("variety", stats.settings.variety.to_string()),
     ];
-    used.extend((0 < stats.apart).then(|| ("apart", stats.apart.to_string())));
+    used.extend((0 < stats.settings.apart).then(|| ("apart", stats.settings.apart.to_string())));
     // Who says how far patches lie apart has none that stutters unless that is said as well.
-    let stutters = stats.stutter != graphcut::Stutter::Never;
-    used.extend(stutters.then(|| ("stutter", lower(format!("{:?}", stats.stutter)))));
-    used.extend((1 < stats.levels).then(|| ("levels", stats.levels.to_string())));
+    let stutters = stats.settings.stutter != graphcut::Stutter::Never;
+    used.extend(stutters.then(|| ("stutter", lower(format!("{:?}", stats.settings.stutter)))));
+    used.extend((1 < stats.settings.levels).then(|| ("levels", stats.settings.levels.to_string())));
     used.extend(options.refine.map(|n| ("refine", n.to_string())));
     used.extend([("patience", options.patience.to_string()), ("tries", options.tries.to_string())]);
     used

@@ -17,7 +17,7 @@ fn patches_that_move_in_time_alone_keep_their_place() {
         let output = Domain { shape: output, periodic: [true, false, output[2] == 11] };
         let options = Options { placement, free: [true, false, false], ..Options::default() };
         let woven = graphcut(&e, output, &options, &Run::seeded(1)).unwrap();
-        assert_eq!((woven.result.holes(), woven.stats.region[1..].to_vec()), (0, output.shape[1..].to_vec()));
+        assert_eq!((woven.result.holes(), woven.stats.settings.region[1..].to_vec()), (0, output.shape[1..].to_vec()));
         let stays = |at: [u32; 3]| woven.result.locate(at).is_some_and(|(_, from)| from[1..] == at[1..]);
         assert!(output.positions().all(stays), "{placement:?}");
         assert!(woven.stats.energy.is_sorted_by(|a, b| b <= a));
@@ -86,7 +86,7 @@ fn a_region_of_several_clips_fits_into_those_that_count() {
         &Options { refine: Some(0), ..Options::default() },
         &Run::seeded(0),
     );
-    let [frames, height, width] = woven.unwrap().stats.region;
+    let [frames, height, width] = woven.unwrap().stats.settings.region;
     assert!(frames <= 8 && 8 < height.min(width), "{frames}x{height}x{width}");
 }
 
@@ -96,7 +96,7 @@ fn a_region_along_axes_that_are_not_free_is_all_of_them() {
     // 40 is more than any side of a frame, and does not count.
     let options = Options { free: [true, false, false], region: Some([6, 40, 40]), ..Options::default() };
     let woven = graphcut(&e, Domain::open([30, 9, 11]), &options, &Run::seeded(1)).unwrap();
-    assert_eq!(woven.stats.region, [6, 9, 11]);
+    assert_eq!(woven.stats.settings.region, [6, 9, 11]);
     let options = Options { region: Some([25, 1, 1]), ..options };
     let error = graphcut(&e, Domain::open([30, 9, 11]), &options, &Run::seeded(1)).unwrap_err();
     assert!(matches!(error, Error::RegionExceedsExemplar { .. }), "{error}");

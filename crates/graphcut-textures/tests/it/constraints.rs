@@ -151,7 +151,10 @@ fn what_may_not_be_laid_is_not_measured_and_small_sources_are_refined_as_well() 
     };
     let woven = run(&Options::default(), 1).unwrap();
     let (_, of_exemplar) = weave(&alone, output, &Options { refine: Some(0), ..Options::default() });
-    assert_eq!((woven.stats.region, woven.stats.placement), (of_exemplar.region, of_exemplar.placement));
+    assert_eq!(
+        (woven.stats.settings.region, woven.stats.settings.placement),
+        (of_exemplar.settings.region, of_exemplar.settings.placement)
+    );
     assert!(0 < woven.stats.improvements);
     let large = Options { region: Some([30; 2]), ..Options::default() };
     assert!(matches!(run(&large, 1), Err(Error::RegionExceedsExemplar { .. })));

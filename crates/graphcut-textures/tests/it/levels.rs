@@ -26,7 +26,7 @@ fn carried_maps_are_whole_and_show_only_what_is_valid() {
         for (placement, periodic) in PLACEMENTS.into_iter().zip([[false; 2], [true; 2], [false, true], [true; 2]]) {
             let options = Options { placement, levels: Some(levels), ..Options::default() };
             let (map, stats) = weave(&e, Domain { shape: [101, 96], periodic }, &options);
-            assert_eq!(stats.levels, levels);
+            assert_eq!(stats.settings.levels, levels);
             for &id in map.ids.plane(0) {
                 let (source, at) = e.locate(id).unwrap();
                 assert!(e.sources()[source].valid.as_deref().is_none_or(|v| v.get(0, at)), "{source} {at:?}");
@@ -127,12 +127,12 @@ fn what_stands_is_gone_on_from_at_one_size() {
     let start = || Start { map: map.clone(), fixed: None, sources: None };
     let options = Options { refine: Some(0), ..Options::default() };
     let woven = graphcut_from(&e, start(), &options, &Run::seeded(0)).unwrap();
-    assert_eq!(woven.stats.levels, 1);
+    assert_eq!(woven.stats.settings.levels, 1);
     let asked = Options { levels: Some(2), ..options };
     let refused = graphcut_from(&e, start(), &asked, &Run::seeded(0)).unwrap_err();
     assert_eq!(refused, Error::LevelsOfStart { levels: 2 });
     let empty = Start { map: SourceMap::unassigned(&e, output).unwrap(), fixed: None, sources: None };
-    assert_eq!(graphcut_from(&e, empty, &options, &Run::seeded(0)).unwrap().stats.levels, 2);
+    assert_eq!(graphcut_from(&e, empty, &options, &Run::seeded(0)).unwrap().stats.settings.levels, 2);
     for levels in [0, 9] {
         let wrong = Options { levels: Some(levels), ..options };
         assert!(matches!(

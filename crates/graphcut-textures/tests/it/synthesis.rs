@@ -18,7 +18,7 @@ fn everything_is_covered_and_seams_never_become_dearer() {
                 assert!(stats.energy.is_sorted_by(|a, b| a >= b), "{:?}", stats.energy);
                 let total = SeamCosts::new(&e, seam).unwrap().total(&map);
                 assert_eq!(stats.energy.last(), Some(&total), "the energy is the price of the map's seams");
-                assert_ne!(stats.placement, Placement::Auto);
+                assert_ne!(stats.settings.placement, Placement::Auto);
             }
         }
     }
@@ -45,7 +45,7 @@ fn what_is_covered_first_and_refined_later_is_the_same() {
     let (options, run) = (Options { levels: Some(2), ..Options::default() }, Run::seeded(6));
     let covered = cover(&large, Domain::open([90, 100]), &options, &run).unwrap();
     let whole = graphcut(&large, Domain::open([90, 100]), &options, &run).unwrap();
-    assert_eq!(whole.stats.levels, 2);
+    assert_eq!(whole.stats.settings.levels, 2);
     assert_eq!(parts(covered.refine(&large, &run).unwrap()), parts(whole));
 }
 
@@ -93,7 +93,7 @@ fn regular_exemplars_are_matched_whole_and_scattered_ones_in_part() {
     let board = Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap()));
     let output = Domain::open([70, 70]);
     let (_, regular) = weave(&of(&board), output, &Options::default());
-    assert_eq!(regular.placement, Placement::Entire);
+    assert_eq!(regular.settings.placement, Placement::Entire);
     let blobs = of(&blobs([64, 64], 4));
     // An output of six times the samples still shows few copies, if they are laid by no region of one's own.
     for (shape, region, placement) in [
@@ -157,7 +157,7 @@ fn regions_and_reach_have_a_length_along_each_axis() {
     for placement in PLACEMENTS {
         let options = Options { placement, region: Some([9, 30]), reach: Some([3, 0]), ..Options::default() };
         let (_, stats) = weave(&e, Domain { shape: [40, 70], periodic: [true, false] }, &options);
-        assert_eq!((stats.region, stats.reach), ([9, 30], [3, 0]));
+        assert_eq!((stats.settings.region, stats.settings.reach), ([9, 30], [3, 0]));
         assert!(stats.energy.is_sorted_by(|a, b| a >= b));
     }
     let clip = of(&blobs([6, 20, 22], 6));
@@ -348,7 +348,14 @@ fn a_plan_tells_what_a_run_chooses_and_refuses_what_a_run_refuses() {
         let options = Options { placement, refine: Some(0), ..Options::default() };
         let planned = plan(&e, output, None, &options, &Run::<2>::seeded(0).limits).unwrap();
         let (_, stats) = weave(&e, output, &options);
-        let chosen = (stats.placement, stats.regularity, stats.region, stats.reach, stats.variety, stats.apart);
+        let chosen = (
+            stats.settings.placement,
+            stats.settings.regularity,
+            stats.settings.region,
+            stats.settings.reach,
+            stats.settings.variety,
+            stats.settings.apart,
+        );
         let told = (
             planned.settings.placement,
             planned.settings.regularity,

@@ -126,7 +126,7 @@ impl Method for Graphcut {
             let run = Run { observer, ..session.run() };
             let woven = plan.weave(start, &run).map_err(|e| told::failure(loom, e))?;
             told::warn_of_small(loom, settings.region);
-            let course = film.map(|film| film.course(&woven.result, &woven.stats.energy, woven.stats.levels));
+            let course = film.map(|film| film.course(&woven.result, &woven.stats.energy, woven.stats.settings.levels));
             let untouched = self.start.backdrop().is_some() && woven.stats.patches == 0;
             let told = (told::counts(&woven.stats), told::how(&woven.stats, untouched));
             Ok(Outcome { course, ..self.repairing.outcome(session, exemplars, woven, (kept, sources), told)? })

@@ -31,10 +31,11 @@ impl Graphcut {
 
 /// Counts of a run.
 pub(super) fn counts(stats: &Stats<2>) -> Value {
-    let mut all = counts!(stats, regularity, patches, refinements, improvements, cuts, cut_nodes, energy);
+    let mut all = counts!(stats, patches, refinements, improvements, cuts, cut_nodes, energy);
+    all["regularity"] = stats.settings.regularity.into();
     // Energies are those of the smallest of several sizes.
-    if 1 < stats.levels {
-        (all["levels"], all["settled"]) = (stats.levels.into(), json!(stats.settled));
+    if 1 < stats.settings.levels {
+        (all["levels"], all["settled"]) = (stats.settings.levels.into(), json!(stats.settled));
     }
     all
 }
@@ -44,9 +45,9 @@ pub(super) fn how(stats: &Stats<2>, untouched: bool) -> String {
     if untouched {
         return "as it was: the picture has no holes, and no --fixed makes some".to_owned();
     }
-    let placement = name_of(stats.placement);
+    let placement = name_of(stats.settings.placement);
     let (patches, improvements) = (stats.patches, stats.improvements);
-    let why = stats.regularity.map_or(String::new(), |r| format!(" at a regularity of {r}"));
+    let why = stats.settings.regularity.map_or(String::new(), |r| format!(" at a regularity of {r}"));
     format!("from {patches} patches and {improvements} refinements, {placement} placement{why}")
 }
 

@@ -87,10 +87,10 @@ impl WovenArgs {
         let preview = (write.preview.is_some() || write.report.is_some()).then(|| shown.picture()).transpose()?;
         let how = how(way, map.domain(), &stats, &motion);
         let used = used
-            .set("placement", name_of(stats.placement))
-            .set("region", typed(stats.region))
-            .set("reach", typed(stats.reach))
-            .set("variety", stats.variety);
+            .set("placement", name_of(stats.settings.placement))
+            .set("region", typed(stats.settings.region))
+            .set("reach", typed(stats.settings.reach))
+            .set("variety", stats.settings.variety);
         let used = self.refining.used(used);
         Ok(ClipOutcome {
             frames: map.domain().shape[0],
@@ -196,7 +196,8 @@ fn how(way: &Way, output: Domain<3>, stats: &Stats<3>, motion: &Motion) -> Strin
 
 /// Counts of a run.
 fn told(way: &Way, stats: &Stats<3>, motion: &Motion) -> Value {
-    let mut all = counts!(stats, regularity, patches, refinements, improvements, cuts, cut_nodes, energy);
+    let mut all = counts!(stats, patches, refinements, improvements, cuts, cut_nodes, energy);
+    all["regularity"] = stats.settings.regularity.into();
     all["mode"] = name_of(way.mode).into();
     all["why"] = json!(way.why);
     all["motion"] = json!({"usual": motion.usual, "largest": motion.largest, "over_end": motion.over_end});
