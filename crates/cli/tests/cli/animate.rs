@@ -2,6 +2,9 @@
 
 use std::fs;
 
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+use selvedge_io::{Metadata, WriteOptions};
+
 use crate::program::{Folder, fixtures};
 
 fn flo(width: i32, height: i32, vector: [f32; 2]) -> Vec<u8> {
@@ -91,4 +94,42 @@ fn frames_follow_one_file_or_one_each_and_are_made_again() {
         assert_eq!((&clip[name], &planned[name]), (&value.into(), &value.into()), "{name}");
     }
     assert!(!folder.path("dry.1.png").exists());
+}
+
+#[test]
+fn a_clip_as_exemplar_goes_on_while_it_flows() {
+    let folder = Folder::new("animate-clip");
+    // Frames of a clip that are unlike each other: each frame that is made has the samples of its own one alone.
+    for (number, from) in [(1, 0_u8), (2, 85), (3, 170)] {
+        let noise: Vec<u8> =
+            (0..48 * 40_u32).map(|i| from + (i.wrapping_mul(2_654_435_761) >> 25) as u8 % 80).collect();
+        let samples = Samples::U8(Grid::from_vec(Domain::open([40, 48]), 1, noise).unwrap());
+        let plane = Plane::new(Role::Color, samples);
+        let path = folder.path(format!("in.{number}.png"));
+        selvedge_io::write(path, &plane, &Metadata::default(), &WriteOptions::default()).unwrap();
+    }
+    let line = "animate in.#.png --flow uniform --speed 1.5 --size 40x32 --init quilt --seed 3";
+    let made = folder.run(&format!("{line} -o {{stem}}-out.#.png --frames 5 --json")).done().json();
+    assert_eq!(made["inputs"].as_array().map(Vec::len), Some(3));
+    for frame in 1..=5_u8 {
+        let plane = selvedge_io::read(folder.path(format!("in-out.{frame}.png")), &Default::default()).unwrap().plane;
+        let Samples::U8(samples) = plane.samples else { panic!("8 bits") };
+        let from = 85 * ((frame - 1) % 3);
+        assert!(samples.samples().iter().all(|v| (from..from + 80).contains(v)), "{frame}");
+    }
+    folder.run("again in-out.4.png -o again.#.png --look-in @").done();
+    assert_eq!(fs::read(folder.path("again.4.png")).unwrap(), fs::read(folder.path("in-out.4.png")).unwrap());
+    let dry = folder.run(&format!("{line} -o dry.#.png --json --dry-run")).done().json();
+    assert_eq!(dry["options"]["frames"], 3, "as many as the clip has");
+    let refused = [
+        ("--frames 10 --close 3", "--close after 10 frames, where a clip of 3 has not come around; use --frames 12"),
+        ("@/weave.png", "in.#.png': is a clip, beside 1 exemplar; give the clip alone"),
+        ("--mask in.1.png --mask in.2.png", "2 masks"),
+    ];
+    for (options, named) in refused {
+        folder.run(&format!("{line} -o no.#.png {options}")).refused(2, &[named]);
+    }
+    fs::copy(format!("{}/stars.png", fixtures()), folder.path("in.4.png")).unwrap();
+    let of_size = "in.4.png': 128x128 px, but the first frame has 48x40 px";
+    folder.run(&format!("{line} -o no.#.png")).refused(3, &[of_size]);
 }

@@ -1,7 +1,7 @@
 //! Frame after frame. `[Kwatra05 4.1]`
 
 use selvedge_core::{
-    Bytes, CameFrom, Direction, Domain, Error as CoreError, Exemplars, Flow, Grid, Run, SourceMap, Woven,
+    Bytes, CameFrom, Direction, Domain, Error as CoreError, Exemplars, Flow, Grid, Origin, Run, SourceMap, Woven,
 };
 
 use super::carry::Carried;
@@ -105,6 +105,28 @@ impl<'e> Animator<'e> {
     /// The frame that is there.
     pub fn frame(&self) -> &SourceMap<2> {
         &self.map
+    }
+
+    /// The next frame, and those after it, are of other exemplars: another frame of a clip, whose parts stay where they
+    /// are while what they show goes on. What flows then glitters, or burns, by itself. `[Kwatra05 6]`
+    ///
+    /// Frames that [close](Self::close) lead to the first one's places, so that what they show has to have come around.
+    ///
+    /// # Errors
+    /// [`Error::ForeignMap`] for sources of other shapes or orientations than the frame that is there comes from, and
+    /// those of [`Plan::new`].
+    pub fn turn_to(&mut self, exemplars: &'e Exemplars<2>, run: &Run<'_, 2>) -> Result<(), Error> {
+        let like = |(own, other): (&(Origin, Domain<2>), &(Origin, Domain<2>))| {
+            (own.0.transform, own.1) == (other.0.transform, other.1)
+        };
+        let (own, others) = (self.exemplars.table().sources(), exemplars.table().sources());
+        if own.len() != others.len() || !own.iter().zip(others).all(like) {
+            return Err(Error::ForeignMap);
+        }
+        self.plan = Plan::new(exemplars, self.map.domain(), &self.options.frame, run)?;
+        self.exemplars = exemplars;
+        self.map.table = exemplars.table().clone();
+        Ok(())
     }
 
     /// From now on leads back to the first frame: over as many frames as there are flows, of which the last leads from

@@ -52,6 +52,31 @@ fn whole_steps_of_a_copy_are_the_copy_moved_to_the_bit() {
 }
 
 #[test]
+fn what_flows_shows_the_frame_of_a_clip_that_is_its_exemplar_now() {
+    let output = Domain::periodic([24, 32]);
+    // The second frame is the first one, moved by its own: no place looks as it did.
+    let still = exemplars(output.shape, true).sources()[0].features.samples().to_vec();
+    let source = |frame: u16| {
+        let mut samples = still.clone();
+        samples.rotate_right(5 * 32 * usize::from(frame));
+        let features = Grid::from_vec(output, 1, samples).unwrap();
+        Source { features, valid: None, origin: Origin { exemplar: frame, transform: Transform::IDENTITY } }
+    };
+    let frames = [0, 1, 2].map(|frame| Exemplars::from_sources(vec![source(frame)], vec![1]).unwrap());
+    let run = Run::seeded(1);
+    let mut animator =
+        Animator::new(&frames[0], copied(&frames[0], output, [0, 0]), &Animation::default(), &run).unwrap();
+    for (step, frame) in [1, 2, 0, 1].into_iter().enumerate() {
+        animator.turn_to(&frames[frame], &run).unwrap();
+        animator.next(&uniform(output, [1.0, -3.0]), None, &run).unwrap();
+        let by = step as u32 + 1;
+        assert!(*animator.frame() == copied(&frames[frame], output, [24 - by, 3 * by]), "{by}");
+    }
+    let small = exemplars([24, 31], true);
+    assert_eq!(animator.turn_to(&small, &run).unwrap_err(), Error::ForeignMap);
+}
+
+#[test]
 fn an_animation_that_closes_leads_back_to_its_first_frame() {
     let output = Domain::periodic([24, 80]);
     let exemplars = exemplars(output.shape, true);

@@ -28,13 +28,14 @@ impl Need {
 }
 
 impl Animate {
-    /// What a run with so many fields and masks holds.
+    /// What a run with so many fields and masks holds, whose frames are each made from the sources `at_once`.
     pub(super) fn need(
         &self,
         headers: &Headers,
         (first, options): (&Options, &Animation),
         (output, frames): (Domain<2>, u32),
         (known, masks): (u32, usize),
+        at_once: &[Domain<2>],
     ) -> Need {
         let sources = headers.sources(&[Transform::IDENTITY]);
         let layout = self.layout(headers);
@@ -49,12 +50,12 @@ impl Animate {
         // A container is held until its last frame.
         let all = memory::picture(output, channels, depth) * u64::from(frames);
         let container = if ClipName::parse(&self.output).is_some() { Bytes(0) } else { all };
-        let each = animation_estimate(&sources, features, output, options) + closing + one + container;
+        let each = animation_estimate(at_once, features, output, options) + closing + one + container;
         Need {
             kept: kept + flows,
             reading: reading.then(making),
             sources: memory::sources(&sources, features),
-            first: estimate(&sources, features, output, first),
+            first: estimate(at_once, features, output, first),
             each,
         }
     }

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::harmonise::Layout;
 use crate::session::Session;
 use crate::size::{Size, Tile};
-use crate::{clips, names, outputs};
+use crate::{clips, outputs};
 
 impl Animate {
     /// Options of the frames after the first one.
@@ -27,10 +27,16 @@ impl Animate {
     }
 
     /// How many frames there are: those of vectors, and the first one, which comes again where the last flow leads to
-    /// it.
-    pub(super) fn count(&self, flows: Option<&Flows>) -> Result<u32, Failure> {
+    /// it; else those of a clip that is the exemplar, its `period`.
+    pub(super) fn count(&self, flows: Option<&Flows>, period: Option<u32>) -> Result<u32, Failure> {
         let of_flows = flows.map(Flows::len).filter(|len| 1 < *len);
-        let frames = self.frames.or(of_flows.map(|len| len + u32::from(self.close.is_none()))).unwrap_or(FRAMES);
+        let of_flows = of_flows.map(|len| len + u32::from(self.close.is_none()));
+        let frames = self.frames.or(of_flows).or(period).unwrap_or(FRAMES);
+        if let Some(period) = period.filter(|period| self.close.is_some() && !frames.is_multiple_of(*period)) {
+            let what = format!("--close after {frames} frames, where a clip of {period} has not come around");
+            let around = frames.next_multiple_of(period);
+            return Err(Failure::new(2, what).remedy(format!("use --frames {around}, or leave --close out")));
+        }
         match self.close.filter(|close| frames <= *close) {
             Some(close) => {
                 let what = format!("--close {close} leaves no frame as it is, of {frames}");
@@ -74,7 +80,7 @@ impl Animate {
         (output, frames): (Domain<2>, u32),
         read: &[PathBuf],
     ) -> Result<(), Failure> {
-        let path = names::of_plane(&self.output, &self.input.exemplars[0]);
+        let path = self.path();
         let writer = ClipWriter::create(&path, frames, Metadata::default(), self.write_options())?;
         let layout = self.layout(headers);
         let held = writer.check((layout.channels(), layout.alpha), headers.depth, output.shape);

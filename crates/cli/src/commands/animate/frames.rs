@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use selvedge_core::{Domain, Event, Observer, Plane, Render as _, Run, SourceMap};
+use selvedge_core::{Domain, Event, Exemplars, Observer, Plane, Render as _, Run, SourceMap};
 use selvedge_io::Metadata;
 use selvedge_io::clip::ClipWriter;
 use selvedge_texture_optimization::{Animation, Animator, FrameStats, Optimized, Options, Plan};
@@ -19,7 +19,7 @@ use crate::report::Report;
 use crate::session::Session;
 use crate::stdio::STREAM;
 use crate::watch::Watch;
-use crate::{clips, made, names, stdio};
+use crate::{clips, made, stdio};
 
 /// Sees each frame as one step.
 struct Quiet<'w>(&'w Watch);
@@ -38,12 +38,12 @@ impl Animate {
     pub(super) fn frames(
         &self,
         session: &Session<'_>,
-        loaded: &ExemplarSet,
+        (loaded, textures): (&ExemplarSet, &[Exemplars<2>]),
         first: SourceMap<2>,
         (flows, body, frames, options): (&Flows, Option<&Body>, u32, &Animation),
         report: &mut Report,
     ) -> Result<Outputs, Failure> {
-        let path = names::of_plane(&self.output, &self.input.exemplars[0]);
+        let path = self.path();
         let others = flows.fingerprint.iter().chain(body.map(|body| &body.fingerprint)).cloned();
         let fingerprints = loaded.all_fingerprints().into_iter().chain(others).collect();
         let own = ("animate", session.global.seed());
@@ -53,7 +53,7 @@ impl Animate {
         let output = first.domain();
         let (mut counts, mut written) = (Vec::new(), 0);
         let making = (first, flows, body, options);
-        let made = self.each(session, loaded, making, (frames, &mut counts), &mut |plane| {
+        let made = self.each(session, (loaded, textures), making, (frames, &mut counts), &mut |plane| {
             let Some((path, bytes)) = writer.encoded(&plane)? else { return Ok(()) };
             if written == 0 {
                 forget(&writer)?;
@@ -80,7 +80,7 @@ impl Animate {
     fn each(
         &self,
         session: &Session<'_>,
-        loaded: &ExemplarSet,
+        (loaded, textures): (&ExemplarSet, &[Exemplars<2>]),
         (first, flows, body, options): (SourceMap<2>, &Flows, Option<&Body>, &Animation),
         (frames, counts): (u32, &mut Vec<Value>),
         taken: &mut dyn FnMut(Plane<2>) -> Result<(), Failure>,
@@ -88,7 +88,7 @@ impl Animate {
         let payload: Vec<&Plane<2>> = loaded.payload.iter().collect();
         let quiet = Quiet(&session.watch);
         let run = Run { observer: &quiet, ..session.run() };
-        let mut animator = Animator::new(&loaded.exemplars, first, options, &run)?;
+        let mut animator = Animator::new(&textures[0], first, options, &run)?;
         for frame in 0..frames {
             if self.close.is_some_and(|close| frame + close == frames) {
                 let within = |frame: u32| body.map(|body| body.at((frame + 1) % frames));
@@ -96,11 +96,16 @@ impl Animate {
             }
             if 0 < frame {
                 let within = body.map(|body| body.at(frame - 1));
+                if 1 < textures.len() {
+                    animator.turn_to(&textures[frame as usize % textures.len()], &run)?;
+                }
                 let woven = animator.next(flows.after(frame - 1), within, &run)?;
                 counts.push(count(&woven.stats));
             }
             session.check_signal()?;
-            let whole = animator.frame().render(&payload)?;
+            // A frame of a clip names that frame alone.
+            let shown = if textures.len() == 1 { payload.len() } else { frame as usize % textures.len() + 1 };
+            let whole = animator.frame().render(&payload[..shown])?;
             taken(if let Some(body) = body { body.shown(frame, whole)? } else { whole })?;
             Observer::<2>::event(&session.watch, &Event::<2>::step("frames", u64::from(frame) + 1, u64::from(frames)));
         }
@@ -133,12 +138,12 @@ fn forget(writer: &ClipWriter) -> Result<(), Failure> {
 /// A full synthesis. `[Kwatra05 4.1]`
 pub(super) fn first_frame(
     session: &Session<'_>,
-    loaded: &ExemplarSet,
+    (loaded, texture): (&ExemplarSet, &Exemplars<2>),
     output: Domain<2>,
     (beginning, options): (&Beginning<'_>, &Options),
 ) -> Result<SourceMap<2>, Failure> {
     let run = session.run();
-    let plan = Plan::new(&loaded.exemplars, output, options, &run).map_err(|e| optimize::failure(loaded, e))?;
+    let plan = Plan::new(texture, output, options, &run).map_err(|e| optimize::failure(loaded, e))?;
     let begun = beginning.weave(&run)?.map(|woven| woven.result);
     session.check_signal()?;
     let woven = plan.weave(begun.as_ref(), &Default::default(), &run)?;

@@ -5,6 +5,7 @@ mod bytes;
 mod checks;
 mod flow;
 mod frames;
+mod moving;
 
 use std::path::PathBuf;
 
@@ -32,6 +33,11 @@ const FRAMES: u32 = 60;
 
 /// Options of `animate`.
 #[derive(Args, Clone, Debug)]
+#[command(mut_arg("exemplars", |arg| arg.help("Pictures of the texture; or one clip of it, as 'name.####.png', a folder \
+    or a quoted glob: each frame is made of its next one, and after its last of its first again; '-' is standard input, \
+    'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_arg("mask", |arg| arg.help("Use an exemplar only where this picture is white. Give one for each \
+    exemplar, in order, or 'none'; of a clip one for all of its frames, or one a frame as 'name.####.png'")))]
 pub(crate) struct Animate {
     #[command(flatten)]
     input: ExemplarArgs,
@@ -39,7 +45,8 @@ pub(crate) struct Animate {
     flow: FlowArgs,
     #[command(flatten)]
     body: BodyArgs,
-    /// Frames to make. Default: one more than there are files of vectors, or as many with --close; else 60.
+    /// Frames to make. Default: one more than there are files of vectors, or as many with --close; else as many as an
+    /// exemplar that is a clip has, or 60.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
     /// Let the first frame follow the last one: over so many frames at the end, what is there gives way, part by part,
@@ -93,15 +100,19 @@ impl Animate {
         self.flow.validate()?;
         let (first, options) = (Options::default(), self.options()?);
         let (files, masks) = (self.flow.files()?, self.body.files()?);
-        let read: Vec<PathBuf> = self.input.files().into_iter().chain(files.iter().chain(&masks).cloned()).collect();
+        let clip = moving::frames(&self.input)?;
+        let input = clip.as_ref().unwrap_or(&self.input);
+        let read: Vec<PathBuf> = input.files().into_iter().chain(files.iter().chain(&masks).cloned()).collect();
         inputs::check_streams(&read)?;
-        let headers = self.input.look(session, None)?;
+        let headers = input.look(session, None)?;
+        clip.iter().try_for_each(|clip| moving::check(clip, &headers))?;
+        let period = clip.as_ref().map(|clip| clip.exemplars.len() as u32);
         let flows = self.flow.read(&files, &session.limits)?;
         if flows.as_ref().is_some_and(Flows::is_unknown) {
             session.warn(&files[0], &"no vector of the flow is known: nothing will move");
         }
         let output = self.domain(&headers, flows.as_ref())?;
-        let frames = self.count(flows.as_ref())?;
+        let frames = self.count(flows.as_ref(), period)?;
         self.body.check(&masks, frames)?;
         memory::check_caps(&session.limits, output, Resized::Size)?;
         self.check_outputs(session, &headers, (output, frames), &read)?;
@@ -109,42 +120,54 @@ impl Animate {
         let known = frames.min(flows.as_ref().map_or(1, Flows::len));
         let only = (self.input.exemplars.len() == 1).then(|| self.input.exemplars[0].as_path());
         let masks_held = masks.len().min(frames as usize);
-        let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks_held));
         let masked = headers.layout.alpha || !headers.mask_infos.is_empty();
-        let choosing = self.init.choosing(&headers.sources(&[Transform::IDENTITY]), headers.channels(), masked);
+        let sources = headers.sources(&[Transform::IDENTITY]);
+        let at_once = if clip.is_some() { &sources[..1] } else { &sources[..] };
+        let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks_held), at_once);
+        let choosing = self.init.choosing(at_once, headers.channels(), masked);
         memory::check(&session.limits, only, output, Resized::Size, &|output| need(output).with(choosing))?;
         let need = need(output);
         let flows = match flows {
             Some(flows) => flows,
             None => self.flow.built_in(output, session.run::<2>().seed)?.expect("what is no file is built in"),
         };
-        let loaded = headers.load(session, &[Transform::IDENTITY], &mut report)?;
+        let mut loaded = headers.load(session, &[Transform::IDENTITY], &mut report)?;
+        let textures = match &clip {
+            Some(_) => moving::each(&self.input, &mut loaded)?,
+            None => vec![loaded.exemplars.clone()],
+        };
         let body = self.body.read(session, &masks, (output, frames), &mut report)?;
         report.stage("read");
-        let init = self.init.chosen(&loaded.exemplars)?;
-        let beginning = init.planned(&loaded.exemplars, output, &session.run())?;
+        let init = self.init.chosen(&textures[0])?;
+        let beginning = init.planned(&textures[0], output, &session.run())?;
         let needed = need.with(beginning.bytes());
         memory::check_fixed(&session.limits, needed)?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
         report.options = self.used(session, &init, (output, frames));
         let [h, w] = output.shape;
-        let name = shown(&names::of_plane(&self.output, &self.input.exemplars[0]));
+        let path = self.path();
+        let name = shown(&path);
         if session.global.dry_run {
             let line = format!(
                 "{name}: would be {} of {w}x{h} px, with about {needed} of memory",
                 n("frame", frames as usize)
             );
-            let path = names::of_plane(&self.output, &self.input.exemplars[0]);
             return Ok(Done::would(report, line, vec![outputs::planned_clip(&path, output.shape, Some(frames))]));
         }
         let options = Animation { direction: flows.direction, ..options };
         let first = Options { schedule: init.suited(first.schedule), ..first };
-        let map = frames::first_frame(session, &loaded, output, (&beginning, &first))?;
-        let outputs = self.frames(session, &loaded, map, (&flows, body.as_ref(), frames, &options), &mut report)?;
+        let map = frames::first_frame(session, (&loaded, &textures[0]), output, (&beginning, &first))?;
+        let shown = (&loaded, &textures[..]);
+        let outputs = self.frames(session, shown, map, (&flows, body.as_ref(), frames, &options), &mut report)?;
         session.watch.finish();
         let line = format!("{name}: {} of {w}x{h} px, in {:.2} s", n("frame", frames as usize), report.elapsed());
         Ok(Done::made(report, line, outputs))
+    }
+
+    /// The clip that is written: a clip that is the exemplar names it as a picture does.
+    fn path(&self) -> PathBuf {
+        names::of_plane(&self.output, &clips::plane_name(&self.input.exemplars[0]))
     }
 
     /// The options as used.
