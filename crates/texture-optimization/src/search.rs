@@ -5,6 +5,7 @@ mod exact;
 mod reference;
 mod weights;
 
+pub(crate) use coherent::Listed;
 pub(crate) use exact::{Exact, How};
 pub(crate) use reference::Measure;
 

@@ -42,11 +42,12 @@ const WORSE: f64 = 1.25;
 impl Came<'_> {
     fn search(&self, weaver: &Weaver<'_>, exact: &mut Exact<'_>, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
         let (all, level) = (&weaver.all, weaver.number);
-        // The largest are looked for everywhere: what is complete, and large, is decided there.
-        let Some(mean) = self.first.get(level).filter(|_| 0 < level) else { return exact.search(x) };
         let offered = |number: usize| self.carried.offered(weaver.exemplars, all.first(number), all.size);
-        // A level more is no worse: nothing would ever be good enough beside perfect copies.
-        exact.search_carried(x, &offered, &|_| mean * WORSE + 1.0)
+        // The largest are looked for everywhere: what is complete, and large, is decided there. A level more is no
+        // worse: nothing would ever be good enough beside perfect copies.
+        let fitting = self.first.get(level).filter(|_| 0 < level);
+        let limit = fitting.map_or(f64::NEG_INFINITY, |mean| mean * WORSE + 1.0);
+        exact.search_carried(x, &offered, limit)
     }
 }
 

@@ -6,6 +6,7 @@ use selvedge_core::{
 
 use super::carry::Carried;
 use super::closing::Closing;
+use super::trust::trusted;
 use crate::control::{self, Wanted};
 use crate::error::Error;
 use crate::level::Level;
@@ -33,7 +34,7 @@ impl Default for Animation {
     fn default() -> Self {
         let schedule = [32, 16, 8].map(|size| Level { scale: 1, size }).to_vec();
         Self {
-            frame: Options { schedule, iterations: 2, search: Search::Coherent, ..Options::default() },
+            frame: Options { schedule, iterations: 3, search: Search::Coherent, ..Options::default() },
             lambda: 0.1,
             direction: Direction::Forward,
         }
@@ -75,6 +76,8 @@ pub struct Animator<'e> {
     closing: Option<Closing>,
     /// How far neighborhoods were in the mean when the first frame that moved was looked for, level by level.
     first: Vec<f64>,
+    /// How far what moved into that frame was from the places that it came from.
+    usual: Option<f64>,
 }
 
 impl<'e> Animator<'e> {
@@ -99,7 +102,7 @@ impl<'e> Animator<'e> {
         plan.shown(&first)?;
         let carried = Carried::of(&first)?;
         let begun = Carried::of(&first)?;
-        Ok(Self { exemplars, options, plan, map: first, carried, begun, closing: None, first: Vec::new() })
+        Ok(Self { exemplars, options, plan, map: first, carried, begun, closing: None, first: Vec::new(), usual: None })
     }
 
     /// The frame that is there.
@@ -178,9 +181,11 @@ impl<'e> Animator<'e> {
             closing.pass(output, &mut moved, &mut origins);
         }
         let before = picture::shown(self.exemplars, &self.map)?;
-        let wishes = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
+        let mut wishes = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
         let sure = wishes.weights.plane(0).iter().filter(|weight| 0.0 < **weight).count();
         let carried = sure as f64 / origins.len().max(1) as f64;
+        let fit = trusted(self.exemplars, &moved, &mut wishes, self.usual)?;
+        self.usual.get_or_insert(fit);
         let begun = wishes.colors.clone();
         let came = Came { carried: &moved, first: &self.first };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;

@@ -6,6 +6,7 @@ mod came_from_tests;
 mod carry;
 mod closing;
 mod fields;
+mod trust;
 
 pub use animator::{Animation, Animator, FrameStats, animation_estimate, closing_bytes};
 pub(crate) use carry::Carried;

@@ -100,13 +100,13 @@ impl<'a> Exact<'a> {
         Some(Found { places, distances, searched })
     }
 
-    /// The first search of a level whose neighborhoods came from somewhere: what is offered where it fits as well as
-    /// `limit` says, and all places elsewhere.
+    /// The first search of a level whose neighborhoods came from somewhere: what is offered where it fits by `limit`,
+    /// and all places elsewhere. What continues them then is the nearest alone, or each frame would decide otherwise.
     pub(crate) fn search_carried(
         &mut self,
         x: &Grid<f64, 2>,
         offered: &(dyn Fn(usize) -> Vec<Place> + Sync),
-        limit: &(dyn Fn(usize) -> f64 + Sync),
+        limit: f64,
     ) -> Result<Option<Found>, Error> {
         let seen = seen(x, self.how.differences)?;
         let listed = self.listed()?;
@@ -114,19 +114,23 @@ impl<'a> Exact<'a> {
             let mut candidates = offered(number);
             candidates.retain(|place| listed.holds(*place));
             let best = listed.best(&seen, number, &candidates, |_, error| error as f64);
-            best.filter(|best| best.error as f64 / self.compared() <= limit(number))
+            best.filter(|best| best.error as f64 / self.compared() <= limit)
         });
+        self.listed = Some(listed);
         let columns = self.all.shape()[1];
         let lacks = |part: &[Range<usize>; 2]| {
             part[0].clone().any(|y| part[1].clone().any(|x| found[y * columns + x].is_none()))
         };
-        let parts: Vec<[Range<usize>; 2]> = self.parts().filter(lacks).collect();
-        self.listed = Some(listed);
-        // What came is no better known to be complete than what is found anew.
         let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
+        let mut parts: Vec<[Range<usize>; 2]> = self.parts().filter(lacks).collect();
+        // Each part is searched with what lies around it: most of them cost more than all at once.
+        if self.parts().count() < 2 * parts.len() {
+            parts = vec![whole.clone()];
+        }
+        // What came is no better known to be complete than what is found anew.
         let coverage = self.how.alpha.map(|_| self.coverage(&seen, &whole)).transpose()?;
         let (neighbors, searched) = self.some(&seen, parts, found, coverage.as_ref())?;
-        Ok(self.noted(seen, neighbors, (&[], coverage.filter(|_| self.how.coherent)), searched))
+        Ok(self.noted(seen, neighbors, (&[], None), searched))
     }
 
     fn listed(&mut self) -> Result<Listed<'a>, Error> {
@@ -257,12 +261,8 @@ impl<'a> Exact<'a> {
         whole: [Range<usize>; 2],
         (all, alpha): (&Coverage, f64),
     ) -> Result<Vec<Option<Neighbor>>, Error> {
-        let (sources, weights) = (Field::all(self.exemplars), &self.weights);
-        self.by_runs(
-            seen,
-            whole,
-            |field, windows| Ok(all.nearest(field, &sources, weights, windows, alpha, self.simd)?),
-        )
+        let (sources, weights, simd) = (Field::all(self.exemplars), &self.weights, self.simd);
+        self.by_runs(seen, whole, |field, windows| Ok(all.nearest(field, &sources, weights, windows, alpha, simd)?))
     }
 
     fn by_runs(
