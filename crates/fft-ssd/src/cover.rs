@@ -115,11 +115,23 @@ fn partial<W: Word>(
             template_row(job, row, values, |i| W::wrapping(job.own(i, bias)))
         })?;
         let mask = Table::<u32>::new(job.template.shape, |row, values| template_row(job, row, values, |_| 1))?;
+        let inside = job.prepared.extension.inside();
+        let overlap = |axis: usize, at: usize| {
+            let clip = |end: usize| end.saturating_sub(at).min(job.template.shape[axis]);
+            clip(inside[axis].start)..clip(inside[axis].end)
+        };
         each_row(job, map, counts, |t, y, costs, counts| {
+            let mut over = [overlap(0, t), overlap(1, y), overlap(2, 0)];
+            let mut sums = (own.over(&over), mask.over(&over));
             for (x, (cost, count)) in costs.iter_mut().zip(counts).enumerate() {
-                let over = job.overlap([t, y, x]);
-                *cost = cost.plus(own.over(&over));
-                *count = mask.over(&over);
+                let along = overlap(2, x);
+                // As much of the template as at the position before, but for those near the source's ends.
+                if along != over[2] {
+                    over[2] = along;
+                    sums = (own.over(&over), mask.over(&over));
+                }
+                *cost = cost.plus(sums.0);
+                *count = sums.1;
             }
         })
     } else {
@@ -182,16 +194,5 @@ fn add_own_where_valid<W: Word>(job: &Job<'_>, bias: i64, valid: &[bool], t: usi
         for (cost, &valid) in costs.iter_mut().zip(&valid[from..]) {
             *cost = cost.plus(if valid { own } else { W::ZERO });
         }
-    }
-}
-
-impl Job<'_> {
-    /// The part of the template's box that stands on the source, where validity is a box.
-    fn overlap(&self, at: Shape) -> [std::ops::Range<usize>; 3] {
-        let inside = self.prepared.extension.inside();
-        [0, 1, 2].map(|axis: usize| {
-            let clip = |end: usize| end.saturating_sub(at[axis]).min(self.template.shape[axis]);
-            clip(inside[axis].start)..clip(inside[axis].end)
-        })
     }
 }
