@@ -1,9 +1,13 @@
-//! Coarse to fine: which levels there are, and what comes of them.
+//! Coarse to fine: which levels there are, what comes of them, and what is shown meanwhile.
 
-use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Source, Transform};
+use std::sync::Mutex;
+
+use selvedge_core::{
+    Domain, Event, Exemplars, Grid, Guide, Observer, Origin, Plane, Role, Run, Samples, Source, SourceMap, Transform,
+};
 
 use crate::agreement::{Term, of_sample};
-use crate::tests::case;
+use crate::tests::{Case, case};
 use crate::{Constraint, Options, levels};
 
 /// The same with as many levels as there may be: nothing but the labelling it begins with is another.
@@ -58,4 +62,54 @@ fn levels_divide_every_ratio_or_are_divided_by_it() {
     // Two neighborhoods of 17 samples fit into 48, not into 24.
     assert_eq!(ratios(&[1], 8, None), [[1]]);
     assert_eq!(ratios(&[1], 1, Some(1)), Vec::<Vec<u32>>::new());
+}
+
+/// What was told: a stage, an energy, a map, and what it shows.
+type Told = (&'static str, Option<i64>, SourceMap<2>, [Plane<2>; 2]);
+
+struct Watching<'a>(&'a Case, Mutex<Vec<Told>>);
+
+impl Observer<2> for Watching<'_> {
+    fn event(&self, event: &Event<'_, 2>) {
+        let Some(so_far) = event.so_far else { return };
+        let case = self.0;
+        let guide = &case.constraints[0].guide;
+        let planes = |e: &Exemplars<2>| {
+            let of = |s: &std::sync::Arc<Source<2>>| Plane::new(Role::Scalar, Samples::U8(s.features.clone()));
+            e.sources().iter().map(of).collect::<Vec<_>>()
+        };
+        let shown = [&case.exemplars, guide.exemplars()].map(|e| {
+            let planes = planes(e);
+            so_far.render(&planes.iter().collect::<Vec<_>>()).unwrap()
+        });
+        let map = so_far.as_map().unwrap();
+        let map = SourceMap { ids: map.ids.clone(), table: map.table.clone() };
+        self.1.lock().unwrap().push((event.stage, event.energy, map, shown));
+    }
+}
+
+/// `O` and `O_Q`, at full size before each level and after each label.
+#[test]
+fn what_there_is_so_far_can_be_shown_at_any_time() {
+    let mut several = 0;
+    for seed in 0..24 {
+        let mut case = case(seed);
+        case.options = Options { neighborhood: 0, levels: None, ..case.options };
+        case.constraints.iter_mut().for_each(|c| c.ratio = 1);
+        let below = levels::below(&case.exemplars, &case.constraints, &case.options).unwrap().len();
+        let watching = Watching(&case, Mutex::default());
+        let run = Run { observer: &watching, ..Run::seeded(1) };
+        let woven = crate::analogy(&case.exemplars, &case.constraints, &case.options, &run).unwrap();
+        let told = watching.1.into_inner().unwrap();
+        let output = woven.result.domain();
+        assert!(told.iter().all(|(.., shown)| shown.iter().all(|plane| plane.domain() == output)));
+        let levels: Vec<_> = told.iter().filter(|(stage, ..)| *stage == "cms/level").collect();
+        assert_eq!(levels.len(), if below == 0 { 0 } else { below + 1 }, "{seed}");
+        assert!(levels.iter().skip(1).all(|(_, _, map, _)| map.holes() == 0), "{seed}: what was carried up is whole");
+        let energies: Vec<i64> = told.iter().filter_map(|(_, energy, ..)| *energy).collect();
+        assert_eq!(energies, woven.stats.energy, "{seed}");
+        assert_eq!(told.last().unwrap().2, woven.result, "{seed}");
+        several += below;
+    }
+    assert!(8 <= several, "{several} levels");
 }

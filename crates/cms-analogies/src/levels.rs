@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_core::{Exemplars, Patch, SourceMap, Window, reserve, try_vec};
+use selvedge_core::{Domain, Exemplars, Patch, SourceMap, Window, reserve, try_vec};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
@@ -71,6 +71,21 @@ pub(crate) fn below(
         levels.push(Level { exemplars, constraints });
     }
     Ok(levels)
+}
+
+/// A map of a level at full size, by way of all levels between: what it will look like, before it is there.
+pub(crate) fn whole(
+    map: &SourceMap<2>,
+    between: &[Level],
+    exemplars: &Exemplars<2>,
+    output: Domain<2>,
+) -> Result<SourceMap<2>, Error> {
+    let mut finer: Option<SourceMap<2>> = None;
+    for level in between.iter().rev() {
+        let output = level.constraints[0].guide.target().domain();
+        finer = Some(finer.as_ref().unwrap_or(map).finer(&level.exemplars, output)?);
+    }
+    Ok(finer.as_ref().unwrap_or(map).finer(exemplars, output)?)
 }
 
 /// A piece of an output that shows one label.

@@ -68,6 +68,9 @@ impl<'a, 'r> Weaver<'a, 'r> {
     /// level is settled first, so many times.
     pub(crate) fn weave(&mut self, settled: u32) -> Result<bool, Error> {
         self.is_carried = settled != 0;
+        if self.labelling.holes == 0 {
+            self.tell()?;
+        }
         let done = match self.options.random_labels {
             Some(labels) => self.draw(labels),
             None => (0..settled)
@@ -227,13 +230,19 @@ impl<'a, 'r> Weaver<'a, 'r> {
         let (labelling, stats) = (&mut self.labelling, &mut self.stats);
         let changed = self.expansions.expand(labelling, patch, at, within, stats, &cancelled)?;
         if changed.is_some() && self.labelling.holes == 0 {
-            let energy = self.labelling.energy().sum();
-            selvedge_core::reserve(&mut self.stats.energy, 1)?;
-            self.stats.energy.push(energy);
-            let event = Event::step("cms/expand", self.stats.expansions, 0);
-            self.run.observer.event(&Event { energy: Some(energy), so_far: Some(&self.labelling.map), ..event });
+            self.tell()?;
         }
         Ok(changed)
+    }
+
+    /// Notes the energy, and tells it with what stands.
+    fn tell(&mut self) -> Result<(), Error> {
+        let energy = self.labelling.energy().sum();
+        selvedge_core::reserve(&mut self.stats.energy, 1)?;
+        self.stats.energy.push(energy);
+        let event = Event::step("cms/expand", self.stats.expansions, 0);
+        self.run.observer.event(&Event { energy: Some(energy), so_far: Some(&self.labelling.map), ..event });
+        Ok(())
     }
 
     /// Schödl's baseline: labels at random instead of step 1 and 2. `[CMS IV-D]`
@@ -286,13 +295,14 @@ pub(crate) fn weave(
     let allowed = allowed(exemplars, start);
     let (mut before, mut counts): (Option<SourceMap<2>>, Stats) = (None, Stats::default());
     let of = coarse.len() as u64 + 1;
-    for (done, level) in coarse.iter().rev().enumerate() {
-        run.observer.event(&Event::step("cms/level", done as u64, of));
+    for (done, (number, level)) in (0..).zip(coarse.iter().enumerate().rev()) {
         let output = level.constraints[0].guide.target().domain();
         let map = match &before {
             Some(map) => map.finer(&level.exemplars, output)?,
             None => SourceMap::unassigned(&level.exemplars, output)?,
         };
+        let shown = levels::whole(&map, &coarse[..number], exemplars, start.map.domain())?;
+        run.observer.event(&Event { so_far: Some(&shown), ..Event::step("cms/level", done, of) });
         let terms = Term::list(&level.exemplars, &level.constraints, options);
         let mut weaver = Weaver::new((&level.exemplars, terms), (map, None), &allowed, options, &within, pruning)?;
         weaver.weave(if before.is_some() { levels::ROUNDS } else { 0 })?;
@@ -304,6 +314,9 @@ pub(crate) fn weave(
         Some(map) => map.finer(exemplars, start.map.domain())?,
         None => copied(&start.map, exemplars)?,
     };
+    if before.is_some() {
+        run.observer.event(&Event { so_far: Some(&map), ..Event::step("cms/level", of - 1, of) });
+    }
     let terms = Term::list(exemplars, constraints, options);
     let start = (map, start.fixed.as_ref());
     let mut weaver = Weaver::new((exemplars, terms), start, &allowed, options, run, pruning)?;
