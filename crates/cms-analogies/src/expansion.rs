@@ -99,28 +99,8 @@ impl<'a> Expansions<'a> {
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<Window<2>>, Error> {
         stats.expansions += 1;
-        let output = labelling.map.domain();
-        let mut window = patch.footprint(self.exemplars, &Window::all(output));
-        let wide = window;
-        for a in (0..2).filter(|&a| output.periodic[a] && output.shape[a] < wide.shape[a]) {
-            // Once around, with the place that it was chosen for as near to the middle as it goes.
-            let last = window.end(a) - output.shape[a] as i32;
-            window.start[a] = (at[a] as i32 - output.shape[a] as i32 / 2).clamp(window.start[a], last);
-            window.shape[a] = output.shape[a];
-        }
-        let window = window.inside(output);
-        let shared = within.filter(|_| output.periodic == [false; 2]).map(|within| window.shared(within));
-        let Some(window) = shared.unwrap_or(Some(window)) else { return Ok(None) };
-        if window.is_empty() {
-            return Ok(None);
-        }
-        stats.saturated +=
-            of_label(&labelling.terms, patch, &window, &mut self.boxes, &mut self.scaled, &mut self.costs)?;
-        for (place, &cost) in window.places(output).zip(&self.costs) {
-            if let Some(place) = place {
-                self.offer[place] = cost;
-            }
-        }
+        let Some((window, saturated)) = self.offered(labelling, patch, at, within)? else { return Ok(None) };
+        stats.saturated += saturated;
         let Some(window) = self.considered(labelling, patch, &window, stats)? else { return Ok(None) };
         let frame = Frame::of_patch(self.exemplars, &labelling.map, patch, &window)?;
         let (fixed, possible) = (self.fixed, &self.possible);
@@ -148,6 +128,58 @@ impl<'a> Expansions<'a> {
         let changed = labelling.lay(&frame, &proposal.taken, |place| self.offer[place])?;
         stats.improvements += u64::from(changed.is_some());
         Ok(changed)
+    }
+
+    /// Prices a label wherever it could show, in a window or everywhere; where that is, and how many were too large.
+    fn offered(
+        &mut self,
+        labelling: &Labelling<'_>,
+        patch: &Patch<2>,
+        at: [u32; 2],
+        within: Option<&Window<2>>,
+    ) -> Result<Option<(Window<2>, u64)>, Error> {
+        let output = labelling.map.domain();
+        let mut window = patch.footprint(self.exemplars, &Window::all(output));
+        let wide = window;
+        for a in (0..2).filter(|&a| output.periodic[a] && output.shape[a] < wide.shape[a]) {
+            // Once around, with the place that it was chosen for as near to the middle as it goes.
+            let last = window.end(a) - output.shape[a] as i32;
+            window.start[a] = (at[a] as i32 - output.shape[a] as i32 / 2).clamp(window.start[a], last);
+            window.shape[a] = output.shape[a];
+        }
+        let window = window.inside(output);
+        let shared = within.filter(|_| output.periodic == [false; 2]).map(|within| window.shared(within));
+        let Some(window) = shared.unwrap_or(Some(window)) else { return Ok(None) };
+        if window.is_empty() {
+            return Ok(None);
+        }
+        let saturated = of_label(&labelling.terms, patch, &window, &mut self.boxes, &mut self.scaled, &mut self.costs)?;
+        for (place, &cost) in window.places(output).zip(&self.costs) {
+            if let Some(place) = place {
+                self.offer[place] = cost;
+            }
+        }
+        Ok(Some((window, saturated)))
+    }
+
+    /// How much less all samples of a window that a label agrees with better would cost with it, whatever its seams.
+    pub(crate) fn promise(
+        &mut self,
+        labelling: &Labelling<'_>,
+        patch: &Patch<2>,
+        within: &Window<2>,
+    ) -> Result<i64, Error> {
+        let at = within.start.map(|p| p.max(0) as u32);
+        let Some((window, _)) = self.offered(labelling, patch, at, Some(within))? else { return Ok(0) };
+        let (output, standing) = (labelling.map.domain(), labelling.map.ids.plane(0));
+        let price = |id: SampleId| i64::from(labelling.uses.price(id));
+        let places = window.places(output).zip(patch.samples(self.exemplars, &window));
+        let saved = places.filter_map(|(place, new)| {
+            let place = place.filter(|_| new.is_assigned())?;
+            let saved = i64::from(labelling.own[place]) - i64::from(self.offer[place]);
+            Some((saved + price(standing[place]) - price(new)).max(0))
+        });
+        Ok(saved.sum())
     }
 
     /// The box around all samples that could take the label whatever their neighbours do, with one more on every side;

@@ -29,6 +29,8 @@ pub(crate) struct Labelling<'a> {
     /// By constraint, the error of what stands, packed.
     errors: Vec<Vec<u64>>,
     pub(crate) worst: Worst,
+    /// Whether match errors wait: nobody asks for the worst place.
+    waits: bool,
     pub(crate) holes: usize,
     energy: Energy,
     pub(crate) uses: Uses,
@@ -54,6 +56,7 @@ impl<'a> Labelling<'a> {
             edges: [try_vec(samples, 0)?, try_vec(samples, 0)?],
             errors: terms.iter().map(|_| try_vec(samples, 0)).collect::<Result<_, _>>()?,
             worst: Worst::new(output, fixed)?,
+            waits: false,
             holes: samples,
             energy: Energy { agreement: i64::from(DUMMY) * samples as i64, boundary: 0, usage: 0 },
             uses: Uses::new(exemplars, samples, options.spread)?,
@@ -132,6 +135,13 @@ impl<'a> Labelling<'a> {
         Ok(Some(changed))
     }
 
+    /// Match errors wait from now on until they are wanted again. Sums over neighborhoods around each of many small
+    /// changes take longer than those of a whole output, once.
+    pub(crate) fn wait(&mut self, waits: bool) -> Result<(), Error> {
+        self.waits = waits;
+        if waits { Ok(()) } else { self.update(&Window::all(self.map.domain())) }
+    }
+
     /// The worst places, apart from each other: what is used too often counts over a neighborhood, as seams do.
     pub(crate) fn worst_places(&self, count: usize, apart: u32) -> Vec<usize> {
         if self.uses.is_off() {
@@ -162,6 +172,9 @@ impl<'a> Labelling<'a> {
                 self.energy.boundary += i64::from(price) - i64::from(self.edges[axis][place]);
                 self.edges[axis][place] = price;
             }
+        }
+        if self.waits {
+            return Ok(());
         }
         let reach = self.terms.iter().map(|t| t.taps.reach()).max().unwrap_or(0).max(self.half) + 1;
         let grown = changed.grown(output, [reach; 2], [reach; 2]);

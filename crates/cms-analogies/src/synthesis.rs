@@ -90,20 +90,36 @@ impl<'a, 'r> Weaver<'a, 'r> {
         Ok((self.labelling.map, self.stats))
     }
 
-    /// Offers each label around every piece that shows it: as it is, and moved by a sample.
+    /// Offers each label around every piece that shows it, as it is and then, so many times, moved by a sample.
     fn settle(&mut self) -> Result<bool, Error> {
-        let pieces = levels::pieces(&self.labelling.map)?;
-        for by in levels::ways() {
-            let moved = |piece: &&levels::Piece| by == [0; 2] || levels::LEAST_MOVED <= piece.samples;
-            for levels::Piece { patch, window: within, .. } in pieces.iter().filter(moved) {
+        self.labelling.wait(true)?;
+        for round in 0..=levels::MOVES {
+            for piece in levels::pieces(&self.labelling.map)? {
                 if self.run.observer.cancelled() {
                     return Ok(false);
                 }
-                let moved = Patch { offset: [0, 1].map(|a| patch.offset[a] + by[a]), ..*patch };
-                self.expand(&moved, within.start.map(|p| p.max(0) as u32), Some(within))?;
+                let label = if round == 0 { Some(piece.patch) } else { self.moved(&piece)? };
+                if let Some(label) = label {
+                    self.expand(&label, piece.window.start.map(|p| p.max(0) as u32), Some(&piece.window))?;
+                }
             }
         }
+        self.labelling.wait(false)?;
         Ok(true)
+    }
+
+    /// A piece's label moved by that sample which promises most; `None` where no move promises anything.
+    fn moved(&mut self, piece: &levels::Piece) -> Result<Option<Patch<2>>, Error> {
+        let (mut most, mut best) = (0, None);
+        for by in levels::ways().filter(|_| levels::LEAST_MOVED <= piece.samples) {
+            let offset = [0, 1].map(|a| piece.patch.offset[a] + by[a]);
+            let label = Patch { offset, ..piece.patch };
+            let promise = self.expansions.promise(&self.labelling, &label, &piece.window)?;
+            if most < promise {
+                (most, best) = (promise, Some(label));
+            }
+        }
+        Ok(best)
     }
 
     /// `[CMS IV-C]`

@@ -74,7 +74,7 @@ pub(crate) fn case(seed: u64) -> Case {
 }
 
 impl Case {
-    fn output(&self) -> Domain<2> {
+    pub(crate) fn output(&self) -> Domain<2> {
         self.constraints[0].guide.target().domain()
     }
 
@@ -132,7 +132,7 @@ fn close(found: i64, expected: f64) -> bool {
 }
 
 /// The sample of a patch that shows at a position `by` away from `at`, not around the output's border.
-fn shown(case: &Case, patch: &Patch<2>, at: [i32; 2]) -> Option<SampleId> {
+pub(crate) fn shown(case: &Case, patch: &Patch<2>, at: [i32; 2]) -> Option<SampleId> {
     let window = Window { start: at, shape: [1, 1] };
     patch.samples(&case.exemplars, &window).next().filter(|id| id.is_assigned())
 }

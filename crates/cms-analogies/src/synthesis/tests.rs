@@ -1,6 +1,8 @@
-//! What is remembered of searches, and for how long.
+//! What is remembered of searches, for how long, and what labels promise.
 
 use super::*;
+use crate::agreement::of_sample;
+use crate::tests::{case, shown};
 use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
 
 /// The samples of a window are within so many steps of one of another, along both axes.
@@ -47,4 +49,39 @@ fn a_change_is_forgotten_as_far_as_it_could_matter() {
             }
         }
     }
+}
+
+/// What a label promises: of each sample of a window what it would cost less, if it would.
+#[test]
+fn promises_are_what_agreement_alone_would_save() {
+    let mut some = 0;
+    for seed in 0..60 {
+        let case = case(seed);
+        // Of outputs that go around all is looked at, and a label may meet itself.
+        if case.output().periodic != [false; 2] {
+            continue;
+        }
+        let (map, _) = case.weave(true);
+        let (output, mut rng) = (case.output(), Seed(seed).rng());
+        let copy = SourceMap { ids: map.ids.clone(), table: map.table.clone() };
+        let terms = Term::list(&case.exemplars, &case.constraints, &case.options);
+        let labelling = Labelling::new(&case.exemplars, terms.clone(), copy, None, &case.options).unwrap();
+        let mut expansions = Expansions::new(&case.exemplars, None, output.len(), true).unwrap();
+        let source = rng.below(2) as usize;
+        let offset = output.shape.map(|side| rng.below(side) as i32 - 2);
+        let patch = Patch { source, offset };
+        let start = output.shape.map(|side| rng.below(side));
+        let shape = [0, 1].map(|a| 1 + rng.below(output.shape[a] - start[a]));
+        let window = Window { start: start.map(|p| p as i32), shape };
+        let saved = |at: [u32; 2]| {
+            let new = shown(&case, &patch, at.map(|p| p as i32))?;
+            let price = |id| i64::from(of_sample(&terms, &case.exemplars, at, id) + labelling.uses.price(id));
+            Some((price(map.ids.get(0, at)) - price(new)).max(0))
+        };
+        let places = window.places(output).flatten().map(|place| output.position(place));
+        let expected: i64 = places.filter_map(saved).sum();
+        assert_eq!(expansions.promise(&labelling, &patch, &window).unwrap(), expected, "{seed}");
+        some += u32::from(0 < expected);
+    }
+    assert!(5 <= some, "{some} promised something");
 }
