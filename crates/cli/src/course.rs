@@ -1,8 +1,8 @@
-//! How seams become cheaper: their price after each refinement as a curve, and pictures of what they cost at some of
-//! them, taken while a run goes on. `[Kwatra03 4, fig. 5]`
+//! How a run goes on: its energy after each step as a curve, and pictures of what it was like at some of them, taken
+//! while it works. Of seams they show what these cost. `[Kwatra03 4, fig. 5]`
 
 use std::fmt::Write as _;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use selvedge_core::{
     Bytes, Domain, Event, Exemplars, Grid, Observer, Plane, Render, Role, Samples, SeamCosts, SeamMeasure, SourceMap,
@@ -15,74 +15,118 @@ use crate::watch::Watch;
 
 /// Pictures that are kept at most, besides the last.
 const MOST: usize = 24;
-/// Samples a side of a picture at most: of a larger output each sample shows the dearest seam of a square.
+/// Samples a side of a picture at most.
 const LARGEST: u32 = 384;
 /// Width and height of the curve, in its own units.
 const CURVE: [f64; 2] = [1000.0, 200.0];
+/// Points of it at most.
+const MOST_POINTS: usize = 4000;
 
-/// Hands events on, and takes a picture of seam costs after refinements that changed something.
+/// Hands events on, and takes a picture after steps that changed something.
 ///
 /// All of them are taken until there are too many. From then on every second one is: so they stay evenly spread over
 /// the run, however long it takes, and only some dozen are made for each doubling of its length.
 pub(crate) struct Film<'w> {
     watch: &'w Watch,
-    costs: SeamCosts<2>,
+    words: &'static Words,
+    draw: Box<Draw<'w>>,
     reel: Mutex<Reel>,
 }
+
+/// A picture of a map.
+type Draw<'w> = dyn Fn(&SourceMap<2>) -> Option<Plane<2>> + Sync + 'w;
+
+/// What a film is about.
+pub(crate) struct Words {
+    /// The stages whose steps are shown.
+    pub(crate) stages: &'static [&'static str],
+    /// Whether each event is a step that changed something; otherwise it says how many are done.
+    pub(crate) counts: bool,
+    pub(crate) heading: &'static str,
+    /// What falls.
+    pub(crate) energy: &'static str,
+    /// A step by its number, and several of them.
+    pub(crate) steps: [&'static str; 2],
+    /// What a picture is called, and how all of them are read.
+    pub(crate) shows: &'static str,
+    pub(crate) legend: &'static str,
+    /// What else holds of them if they show the whole run.
+    pub(crate) of_all: &'static str,
+}
+
+/// What seams cost.
+const SEAMS: Words = Words {
+    stages: &["refine", "settle"],
+    counts: false,
+    heading: "Seams",
+    energy: "The price of all seams",
+    steps: ["refinement", "refinements"],
+    shows: "Seam costs",
+    legend: "What seams cost where: black is nothing, white what all but a fiftieth of them cost at most",
+    of_all: " once everything was covered",
+};
 
 /// What was taken so far.
 #[derive(Default)]
 struct Reel {
+    /// Steps that were told.
+    told: u64,
     /// Those that were taken note of.
     changes: u64,
     /// Every so many of them is kept.
     every: u64,
-    /// The last of them, and the price of all seams then.
+    /// The last of them, and the energy then.
     last: Option<(u64, i64)>,
-    /// What is white; see [`white`].
-    white: u32,
     steps: Vec<Step>,
 }
 
-/// The seams after a refinement.
+/// What a map was like after a step.
 struct Step {
-    /// Its number, from 1; 0 is before the first.
-    refinement: u64,
-    /// The price of all seams.
+    /// The step's number, from 1; 0 is before the first.
+    number: u64,
     energy: i64,
     picture: Plane<2>,
 }
 
 /// A film that is over.
 pub(crate) struct Course {
+    words: &'static Words,
     /// At the smallest size.
     energy: Vec<i64>,
     /// At how many sizes the map was solved. Of several, only the last map is one of the exemplars, and the only
     /// picture.
     levels: u32,
-    /// Refinements that changed something.
+    /// Steps that changed something.
     changes: u64,
     steps: Vec<Step>,
 }
 
 impl<'w> Film<'w> {
-    /// A film of a run over exemplars that prices its seams by a measure.
-    pub(crate) fn new(watch: &'w Watch, exemplars: &Exemplars<2>, measure: SeamMeasure) -> Result<Self, Failure> {
-        let reel = Mutex::new(Reel { every: 1, ..Reel::default() });
-        Ok(Self { watch, costs: SeamCosts::new(exemplars, measure)?, reel })
+    /// A film of what `draw` makes of maps.
+    pub(crate) fn new(watch: &'w Watch, words: &'static Words, draw: Box<Draw<'w>>) -> Self {
+        Self { watch, words, draw, reel: Mutex::new(Reel { every: 1, ..Reel::default() }) }
     }
 
-    fn note(&self, refinement: u64, energy: i64, map: &SourceMap<2>) {
+    /// A film of a run over exemplars that prices its seams by a measure.
+    pub(crate) fn of_seams(watch: &'w Watch, exemplars: &Exemplars<2>, measure: SeamMeasure) -> Result<Self, Failure> {
+        let costs = SeamCosts::new(exemplars, measure)?;
+        let white = OnceLock::new();
+        Ok(Self::new(watch, &SEAMS, Box::new(move |map| drawn(map, &costs, &white))))
+    }
+
+    fn note(&self, event: &Event<'_, 2>, energy: i64, map: &SourceMap<2>) {
         let mut reel = self.reel.lock().unwrap_or_else(PoisonError::into_inner);
+        let number = if self.words.counts { reel.told } else { event.done };
+        reel.told += 1;
         if reel.last.is_some_and(|(_, before)| before == energy) {
             return;
         }
-        reel.last = Some((refinement, energy));
+        reel.last = Some((number, energy));
         if reel.changes.is_multiple_of(reel.every) {
             if reel.steps.len() == MOST {
                 reel.thin();
             }
-            reel.take(refinement, energy, map, &self.costs);
+            reel.steps.extend((self.draw)(map).map(|picture| Step { number, energy, picture }));
         }
         reel.changes += 1;
     }
@@ -90,21 +134,22 @@ impl<'w> Film<'w> {
     /// Ends the film with what came out.
     pub(crate) fn course(self, map: &SourceMap<2>, energy: &[i64], levels: u32) -> Course {
         let mut reel = self.reel.into_inner().unwrap_or_else(PoisonError::into_inner);
-        if let Some((refinement, last)) = reel.last.filter(|(_, e)| reel.steps.last().is_some_and(|s| s.energy != *e)) {
-            reel.take(refinement, last, map, &self.costs);
+        let is_new = |last: i64| reel.steps.last().is_some_and(|step| step.energy != last);
+        if let Some((number, energy)) = reel.last.filter(|(_, last)| is_new(*last)) {
+            reel.steps.extend((self.draw)(map).map(|picture| Step { number, energy, picture }));
         }
         let changes = energy.windows(2).filter(|two| two[0] != two[1]).count() as u64;
-        Course { energy: energy.to_vec(), levels, changes, steps: reel.steps }
+        Course { words: self.words, energy: energy.to_vec(), levels, changes, steps: reel.steps }
     }
 }
 
 impl Observer<2> for Film<'_> {
     fn event(&self, event: &Event<'_, 2>) {
         self.watch.event(event);
-        let is_step = ["refine", "settle"].contains(&event.stage);
+        let is_step = self.words.stages.contains(&event.stage);
         let map = event.so_far.filter(|_| is_step).and_then(Render::as_map);
         if let (Some(map), Some(energy)) = (map, event.energy) {
-            self.note(event.done, energy, map);
+            self.note(event, energy, map);
         }
     }
 
@@ -120,18 +165,16 @@ impl Reel {
         self.steps = steps.into_iter().step_by(2).collect();
         self.every *= 2;
     }
+}
 
-    fn take(&mut self, refinement: u64, energy: i64, map: &SourceMap<2>, costs: &SeamCosts<2>) {
-        let (shape, prices) = dearest(map, costs);
-        if self.steps.is_empty() {
-            self.white = white(&prices);
-        }
-        // Of the root, so that cheap seams are seen beside dear ones.
-        let tone = |price: &u32| (255.0 * (f64::from(*price) / f64::from(self.white)).sqrt()).min(255.0) as u8;
-        let Ok(grid) = Grid::from_vec(Domain::open(shape), 1, prices.iter().map(tone).collect()) else { return };
-        let picture = Plane::new(Role::Scalar, Samples::U8(grid));
-        self.steps.push(Step { refinement, energy, picture });
-    }
+/// What seams cost where, on the scale of the first that was drawn.
+fn drawn(map: &SourceMap<2>, costs: &SeamCosts<2>, white: &OnceLock<u32>) -> Option<Plane<2>> {
+    let (shape, prices) = dearest(map, costs);
+    let white = *white.get_or_init(|| self::white(&prices));
+    // Of the root, so that cheap seams are seen beside dear ones.
+    let tone = |price: &u32| (255.0 * (f64::from(*price) / f64::from(white)).sqrt()).min(255.0) as u8;
+    let grid = Grid::from_vec(Domain::open(shape), 1, prices.iter().map(tone).collect()).ok()?;
+    Some(Plane::new(Role::Scalar, Samples::U8(grid)))
 }
 
 /// What all but a fiftieth of the seams cost at most: beside the dearest one the others would be black.
@@ -162,64 +205,72 @@ fn dearest(map: &SourceMap<2>, costs: &SeamCosts<2>) -> ([u32; 2], Vec<u32>) {
 }
 
 /// Samples of the output along a side of the square that becomes one sample of a picture.
-fn side(output: Domain<2>) -> u32 {
+pub(crate) fn side(output: Domain<2>) -> u32 {
     output.shape[0].max(output.shape[1]).div_ceil(LARGEST).max(1)
 }
 
-/// An upper bound of what a film and its course on the page take.
+/// An upper bound of what a film of seams and its course on the page take.
 pub(crate) fn memory(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+    let prices = sources.iter().map(|source| Bytes::of_samples(*source, channels as u64 + 9)).sum::<Bytes>();
+    prices + pictures(output, 1)
+}
+
+/// The same of pictures alone that have so many bytes a sample.
+pub(crate) fn pictures(output: Domain<2>, each: u64) -> Bytes {
     let side = side(output);
     let small = Domain::open(output.shape.map(|n| n.div_ceil(side)));
     // Each picture, and twice as text; prices of one.
-    let pictures = Bytes::of_samples(small, 4 * (MOST as u64 + 1) + 8);
-    sources.iter().map(|source| Bytes::of_samples(*source, channels as u64 + 9)).sum::<Bytes>() + pictures
+    Bytes::of_samples(small, 4 * each * (MOST as u64 + 1) + 8)
 }
 
 impl Course {
     /// The curve and the pictures, for the page.
     pub(crate) fn html(&self) -> Result<String, Failure> {
-        let (refinements, changes) = (self.energy.len().saturating_sub(1), self.changes);
+        let Words { heading, energy, steps: [step, steps], shows, legend, of_all, .. } = self.words;
+        let (done, changes) = (self.energy.len().saturating_sub(1), self.changes);
         let (first, last) = (self.energy.first().unwrap_or(&0), self.energy.last().unwrap_or(&0));
-        let (size, below, white) = if self.levels == 1 {
-            (String::new(), "; dots are the pictures below", " once everything was covered")
+        let of_them = if self.words.counts { String::new() } else { format!(", {changes} of which changed something") };
+        let (size, below, of_all) = if self.levels == 1 {
+            (String::new(), "; dots are the pictures below", *of_all)
         } else {
             (format!(" at 1/{} of the size", 1 << (self.levels - 1)), "; below are those of the whole size", "")
         };
         let mut html = format!(
-            "<h2>Seams</h2>\n<figure>{}<figcaption>The price of all seams{size}, from {first} once everything was \
-             covered to {last} after {refinements} refinements, {changes} of which changed something{below}\
-             </figcaption></figure>\n<p>What seams cost where: black is nothing, white what all but a fiftieth \
-             of them cost at most{white}.</p>\n<div class=\"steps\">\n",
+            "<h2>{heading}</h2>\n<figure>{}<figcaption>{energy}{size}, from {first} once everything was covered to \
+             {last} after {done} {steps}{of_them}{below}</figcaption></figure>\n\
+             <p>{legend}{of_all}.</p>\n<div class=\"steps\">\n",
             self.curve()
         );
-        for Step { refinement, energy, picture } in &self.steps {
-            let when = match (self.levels, refinement) {
+        for Step { number, energy, picture } in &self.steps {
+            let when = match (self.levels, number) {
                 (1, 0) => "covered".to_owned(),
-                (1, n) => format!("refinement {n}"),
+                (1, n) => format!("{step} {n}"),
                 _ => "at the whole size".to_owned(),
             };
-            html += &page::figure(picture, &format!("Seam costs, {when}"), &format!("{when}: {energy}"))?;
+            html += &page::figure(picture, &format!("{shows}, {when}"), &format!("{when}: {energy}"))?;
         }
         Ok(html + "</div>\n")
     }
 
-    /// The price of all seams over refinements, from the least to the most.
+    /// The energy over steps, from the least to the most.
     fn curve(&self) -> String {
         let [width, height] = CURVE;
         let most = self.energy.iter().copied().max().unwrap_or(0);
         let least = self.energy.iter().copied().min().unwrap_or(0);
         let range = (most - least).max(1) as f64;
         let step = width / self.energy.len().saturating_sub(1).max(1) as f64;
-        let point = |refinement: u64, energy: i64| (refinement as f64 * step, (most - energy) as f64 / range * height);
+        let point = |number: u64, energy: i64| (number as f64 * step, (most - energy) as f64 / range * height);
         let mut svg =
             format!("<svg viewBox=\"-8 -8 {} {}\" role=\"img\"><polyline points=\"", width + 16.0, height + 16.0);
-        for (refinement, &energy) in (0..).zip(&self.energy) {
-            let (x, y) = point(refinement, energy);
+        // No screen shows more points.
+        let every = self.energy.len().div_ceil(MOST_POINTS).max(1);
+        for (number, &energy) in (0..).zip(&self.energy).step_by(every) {
+            let (x, y) = point(number, energy);
             let _ = write!(svg, "{x:.1},{y:.1} ");
         }
         svg += "\"/>";
         for step in self.steps.iter().filter(|_| self.levels == 1) {
-            let (x, y) = point(step.refinement, step.energy);
+            let (x, y) = point(step.number, step.energy);
             let _ = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\"/>");
         }
         svg + "</svg>"

@@ -17,7 +17,7 @@ use crate::{names, page};
 const MOST: usize = 1000;
 
 /// Files that a run writes, by their options' fields.
-const WRITTEN: [&str; 6] = ["output", "map", "explain", "label_map", "preview", "report"];
+const WRITTEN: [&str; 7] = ["output", "map", "explain", "label_map", "mapped", "preview", "report"];
 
 /// Lists of which each exemplar has its own part.
 const OF_EACH: [&str; 4] = ["mask", "with", "matched", "role"];

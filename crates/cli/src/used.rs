@@ -12,11 +12,12 @@ use serde_json::{Map, Value};
 pub(crate) struct Used(Vec<(String, Value)>);
 
 /// Options that say where a run writes and what it is called, not what it makes.
-pub(crate) const BESIDE: [&str; 14] = [
+pub(crate) const BESIDE: [&str; 15] = [
     "output",
     "map",
     "explain",
     "label-map",
+    "mapped",
     "preview",
     "report",
     "sheet",

@@ -211,3 +211,46 @@ fn what_is_transparent_says_nothing() {
         folder.run(&format!("{} -o no.png", line.replace('$', "none.png"))).refused(3, &["none.png", "transparent"]);
     }
 }
+
+#[test]
+fn what_lies_under_the_exemplars_is_written_as_the_output_has_it() {
+    let folder = Folder::new("analogies-mapped");
+    for one_hot in ["", "--one-hot"] {
+        folder.run(&format!("{NUMBERS} {one_hot} -K 9 -N 1 -o o.png --map m.exr --mapped q.png")).done();
+        folder.run("apply m.exr @/ground/labels.png --role color -o laid.png").done();
+        folder.run("compare q.png laid.png").done();
+    }
+    // Under the exemplar of detail lies what no file holds.
+    let detail = "detail @/cobbles.png --low @/ground/target.png --scale 2 --history 1 --tolerance 1e6";
+    folder.run(&format!("{detail} -o {{stem}}-o.png --mapped {{stem}}-q.png")).done();
+    let size = |name: &str| selvedge_io::read(folder.path(name), &Default::default()).unwrap().plane.domain();
+    assert_eq!(size("cobbles-q.png"), size("cobbles-o.png"));
+    folder.run(&format!("{NUMBERS} -o o.png --mapped o.png")).refused(2, &["o.png", "two outputs"]);
+    panned(&folder);
+    folder.run(&format!("{FRAMES} --mapped q.png")).refused(2, &["q.png", "'name.####.png'"]);
+    folder.run(&format!("{FRAMES} --mapped q.#.png")).done();
+    assert_eq!(size("q.4.png"), size("o.4.png"));
+}
+
+#[test]
+fn the_report_shows_what_a_run_was_like_meanwhile() {
+    let folder = Folder::new("analogies-course");
+    let lines = [
+        format!("{NUMBERS} --one-hot"),
+        "transfer @/cobbles.png --target @/ground/target.png --match-histogram --method cms".to_owned(),
+    ];
+    for line in lines {
+        let said = folder.run(&format!("{line} -o out.png --report page --json")).done();
+        let page = fs::read_to_string(folder.path("page/index.html")).unwrap();
+        let pictures = page.matches("<img alt=\"So far, ").count();
+        assert!((2..=25).contains(&pictures), "{pictures} pictures: {line}");
+        let energies = said.json()["stats"]["energy"].as_array().unwrap().len();
+        let curve = page.split_once("<polyline points=\"").unwrap().1.split_once('"').unwrap().0;
+        assert_eq!(curve.split_whitespace().count(), energies, "{line}");
+        let needed = |options: &str| {
+            let said = folder.run(&format!("{line} -o out.png --dry-run --json {options}")).done();
+            said.json()["estimated_memory_bytes"].as_u64().unwrap()
+        };
+        assert!(needed("") + 80 * 60 * 6 < needed("--report page"), "{line}");
+    }
+}

@@ -108,7 +108,11 @@ impl Analogy {
         let derived =
             |c: &Correspondence| Ok(Constraint { weight: c.weight, ..Constraint::new(c.what.of(&light, 0.0)?) });
         let all: Result<Vec<_>, Failure> = self.auto_guides.iter().map(derived).collect();
-        Ok(Request { constraints: std::iter::once(Constraint::new(guide)).chain(all?).collect(), after: None })
+        Ok(Request {
+            constraints: std::iter::once(Constraint::new(guide)).chain(all?).collect(),
+            after: None,
+            palette: None,
+        })
     }
 }
 

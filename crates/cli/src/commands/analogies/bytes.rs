@@ -4,6 +4,7 @@ use selvedge_cms_analogies::{Sizes, estimate};
 use selvedge_core::{Bytes, Domain};
 
 use super::job::Job;
+use super::shown;
 use crate::correspondence::What;
 use crate::failure::Failure;
 use crate::followed::MASKS;
@@ -37,7 +38,11 @@ impl Job<'_> {
             .chain(std::iter::once(&output))
             .map(|domain| of(domain, pictures))
             .sum();
+        let page = if self.weaving.report.is_some() { shown::bytes(output) } else { Bytes(0) };
+        let mapped = if self.knobs.mapped.is_some() { of(&output, 2 * 3) } else { Bytes(0) };
         estimate(&sizes, &self.options)
+            + page
+            + mapped
             + held
             + made
             + self.knobs.start.bytes(output)

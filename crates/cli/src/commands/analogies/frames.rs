@@ -171,7 +171,7 @@ impl Typed<'_> {
                 flow: i.checked_sub(1).and_then(|step| sequence.flow(step)),
                 made: RefCell::new(None),
             };
-            let one = make(&weaving, &sequence.knobs(i), &frame);
+            let one = make(&weaving, &sequence.knobs(i)?, &frame);
             let mut one = one
                 .and_then(|one| one.outputs.write(session).map(|_| one))
                 .map_err(|failure| self.after(session, failure, i))?;
@@ -271,6 +271,7 @@ impl<'a> Sequence<'a> {
         for frame in first..self.frames {
             let run = self.run(frame)?;
             written.extend(run.files_written(session, &run.written(), run.input.exemplars.len() / 2));
+            written.extend(self.knobs(frame)?.mapped);
         }
         let read = self.files.values().flatten().chain(&self.flows).cloned();
         outputs::check(session, &written, &read.collect::<Vec<_>>())
@@ -301,10 +302,13 @@ impl<'a> Sequence<'a> {
         self.flows.get(step.min(self.flows.len().saturating_sub(1))).cloned()
     }
 
-    fn knobs(&self, frame: usize) -> Knobs {
+    /// The knobs as a frame has them.
+    fn knobs(&self, frame: usize) -> Result<Knobs, Failure> {
         let knobs = self.of.knobs;
         let at = |path: &Path| self.file(path, frame);
-        Knobs { guides: knobs.guides.over(at), follow_where: knobs.follow_where.as_deref().map(at), ..knobs.clone() }
+        let mapped = knobs.mapped.as_ref().map(|path| self.numbered(path, frame)).transpose()?;
+        let follow_where = knobs.follow_where.as_deref().map(at);
+        Ok(Knobs { guides: knobs.guides.over(at), follow_where, mapped, ..knobs.clone() })
     }
 
     /// The same as its own run has it, whose first exemplar is A'.
@@ -314,6 +318,14 @@ impl<'a> Sequence<'a> {
         Ok(weaving)
     }
 
+    /// A name of a frame, counted from 1.
+    fn numbered(&self, path: &Path, frame: usize) -> Result<PathBuf, Failure> {
+        ClipName::parse(path).and_then(|name| name.file(frame as u32 + 1)).ok_or_else(|| {
+            let failure = Failure::new(2, format!("{} would have this name", n("frame", self.frames)));
+            failure.about(path).remedy("name frames by a pattern, such as 'name.####.png'")
+        })
+    }
+
     /// Exemplars and a frame, and the frame's own names, counted from 1.
     fn weaving(&self, frame: usize) -> Result<Weaving, Failure> {
         let typed = self.of.weaving;
@@ -321,12 +333,7 @@ impl<'a> Sequence<'a> {
         if let Some(target) = weaving.input.exemplars.last_mut() {
             *target = self.file(target, frame);
         }
-        let numbered = |path: &PathBuf| {
-            ClipName::parse(path).and_then(|name| name.file(frame as u32 + 1)).ok_or_else(|| {
-                let failure = Failure::new(2, format!("{} would have this name", n("frame", self.frames)));
-                failure.about(path).remedy("name frames by a pattern, such as 'name.####.png'")
-            })
-        };
+        let numbered = |path: &PathBuf| self.numbered(path, frame);
         let maybe = |path: &Option<PathBuf>| path.as_ref().map(numbered).transpose();
         weaving.output = numbered(&typed.output)?;
         (weaving.map, weaving.explain) = (maybe(&typed.map)?, maybe(&typed.explain)?);

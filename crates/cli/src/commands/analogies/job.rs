@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use selvedge_cms_analogies::{Constraint, Error, Options, Plan, fitness_from};
 use selvedge_core::{Bytes, Domain};
 
-use super::fit;
 use super::frames::Frame;
+use super::palette::Palette;
 use super::told::{failure, outcome};
-use super::{Knobs, Task};
+use super::{Knobs, Task, fit, shown};
 use crate::failure::{Failure, n};
 use crate::ground;
 use crate::inputs::Input;
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
+use crate::names;
 use crate::outcome::{After, Beside, Outcome};
 use crate::output_size::OutputSize;
 use crate::pairs::Pair;
@@ -30,12 +31,14 @@ pub(super) struct Request {
     pub(super) constraints: Vec<Constraint>,
     /// What is done to the picture at the end.
     pub(super) after: Option<After>,
+    /// The labels that are the channels of its own constraint, if they are.
+    pub(super) palette: Option<Palette>,
 }
 
 impl Request {
     /// One constraint alone.
     pub(super) fn one(constraint: Constraint) -> Self {
-        Self { constraints: vec![constraint], after: None }
+        Self { constraints: vec![constraint], after: None, palette: None }
     }
 }
 
@@ -64,6 +67,11 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// The name of `--mapped`.
+    fn mapped(&self) -> Option<PathBuf> {
+        self.knobs.mapped.as_ref().map(|path| names::of_plane(path, &self.weaving.input.exemplars[0]))
+    }
+
     /// An error, with the name of the picture that is too small where it is one's.
     fn small(&self, loom: &Loom<'_>, error: Error) -> Failure {
         let small = match &error {
@@ -93,6 +101,7 @@ impl Method for Job<'_> {
         };
         let followed = self.others.iter().chain(pairs.iter().flat_map(Pair::files)).cloned();
         Ok(Setup {
+            writes: self.mapped().into_iter().collect(),
             others: followed.chain(self.knobs.follow_where.clone()).chain(start.files()).collect(),
             backdrop: start.backdrop(),
             keeps,
@@ -110,7 +119,7 @@ impl Method for Job<'_> {
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let mut followed = vec![self.first.to_path_buf()];
-        let Request { mut constraints, after } = (self.read)(self, loom)?;
+        let Request { mut constraints, after, palette } = (self.read)(self, loom)?;
         let derived = constraints.split_off(1);
         for pair in self.knobs.guides.pairs(self.weaving)? {
             constraints.push(Constraint { guide: pair.read(loom)?, ratio: 1, weight: pair.weight });
@@ -135,9 +144,12 @@ impl Method for Job<'_> {
         followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
         let how = format!("under {}", n("constraint", plan.constraints().len()));
         Ok(PlannedRun::new(self.used(loom), how, move || {
-            let woven = plan.weave_from(&start, &run).map_err(failure)?;
+            let (woven, course) = shown::woven(loom, &plan, &start, palette.as_ref())?;
             self.frame.map_or(Ok(()), |frame| frame.keep(&woven.result))?;
-            let mut outcome = Outcome { kept: start.fixed, after, ..outcome(woven) };
+            let mapped = || shown::mapped(&plan.constraints()[0], &woven.result, palette.as_ref());
+            let mapped = self.mapped().map(|path| Ok((path, mapped()?)));
+            let others = mapped.into_iter().collect::<Result<_, Failure>>()?;
+            let mut outcome = Outcome { kept: start.fixed, after, course, others, ..outcome(woven) };
             outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
             if loom.args.explain.is_some() || loom.args.report.is_some() {
                 let guides = followed.iter().zip(plan.constraints()).zip(&fits);

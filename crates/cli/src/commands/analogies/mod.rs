@@ -8,6 +8,7 @@ mod frames;
 mod job;
 pub(crate) mod numbers;
 pub(super) mod palette;
+pub(super) mod shown;
 pub(super) mod told;
 mod used;
 
@@ -36,6 +37,9 @@ pub(crate) struct Knobs {
     /// Follow what is asked for only where this picture is white; elsewhere the texture goes on as it likes.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     follow_where: Option<PathBuf>,
+    /// Write what lies under the exemplars as the output has it, 8 bits: it should look like what is followed.
+    #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    mapped: Option<PathBuf>,
     #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
@@ -64,7 +68,7 @@ pub(crate) struct Knobs {
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     levels: Auto<u32>,
     /// Make a run for each of several K, each of several N, or each pair of both, and show them by --sheet, a row for
-    /// each K, with K/N below each: K=.05,.2,1,5 N=1,3,5,9. '{n}' in names is the run's number.
+    /// each K, with K/N below each: K=.05,.2,1,5 N=1,3,5,9. An n in braces in names is the run's number.
     #[arg(long, num_args = 1..=2, value_name = "LIST")]
     sweep: Vec<Sweep>,
     /// Draw this many labels at random instead of searching for them, to compare with.

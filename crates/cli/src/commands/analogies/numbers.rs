@@ -62,14 +62,14 @@ impl Numbers {
             channels: if self.one_hot { 2 } else { 3 },
             derived: 0,
             others: sources.iter().chain(std::iter::once(&self.target)).cloned().collect(),
-            read: &|job, loom| Ok(Request::one(self.constraint(job, loom, &sources)?)),
+            read: &|job, loom| self.asked(job, loom, &sources),
             files: None,
             frame: None,
         }
         .run(session)
     }
 
-    fn constraint(&self, job: &Job<'_>, loom: &mut Loom<'_>, sources: &[PathBuf]) -> Result<Constraint, Failure> {
+    fn asked(&self, job: &Job<'_>, loom: &mut Loom<'_>, sources: &[PathBuf]) -> Result<Request, Failure> {
         let session = loom.session;
         let labels = Followed::all(loom, sources)?;
         for (number, (path, one)) in sources.iter().zip(&labels).enumerate() {
@@ -102,7 +102,8 @@ impl Numbers {
         let guide = followed::seen(guide, &labels, &wanted).map_err(|e| e.about(&sources[0]))?;
         // Two channels differ between two labels, of as many as there are labels; K was made for three that do.
         let weight = if self.one_hot { have.len() as f64 / 2.0 } else { 1.0 };
-        Ok(Constraint { guide, ratio: 1, weight })
+        let palette = self.one_hot.then_some(have);
+        Ok(Request { palette, ..Request::one(Constraint { guide, ratio: 1, weight }) })
     }
 
     /// Every sample as the label that it is nearest to.

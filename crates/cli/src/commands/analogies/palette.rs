@@ -66,6 +66,10 @@ impl Palette {
         self.colors.iter().map(|(color, _)| hex(*color))
     }
 
+    pub(super) fn color(&self, label: usize) -> Color {
+        self.colors[label].0
+    }
+
     pub(super) fn len(&self) -> usize {
         self.colors.len()
     }

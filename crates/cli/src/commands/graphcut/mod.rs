@@ -121,7 +121,7 @@ impl Method for Graphcut {
         );
         Ok(PlannedRun::new(self.used(loom, &settings), how, move || {
             let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| self.repairing.is_on()));
-            let film = self.is_filmed().then(|| Film::new(&session.watch, exemplars, options.seam)).transpose()?;
+            let film = self.is_filmed().then(|| Film::of_seams(&session.watch, exemplars, options.seam)).transpose()?;
             let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
             let run = Run { observer, ..session.run() };
             let woven = plan.weave(start, &run).map_err(|e| told::failure(loom, e))?;

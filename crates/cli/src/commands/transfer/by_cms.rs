@@ -1,14 +1,16 @@
 //! `selvedge transfer --method cms`: the same guides, followed by labels. `[CMS V-E]`
 
 use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
-use selvedge_core::{Bytes, Domain, Guide};
+use selvedge_core::{Bytes, Domain, Guide, Start};
 
 use super::{OF_BLOCKS, Transfer};
+use crate::commands::analogies::shown;
 use crate::commands::analogies::told::{failure, outcome};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::PlannedRun;
 use crate::options::Turning;
+use crate::outcome::Outcome;
 use crate::setup::Setup;
 use crate::used::Used;
 
@@ -31,7 +33,8 @@ impl Transfer {
         let sizes = Sizes { sources, channels, constraints: &[(guides, 1)], output };
         let each = 2 * guides as u64 + 12 + self.followed.masks();
         let maps = sources.iter().chain(std::iter::once(&output)).map(|domain| Bytes::of_samples(*domain, each)).sum();
-        estimate(&sizes, &self.options_of_labels()) + maps
+        let page = if self.weaving.report.is_some() { shown::bytes(output) } else { Bytes(0) };
+        estimate(&sizes, &self.options_of_labels()) + maps + page
     }
 
     pub(super) fn plan_labels<'l>(&'l self, loom: &'l Loom<'_>, guide: Guide<2>) -> Result<PlannedRun<'l>, Failure> {
@@ -45,7 +48,11 @@ impl Transfer {
             .set("neighborhood", options.neighborhood)
             .set("spread", options.spread);
         let used = OF_BLOCKS.into_iter().fold(used, Used::without);
-        Ok(PlannedRun::new(used, "by labels", move || Ok(outcome(plan.weave(&run).map_err(failure)?))))
+        Ok(PlannedRun::new(used, "by labels", move || {
+            let start = Start::empty(&loom.loaded.exemplars, loom.domain)?;
+            let (woven, course) = shown::woven(loom, &plan, &start, None)?;
+            Ok(Outcome { course, ..outcome(woven) })
+        }))
     }
 
     fn options_of_labels(&self) -> Options {
