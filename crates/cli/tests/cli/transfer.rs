@@ -37,3 +37,14 @@ fn a_guide_of_several_exemplars_is_a_list_and_a_target() {
     let said = folder.run(line).done();
     assert!(said.stderr.contains("would be 192x192 px from 12490 blocks of 21, "), "{}", said.stderr);
 }
+
+#[test]
+fn a_sweep_of_labels_makes_a_run_for_each_pair_of_values() {
+    let folder = Folder::new("transfer-sweep");
+    let line = "transfer @/cobbles.png --target @/ground/target.png --match-histogram --sweep K=.1,2 N=1,2 -o {n}.png";
+    folder.run(&format!("{line} --method cms --sheet sheet.png")).done();
+    assert_eq!(folder.names(), ["1.png", "2.png", "3.png", "4.png", "sheet.png"]);
+    let files = folder.files();
+    assert!(files[std::path::Path::new("1.png")] != files[std::path::Path::new("4.png")]);
+    folder.run(line).refused(2, &["of labels", "--method cms"]);
+}

@@ -20,6 +20,7 @@ use crate::options::{Following, option};
 use crate::outcome::Outcome;
 use crate::session::Session;
 use crate::setup::Setup;
+use crate::sweep::Sweep;
 use crate::used::Used;
 use crate::values::{Auto, counts, pixels};
 use crate::weaving::Weaving;
@@ -40,6 +41,11 @@ pub(crate) struct Transfer {
     method: By,
     #[command(flatten)]
     following: Following,
+    /// With --method cms, make a run for each of several K, each of several N, or each pair of both, and show them by
+    /// --sheet, a row for each K, with K/N below each: K=.05,.2,1,5 N=1,3,5,9. An n in braces in names is the run's
+    /// number.
+    #[arg(long, num_args = 1..=2, value_name = "LIST")]
+    sweep: Vec<Sweep>,
     /// Side of the first pass's blocks in pixels, or auto; each pass takes them smaller by a third. auto is a ninth of
     /// the target's shorter side, 12 to 36; where small features such as eyes are lost, give about half of that.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = pixels())]
