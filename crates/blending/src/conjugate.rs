@@ -1,26 +1,26 @@
 //! The same by conjugate gradients, where some samples are held.
 
-use selvedge_core::{Domain, Error, par, try_vec};
+use selvedge_core::{Error, par, try_vec};
 
+use crate::fourier::Ends;
 use crate::poisson::Poisson;
 
 /// Values that sums are taken of before these are added, in order: the same sum on any number of threads, and enough of
 /// them that starting a task costs nothing beside it.
 const BLOCK: usize = 1 << 14;
 
-/// Rounds after which what is reached must do. Some tens are usual: the whole domain's solution is near.
+/// Rounds after which what is reached must do. Some tens are usual: the whole box's solution is near.
 const MOST_ROUNDS: u32 = 1000;
 
-/// A domain, some of whose places are held at 0.
+/// A box, some of whose places are held at 0.
 pub(crate) struct Held<'a, const D: usize> {
-    pub(crate) domain: Domain<D>,
     pub(crate) free: &'a [bool],
     pub(crate) poisson: &'a Poisson<D>,
 }
 
 impl<const D: usize> Held<'_, D> {
     /// Solves `sum over neighbors q of (w[p] - w[q]) = f[p]` where places are free, from `f` to `w`, about as near as
-    /// `tolerance`: the solution over the whole domain says how far away it is, and where to go (a preconditioner).
+    /// `tolerance`: the solution over the whole box says how far away it is, and where to go (a preconditioner).
     pub(crate) fn solve(&self, values: &mut [f64], tolerance: f64) -> Result<(), Error> {
         let n = values.len();
         let (mut rest, mut near) = (try_vec(n, 0.0)?, try_vec(n, 0.0)?);
@@ -55,7 +55,7 @@ impl<const D: usize> Held<'_, D> {
 
     /// What the differences from neighbors sum up to.
     fn pull(&self, w: &[f64], to: &mut [f64]) {
-        let (domain, last) = (self.domain, D - 1);
+        let (domain, ends, last) = (self.poisson.domain, self.poisson.ends, D - 1);
         let width = domain.shape[last] as usize;
         let mut rows = domain;
         (rows.shape[last], rows.periodic[last]) = (1, false);
@@ -65,9 +65,12 @@ impl<const D: usize> Held<'_, D> {
             for axis in 0..last {
                 for by in [-1, 1] {
                     let by = std::array::from_fn(|a| if a == axis { by } else { 0 });
-                    let Some(there) = rows.step(rows.position(row), by) else { continue };
-                    let there = &w[rows.index(there) * width..][..width];
-                    to.iter_mut().zip(here.iter().zip(there)).for_each(|(to, (p, q))| *to += p - q);
+                    if let Some(there) = rows.step(rows.position(row), by) {
+                        let there = &w[rows.index(there) * width..][..width];
+                        to.iter_mut().zip(here.iter().zip(there)).for_each(|(to, (p, q))| *to += p - q);
+                    } else if ends[axis] == Ends::Tied {
+                        to.iter_mut().zip(here).for_each(|(to, p)| *to += p);
+                    }
                 }
             }
             for x in 1..width {
@@ -75,10 +78,17 @@ impl<const D: usize> Held<'_, D> {
                 to[x] += d;
                 to[x - 1] -= d;
             }
-            if domain.periodic[last] {
-                let d = here[0] - here[width - 1];
-                to[0] += d;
-                to[width - 1] -= d;
+            match ends[last] {
+                Ends::Free => {}
+                Ends::Around => {
+                    let d = here[0] - here[width - 1];
+                    to[0] += d;
+                    to[width - 1] -= d;
+                }
+                Ends::Tied => {
+                    to[0] += here[0];
+                    to[width - 1] += here[width - 1];
+                }
             }
         });
     }

@@ -1,4 +1,4 @@
-//! Lines as sums of waves: cosines where they end, all waves where they go around.
+//! Lines as sums of waves: cosines where they end, sines where their ends are tied, all waves where they go around.
 //!
 //! Transforms of our own, because their last bits reach float samples: a library that chooses instructions by the
 //! machine, and sines by the system, makes other files there. Sines are libm's and sums have one order.
@@ -191,10 +191,22 @@ fn factors(mut n: usize) -> Vec<usize> {
     factors
 }
 
+/// What an axis has beyond its ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ends {
+    /// Nothing.
+    Free,
+    /// Its other end.
+    Around,
+    /// Samples that are held at 0.
+    Tied,
+}
+
 /// The waves along an axis: those for which the difference from both neighbors, summed, is a multiple of the wave.
 pub(crate) struct Waves {
+    len: usize,
     fourier: Fourier,
-    periodic: bool,
+    ends: Ends,
     /// `exp(-pi i k / (2 len))`.
     quarters: Vec<Complex>,
 }
@@ -207,47 +219,91 @@ pub(crate) struct Scratch {
 }
 
 impl Waves {
-    pub(crate) fn new(len: u32, periodic: bool) -> Self {
+    pub(crate) fn new(len: u32, ends: Ends) -> Self {
         let len = len as usize;
         let quarters = (0..len).map(|k| Complex::unit(k, 4 * len)).collect();
-        Self { fourier: Fourier::new(len), periodic, quarters }
+        // What is tied goes on mirrored and turned over.
+        let fourier = Fourier::new(if ends == Ends::Tied { 2 * (len + 1) } else { len });
+        Self { len, fourier, ends, quarters }
     }
 
     /// By wave: what the differences from both neighbors sum up to, for a wave of height 1.
     pub(crate) fn eigenvalues(&self) -> Vec<f64> {
-        let n = self.fourier.len as f64;
-        let angle = |k: usize| if self.periodic { 2.0 * PI * k as f64 / n } else { PI * k as f64 / n };
+        let n = self.len as f64;
+        let angle = |k: usize| match self.ends {
+            Ends::Free => PI * k as f64 / n,
+            Ends::Around => 2.0 * PI * k as f64 / n,
+            Ends::Tied => PI * (k + 1) as f64 / (n + 1.0),
+        };
         // 2 - 2 cos, without losing the digits of small ones.
         let value = |k: usize| 4.0 * libm::pow(libm::sin(angle(k) / 2.0), 2.0);
-        (0..self.fourier.len).map(value).collect()
+        (0..self.len).map(value).collect()
     }
 
-    /// Two lines into heights of waves: a sum of cosines, or of cosine and sine together (Hartley's transform).
-    pub(crate) fn forward(&self, [a, b]: [&mut [f64]; 2], scratch: &mut Scratch) {
-        let n = self.fourier.len;
-        scratch.from.clear();
-        // For cosines every second sample, and the others from behind (Makhoul 1980).
-        let order = |i: usize| if self.periodic { i } else { folded(i, n) };
-        scratch.from.extend((0..n).map(|i| Complex { re: a[order(i)], im: b[order(i)] }));
-        scratch.to.resize(n, Complex::ZERO);
-        self.fourier.transform(&scratch.from, &mut scratch.to);
-        for k in 0..n {
-            let (here, there) = (scratch.to[k], scratch.to[(n - k) % n].conjugate());
-            // Spectra of both lines, twice as high.
-            let (of_a, of_b) = (here.plus(there), here.minus(there).turned());
-            let height = |f: Complex| if self.periodic { f.re - f.im } else { f.times(self.quarters[k]).re };
-            (a[k], b[k]) = (height(of_a) / 2.0, height(of_b) / 2.0);
+    /// Two lines into heights of waves: a sum of cosines, of sines, or of both together (Hartley's transform).
+    pub(crate) fn forward(&self, lines: [&mut [f64]; 2], scratch: &mut Scratch) {
+        match self.ends {
+            Ends::Free => self.cosines(lines, scratch),
+            Ends::Around => self.around(lines, scratch),
+            Ends::Tied => self.sines(lines, scratch),
         }
     }
 
     /// The inverse of [`forward`](Self::forward).
     pub(crate) fn backward(&self, [a, b]: [&mut [f64]; 2], scratch: &mut Scratch) {
-        let n = self.fourier.len;
-        if self.periodic {
-            self.forward([&mut *a, &mut *b], scratch);
-            a.iter_mut().chain(b).for_each(|v| *v /= n as f64);
-            return;
+        let scale = match self.ends {
+            Ends::Free => return self.of_cosines([a, b], scratch),
+            Ends::Around => 1.0 / self.len as f64,
+            Ends::Tied => 2.0 / (self.len + 1) as f64,
+        };
+        self.forward([&mut *a, &mut *b], scratch);
+        a.iter_mut().chain(b).for_each(|v| *v *= scale);
+    }
+
+    fn transform(&self, scratch: &mut Scratch) {
+        scratch.to.resize(self.fourier.len, Complex::ZERO);
+        self.fourier.transform(&scratch.from, &mut scratch.to);
+    }
+
+    fn sines(&self, [a, b]: [&mut [f64]; 2], scratch: &mut Scratch) {
+        let both = |i: usize| Complex { re: a[i], im: b[i] };
+        scratch.from.clear();
+        scratch.from.push(Complex::ZERO);
+        scratch.from.extend((0..self.len).map(both));
+        scratch.from.push(Complex::ZERO);
+        scratch.from.extend((0..self.len).rev().map(|i| Complex::ZERO.minus(both(i))));
+        self.transform(scratch);
+        // -2 i (a + i b).
+        for (k, v) in scratch.to[1..=self.len].iter().enumerate() {
+            (a[k], b[k]) = (-v.im / 2.0, v.re / 2.0);
         }
+    }
+
+    fn around(&self, [a, b]: [&mut [f64]; 2], scratch: &mut Scratch) {
+        scratch.from.clear();
+        scratch.from.extend(a.iter().zip(&*b).map(|(&re, &im)| Complex { re, im }));
+        self.transform(scratch);
+        for k in 0..self.len {
+            let [of_a, of_b] = parted(&scratch.to, k);
+            (a[k], b[k]) = ((of_a.re - of_a.im) / 2.0, (of_b.re - of_b.im) / 2.0);
+        }
+    }
+
+    fn cosines(&self, [a, b]: [&mut [f64]; 2], scratch: &mut Scratch) {
+        scratch.from.clear();
+        // Every second sample, and the others from behind (Makhoul 1980).
+        let order = (0..self.len).map(|i| folded(i, self.len));
+        scratch.from.extend(order.map(|i| Complex { re: a[i], im: b[i] }));
+        self.transform(scratch);
+        for k in 0..self.len {
+            let [of_a, of_b] = parted(&scratch.to, k).map(|f| f.times(self.quarters[k]).re / 2.0);
+            (a[k], b[k]) = (of_a, of_b);
+        }
+    }
+
+    /// The inverse of [`cosines`](Self::cosines).
+    fn of_cosines(&self, [a, b]: [&mut [f64]; 2], scratch: &mut Scratch) {
+        let n = self.len;
         scratch.from.clear();
         scratch.from.extend((0..n).map(|k| {
             let spectrum = |x: &[f64]| {
@@ -258,13 +314,19 @@ impl Waves {
             // a + i b, swapped for the inverse.
             Complex { re: of_a.re - of_b.im, im: of_a.im + of_b.re }.swapped()
         }));
-        scratch.to.resize(n, Complex::ZERO);
-        self.fourier.transform(&scratch.from, &mut scratch.to);
+        self.transform(scratch);
         for (i, v) in scratch.to.iter().enumerate() {
             let (at, v) = (folded(i, n), v.swapped());
             (a[at], b[at]) = (v.re / n as f64, v.im / n as f64);
         }
     }
+}
+
+/// Spectra of two lines that were transformed as one, twice as high.
+fn parted(spectrum: &[Complex], k: usize) -> [Complex; 2] {
+    let n = spectrum.len();
+    let (here, there) = (spectrum[k], spectrum[(n - k) % n].conjugate());
+    [here.plus(there), here.minus(there).turned()]
 }
 
 /// The sample that stands at `i` when every second one comes first, and the others from behind.
@@ -291,8 +353,8 @@ mod tests {
     fn lines_are_sums_of_waves() {
         let mut rng = Seed(1).rng();
         for n in (1_u32..40).chain([53, 61, 64, 100, 106, 120, 121, 127, 128, 250]) {
-            for periodic in [false, true] {
-                let waves = Waves::new(n, periodic);
+            for ends in [Ends::Free, Ends::Around, Ends::Tied] {
+                let waves = Waves::new(n, ends);
                 let mut line = || (0..n).map(|_| f64::from(rng.below(1000))).collect::<Vec<f64>>();
                 let lines = [line(), line()];
                 let [mut a, mut b] = lines.clone();
@@ -303,19 +365,19 @@ mod tests {
                         let wave = |i: usize| {
                             let (i, k, n) = (i as f64, k as f64, f64::from(n));
                             let angle = 2.0 * PI * k * i / n;
-                            if periodic {
-                                libm::cos(angle) + libm::sin(angle)
-                            } else {
-                                libm::cos(PI * k * (i + 0.5) / n)
+                            match ends {
+                                Ends::Free => libm::cos(PI * k * (i + 0.5) / n),
+                                Ends::Around => libm::cos(angle) + libm::sin(angle),
+                                Ends::Tied => libm::sin(PI * (k + 1.0) * (i + 1.0) / (n + 1.0)),
                             }
                         };
                         let slow: f64 = line.iter().enumerate().map(|(i, v)| v * wave(i)).sum();
-                        assert!((slow - found).abs() < 1e-7, "{n} {periodic} {k}: {slow} {found}");
+                        assert!((slow - found).abs() < 1e-7, "{n} {ends:?} {k}: {slow} {found}");
                     }
                 }
                 waves.backward([&mut a, &mut b], &mut scratch);
                 for (line, found) in lines.iter().zip([&a, &b]) {
-                    assert!(line.iter().zip(found).all(|(l, f)| (l - f).abs() < 1e-9), "{n} {periodic}");
+                    assert!(line.iter().zip(found).all(|(l, f)| (l - f).abs() < 1e-9), "{n} {ends:?}");
                 }
             }
         }

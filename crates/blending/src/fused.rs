@@ -2,11 +2,14 @@
 //! `[Kwatra03 5]` names the choice among ways to hide seams; the least squares are those of Pérez, Gangnet and Blake
 //! (2003).
 
-use selvedge_core::{Averaging, Bytes, Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap, par, try_vec};
+use selvedge_core::{
+    Averaging, Bytes, Domain, Error, Grid, Payload, Plane, Render, SampleId, SourceMap, Window, par, try_vec,
+};
 
 use crate::conjugate::Held;
 use crate::map_view::MapView;
 use crate::near::near_seams;
+use crate::pieces::{Piece, Pieces};
 use crate::poisson::Poisson;
 
 /// Seams, or samples, whose numbers are looked up at once: few enough to stay near the processor.
@@ -80,39 +83,82 @@ impl<'m, const D: usize> Fused<'m, D> {
         samples * of_each + held + looked_up + Bytes(1 << 18)
     }
 
-    /// What each channel is raised by, least squares of what seams ask for.
-    fn raised(&self, payload: &Payload<'_, D>, averaging: &Averaging) -> Result<Vec<Vec<f64>>, Error> {
-        let map = self.laid.map;
-        let domain = map.domain();
-        let mut raised = Vec::new();
+    /// What each channel of a piece is raised by, least squares of what seams ask for; `None` where they ask for
+    /// nothing.
+    fn raised(
+        &self,
+        piece: &Piece<D>,
+        payload: &Payload<'_, D>,
+        averaging: &Averaging,
+    ) -> Result<Option<Vec<Vec<f64>>>, Error> {
+        let (mut raised, mut is_asked) = (Vec::new(), false);
         for _ in averaging.ranges() {
-            raised.push(try_vec(domain.len(), 0.0)?);
+            raised.push(try_vec(piece.window.len(), 0.0)?);
         }
-        let blocks = domain.len().div_ceil(TOGETHER);
+        // Seams before the box end in it.
+        let window = piece.window.grown(self.laid.map.domain(), [1; D], [0; D]);
+        let blocks = window.len().div_ceil(TOGETHER);
         // Some blocks at a time: what they ask for is held until it is added, in order.
         for first in (0..blocks).step_by(BLOCKS) {
-            let asked = par::map_indexed((blocks - first).min(BLOCKS), |i| self.asked(first + i, payload, averaging));
-            for (seams, differences) in asked {
+            let asked = |i| self.asked((piece, &window, first + i), payload, averaging);
+            for Asked { seams, differences } in par::map_indexed((blocks - first).min(BLOCKS), asked) {
+                is_asked |= !seams.is_empty();
                 for (raised, differences) in raised.iter_mut().zip(&differences) {
                     for (&[p, q], d) in seams.iter().zip(differences) {
-                        raised[p as usize] -= d;
-                        raised[q as usize] += d;
+                        raised.get_mut(p as usize).into_iter().for_each(|p| *p -= d);
+                        raised.get_mut(q as usize).into_iter().for_each(|q| *q += d);
                     }
                 }
             }
         }
-        let free = self.free()?;
-        let poisson = Poisson::new(domain)?;
+        if !is_asked {
+            return Ok(None);
+        }
+        let poisson = Poisson::new(piece.domain(self.laid.map.domain()), piece.tied)?;
         for (raised, [low, high]) in raised.iter_mut().zip(averaging.ranges()) {
-            match &free {
+            match &piece.free {
                 None => poisson.solve(raised),
                 Some(free) => {
                     let span = if (high - low).is_finite() { high - low } else { 1.0 };
-                    Held { domain, free, poisson: &poisson }.solve(raised, span * TOLERANCE)?;
+                    Held { free, poisson: &poisson }.solve(raised, span * TOLERANCE)?;
                 }
             }
         }
-        Ok(raised)
+        Ok(Some(raised))
+    }
+
+    /// Raises the samples of a piece.
+    fn raise(
+        &self,
+        plane: &mut Plane<D>,
+        (piece, raised): (&Piece<D>, &[Vec<f64>]),
+        payload: &Payload<'_, D>,
+        averaging: &Averaging,
+    ) {
+        let map = self.laid.map;
+        let mut places = piece.window.places(map.domain()).flatten().enumerate();
+        let (mut block, mut ids) = (Vec::new(), Vec::new());
+        let (mut channels, mut values) = (vec![Vec::new(); raised.len()], vec![0.0; raised.len()]);
+        loop {
+            block.clear();
+            block.extend(places.by_ref().filter(|&(i, _)| raised.iter().any(|raised| raised[i] != 0.0)).take(TOGETHER));
+            if block.is_empty() {
+                return;
+            }
+            ids.clear();
+            ids.extend(block.iter().map(|&(_, place)| map.ids.plane(0)[place]));
+            for (c, numbers) in channels.iter_mut().enumerate() {
+                numbers.resize(ids.len(), 0.0);
+                payload.numbers(c, &ids, numbers);
+            }
+            averaging.weigh(&mut channels);
+            for (k, &(i, place)) in block.iter().enumerate() {
+                for ((value, numbers), raised) in values.iter_mut().zip(&channels).zip(raised) {
+                    *value = numbers[k] + raised[i];
+                }
+                averaging.set(&mut plane.samples, place, &mut values);
+            }
+        }
     }
 
     /// Where samples may change; `None` for everywhere.
@@ -129,20 +175,29 @@ impl<'m, const D: usize> Fused<'m, D> {
         Ok(free.contains(&false).then_some(free))
     }
 
-    /// The seams after each position of a block, as two places, and by channel what the second has to be raised by,
-    /// beyond the first.
-    fn asked(&self, block: usize, payload: &Payload<'_, D>, averaging: &Averaging) -> (Vec<[u32; 2]>, Vec<Vec<f64>>) {
+    /// What the seams after each position of a block of a window ask for, as far as they touch a piece.
+    fn asked(
+        &self,
+        (piece, window, block): (&Piece<D>, &Window<D>, usize),
+        payload: &Payload<'_, D>,
+        averaging: &Averaging,
+    ) -> Asked {
         let map = self.laid.map;
-        let domain = map.domain();
+        let (domain, local) = (map.domain(), window.local());
+        let place = |at| piece.place(domain, at).map_or(u32::MAX, |place| place as u32);
         // On both sides of a seam: what shows, and what the other side's patch has there.
         let (mut seams, mut ids) = (Vec::new(), [const { Vec::new() }; 4]);
-        for place in block * TOGETHER..((block + 1) * TOGETHER).min(domain.len()) {
-            let at = domain.position(place);
+        for i in block * TOGETHER..((block + 1) * TOGETHER).min(window.len()) {
+            let Some(at) = window.position(domain, local.position(i)) else { continue };
             for axis in (0..D).filter(|&axis| map.is_seam(at, axis)) {
-                let Some(next) = domain.next(at, axis).map(|next| domain.index(next)) else { continue };
-                let [here, there] = [place, next].map(|p| map.ids.plane(0)[p]);
+                let Some(next) = domain.next(at, axis) else { continue };
+                let both = [at, next].map(place);
+                if both == [u32::MAX; 2] {
+                    continue;
+                }
+                let [here, there] = [at, next].map(|at| map.ids.get(0, at));
                 let step = |id, by: i32| self.step(id, std::array::from_fn(|a| if a == axis { by } else { 0 }));
-                seams.push([place as u32, next as u32]);
+                seams.push(both);
                 for (ids, id) in ids.iter_mut().zip([here, step(there, -1), step(here, 1), there]) {
                     ids.push(id);
                 }
@@ -178,7 +233,7 @@ impl<'m, const D: usize> Fused<'m, D> {
         };
         let of = |c: usize| (0..seams.len()).map(|i| asked(c, i) - (there[c][i] - here[c][i])).collect();
         let differences = (0..here.len()).map(of).collect();
-        (seams, differences)
+        Asked { seams, differences }
     }
 
     /// The sample `by` away in the same patch, if it may show.
@@ -187,10 +242,18 @@ impl<'m, const D: usize> Fused<'m, D> {
     }
 }
 
+/// What seams ask for.
+struct Asked {
+    /// The places on both sides in the piece's box; one that no box has for what is beyond it.
+    seams: Vec<[u32; 2]>,
+    /// By channel what the second has to be raised by, beyond the first.
+    differences: Vec<Vec<f64>>,
+}
+
 impl<const D: usize> Render<D> for Fused<'_, D> {
     /// # Complexity
-    /// Time `O(n log n)` in the output's samples; where some are copied, so often as conjugate gradients take, some
-    /// tens.
+    /// Time `O(n log n)` in the output's samples. Where some are copied that of the boxes around what is not, and so
+    /// often as conjugate gradients take in those which this does not fill, some tens.
     fn render(&self, planes: &[&Plane<D>]) -> Result<Plane<D>, Error> {
         let payload = Payload::new(&self.laid.map.table, planes)?;
         let mut plane = payload.gather(&self.laid.map.ids)?;
@@ -198,22 +261,19 @@ impl<const D: usize> Render<D> for Fused<'_, D> {
             return Ok(plane);
         }
         let averaging = Averaging::of(planes);
-        let raised = self.raised(&payload, &averaging)?;
-        let (mut channels, mut values) = (vec![Vec::new(); raised.len()], vec![0.0; raised.len()]);
-        for (block, ids) in self.laid.map.ids.plane(0).chunks(TOGETHER).enumerate() {
-            for (c, numbers) in channels.iter_mut().enumerate() {
-                numbers.resize(ids.len(), 0.0);
-                payload.numbers(c, ids, numbers);
+        let mut fuse = |piece: &Piece<D>| -> Result<(), Error> {
+            if let Some(raised) = self.raised(piece, &payload, &averaging)? {
+                self.raise(&mut plane, (piece, &raised), &payload, &averaging);
             }
-            averaging.weigh(&mut channels);
-            for (i, place) in (0..ids.len()).zip(block * TOGETHER..) {
-                if raised.iter().all(|raised| raised[place] == 0.0) {
-                    continue;
+            Ok(())
+        };
+        match self.free()? {
+            None => fuse(&Piece::all(self.laid.map.domain()))?,
+            Some(free) => {
+                let mut pieces = Pieces::new(self.laid.map.domain(), free);
+                while let Some(piece) = pieces.next()? {
+                    fuse(&piece)?;
                 }
-                for ((value, numbers), raised) in values.iter_mut().zip(&channels).zip(&raised) {
-                    *value = numbers[i] + raised[place];
-                }
-                averaging.set(&mut plane.samples, place, &mut values);
             }
         }
         Ok(plane)

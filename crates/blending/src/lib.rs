@@ -45,6 +45,7 @@ mod fourier;
 mod fused;
 mod map_view;
 mod near;
+mod pieces;
 mod poisson;
 mod region;
 mod spline;

@@ -3,18 +3,19 @@
 
 use selvedge_core::{Domain, Error, par, try_vec};
 
-use crate::fourier::{Scratch, Waves};
+use crate::fourier::{Ends, Scratch, Waves};
 
 /// Columns that one task solves: a line of memory's worth of them, some times over.
 const COLUMNS: usize = 64;
 
-/// Solves `sum over neighbors q of (w[p] - w[q]) = f[p]`, with a mean of 0: borders on open axes are free, periodic
-/// ones go around. (The mean of `f` has no solution and is left out.)
+/// Solves `sum over neighbors q of (w[p] - w[q]) = f[p]`, where each axis has free ends, goes around, or has a `w` of 0
+/// beyond its ends. If none is tied, the mean is 0. (The mean of `f` has no solution then and is left out.)
 ///
 /// All axes but the first become sums of waves; along the first, each of these is a chain of springs, which one sweep
 /// down and one up solve: half of the transforms of a solution by waves alone, and nothing to be transposed.
 pub(crate) struct Poisson<const D: usize> {
-    domain: Domain<D>,
+    pub(crate) domain: Domain<D>,
+    pub(crate) ends: [Ends; D],
     /// By axis but the first.
     waves: Vec<Waves>,
     /// By wave, those of all axes but the first row-major: what its differences along them sum up to.
@@ -22,9 +23,14 @@ pub(crate) struct Poisson<const D: usize> {
 }
 
 impl<const D: usize> Poisson<D> {
-    pub(crate) fn new(domain: Domain<D>) -> Result<Self, Error> {
-        let axes = 1..D;
-        let waves: Vec<Waves> = axes.map(|a| Waves::new(domain.shape[a], domain.periodic[a])).collect();
+    /// Axes that are `tied` are not periodic.
+    pub(crate) fn new(domain: Domain<D>, tied: [bool; D]) -> Result<Self, Error> {
+        let ends = std::array::from_fn(|a| match (tied[a], domain.periodic[a]) {
+            (true, _) => Ends::Tied,
+            (false, true) => Ends::Around,
+            (false, false) => Ends::Free,
+        });
+        let waves: Vec<Waves> = (1..D).map(|a| Waves::new(domain.shape[a], ends[a])).collect();
         let mut stiffness = vec![0.0];
         for waves in &waves {
             let along = waves.eigenvalues();
@@ -32,12 +38,15 @@ impl<const D: usize> Poisson<D> {
             wider.extend(stiffness.iter().flat_map(|s| along.iter().map(move |a| s + a)));
             stiffness = wider;
         }
-        Ok(Self { domain, waves, stiffness })
+        Ok(Self { domain, ends, waves, stiffness })
     }
 
     /// From `f` to `w`.
     pub(crate) fn solve(&self, values: &mut [f64]) {
-        less_mean(values);
+        let is_tied = self.ends.contains(&Ends::Tied);
+        if !is_tied {
+            less_mean(values);
+        }
         for axis in (1..D).rev() {
             self.transform(values, axis, true);
         }
@@ -45,7 +54,9 @@ impl<const D: usize> Poisson<D> {
         for axis in 1..D {
             self.transform(values, axis, false);
         }
-        less_mean(values);
+        if !is_tied {
+            less_mean(values);
+        }
     }
 
     /// All lines along an axis, two at a time.
@@ -89,10 +100,10 @@ impl<const D: usize> Poisson<D> {
                 let stiffness = &self.stiffness[range.clone()];
                 let mut part: Vec<f64> = Vec::with_capacity(lines * range.len());
                 (0..lines).for_each(|y| part.extend(&values[y * columns..][range.clone()]));
-                if self.domain.periodic[0] {
-                    around(&mut part, stiffness)
-                } else {
-                    chain(&mut part, stiffness, 1.0)
+                match self.ends[0] {
+                    Ends::Around => around(&mut part, stiffness),
+                    Ends::Free => chain(&mut part, stiffness, 1.0),
+                    Ends::Tied => chain(&mut part, stiffness, 0.0),
                 }
                 part
             })
@@ -172,10 +183,14 @@ mod tests {
     use selvedge_core::Seed;
 
     /// What the differences from neighbors sum up to.
-    fn summed<const D: usize>(domain: Domain<D>, w: &[f64]) -> Vec<f64> {
+    fn summed<const D: usize>(domain: Domain<D>, tied: [bool; D], w: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; w.len()];
         for at in domain.positions() {
             for axis in 0..D {
+                let ends = u8::from(at[axis] == 0) + u8::from(at[axis] + 1 == domain.shape[axis]);
+                if tied[axis] {
+                    sums[domain.index(at)] += f64::from(ends) * w[domain.index(at)];
+                }
                 let Some(next) = domain.next(at, axis) else { continue };
                 let (p, q) = (domain.index(at), domain.index(next));
                 sums[p] += w[p] - w[q];
@@ -185,15 +200,17 @@ mod tests {
         sums
     }
 
-    fn check<const D: usize>(shape: [u32; D], periodic: [bool; D]) {
-        let domain = Domain { shape, periodic };
+    fn check<const D: usize>(shape: [u32; D], periodic: [bool; D], tied: [bool; D]) {
+        let domain = Domain { shape, periodic: std::array::from_fn(|a| periodic[a] && !tied[a]) };
         let mut rng = Seed(domain.len() as u64).rng();
         let mut w: Vec<f64> = (0..domain.len()).map(|_| f64::from(rng.below(1000))).collect();
-        let mut solved = summed(domain, &w);
-        // A mean that no differences have is left out.
-        solved.iter_mut().for_each(|v| *v += 3.0);
-        Poisson::new(domain).unwrap().solve(&mut solved);
-        less_mean(&mut w);
+        let mut solved = summed(domain, tied, &w);
+        if !tied.contains(&true) {
+            // A mean that no differences have is left out.
+            solved.iter_mut().for_each(|v| *v += 3.0);
+            less_mean(&mut w);
+        }
+        Poisson::new(domain, tied).unwrap().solve(&mut solved);
         let off = w.iter().zip(&solved).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-6, "{domain:?}: {off}");
     }
@@ -203,12 +220,14 @@ mod tests {
         let mut rng = Seed(3).rng();
         for round in 0..200 {
             let periodic = [round & 1 == 0, round & 2 == 0, round & 4 == 0];
+            let tied = [0, 1, 2].map(|_| rng.below(3) == 0);
             let mut side = || 1 + rng.below(9);
-            check([side()], [periodic[0]]);
-            check([side(), side()], [periodic[0], periodic[1]]);
-            check([side(), side(), side()], periodic);
+            check([side()], [periodic[0]], [tied[0]]);
+            check([side(), side()], [periodic[0], periodic[1]], [tied[0], tied[1]]);
+            check([side(), side(), side()], periodic, tied);
         }
-        check([130, 67], [false, true]);
-        check([200, 301], [true, false]);
+        check([130, 67], [false, true], [false; 2]);
+        check([200, 301], [true, false], [false; 2]);
+        check([130, 166], [false; 2], [true; 2]);
     }
 }

@@ -164,6 +164,25 @@ fn kept_samples_stay_and_the_others_follow() {
 }
 
 #[test]
+fn holes_are_solved_by_themselves_as_in_the_whole() {
+    type Holes = fn([u32; 2]) -> bool;
+    let inner: Holes = |[y, x]| (3..8).contains(&y) && (4..9).contains(&x);
+    let beside: Holes = |[y, x]| y < 4 && (9..13).contains(&x) || (6..11).contains(&y) && x < 3;
+    let corners: Holes = |[y, x]| !(3..10).contains(&y) && !(2..12).contains(&x);
+    let around: Holes = |[y, x]| (2..4).contains(&y) || 6 <= y && (x + y) % 5 < 3;
+    let ring: Holes = |[y, x]| (2..4).contains(&y.abs_diff(5).max(x.abs_diff(7)));
+    for (number, hole) in [inner, beside, corners, around, ring].into_iter().enumerate() {
+        for periodic in [[false, false], [true, false], [false, true], [true, true]] {
+            let case = Case::new(Domain::open([9, 11]), Domain { shape: [12, 15], periodic }, 4, number as u64);
+            let is_kept: Vec<bool> = case.map.domain().positions().map(|at| !hole(at)).collect();
+            let kept = Grid::from_vec(case.map.domain(), 1, is_kept.clone()).unwrap();
+            let found = case.render(&case.fused().keeping(&kept).unwrap());
+            assert_close(&found, &case.solved(&|i| is_kept[i], false), 800.0 * 1e-4 / 255.0 + 1e-4);
+        }
+    }
+}
+
+#[test]
 fn samples_far_from_seams_keep_their_bytes() {
     let case = Case::new(Domain::open([60, 70]), Domain::open([50, 50]), 25, 3);
     let found = case.render(&case.fused().within(3));
