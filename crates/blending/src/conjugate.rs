@@ -62,13 +62,13 @@ impl<const D: usize> Held<'_, D> {
         par::for_rows(to, width, |row, to| {
             let here = &w[row * width..][..width];
             to.fill(0.0);
-            for axis in 0..last {
+            for (axis, ends) in ends.iter().enumerate().take(last) {
                 for by in [-1, 1] {
                     let by = std::array::from_fn(|a| if a == axis { by } else { 0 });
                     if let Some(there) = rows.step(rows.position(row), by) {
                         let there = &w[rows.index(there) * width..][..width];
                         to.iter_mut().zip(here.iter().zip(there)).for_each(|(to, (p, q))| *to += p - q);
-                    } else if ends[axis] == Ends::Tied {
+                    } else if *ends == Ends::Tied {
                         to.iter_mut().zip(here).for_each(|(to, p)| *to += p);
                     }
                 }

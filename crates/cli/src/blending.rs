@@ -75,6 +75,9 @@ impl Blending {
     /// Seams splined as widely as patches allow.
     pub(crate) const SPLINED: Self = Self { feather: None, spline: Some(Bands::Auto), fuse: false, told: false };
 
+    /// Samples copied, also where a command would hide seams if it were told nothing.
+    pub(crate) const COPIED: Self = Self { feather: None, spline: Some(Bands::Of(0)), fuse: false, told: false };
+
     /// Patches fused.
     pub(crate) const FUSED: Self = Self { feather: None, spline: None, fuse: true, told: false };
 
@@ -87,6 +90,11 @@ impl Blending {
     /// True if samples are copied.
     pub(crate) fn is_none(self) -> bool {
         self.feather.is_none() && self.spline.is_none() && !self.fuse
+    }
+
+    /// True if patches are fused.
+    pub(crate) fn is_fused(self) -> bool {
+        self.fuse
     }
 
     /// What is done, in a word for who waits: splines of many bands and fusing take longer than the weave.
@@ -144,7 +152,7 @@ impl Blending {
             Bands::Of(bands) => bands.into(),
         });
         let used = used.set("spline", spline);
-        if self.fuse { used } else { used.without("fuse") }
+        if self.fuse { used.set("fuse", true) } else { used.without("fuse") }
     }
 
     /// The same for commands that do not tell what they did not do.

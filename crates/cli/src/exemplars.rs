@@ -215,14 +215,14 @@ impl Headers {
         self.infos.iter().map(|info| Domain::open([info.height, info.width])).collect()
     }
 
-    /// Refuses, before any work, an output of this shape that its format does not hold, and names the exemplar that is
-    /// to blame.
-    pub(crate) fn check_held(&self, output: (&Path, Format), shape: [u32; 2]) -> Result<(), Failure> {
-        for (input, info) in self.inputs.iter().zip(&self.infos) {
+    /// Refuses, before any work, an output (`opaque`: without transparency) that its format does not hold, by exemplar.
+    pub(crate) fn check_held(&self, output: (&Path, Format), shape: [u32; 2], opaque: bool) -> Result<(), Failure> {
+        let of = |layout: Layout| Layout { alpha: layout.alpha && !opaque, ..layout };
+        for (Input { path, .. }, info) in self.inputs.iter().zip(&self.infos) {
             let depth = if self.converts { self.depth } else { info.depth };
-            outputs::check_held(output, shape, (Layout::of(info), depth), Some(&input.path))?;
+            outputs::check_held(output, shape, (of(Layout::of(info)), depth), Some(path))?;
         }
-        outputs::check_held(output, shape, (self.layout, self.depth), None)
+        outputs::check_held(output, shape, (of(self.layout), self.depth), None)
     }
 
     /// The domain of each source.

@@ -65,7 +65,7 @@ pub(crate) fn common_layout<'a>(layouts: impl IntoIterator<Item = (&'a Path, Lay
 /// Full alpha in each depth. In binary16 it is exponent 15, as it is biased.
 pub(crate) const OPAQUE: (u8, u16, u16, f32) = (255, 65_535, 15 << 10, 1.0);
 
-/// The plane with the channels of a layout that holds it.
+/// The plane with the channels of a layout that holds it, but for alpha, which may be left out.
 pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> {
     if (Layout { colors: plane.color_channels(), alpha: plane.alpha }) == to {
         return Ok(plane);
@@ -110,7 +110,7 @@ fn channels<T: Copy>(
     for c in 0..to.colors {
         out.plane_mut(c).copy_from_slice(grid.plane(if colors == 1 { 0 } else { c }));
     }
-    if alpha {
+    if alpha && to.alpha {
         out.plane_mut(to.colors).copy_from_slice(grid.plane(colors));
     }
     Ok(out)

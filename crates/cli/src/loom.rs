@@ -247,7 +247,7 @@ impl Loom<'_> {
             Some(map) => transparent_holes(plane, map, format),
             None => Ok(plane),
         };
-        let mut plane = transparent(plane, self.format)?;
+        let mut plane = self.held(transparent(plane, self.format)?)?;
         after.map_or(Ok(()), |after| after(&mut plane))?;
         self.report.stage("render");
         self.session.watch.busy("encode");
@@ -291,6 +291,13 @@ impl Loom<'_> {
             outputs.bytes(&page::file(folder), page.into_bytes());
         }
         Ok(outputs)
+    }
+
+    /// The picture without its alpha, where its format has none: it is opaque then.
+    fn held(&self, plane: Plane<2>) -> Result<Plane<2>, Failure> {
+        let (shape, colors, depth) = (plane.domain().shape, plane.color_channels(), plane.samples.depth());
+        let is_held = !plane.alpha || self.format.check(shape, colors, true, depth).is_ok();
+        if is_held { Ok(plane) } else { widened(plane, Layout { colors, alpha: false }) }
     }
 
     /// The exemplars' own picture of what was woven.

@@ -41,10 +41,15 @@ pub(crate) struct Setup<'a> {
     pub(crate) backdrop: Option<Backdrop<'a>>,
     /// How seams are hidden.
     pub(crate) blending: Blending,
+    /// How they are hidden in planes of --with, if not as in the picture.
+    pub(crate) of_planes: Option<Blending>,
     /// How they are repaired before.
     pub(crate) repairing: Repairing,
     /// Whether some samples may be kept from blending.
     pub(crate) keeps: bool,
+    /// Whether what is transparent is filled, so that a format without transparency may hold it: the plan
+    /// refuses what is left.
+    pub(crate) fills: bool,
     /// Pairs of guides that have weights, which come before those of planes that decide with the exemplars.
     pub(crate) guides: usize,
     /// Side of a square that an exemplar has to hold.
@@ -68,8 +73,10 @@ impl<'a> Setup<'a> {
             transforms: vec![Transform::IDENTITY],
             backdrop: None,
             blending: Blending::default(),
+            of_planes: None,
             repairing: Repairing::default(),
             keeps: false,
+            fills: false,
             guides: 0,
             block: None,
             files: None,
@@ -102,7 +109,7 @@ impl<'a> Setup<'a> {
         let weights = args.with.weights(self.guides, args.with.matched.len() / exemplars);
         let headers = args.input.look(session, self.backdrop)?.matching(session, &args.with.matched, &weights)?;
         let domain = self.sized(session, &headers.domains())?;
-        headers.check_held((&written.output, format), domain.shape)?;
+        headers.check_held((&written.output, format), domain.shape, self.fills)?;
         self.check_views(&written, &headers, domain)?;
         let layers = args.with.look(session, &self.laying(), &headers, &args.output, domain)?;
         let sources = headers.sources(&self.transforms);
@@ -280,7 +287,7 @@ impl<'a> Setup<'a> {
             format: args.encoding.format(),
             exposure: args.input.conversion.exposure,
             nonfinite: args.input.nonfinite.into(),
-            blending: self.blending,
+            blending: self.of_planes.unwrap_or(self.blending),
             copy: args.with.copy,
         }
     }

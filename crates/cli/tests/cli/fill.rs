@@ -85,6 +85,79 @@ fn small_pictures_are_filled_in_any_depth() {
 }
 
 #[test]
+fn what_is_filled_in_is_fused_unless_a_mean_stands_for_nothing() {
+    let folder = Folder::new("fill-fused");
+    write(&folder, "mask.png", [70, 60], 1, |_, [y, x]| if y.abs_diff(35) < 9 && x < 20 { 255 } else { 0 });
+    cobbles(&folder, "photo.png", [70, 60]);
+    let run = |line: &str| folder.run(&format!("fill {line}")).done();
+    let said = run("photo.png --mask mask.png -o out.png --map m.exr");
+    assert!(said.stderr.contains("fused with what is around"), "{said:?}");
+    run("photo.png --mask mask.png -o fused.png --fuse");
+    let said = run("photo.png --mask mask.png -o copied.png --spline 0");
+    assert!(!said.stderr.contains("fused") && !said.stderr.contains("copied,"), "{said:?}");
+    folder.run("apply m.exr photo.png -o map.png").done();
+    let of = |name: &str| samples(&folder, name);
+    assert_eq!((of("out.png"), of("map.png")), (of("fused.png"), of("copied.png")));
+    assert_ne!(of("out.png"), of("copied.png"));
+    let info = |name: &str| String::from_utf8(folder.run(&format!("info {name}")).done().stdout).unwrap();
+    assert!(info("out.png").contains("--fuse") && info("copied.png").contains("--spline 0"));
+    for name in ["out", "copied"] {
+        folder.run(&format!("again {name}.png -o {name}-again.png")).done();
+        assert_eq!(of(&format!("{name}.png")), of(&format!("{name}-again.png")));
+    }
+    // Labels, light, normals.
+    write(&folder, "labels.png", [70, 60], 3, |c, [y, x]| if (y / 7 + x / 9) % 3 == c as u32 { 200 } else { 10 });
+    for (picture, out, why) in [
+        ("labels.png", "l.png", "few colours"),
+        ("photo.png --depth half", "h.exr", "light"),
+        ("rock_normal.png", "n.png", "normals"),
+    ] {
+        if picture == "rock_normal.png" {
+            cobbles(&folder, picture, [70, 60]);
+        }
+        let said = run(&format!("{picture} --mask mask.png -o {out} --map m-{out}.exr"));
+        assert!(
+            said.stderr.contains(&format!("copied, since it holds {why}"))
+                || said.stderr.contains(&format!("copied, since it has {why}")),
+            "{said:?}"
+        );
+    }
+    let colors = |name: &str| -> std::collections::BTreeSet<Vec<u64>> {
+        let of = of(name);
+        let color = |i| (0..3).map(|c| of.value(c, i).to_bits()).collect();
+        (0..of.domain().len()).map(color).collect()
+    };
+    assert_eq!(colors("l.png"), colors("labels.png"));
+    // Planes beside it are laid as they were: heights fused, all else copied.
+    cobbles(&folder, "wall_albedo.png", [70, 60]);
+    cobbles(&folder, "wall_roughness.png", [70, 60]);
+    run("wall_albedo.png --mask mask.png --with wall_roughness.png -o w-{name}");
+    assert_eq!((of("w-wall_albedo.png"), of("w-wall_roughness.png")), (of("out.png"), of("copied.png")));
+}
+
+#[test]
+fn what_is_filled_is_opaque_and_may_be_a_jpeg() {
+    let folder = Folder::new("fill-jpeg");
+    folder.run("fill @/cobbles-hole.png -o out.jpg").done();
+    assert_eq!((samples(&folder, "out.jpg").channels(), samples(&folder, "out.jpg").domain().shape), (3, [128, 128]));
+    folder.run("extend @/cobbles-hole.png --size 160x128 -o wide.jpg").done();
+    assert_eq!(samples(&folder, "wide.jpg").channels(), 3);
+    let hole = samples(&folder, &(fixtures() + "/cobbles-hole.png"));
+    // Some of it is translucent, and would stay so.
+    write(&folder, "veil.png", [128, 128], 4, |c, [y, x]| match hole.value(c, (y * 128 + x) as usize) as u8 {
+        255 if c == 3 && y < 9 => 100,
+        value => value,
+    });
+    for command in ["fill", "extend --size 130x130"] {
+        let said = folder.run(&format!("{command} veil.png -o no.jpg"));
+        said.refused(3, &["veil.png'", "3 channels and alpha", "jpeg", "no.jpg"]);
+    }
+    write(&folder, "mask.png", [128, 128], 1, |_, [y, _]| if y < 9 { 255 } else { 0 });
+    let said = folder.run("fill @/cobbles-hole.png --mask mask.png -o no.jpg");
+    said.refused(3, &["cobbles-hole.png'", "3 channels and alpha"]);
+}
+
+#[test]
 fn tiles_close_and_keep_their_middle() {
     let folder = Folder::new("tile");
     cobbles(&folder, "photo.png", [90, 80]);

@@ -4,18 +4,25 @@ use clap::{Args, ValueEnum};
 use selvedge_core::{Bytes, Domain, Grid};
 use selvedge_graphcut_textures::labels::extend;
 
-use crate::commands::fill::{Fill, counts, start};
+use crate::commands::fill::{Fill, check_opaque, counts, start};
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
+use crate::options::option;
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
 use crate::session::Session;
 use crate::setup::Setup;
 use crate::size::Size;
 
+const FUSE: &str = "Fuse patches: they are raised and lowered until they meet, and keep their detail";
+const SPLINE: &str = "Spline seams over this many bands of detail, up to 5, or 'auto': coarse detail is blended widely, \
+    fine detail closely";
+
 /// Options of `extend`.
 #[derive(Args, Debug)]
+#[command(mut_args(option("fuse", |arg| arg.help(FUSE))))]
+#[command(mut_args(option("spline", |arg| arg.help(SPLINE))))]
 #[command(mut_arg("mask", |arg| arg
     .help("What of the picture to fill as well: white, from half of full light on. Default: what is transparent")))]
 pub(crate) struct Extend {
@@ -77,7 +84,8 @@ impl Anchor {
 impl Method for Extend {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
         let size = OutputSize::First(Some(self.size));
-        Ok(Setup { command: "extend", size, ..self.fill.setup(session)? })
+        let (blending, of_planes) = (self.fill.blending, None);
+        Ok(Setup { command: "extend", size, blending, of_planes, ..self.fill.setup(session)? })
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -93,6 +101,7 @@ impl Method for Extend {
             let remedy = "give a --size that is not smaller, or crop the picture";
             return Err(Failure::new(3, what).about(&loom.loaded.paths[0]).remedy(remedy));
         }
+        check_opaque(loom)?;
         let (start, loom) = (start(loom, picture)?, &*loom);
         let at = self.anchor.place(picture.shape, loom.domain.shape);
         let mut kept = Grid::try_filled(loom.domain, 1, false)?;

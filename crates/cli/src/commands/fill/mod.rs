@@ -1,5 +1,8 @@
 //! `selvedge fill`: holes of a picture filled from the picture itself. `[Kwatra03 6B]`
 
+mod chosen;
+mod opaque;
+
 use std::borrow::Cow;
 use std::path::PathBuf;
 
@@ -7,11 +10,14 @@ use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Grid, SampleId, SourceMap, Start};
 use selvedge_graphcut_textures::labels::{FillOptions, FillStats, estimate_fill, fill};
 
+use self::chosen::Chosen;
+pub(super) use self::opaque::check_opaque;
 use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
+use crate::needs::Share;
 use crate::options::{Seams, Turning, one_picture, option};
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
@@ -20,12 +26,19 @@ use crate::setup::Setup;
 use crate::values::counts;
 use crate::weaving::Weaving;
 
+const FUSE: &str = "Fuse what is filled in: it is raised and lowered until it meets what is around it, and keeps its \
+    detail. Default, but where a picture holds light, normals, labels or few colours: that is copied";
+const SPLINE: &str = "Spline seams over this many bands of detail, up to 5, or 'auto': coarse detail is blended widely, \
+    fine detail closely. 0 copies what is filled in";
+
 /// Options of `fill`.
 #[derive(Args, Debug)]
 #[command(mut_arg("exemplars", one_picture))]
 #[command(mut_arg("mask", |arg| arg
     .help("What to fill: white, from half of full light on. Default: what is transparent in the picture")))]
 #[command(mut_args(option("seam", |arg| arg.default_value("difference"))))]
+#[command(mut_args(option("fuse", |arg| arg.help(FUSE))))]
+#[command(mut_args(option("spline", |arg| arg.help(SPLINE))))]
 #[command(mut_args(option("turn", |arg| arg.help("Turn what is filled in by quarter turns as well"))))]
 #[command(mut_args(option("mirror", |arg| arg.help("Mirror what is filled in as well"))))]
 pub(crate) struct Fill {
@@ -42,7 +55,7 @@ pub(crate) struct Fill {
     #[command(flatten)]
     turning: Turning,
     #[command(flatten)]
-    blending: Blending,
+    pub(crate) blending: Blending,
 }
 
 impl Method for Fill {
@@ -50,8 +63,10 @@ impl Method for Fill {
         Ok(Setup {
             weaving: Cow::Owned(self.all()?),
             transforms: self.turning.transforms(),
-            blending: self.blending,
+            blending: if self.fuses() { Blending::default() } else { self.blending },
+            of_planes: Some(self.blending),
             keeps: true,
+            fills: true,
             files: Some(self.weaving.input.exemplars.clone()),
             ..Setup::new("fill", &self.weaving, OutputSize::First(None))
         })
@@ -62,15 +77,27 @@ impl Method for Fill {
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
-        let (start, loom) = (start(loom, loom.domain)?, &*loom);
-        let how = format!("with {} filled", n("pixel", start.map.holes()));
+        check_opaque(loom)?;
+        let chosen = self.blending.is_none().then(|| Chosen::of(&loom.loaded));
+        loom.blending = chosen.map_or(self.blending, Chosen::blending);
+        let start = start(loom, loom.domain)?;
+        if self.fuses() {
+            // What is fused takes memory for the holes alone.
+            let (holes, channels) = (around_holes(&start.map), loom.loaded.payload[0].samples.channels());
+            let fused = loom.blending.bytes(holes, channels, true);
+            loom.needs.blended = Share::of(loom.domain, |output| fused + Bytes::of_samples(output, 2));
+        }
+        let (needed, loom) = (self.admit(loom, &|_| Bytes(0))?, &*loom);
+        let told = chosen.filter(|_| start.map.holes() != 0).map_or(String::new(), Chosen::told);
+        let how = format!("with {} filled{told}", n("pixel", start.map.holes()));
         Ok(PlannedRun::new(loom.used(), how, move || {
             let kept = start.fixed.clone();
             let woven = fill(&loom.loaded.exemplars, start, &self.options(), &loom.session.run());
             let woven = woven.map_err(|e| loom.loaded.about(Failure::from(e)))?;
-            let (stats, how) = (counts(&woven.stats), self.how(&woven.stats));
+            let (stats, how) = (counts(&woven.stats), self.how(&woven.stats) + &told);
             Ok(Outcome { kept, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) })
-        }))
+        })
+        .needing(needed))
     }
 }
 
@@ -93,6 +120,11 @@ impl Fill {
             all.input.mask.resize(1 + others, none);
         }
         Ok(all)
+    }
+
+    /// True if what is filled in is fused, or may be.
+    fn fuses(&self) -> bool {
+        self.blending.is_none() || self.blending.is_fused()
     }
 
     pub(crate) fn options(&self) -> FillOptions {
@@ -126,6 +158,15 @@ pub(crate) fn start(loom: &Loom<'_>, domain: Domain<2>) -> Result<Start<2>, Fail
     }
     let fixed = map.ids.map(SampleId::is_assigned)?;
     Ok(Start { map, fixed: Some(fixed), sources: None })
+}
+
+/// The box around all holes of a map, and what holds them.
+fn around_holes(map: &SourceMap<2>) -> Domain<2> {
+    let [mut low, mut high] = [[u32::MAX; 2], [0; 2]];
+    for (at, _) in map.domain().positions().zip(map.ids.plane(0)).filter(|(_, id)| !id.is_assigned()) {
+        (low, high) = ([0, 1].map(|a| at[a].min(low[a])), [0, 1].map(|a| (at[a] + 1).max(high[a])));
+    }
+    Domain::open([0, 1].map(|a| high[a].saturating_sub(low[a]) + 2))
 }
 
 /// What was counted, as JSON.
