@@ -11,12 +11,14 @@ use selvedge_core::{
     Woven,
 };
 use selvedge_core::{reserve, try_vec};
+use selvedge_expansion::Scratch;
 
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::graphcut::graphcut_from;
 use crate::labels::expand::{estimate_labels, expand_by};
 use crate::labels::label::{Label, MOST_LABELS};
+use crate::labels::nearby::Nearby;
 use crate::labels::offsets::{OffsetOptions, continuing, repeating};
 use crate::labels::options::LabelOptions;
 use crate::labels::parts;
@@ -253,14 +255,23 @@ fn refined<const D: usize>(
     run: &Run<'_, D>,
     stats: &mut FillStats,
 ) -> Result<(SourceMap<D>, bool), Error> {
-    let mut labels = Vec::new();
-    for (label, _) in shown(&map, &level.standing)? {
-        for step in Domain::<D>::open([3; D]).positions() {
-            labels.push(Label { offset: std::array::from_fn(|a| label.offset[a] + step[a] as i32 - 1), ..label });
-        }
-    }
     let fixed = away_from_seams(&map, &level.standing)?;
-    decided(level, map, &fixed, &labels, options, run, stats)
+    let within: Vec<bool> = level.standing.ids.plane(0).iter().map(|id| !id.is_assigned()).collect();
+    let costs = SeamCosts::new(&level.exemplars, options.seam)?;
+    let mut nearby = Nearby {
+        exemplars: &level.exemplars,
+        costs: &costs,
+        map,
+        within: &within,
+        fixed: &fixed,
+        sources: level.sources.as_ref(),
+        run,
+        scratch: Scratch::default(),
+        expansions: 0,
+    };
+    let complete = nearby.run()?;
+    stats.expansions += nearby.expansions;
+    Ok((nearby.map, complete))
 }
 
 /// Labels decided. Where they are too many to be told apart at once, each is offered once, so many at a time, and then

@@ -11,6 +11,7 @@ mod fill;
 mod first;
 pub(crate) mod label;
 mod merge;
+mod nearby;
 mod offsets;
 mod options;
 mod parts;
