@@ -246,17 +246,18 @@ Examples:
   selvedge animate fire.png --flow uniform --angle -90 --speed 2 --tile xy -o 'fire.####.png'";
 const VIDEO: &str = "\
 Clips are numbered files ('fire.####.exr', 'fire.%04d.png'), a folder of them, a quoted glob, an animated PNG, GIF or WebP,
-or y4m, also by '-'. Sound is not carried. Other containers go through ffmpeg:
-  ffmpeg -i river.mp4 -f yuv4mpegpipe -pix_fmt yuv444p - | selvedge video - -o river.####.png
+or y4m, also by '-'. An ffmpeg that is installed reads and writes .mp4, .mov, .webm, .mkv and .avi. Sound is not carried.
 
 Examples:
   selvedge video river.####.png -o loop.####.png
   selvedge video candle.gif -o loop.gif --period 48..96
+  selvedge video river.mp4 -o loop.mov --encode '-c:v prores_ks -profile:v 3'
   selvedge video river.####.png -o wide.####.png --size 320x160x100
   selvedge video fire.####.exr --with velocity.####.exr -o '{stem}-loop.####.exr' --preview fire.png";
 const APPLY: &str = "\
 Examples:
   selvedge apply wall-map.exr bricks-height.png -o wall-height.png --role height
+  selvedge apply 'maps.####.exr' 'normal.####.exr' -o 'loop-normal.####.exr'
   selvedge apply wall-map.exr normal.png roughness.png --role normal,scalar -o wall-{name}";
 const AGAIN: &str = "\
 Examples:

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Plane};
+use clap::Args;
+use selvedge_core::{Bytes, Depth, Domain, Exemplars, Grid, Plane};
 use selvedge_graphcut_textures::video::Usual;
 use selvedge_io::clip::{
     ClipInfo, ClipName, ClipOptions, ClipProblem, ClipReader, ClipWriter, Flipbook, Range, Rate, read_clip,
 };
 use selvedge_io::{Fingerprint, Problem, ReadOptions};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::failure::{Failure, n};
 use crate::inputs::Input;
@@ -16,6 +17,22 @@ use crate::memory;
 use crate::report::Report;
 use crate::session::Session;
 use crate::wrong::Wrong;
+
+/// How another program encodes a clip.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Encode {
+    /// What ffmpeg is told of codecs where it writes the clip, such as "-c:v prores_ks -profile:v 4444 -pix_fmt
+    /// yuva444p10le". Default: with loss, of 8 bits, for all players.
+    #[arg(help_heading = "Files that are written", long, value_name = "ARGS", allow_hyphen_values = true)]
+    encode: Option<String>,
+}
+
+impl Encode {
+    /// Word by word: no shell sees them.
+    pub(crate) fn arguments(&self) -> Option<Vec<String>> {
+        Some(self.encode.as_ref()?.split_whitespace().map(str::to_owned).collect())
+    }
+}
 
 /// A clip whose headers were read.
 pub(crate) struct ClipInput {
@@ -104,6 +121,22 @@ impl ClipInput {
         Err(Failure::new(3, what).about(self.reader.path()).remedy("give a pass of the same frames"))
     }
 
+    /// Its entry in the report's inputs; what it holds is not known before it was read.
+    pub(crate) fn noted(&self, blake3: Option<&str>) -> Value {
+        let info = self.info();
+        json!({
+            "path": selvedge_io::path_text(self.path()),
+            "frames": info.frames,
+            "width": info.width,
+            "height": info.height,
+            "channels": info.channels,
+            "depth": info.depth.name(),
+            "rate": info.rate.map(|rate| rate.to_string()),
+            "container": info.container,
+            "blake3": blake3,
+        })
+    }
+
     /// Reads all frames, says what is odd about them, and notes them in the report.
     pub(crate) fn read(mut self, session: &Session<'_>, report: &mut Report) -> Result<Clip, Failure> {
         session.check_signal()?;
@@ -115,17 +148,7 @@ impl ClipInput {
         let (info, fingerprint) = (self.reader.info().clone(), self.reader.fingerprint());
         session.expect(&fingerprint)?;
         let frames = self.reader.frame_fingerprints();
-        report.inputs.push(json!({
-            "path": selvedge_io::path_text(&path),
-            "frames": info.frames,
-            "width": info.width,
-            "height": info.height,
-            "channels": info.channels,
-            "depth": info.depth.name(),
-            "rate": info.rate.map(|rate| rate.to_string()),
-            "container": info.container,
-            "blake3": fingerprint.blake3,
-        }));
+        report.inputs.push(self.noted(Some(&fingerprint.blake3)));
         Ok(Clip { path, info, plane, fingerprint, frames })
     }
 }
@@ -139,6 +162,23 @@ fn is_of_clips(problem: &Problem) -> bool {
 /// True for a name that stands for frames.
 pub(crate) fn is_pattern(path: &Path) -> bool {
     ClipName::parse(selvedge_io::file_of(path)).is_some()
+}
+
+/// Refuses, before any work, frames that the clip's files do not hold: clips keep their depth.
+pub(crate) fn check_held(
+    writer: &ClipWriter,
+    channels: (usize, bool),
+    depth: Depth,
+    shape: [u32; 2],
+) -> Result<(), Failure> {
+    use ClipProblem::{Failed, Hangs, NoFfmpeg};
+    writer.check(channels, depth, shape).map_err(|e| match e.problem {
+        Problem::Clip(NoFfmpeg { .. } | Failed { .. } | Hangs { .. }) => e.into(),
+        Problem::Clip(ClipProblem::Unsupported { container, .. }) if !matches!(container, "gif" | "y4m") => {
+            Failure::from(e).remedy("name a codec with --encode, or write a sequence that holds it")
+        }
+        _ => Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"),
+    })
 }
 
 /// Tells of frames of a longer clip that nothing replaces.

@@ -106,6 +106,7 @@ fn listen(signal: &Arc<AtomicUsize>, global: &Global) {
         let began = Instant::now();
         while (patient || began.elapsed() < PATIENCE) && next() == 0 {}
         if last_word() {
+            selvedge_io::clip::end_children();
             let written = selvedge_io::remove_parts();
             let failure = if written { Failure::late(first as u8) } else { Failure::interrupted(first as u8) };
             std::process::exit(failure.tell(json).into());

@@ -13,10 +13,9 @@ use std::sync::atomic::Ordering;
 
 mod parts;
 
+pub(crate) use self::parts::Part;
 pub use self::parts::remove_parts;
-use self::parts::{
-    Disk, FINISHED, Part, Steps, create_part, folder, forget, is_missing, link_then_remove, parts, sweep,
-};
+use self::parts::{Disk, FINISHED, Steps, create_part, folder, forget, is_missing, link_then_remove, parts, sweep};
 use crate::error::{Error, LeftFile, LostFolder, Problem, WriteProtected};
 use crate::identity::{Identity, dangling, identity, input_at};
 
@@ -250,6 +249,17 @@ fn put_aside(kept: &Path, path: &Path) -> PathBuf {
     };
     let free = (0..1000).map(named).find(|aside| link_then_remove(&Disk, kept, aside).is_ok());
     free.unwrap_or_else(|| kept.to_path_buf())
+}
+
+/// An empty part beside a name, which another program is to fill. It is gone when it is dropped.
+pub(crate) fn part_beside(path: &Path) -> io::Result<Part> {
+    sweep(&Disk, path);
+    let (part, file) = create_part(&Disk, path)?;
+    // Where locks hold off other programs as well, it has none.
+    if cfg!(not(unix)) {
+        let _ = file.unlock();
+    }
+    Ok(Part { part, path: path.to_path_buf(), file })
 }
 
 /// Makes a part and takes it away again: what hinders the one hinders the file.

@@ -122,6 +122,12 @@ pub enum Warning {
     /// Luma and chroma that became colours.
     #[error("luma and chroma became rgb: copies of samples are not exact")]
     ChromaConverted,
+    /// What the program said that decoded a clip.
+    #[error("ffmpeg says: {line}")]
+    Said {
+        /// Its last line.
+        line: String,
+    },
     /// 64-bit samples that were rounded to 32 bits.
     #[error("64-bit floats were rounded to 32 bits")]
     Rounded,

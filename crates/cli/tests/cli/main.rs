@@ -9,6 +9,7 @@ mod config;
 mod course;
 mod degenerate;
 mod exit_codes;
+mod ffmpeg;
 mod files;
 mod fill;
 mod graphcut;

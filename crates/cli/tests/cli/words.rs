@@ -33,7 +33,7 @@ fn what_is_too_small_is_named_with_its_size_as_typed() {
     }
     for (line, said) in [
         ("detail @/scales.png --low @/scales.png --scale 2.5 -o a.png", "give a whole number"),
-        ("video @/fire.png -o a.mp4", ".gif, .png or .y4m; pipe y4m"),
+        ("video @/fire.png -o a.flv", ".gif, .png, .y4m, .mp4, .mov"),
         ("animate @/scales.png --flow uniform --angle nan -o a.gif", "an angle of NaN"),
     ] {
         folder.run(line).refused(2, &[said]);

@@ -34,11 +34,18 @@ impl Steps for Disk {}
 
 /// A whole part beside the name that it is to take; gone when it is dropped.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(crate) struct Part {
     pub(super) part: PathBuf,
     pub(super) path: PathBuf,
     /// Keeps the lock.
     pub(super) file: File,
+}
+
+impl Part {
+    /// Where it lies.
+    pub(crate) fn file(&self) -> &Path {
+        &self.part
+    }
 }
 
 impl Drop for Part {

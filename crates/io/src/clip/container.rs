@@ -18,6 +18,16 @@ pub enum Container {
     Webp,
     /// YUV4MPEG2: raw luma and chroma of 8 or 16 bits.
     Y4m,
+    /// MP4, and those below: by an `ffmpeg` that is installed.
+    Mp4,
+    /// QuickTime.
+    Mov,
+    /// WebM.
+    Webm,
+    /// Matroska.
+    Mkv,
+    /// AVI.
+    Avi,
 }
 
 impl Container {
@@ -29,18 +39,25 @@ impl Container {
             "gif" => Some(Self::Gif),
             "webp" => Some(Self::Webp),
             "y4m" => Some(Self::Y4m),
+            "mp4" | "m4v" => Some(Self::Mp4),
+            "mov" => Some(Self::Mov),
+            "webm" => Some(Self::Webm),
+            "mkv" => Some(Self::Mkv),
+            "avi" => Some(Self::Avi),
             _ => (path.as_os_str() == "-").then_some(Self::Y4m),
         }
     }
 
     /// Refuses frames that the container does not hold.
     pub(super) fn check(self, colors: usize, alpha: bool, depth: Depth, shape: [u32; 2]) -> Result<(), Problem> {
-        let container = match self {
-            Self::Apng | Self::Webp => return Format::Png.check(shape, colors, alpha, depth),
-            Self::Gif => "gif",
-            Self::Y4m => "y4m",
-        };
+        if matches!(self, Self::Apng | Self::Webp) {
+            return Format::Png.check(shape, colors, alpha, depth);
+        }
+        let container = self.name();
         let no = |what: String| Err(ClipProblem::Unsupported { container, what }.into());
+        if self.muxer().is_some() && depth.bytes() <= 2 && depth != Depth::F16 && matches!(colors, 1 | 3) {
+            return Ok(());
+        }
         match (depth, colors) {
             (Depth::U8 | Depth::U16, 1 | 3) if self == Self::Y4m => {
                 if alpha {
@@ -58,13 +75,50 @@ impl Container {
         }
     }
 
+    /// What `ffmpeg` calls it, where that reads and writes it.
+    pub fn muxer(self) -> Option<&'static str> {
+        match self {
+            Self::Mp4 | Self::Mov | Self::Webm | Self::Avi => Some(self.name()),
+            Self::Mkv => Some("matroska"),
+            Self::Apng | Self::Gif | Self::Webp | Self::Y4m => None,
+        }
+    }
+
+    /// What it is called.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Apng => "apng",
+            Self::Gif => "gif",
+            Self::Webp => "webp",
+            Self::Y4m => "y4m",
+            Self::Mp4 => "mp4",
+            Self::Mov => "mov",
+            Self::Webm => "webm",
+            Self::Mkv => "mkv",
+            Self::Avi => "avi",
+        }
+    }
+
     /// The container whose files begin like this.
     pub(super) fn of_content(start: &[u8]) -> Option<Self> {
         match Format::of_content(start) {
             Some(Format::Png) => Some(Self::Apng),
             Some(Format::Gif) => Some(Self::Gif),
             Some(Format::Webp) => Some(Self::Webp),
-            _ => is_y4m(start).then_some(Self::Y4m),
+            _ if is_y4m(start) => Some(Self::Y4m),
+            _ => Self::foreign(start),
+        }
+    }
+
+    /// Those of other programs. [ISO/IEC 14496-12, 4.3; RFC 8794, 8; AVI RIFF]
+    fn foreign(start: &[u8]) -> Option<Self> {
+        let at = |from: usize| start.get(from..from + 4).unwrap_or_default();
+        match (at(0), at(4), at(8)) {
+            (_, b"ftyp", b"qt  ") | (_, b"moov" | b"mdat" | b"wide", _) => Some(Self::Mov),
+            (_, b"ftyp", _) => Some(Self::Mp4),
+            (b"\x1a\x45\xdf\xa3", ..) => Some(Self::Mkv),
+            (b"RIFF", _, b"AVI ") => Some(Self::Avi),
+            _ => None,
         }
     }
 }

@@ -14,6 +14,7 @@
 //! | `name*.png` with `*` or `?` | the files that match, in natural order |
 //! | any picture, with [`ClipOptions::flipbook`] | its cells, row by row |
 //! | an animated PNG, GIF or WebP, a y4m file | its frames |
+//! | mp4, mov, webm, mkv, avi | its frames without sound, by an `ffmpeg` that is installed |
 //!
 //! Numbers go up by one, or by the step of a [`Range`]: a frame that is missing, or is of another size, depth or
 //! layout, is an error that names it.
@@ -21,6 +22,7 @@
 mod animation;
 mod apng;
 mod container;
+mod ffmpeg;
 mod flipbook;
 mod gif;
 mod info;
@@ -38,6 +40,7 @@ mod y4m;
 mod yuv;
 
 pub use container::Container;
+pub use ffmpeg::end_children;
 pub use flipbook::Flipbook;
 pub use info::ClipInfo;
 pub use manifest::Manifest;

@@ -79,6 +79,29 @@ pub enum ClipProblem {
         /// What was found.
         what: String,
     },
+    /// A container of other programs, without the program for it.
+    #[error("needs ffmpeg, which was not found")]
+    NoFfmpeg {
+        /// Whether it was to be written.
+        writes: bool,
+    },
+    /// The program for other containers failed.
+    #[error("ffmpeg failed: {said}")]
+    Failed {
+        /// Its last line.
+        said: String,
+        /// Whether it was to write.
+        writes: bool,
+    },
+    /// The program for other containers did nothing.
+    #[error("ffmpeg did nothing for {seconds} s, and was ended")]
+    Hangs {
+        /// How long it was waited for.
+        seconds: u64,
+    },
+    /// Options of a codec for what is not encoded by another program.
+    #[error("is encoded without ffmpeg")]
+    NoCodec,
     /// A pattern or folder without files.
     #[error("no frame of this name was found")]
     NoFrames,
@@ -154,6 +177,7 @@ impl ClipProblem {
             Self::Rate { .. } | Self::Range { .. } | Self::Flipbook { .. } | Self::NoClip | Self::OnlyRead { .. } => {
                 ErrorKind::Option
             }
+            Self::NoCodec | Self::Failed { writes: true, .. } | Self::NoFfmpeg { writes: true } => ErrorKind::Option,
             Self::NoFrames => ErrorKind::FileSystem,
             Self::Count { .. } => ErrorKind::Internal,
             _ => ErrorKind::Input,
@@ -169,11 +193,19 @@ impl ClipProblem {
             Self::Cells { .. } => "give the numbers of its columns and rows, and what lies around its frames",
             Self::Full { .. } => "use more columns or rows, or fewer frames",
             Self::NoClip => {
-                "name frames as name.####.png, a folder, or .gif, .png or .y4m; pipe y4m ('-') into ffmpeg for others"
+                "name frames as name.####.png, a folder, or .gif, .png, .y4m, .mp4, .mov, .webm, .mkv or .avi"
             }
             Self::NoFrames => "check the name, and the number of its digits",
             Self::Still => "give frames as name.####.png, or an animation",
             Self::UnknownContainer => "pipe it: ffmpeg -i FILE -f yuv4mpegpipe -pix_fmt yuv444p - | selvedge ... -",
+            Self::NoFfmpeg { writes: false } => {
+                "install it, or pipe: ffmpeg -i FILE -f yuv4mpegpipe -pix_fmt yuv444p - | selvedge ... -"
+            }
+            Self::NoFfmpeg { writes: true } => "install it, or pipe: selvedge ... -o - | ffmpeg -i - FILE",
+            Self::Failed { writes: false, .. } => "write or copy the file again, or see what ffmpeg says of it",
+            Self::Failed { writes: true, .. } => "give it options and a container that go together",
+            Self::Hangs { .. } => "see what it does with this file by itself",
+            Self::NoCodec => "leave its options out, or name a file .mp4, .mov, .webm, .mkv or .avi",
             Self::OnlyRead { .. } => "write a sequence, apng, gif or y4m",
             Self::Damaged { .. } => "write or copy the file again",
             Self::Unsupported { .. } => "use a sequence of png, tiff or exr files",

@@ -10,6 +10,7 @@ use selvedge_core::Plane;
 use super::animation::Animation;
 use super::apng::Apng;
 use super::container::Container;
+use super::ffmpeg::Decoder;
 use super::flipbook::{Cells, Flipbook};
 use super::info::{ClipInfo, Frames};
 use super::names::{ClipName, clip_files};
@@ -75,6 +76,11 @@ impl ClipReader {
             }
             // Of what is no clip no more is read.
             None => return Err(Error::new(path, no_clip(&start))),
+            Some(foreign) if foreign.muxer().is_some() => {
+                let last = options.range.map(|range| range.last);
+                let (info, frames) = Decoder::open(path, foreign, (&options.frame, last))?;
+                return Self::picked(path, info, Box::new(frames), options);
+            }
             Some(_) => {}
         }
         let bytes = read_bytes(path, &options.frame.limits).map_err(|p| Error::new(path, p))?;
@@ -100,7 +106,8 @@ impl ClipReader {
                 let still = || Error::new(path, ClipProblem::Still);
                 boxed(Apng::open(path, &file, frame)?.ok_or_else(still)?)
             }
-            Some(Container::Y4m) | None => return Err(Error::new(path, no_clip(&file))),
+            // Of other programs' containers only files are read.
+            _ => return Err(Error::new(path, no_clip(&file))),
         };
         Self::picked(path, info, frames, options)
     }

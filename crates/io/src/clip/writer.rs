@@ -7,6 +7,7 @@ use selvedge_core::Plane;
 
 use super::apng::ApngWriter;
 use super::container::Container;
+use super::ffmpeg::Encoder;
 use super::flipbook::{Flipbook, FlipbookWriter};
 use super::gif::GifWriter;
 use super::info::{FrameEncoder, Layout};
@@ -15,7 +16,7 @@ use super::names::ClipName;
 use super::problem::ClipProblem;
 use super::rate::Rate;
 use super::y4m::Y4mWriter;
-use crate::error::Error;
+use crate::error::{Error, Problem};
 use crate::{Depth, Metadata, WriteOptions, display_name, encode, write_bytes};
 
 /// How to write a clip.
@@ -29,6 +30,9 @@ pub struct ClipWriteOptions {
     pub period: Option<u32>,
     /// All frames in one picture, which lie so.
     pub flipbook: Option<Flipbook>,
+    /// What `ffmpeg` is told of codecs, argument by argument, where it writes the container. Default: what all players
+    /// show, with loss, of 8 bits and without alpha.
+    pub encode: Option<Vec<String>>,
 }
 
 /// A file of a clip, whole.
@@ -68,6 +72,11 @@ impl ClipWriter {
         let path = path.as_ref();
         let no_clip = || Error::new(path, ClipProblem::NoClip);
         let rate = options.rate.unwrap_or(Rate::USUAL);
+        let container = if options.flipbook.is_none() { Container::of_name(path) } else { None };
+        let foreign = container.filter(|container| container.muxer().is_some());
+        if options.encode.is_some() && (foreign.is_none() || ClipName::parse(path).is_some()) {
+            return Err(Error::new(path, ClipProblem::NoCodec));
+        }
         let target = match (options.flipbook, ClipName::parse(path)) {
             (Some(layout), _) => {
                 let Flipbook { columns, rows, .. } = layout;
@@ -88,6 +97,7 @@ impl ClipWriter {
                     Container::Gif => Box::new(GifWriter::new(rate)),
                     Container::Y4m => Box::new(Y4mWriter::new(rate)),
                     Container::Webp => return Err(Error::new(path, ClipProblem::OnlyRead { container: "webp" })),
+                    foreign => Box::new(Encoder::new((path, foreign), options.encode.clone(), rate)),
                 };
                 Target::File(path.to_path_buf(), encoder)
             }
@@ -115,11 +125,33 @@ impl ClipWriter {
                 }
                 None => {
                     let container = Container::of_name(path).unwrap_or(Container::Apng);
-                    (path.clone(), container.check(colors, alpha, depth, shape))
+                    let checked = container.check(colors, alpha, depth, shape);
+                    (path.clone(), checked.and_then(|()| self.check_encoder(container, (colors, alpha), depth, shape)))
                 }
             },
         };
         checked.map_err(|p| Error::new(&path, p))
+    }
+
+    /// Refuses what the other program that is to encode it does not take.
+    fn check_encoder(
+        &self,
+        container: Container,
+        (colors, alpha): (usize, bool),
+        depth: Depth,
+        shape: [u32; 2],
+    ) -> Result<(), Problem> {
+        let Target::File(path, _) = &self.target else { return Ok(()) };
+        if container.muxer().is_none() {
+            return Ok(());
+        }
+        if self.options.encode.is_none() && (alpha || depth != Depth::U8) {
+            let lost = if alpha { "alpha".to_owned() } else { format!("a clip of {} samples", depth.name()) };
+            let what = format!("{lost}, without a codec that is named and keeps it,");
+            return Err(ClipProblem::Unsupported { container: container.name(), what }.into());
+        }
+        let rate = self.options.rate.unwrap_or(Rate::USUAL);
+        Encoder::new((path, container), self.options.encode.clone(), rate).tried((colors, alpha), depth, shape)
     }
 
     /// The file that holds all frames, or tells of them.

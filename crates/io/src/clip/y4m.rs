@@ -60,6 +60,11 @@ fn unsupported(what: String) -> Problem {
     ClipProblem::Unsupported { container: "y4m", what }.into()
 }
 
+/// How fast a clip with this first line plays.
+pub(super) fn rate_of(line: &str) -> Result<Option<Rate>, Problem> {
+    Headline::parse(line).map(|head| head.rate)
+}
+
 impl Headline {
     fn parse(line: &str) -> Result<Self, Problem> {
         let mut words = line.split(' ');

@@ -69,7 +69,8 @@ impl Animate {
 
     /// How the clip is written.
     pub(super) fn write_options(&self) -> ClipWriteOptions {
-        ClipWriteOptions { rate: self.rate, ..ClipWriteOptions::default() }
+        let encode = self.encode.arguments();
+        ClipWriteOptions { rate: self.rate, encode, ..ClipWriteOptions::default() }
     }
 
     /// Refuses what could not be written, before any work.
@@ -83,8 +84,7 @@ impl Animate {
         let path = self.path();
         let writer = ClipWriter::create(&path, frames, Metadata::default(), self.write_options())?;
         let layout = self.layout(headers);
-        let held = writer.check((layout.channels(), layout.alpha), headers.depth, output.shape);
-        held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
+        clips::check_held(&writer, (layout.channels(), layout.alpha), headers.depth, output.shape)?;
         clips::tell_left_over(session, &writer);
         outputs::check(session, &writer.files(), read)
     }

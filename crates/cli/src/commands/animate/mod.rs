@@ -17,7 +17,7 @@ use selvedge_texture_optimization::{Animation, Options};
 use self::body::BodyArgs;
 use self::flow::{FlowArgs, Flows};
 use super::optimize::{Init, Levels, init, levels, typed};
-use crate::clips;
+use crate::clips::{self, Encode};
 use crate::exemplars::ExemplarArgs;
 use crate::failure::{Failure, n, shown};
 use crate::memory::Resized;
@@ -76,10 +76,12 @@ pub(crate) struct Animate {
     /// Frames a second, such as 25 or 30000/1001.
     #[arg(long, value_name = "RATE", value_parser = clips::rate)]
     rate: Option<Rate>,
-    /// The clip to write: 'name.####.png' and the like, frame by frame, name.gif, name.png (animated), name.y4m, or '-'
-    /// for y4m.
+    /// The clip to write: 'name.####.png' and the like, frame by frame, name.gif, name.png (animated), name.y4m, '-'
+    /// for y4m, or name.mp4, .mov, .webm, .mkv, .avi by ffmpeg.
     #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     output: PathBuf,
+    #[command(flatten)]
+    encode: Encode,
 }
 
 /// A map has the size of its own picture alone.
@@ -179,7 +181,8 @@ impl Animate {
             .set("size", format!("{w}x{h}"))
             .set("tile", Tile::of(output).map(crate::args::typed_name))
             .set("frames", frames)
-            .set("init", init.typed());
+            .set("init", init.typed())
+            .unless("encode", serde_json::Value::Null);
         self.flow.used(self.input.used_if_any(used))
     }
 }

@@ -4,6 +4,7 @@ mod bytes;
 mod checks;
 mod choices;
 mod fade;
+mod kept;
 mod look;
 mod maps;
 mod modes;
@@ -87,7 +88,7 @@ impl Video {
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
         let used = session.options.clone().unless("with", Value::Null).unless("fixed", Value::Null);
-        let used = used.unless("still-frame", Value::Null);
+        let used = used.unless("still-frame", Value::Null).unless("encode", Value::Null);
         let name = shown(&self.write.output);
         if session.global.dry_run {
             report.options = used;

@@ -16,7 +16,9 @@ use crate::session::Session;
 #[derive(Args, Clone, Debug)]
 pub(super) struct ReadArgs {
     /// The clip.
-    #[arg(help = "The clip: 'name.####.png', a folder, a quoted glob, an animation, or '-' for y4m")]
+    #[arg(
+        help = "The clip: 'name.####.png', a folder, a quoted glob, an animation, '-' for y4m, or a video by ffmpeg"
+    )]
     #[arg(value_name = "CLIP", value_hint = ValueHint::FilePath)]
     pub(super) clip: PathBuf,
     /// Other passes of the same frames, such as normals or velocities: the same seam on each, bit for bit.

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::{Depth, Plane, Render as _};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
-use selvedge_io::{Fingerprint, Metadata, Provenance, WriteOptions};
+use selvedge_io::{Fingerprint, Format, Metadata, Provenance, WriteOptions};
 use serde_json::Value;
 
 use super::modes::Way;
 use super::read::ReadArgs;
 use super::{ClipOutcome, maps};
-use crate::clips::{self, Clip, ClipInput};
+use crate::clips::{self, Clip, ClipInput, Encode};
 use crate::failure::{Failure, shown};
 use crate::outputs::{self, Outputs};
 use crate::report::Report;
@@ -39,9 +39,12 @@ pub(super) struct WriteArgs {
     #[arg(help_heading = "Files that are written", long, value_name = "PX", requires = "flipbook")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub(super) pad: Option<u32>,
-    /// The clip to write: 'name.####.png' and the like, name.gif, name.png (animated), name.y4m, or '-' for y4m.
+    /// The clip to write: 'name.####.png' and the like, name.gif, name.png (animated), name.y4m, '-' for y4m,
+    /// or name.mp4, .mov, .webm, .mkv, .avi by ffmpeg.
     #[arg(help_heading = "Files that are written", short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(super) output: PathBuf,
+    #[command(flatten)]
+    encode: Encode,
     /// Write when each pixel jumps: its first frame that is not shown.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(super) surface: Option<PathBuf>,
@@ -99,7 +102,7 @@ impl WriteArgs {
     fn write_options(&self, clip: Option<&Clip>, period: Option<u32>) -> ClipWriteOptions {
         let rate = self.rate.or(clip.and_then(|clip| clip.info.rate));
         let flipbook = self.flipbook.map(|book| Flipbook { pad: self.pad.unwrap_or(0), ..book });
-        ClipWriteOptions { frame: WriteOptions::default(), rate, period, flipbook }
+        ClipWriteOptions { frame: WriteOptions::default(), rate, period, flipbook, encode: self.encode.arguments() }
     }
 
     /// Refuses what could not be written, before any work.
@@ -121,9 +124,7 @@ impl WriteArgs {
             let book = self.flipbook.filter(|_| way.jumps() && way.play.is_none()).map(Flipbook::cells);
             let most = book.unwrap_or_else(|| self.written(frames));
             let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
-            let held = writer.check((info.channels, info.alpha), info.depth, [height, width]);
-            // Clips keep their depth.
-            held.map_err(|e| Failure::from(e).remedy("write a sequence of png, tiff or exr that holds it"))?;
+            clips::check_held(&writer, (info.channels, info.alpha), info.depth, [height, width])?;
             let made = writer.files();
             if let Some(input) = made.iter().find(|file| files.iter().any(|input| selvedge_io::same_file(file, input)))
             {
@@ -143,7 +144,8 @@ impl WriteArgs {
         written.extend(self.surface.iter().chain(&self.preview).cloned());
         written.extend(self.report.as_deref().map(page::checked));
         for path in self.surface.iter().chain(&self.preview) {
-            outputs::format(path, None, Some(Depth::U16).filter(|_| Some(path) == self.surface.as_ref()))?;
+            let depth = if Format::of_name(path) == Some(Format::Exr) { Depth::F32 } else { Depth::U16 };
+            outputs::format(path, None, Some(depth).filter(|_| Some(path) == self.surface.as_ref()))?;
         }
         outputs::check(session, &written, &read)
     }
