@@ -42,7 +42,7 @@ impl Jump {
 /// Options of [`FrameDistances::best`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct JumpOptions {
-    /// Jumps that are answered, at most. At least 1. Default: 8.
+    /// Jumps that are answered, at most. At least 1. Default: 24, three times those that are cut in any case.
     pub count: usize,
     /// Pairs of frames around a jump that have to agree, so that movements go on: 2 or 4, binomially weighed, or 1 for
     /// the jump itself. Default: 4.
@@ -56,7 +56,7 @@ pub struct JumpOptions {
 
 impl Default for JumpOptions {
     fn default() -> Self {
-        Self { count: 8, taps: 4, period: None, spread: 4 }
+        Self { count: 24, taps: 4, period: None, spread: 4 }
     }
 }
 

@@ -19,11 +19,13 @@ pub struct LoopOptions {
     pub window: u32,
     /// How seams are priced. Default: eq. 5 of the paper, by gradients.
     pub seam: SeamMeasure,
+    /// Jumps that are cut whatever comes of them; those after them are cut where none of these closes. Default: 8.
+    pub jumps: usize,
 }
 
 impl Default for LoopOptions {
     fn default() -> Self {
-        Self { window: 60, seam: SeamMeasure::Gradient }
+        Self { window: 60, seam: SeamMeasure::Gradient, jumps: 8 }
     }
 }
 
@@ -83,7 +85,7 @@ impl Trial {
 /// Counts of one run of [`looped`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoopStats {
-    /// What was cut, in the order of the jumps.
+    /// What was cut, in the order of the jumps, without those that were passed over.
     pub tried: Vec<Trial>,
     /// The number of the one that was taken.
     pub chosen: usize,
@@ -103,11 +105,15 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
     Bytes(A_RUN) + side * 2 + cut + Bytes::of_samples(frames(1), 64) + Usual::bytes(clip)
 }
 
-/// Cuts each jump along the surface of least price, and takes the one whose loop closes best. `[Kwatra03 7A]`
+/// Cuts jumps along the surface of least price, and takes the one whose loop closes best. `[Kwatra03 7A]`
 ///
-/// A loop is better if its largest step over the seam exceeds what is usual in the clip by less, of whole frames
-/// first, then of blocks of 16 x 16 pixels; of those that exceed it by nothing, or as much, the one whose seam costs
-/// least. Prices alone do not tell: a seam of few frames, where the clip has no more beside a jump, is cheap, and seen.
+/// The first [`jumps`](LoopOptions::jumps) are cut, and where none of them closes the others as well, but for those
+/// whose worst block would step more than that of the best so far even if each block jumped at the time that is best
+/// for it.
+/// A loop closes if no step over its seam is more than what is usual in the clip, of whole frames (but for
+/// [`CLOSES`](super::CLOSES)) and of blocks of 16 x 16 pixels. It is better if the largest step exceeds that by less,
+/// of whole frames first; of those that are as good, the one whose seam costs least is taken. Prices alone do not tell:
+/// a seam of few frames, where the clip has no more beside a jump, is cheap, and seen.
 ///
 /// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its
 /// frames.
@@ -145,6 +151,15 @@ pub fn looped(
     let mut complete = true;
     for (number, jump) in jumps.iter().enumerate() {
         let window = window(jump, frames, options.window);
+        if let Some(trial) = stats.tried.get(stats.chosen).filter(|_| options.jumps <= number) {
+            if number == options.jumps && trial.closure.is_best() {
+                break;
+            }
+            // One that is seen more even where each block jumps when that is best for it.
+            if !trial.closure.may_yield(usual.least_block(features, jump.period(), &window)) {
+                continue;
+            }
+        }
         let same = |tried: &&Trial| tried.jump.period() == jump.period() && tried.window == window;
         if let Some(tried) = stats.tried.iter().find(same) {
             // The same frames to be parted at the same times.
@@ -162,12 +177,12 @@ pub fn looped(
         let closure = usual.closure(over_surface(features, &cut.surface, jump.period()).into_iter());
         let Transition { surface, price, straight, shift } = cut;
         let tried = Trial { jump: *jump, window, price, straight, shift, closure };
-        if number == 0 || tried.is_better(&stats.tried[stats.chosen]) {
-            (best, stats.chosen) = (surface, number);
+        if stats.tried.get(stats.chosen).is_none_or(|best| tried.is_better(best)) {
+            (best, stats.chosen) = (surface, stats.tried.len());
         }
         stats.tried.push(tried);
         run.observer.event(&Event::step("transition", number as u64 + 1, jumps.len() as u64));
     }
-    let jump = jumps[stats.chosen];
+    let jump = stats.tried.get(stats.chosen).map_or(*first, |trial| trial.jump);
     Ok(Woven { result: Loop { jump, surface: best, table: exemplars.table().clone() }, stats, complete })
 }

@@ -51,7 +51,7 @@ pub use ends::Ends;
 pub use jumps::{Jump, JumpOptions};
 pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;
-pub use steps::{Closure, Step, Usual, median, over_seams, step};
+pub use steps::{CLOSES, Closure, Step, Usual, median, over_seams, step};
 pub use still::{estimate_still, hold_still};
 pub use surface::Surface;
 

@@ -1,11 +1,17 @@
 //! How much frames of a clip differ from their next ones: whether a loop closes.
 
+use std::ops::Range;
+
 use selvedge_core::{Bytes, Domain, Grid, SourceMap, par};
 
 use super::surface::Surface;
 
 /// Sides of the blocks that are looked at by themselves: a jump of a small thing is lost in the mean of a whole frame.
 const BLOCK: u32 = 16;
+
+/// A seam of which no step of a whole frame is larger than what is usual by more than this is as good as none: less is
+/// not told from chance with a hundredth of some dozens of steps.
+pub const CLOSES: f64 = 1.05;
 
 /// Squared differences between a frame and another, summed over the frame and over each of its blocks.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,9 +71,21 @@ impl Closure {
         self.whole <= 1.0 && self.block <= 1.0
     }
 
-    /// By how much it is more than usual, the whole frame first: what is no larger is as good as nothing.
+    /// By how much it is more than usual, the whole frame first: what is no larger is as good as nothing. Blocks are
+    /// many, and the largest of them is chance in one direction alone, so that they are given no room.
     pub(super) fn excess(&self) -> [f64; 2] {
-        [self.whole, self.block].map(|of| of.max(1.0))
+        [self.whole.max(CLOSES), self.block.max(1.0)]
+    }
+
+    /// Whether a loop whose worst block steps so much may be better.
+    pub(super) fn may_yield(&self, block: f64) -> bool {
+        let [whole, own] = self.excess();
+        CLOSES < whole || block <= own
+    }
+
+    /// Whether nothing could be better.
+    pub(super) fn is_best(&self) -> bool {
+        self.excess() == [CLOSES, 1.0]
     }
 }
 
@@ -124,21 +142,37 @@ impl Usual {
         Some(Self(Step { whole, blocks: (0..first.blocks.len()).map(block).collect() }))
     }
 
+    /// The step of the worst block over a jump beside what is usual, where each block jumps before that frame of a
+    /// window, or after the last, before which it steps least.
+    pub(super) fn least_block(&self, features: &Grid<u8, 3>, period: u32, window: &Range<u32>) -> f64 {
+        let times = window.end + 1 - window.start;
+        let steps = par::map_indexed(times as usize, |i| {
+            let next = window.start + i as u32;
+            step(features, next - 1, next - period)
+        });
+        let least = |i: usize| steps.iter().map(|step| step.blocks[i]).min().unwrap_or(0);
+        let blocks = self.0.blocks.iter().enumerate().map(|(i, usual)| beside(least(i), *usual));
+        blocks.fold(0.0, f64::max)
+    }
+
     /// Steps beside what is usual.
     pub fn closure(&self, steps: impl Iterator<Item = Step>) -> Closure {
-        // Where nothing ever moves, one step of a value in each sample of a block is as good as none.
-        let ratio = |is: u64, usual: u64, least: u64| is as f64 / usual.max(least).max(1) as f64;
-        let least = u64::from(BLOCK * BLOCK);
         let mut closure = Closure { steps: 0, whole: 0.0, block: 0.0 };
         for step in steps {
             closure.steps += 1;
-            closure.whole = closure.whole.max(ratio(step.whole, self.0.whole, 0));
+            closure.whole = closure.whole.max(step.whole as f64 / self.0.whole.max(1) as f64);
             for (is, usual) in step.blocks.iter().zip(&self.0.blocks) {
-                closure.block = closure.block.max(ratio(*is, *usual, least));
+                closure.block = closure.block.max(beside(*is, *usual));
             }
         }
         closure
     }
+}
+
+/// The step of a block beside the usual one. Where nothing ever moves, one step of a value in each sample is as good as
+/// none.
+fn beside(is: u64, usual: u64) -> f64 {
+    is as f64 / usual.max(u64::from(BLOCK * BLOCK)) as f64
 }
 
 fn percentile(mut values: Vec<u64>) -> u64 {

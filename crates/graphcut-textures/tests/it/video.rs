@@ -8,8 +8,7 @@ use selvedge_core::{
 };
 use selvedge_graphcut_textures::Error;
 use selvedge_graphcut_textures::video::{
-    DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, Trial, Usual, looped, over_seams,
-    walk,
+    DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, looped, walk,
 };
 
 /// Noise that changes slowly.
@@ -51,7 +50,7 @@ fn distances(exemplars: &Exemplars<3>) -> FrameDistances {
     FrameDistances::new(exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap()
 }
 
-fn jump(from: u32, to: u32) -> Jump {
+pub(crate) fn jump(from: u32, to: u32) -> Jump {
     Jump { from, to, error: 0.0 }
 }
 
@@ -67,7 +66,7 @@ fn no_surface_is_cheaper() {
         let to = rng.below(14 - period);
         let jump = jump(to + period - 1, to);
         for seam in MEASURES {
-            let options = LoopOptions { window: 4, seam };
+            let options = LoopOptions { window: 4, seam, ..LoopOptions::default() };
             let woven = looped(&e, &[jump], &options, &Run::seeded(0)).unwrap();
             let (tried, costs) = (&woven.stats.tried[0], SeamCosts::new(&e, seam).unwrap());
             let price = |time: [u16; 4]| {
@@ -124,40 +123,6 @@ fn every_pixel_jumps_once_and_far_from_the_jump_frames_stay_as_they_are() {
         assert!((13..29).all(|frame| map.locate([frame - 10, y, x]) == Some((0, [frame, y, x]))));
     }
     assert_eq!(map.render(&[&clip]).unwrap().domain().shape, [22, 9, 8]);
-}
-
-#[test]
-fn the_loop_is_taken_whose_seam_is_seen_least_and_of_equal_ones_the_cheapest() {
-    let (mut dearer, mut equal) = (0, 0);
-    for case in 0..40 {
-        let e = of(&if case < 20 { changing([26, 18, 20], case, 1 + case as u32 % 5) } else { flickering(case) });
-        let features = &e.sources()[0].features;
-        let usual = Usual::of(features).unwrap();
-        // The clip's ends leave the first few frames to jump in.
-        let jumps = [jump(24, 0), jump(20, 3), jump(17, 6), jump(22, 11), jump(24, 9)];
-        let woven = looped(&e, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
-        let (tried, chosen) = (&woven.stats.tried, woven.stats.chosen);
-        for (number, trial) in tried.iter().enumerate() {
-            let alone = looped(&e, &jumps[number..=number], &LoopOptions::default(), &Run::seeded(0)).unwrap().result;
-            let map = alone.map().unwrap();
-            let plane = Plane::new(Role::Scalar, Samples::U8(features.clone()));
-            let Samples::U8(output) = map.render(&[&plane]).unwrap().samples else { unreachable!() };
-            assert_eq!(trial.closure, usual.closure(over_seams(&map, &output)), "case {case}: {trial:?}");
-        }
-        let rank = |t: &Trial| (t.closure.whole.max(1.0), t.closure.block.max(1.0), t.price);
-        assert!(tried.iter().all(|trial| rank(&tried[chosen]) <= rank(trial)), "case {case}: {chosen} of {tried:?}");
-        dearer += usize::from(tried.iter().any(|trial| trial.price < tried[chosen].price));
-        equal += usize::from(2 <= tried.iter().filter(|trial| trial.closure.closes()).count());
-    }
-    assert!(4 < dearer && 4 < equal, "{dearer} were not the cheapest, of {equal} several close");
-}
-
-/// Six frames of noise again and again, with less noise over them.
-fn flickering(seed: u64) -> Plane<3> {
-    let (domain, mut rng) = (Domain::open([26, 18, 20]), Seed(seed).rng());
-    let six: Vec<u32> = (0..6 * 360).map(|_| rng.below(220)).collect();
-    let samples = (0..domain.len()).map(|i| (six[i % six.len()] + rng.below(30)) as u8).collect();
-    Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap()))
 }
 
 /// Waves in both directions that are themselves again after some frames.

@@ -17,6 +17,7 @@ mod written;
 
 use clap::Args;
 use selvedge_core::{Bytes, Plane, SourceMap};
+use selvedge_graphcut_textures::video::CLOSES;
 use serde_json::Value;
 
 use self::modes::{ModeArgs, Way};
@@ -25,7 +26,7 @@ use self::still::{Still, StillArgs};
 use self::transition::TransitionArgs;
 use self::woven::WovenArgs;
 use self::written::WriteArgs;
-use crate::clips::Clip;
+use crate::clips::{Clip, ClipInput};
 use crate::failure::{Failure, shown};
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -83,7 +84,7 @@ impl Video {
         let clips = self.read.open(session, self.write.rate)?;
         let way = self.way(session, &clips[0])?;
         self.write.check(session, &self.read, (&clips, &way), &others)?;
-        let needed = self.need(&clips, &way)?;
+        let (way, needed) = self.affordable(session, &clips, way)?;
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
@@ -92,6 +93,7 @@ impl Video {
         let name = shown(&self.write.output);
         if session.global.dry_run {
             report.options = used;
+            report.inputs.extend(clips.iter().map(|clip| clip.noted(None)));
             let line = format!("{name}: would be {}, with about {needed} of memory", self.would(&clips[0], &way)?);
             return Ok(Done::would(report, line, self.write.planned(&self.read, &way, self.frames(&clips[0], &way)?)));
         }
@@ -109,6 +111,22 @@ impl Video {
         let outputs = self.write.outputs(&mut report, session, &clips, &made)?;
         let line = format!("{name}: {}{}, in {:.2} s", made.how, self.write.more(&made), report.elapsed());
         Ok(Done::made(report, line, outputs))
+    }
+
+    /// The way and what it holds at once. A jump alone, where one may close and what would be woven in its place is too
+    /// large.
+    fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes), Failure> {
+        let needed = self.need(clips, &way)?;
+        if !way.or_woven || needed.0 <= session.limits.memory {
+            return Ok((way, needed));
+        }
+        let alone = Way { or_woven: false, ..way.clone() };
+        let of_jump = self.need(clips, &alone)?;
+        if session.limits.memory < of_jump.0 {
+            return Ok((way, needed));
+        }
+        session.detail(&format!("a jump is taken even if it does not close: to weave instead takes about {needed}"));
+        Ok((alone, of_jump))
     }
 
     /// Goes that way; weaves where no jump closes, if it may.
@@ -150,7 +168,3 @@ fn better(refused: Option<(f64, ClipOutcome)>, woven: ClipOutcome) -> ClipOutcom
         _ => woven,
     }
 }
-
-/// A jump closes if no step of a whole frame over its seam is larger than what is usual by more than this: less is not
-/// told from chance with a hundredth of some dozens of steps.
-const CLOSES: f64 = 1.05;

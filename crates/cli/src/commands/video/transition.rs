@@ -1,14 +1,15 @@
 //! Loops of one clip: a jump back, at which each pixel makes the step when it is seen least. `[Kwatra03 7A]`
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
 use selvedge_graphcut_textures::video::{
-    self, Closure, DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface, Trial,
-    Usual, looped, over_seams,
+    self, CLOSES, Closure, DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface,
+    Trial, Usual, looped, over_seams,
 };
+use selvedge_io::Format;
 use serde_json::{Value, json};
 
 use super::choices::{JumpArg, Period};
@@ -30,10 +31,14 @@ use crate::used::Used;
 const WINDOW: u32 = 60;
 /// Jumps that are cut: those of least error mostly have the best seam, but not always the very first. A guess.
 const JUMPS: u32 = 8;
+/// So many times as many are cut where none of these closes. Of seven clips that have as many two close by one of the
+/// 9th to 24th jump, and two more come closer; none of the 25th to 46th was better. All are looked at before one is
+/// taken: the first that closed had edges in three frames of a fire, and the cheapest that closes has none.
+const MORE: u32 = 3;
 
-/// Jumps whose seam costs more than so many times that of the cheapest are not played. Of seven clips all of the best
-/// eight cost at most 1.36 times as much: it is there for clips that have one good jump.
-const DEAREST: i64 = 2;
+/// A jump whose steps over its seam are larger than those of the best by more is not played: of a whole frame, by what
+/// still closes; of the worst block, by a guess, since one in a walk is seen less often than that of a loop.
+const WORSE: [f64; 2] = [CLOSES, 2.0];
 
 /// A walk from jump to jump.
 struct Walk<'a> {
@@ -52,7 +57,8 @@ pub(super) struct TransitionArgs {
     /// Frames around the jump in which pixels may jump.
     #[arg(long, value_name = "FRAMES", default_value_t = WINDOW, value_parser = clap::value_parser!(u32).range(1..=65_534))]
     pub(super) window: u32,
-    /// Jumps that are cut, of which the one is taken whose seam is seen least.
+    /// Jumps that are cut, of which the one is taken whose seam is seen least; where none of them closes, up to three
+    /// times as many.
     #[arg(long, value_name = "N", default_value_t = JUMPS, value_parser = clap::value_parser!(u32).range(1..=1000))]
     jumps: u32,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
@@ -88,7 +94,7 @@ impl TransitionArgs {
     /// Which jumps are asked for, where none is typed.
     fn asked(&self, filled: Option<u32>) -> JumpOptions {
         let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
-        JumpOptions { count: self.jumps as usize, period, ..JumpOptions::default() }
+        JumpOptions { count: (self.jumps * MORE) as usize, period, ..JumpOptions::default() }
     }
 
     /// How seams are priced.
@@ -125,7 +131,8 @@ impl TransitionArgs {
         if way.play == Some(PlayArg::Random) {
             let walk =
                 Walk { frames: way.output.shape[0], still, preview: write.preview.is_some() || write.report.is_some() };
-            return self.walked(session, &exemplars, (&jumps, &walk), used).map_err(about);
+            let jumps = &jumps[..jumps.len().min(self.jumps as usize)];
+            return self.walked(session, &exemplars, (jumps, &walk), used).map_err(about);
         }
         let woven = self.looped(session, &exemplars, &jumps).map_err(about)?;
         let (result, stats) = (woven.result, woven.stats);
@@ -137,7 +144,8 @@ impl TransitionArgs {
         let output = features(&exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
         let preview = if write.preview.is_some() || write.report.is_some() {
-            let cut = Cut { looped: &result, distances: &distances, jumps: &jumps };
+            let tried: Vec<Jump> = stats.tried.iter().map(|tried| tried.jump).collect();
+            let cut = Cut { looped: &result, distances: &distances, jumps: &tried };
             let shown = Shown { output: &output, map: &map, jumps: Some(cut) };
             Some(shown.picture()?)
         } else {
@@ -154,7 +162,7 @@ impl TransitionArgs {
             how: self.told(&result, &stats, closure.as_ref(), closes),
             stats: told(&result, &stats, closure.as_ref(), closes),
             options: used,
-            surface: write.surface.as_ref().map(|_| times(&result.surface)).transpose()?,
+            surface: write.surface.as_ref().map(|path| times(&result.surface, path)).transpose()?,
             preview,
             map: Some(map),
             mixed: None,
@@ -191,7 +199,7 @@ impl TransitionArgs {
 
     /// How jumps are cut.
     pub(super) fn options(&self) -> LoopOptions {
-        LoopOptions { window: self.window, seam: self.seams.measure() }
+        LoopOptions { window: self.window, seam: self.seams.measure(), jumps: self.jumps as usize }
     }
 
     /// Cuts all jumps, and walks from one to the next.
@@ -206,18 +214,24 @@ impl TransitionArgs {
         for jump in jumps {
             let woven = self.looped(session, exemplars, std::slice::from_ref(jump))?;
             complete &= woven.complete;
-            loops.push((woven.result, woven.stats.tried.first().map_or(0, |tried| tried.price)));
+            loops.push((woven.result, woven.stats.tried.into_iter().next()));
         }
-        let least = loops.iter().map(|(_, price)| *price).min().unwrap_or(0);
-        loops.retain(|(_, price)| *price <= least.saturating_mul(DEAREST));
-        let (taken, prices): (Vec<Loop>, Vec<i64>) = loops.into_iter().unzip();
+        let measures: [fn(&Closure) -> f64; 2] = [|closure| closure.whole, |closure| closure.block];
+        for (of, worse) in measures.into_iter().zip(WORSE) {
+            let step = |tried: &Option<Trial>| tried.as_ref().map_or(0.0, |tried| of(&tried.closure));
+            let least = loops.iter().map(|(_, tried)| step(tried)).fold(f64::INFINITY, f64::min);
+            loops.retain(|(_, tried)| step(tried) <= worse * least.max(1.0));
+        }
+        let (taken, tried): (Vec<Loop>, Vec<Option<Trial>>) = loops.into_iter().unzip();
         let map = video::walk(exemplars, &taken, walk.frames, &session.run())?;
         let map = walk.still.map_or(Ok(map.clone()), |still| still.held(session, exemplars, &map, self.measure()))?;
         let output = features(exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
         let preview = walk.preview.then(|| Shown { output: &output, map: &map, jumps: None }.picture()).transpose()?;
-        let of_each = taken.iter().zip(&prices);
-        let of_each = of_each.map(|(result, price)| json!({"jump": jump_json(&result.jump), "price": price}));
+        let of_each = taken.iter().zip(&tried).map(|(result, tried)| {
+            let (price, steps) = tried.as_ref().map(|tried| (tried.price, closure_json(&tried.closure))).unzip();
+            json!({"jump": jump_json(&result.jump), "price": price, "closure": steps})
+        });
         let stats = json!({
             "mode": "transition",
             "play": "random",
@@ -347,9 +361,12 @@ pub(super) fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<G
     Ok(output)
 }
 
-/// When each pixel jumps, as a picture.
-fn times(surface: &Surface) -> Result<Plane<2>, Failure> {
-    Ok(Plane::new(Role::Scalar, Samples::U16(surface.time.map(|v| v)?)))
+/// When each pixel jumps, as a picture: of floats where its file holds no whole numbers.
+fn times(surface: &Surface, path: &Path) -> Result<Plane<2>, Failure> {
+    let floats = Format::of_name(path) == Some(Format::Exr);
+    let time = &surface.time;
+    let samples = if floats { Samples::F32(time.map(f32::from)?) } else { Samples::U16(time.map(|v| v)?) };
+    Ok(Plane::new(Role::Scalar, samples))
 }
 
 /// The same, from a picture.
@@ -357,6 +374,9 @@ fn whole_numbers(plane: &Plane<2>) -> Result<Grid<u16, 2>, Failure> {
     let time: Vec<u16> = match &plane.samples {
         Samples::U8(grid) => grid.plane(0).iter().map(|v| u16::from(*v)).collect(),
         Samples::U16(grid) => grid.plane(0).to_vec(),
+        Samples::F32(grid) if grid.plane(0).iter().all(|&v| f32::from(v as u16) == v) => {
+            grid.plane(0).iter().map(|&v| v as u16).collect()
+        }
         floats => {
             let what = format!("has {} samples, which are no numbers of frames", floats.depth().name());
             return Err(Failure::new(3, what).remedy("give the file that --surface wrote"));

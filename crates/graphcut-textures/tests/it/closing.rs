@@ -1,0 +1,65 @@
+//! Which of some jumps is taken, and which are cut at all.
+
+use selvedge_core::{Domain, Grid, Plane, Render, Role, Run, Samples, Seed};
+use selvedge_graphcut_textures::video::{CLOSES, LoopOptions, Trial, Usual, looped, over_seams};
+
+use crate::video::{changing, jump, of};
+
+#[test]
+fn the_loop_is_taken_whose_seam_is_seen_least_and_of_equal_ones_the_cheapest() {
+    let (mut dearer, mut equal, mut more) = (0, 0, 0);
+    for case in 0..40 {
+        let e = of(&if case < 20 { changing([26, 18, 20], case, 1 + case as u32 % 5) } else { flickering(case) });
+        let features = &e.sources()[0].features;
+        let usual = Usual::of(features).unwrap();
+        // The clip's ends leave the first few frames to jump in.
+        let jumps = [jump(24, 0), jump(20, 3), jump(17, 6), jump(22, 11), jump(24, 9)];
+        let woven = looped(&e, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
+        let (tried, chosen) = (&woven.stats.tried, woven.stats.chosen);
+        for (number, trial) in tried.iter().enumerate() {
+            let alone = looped(&e, &jumps[number..=number], &LoopOptions::default(), &Run::seeded(0)).unwrap().result;
+            let map = alone.map().unwrap();
+            let plane = Plane::new(Role::Scalar, Samples::U8(features.clone()));
+            let Samples::U8(output) = map.render(&[&plane]).unwrap().samples else { unreachable!() };
+            assert_eq!(trial.closure, usual.closure(over_seams(&map, &output)), "case {case}: {trial:?}");
+        }
+        let rank = |t: &Trial| (t.closure.whole.max(CLOSES), t.closure.block.max(1.0), t.price);
+        assert!(tried.iter().all(|trial| rank(&tried[chosen]) <= rank(trial)), "case {case}: {chosen} of {tried:?}");
+        dearer += usize::from(tried.iter().any(|trial| trial.price < tried[chosen].price));
+        // Where the first is to be enough and does not close, others that may be better are cut.
+        let few = looped(&e, &jumps, &LoopOptions { jumps: 1, ..LoopOptions::default() }, &Run::seeded(0)).unwrap();
+        let closes = |t: &Trial| t.closure.whole <= CLOSES && t.closure.block <= 1.0;
+        let of_few = &few.stats.tried;
+        assert!(of_few[0] == tried[0] && of_few.iter().all(|trial| tried.contains(trial)), "case {case}");
+        assert!(!closes(&tried[0]) || of_few.len() == 1, "case {case}");
+        let best = |all: &[Trial]| all.iter().map(rank).min_by(|a, b| a.partial_cmp(b).unwrap());
+        assert_eq!(Some(rank(&of_few[few.stats.chosen])), best(of_few), "case {case}");
+        assert_eq!(few.result.jump, of_few[few.stats.chosen].jump);
+        more += usize::from(1 < of_few.len());
+        equal += usize::from(2 <= tried.iter().filter(|trial| trial.closure.closes()).count());
+    }
+    assert!(4 < dearer && 4 < equal, "{dearer} were not the cheapest, of {equal} several close");
+    assert!(4 < more && more < 36, "of {more} the first did not close");
+}
+
+#[test]
+fn jumps_that_would_be_seen_more_are_not_cut_after_the_first() {
+    // One part grows lighter beside what flickers: the longer the period, the larger its step.
+    let domain = Domain::open([30, 20, 40]);
+    let samples = domain.positions().map(|[t, _, x]| if x < 16 { t } else { 200 * (t % 2) } as u8).collect();
+    let e = of(&Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap())));
+    let cut = |periods: [u32; 2], first: usize| {
+        let jumps = periods.map(|period| jump(13 + period, 14));
+        let options = LoopOptions { jumps: first, ..LoopOptions::default() };
+        looped(&e, &jumps, &options, &Run::seeded(0)).unwrap().stats.tried.len()
+    };
+    assert_eq!([cut([4, 12], 1), cut([4, 12], 2), cut([12, 4], 1)], [1, 2, 2]);
+}
+
+/// Six frames of noise again and again, with less noise over them.
+fn flickering(seed: u64) -> Plane<3> {
+    let (domain, mut rng) = (Domain::open([26, 18, 20]), Seed(seed).rng());
+    let six: Vec<u32> = (0..6 * 360).map(|_| rng.below(220)).collect();
+    let samples = (0..domain.len()).map(|i| (six[i % six.len()] + rng.below(30)) as u8).collect();
+    Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap()))
+}
