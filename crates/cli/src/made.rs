@@ -23,7 +23,7 @@ pub(crate) fn mark(input: &Fingerprint) -> String {
 pub(crate) fn pasteable(made: &Provenance) -> String {
     let marks: Vec<String> = made.inputs.iter().map(mark).collect();
     let is_of = |command: &str| made.command.starts_with(&format!("selvedge {command} "));
-    let of_frames = is_of("analogy") && made.command.contains('#');
+    let of_frames = (is_of("analogy") || is_of("apply")) && made.command.contains('#');
     if marks.is_empty() || of_frames || is_of("animate") || is_of("video") {
         made.command.clone()
     } else {

@@ -157,6 +157,29 @@ fn clips_are_woven_longer_and_larger_and_their_maps_say_of_what() {
 }
 
 #[test]
+fn maps_and_surfaces_of_clips_go_over_other_passes() {
+    let folder = Folder::new("video-apply");
+    folder.run(&format!("video {FIRE} -o a.##.png --jump 19,4 --map m.##.exr --surface s.exr --quiet")).done();
+    let said = folder.run(&format!("apply m.##.exr {FIRE} -o b.##.png --json")).done();
+    assert!(said.stderr.contains("16 frames of 48x60 px through m.##.exr"), "{}", said.stderr);
+    let json = said.json();
+    assert_eq!((json["inputs"].as_array().unwrap().len(), &json["outputs"][0]["frames"]), (17, &16.into()));
+    assert_eq!(bytes(&clip(&folder, "b.##.png")), bytes(&clip(&folder, "a.##.png")));
+    folder.run(&format!("video {FIRE} -o c.##.png --jump 19,4 --surface-from s.exr --quiet")).done();
+    assert_eq!(bytes(&clip(&folder, "c.##.png")), bytes(&clip(&folder, "a.##.png")));
+    let before = folder.names();
+    let dry = folder.run(&format!("apply m.##.exr {FIRE} -o d.##.png --dry-run")).done();
+    assert!(dry.stderr.contains("would be 16 frames of 48x60 px"), "{}", dry.stderr);
+    let of = "16 frames of 48x60 px, but the maps were made from 40 frames of 48x60 px";
+    folder.run("apply m.##.exr a.##.png -o d.##.png").refused(3, &["'a.##.png'", of]);
+    let line = format!("apply m.##.exr {FIRE} -o d.##.png");
+    folder.run(&format!("{line} --role normal")).refused(2, &["--role does nothing with the maps of a clip"]);
+    folder.run(&format!("apply none.##.exr {FIRE} -o d.##.png")).refused(4, &["none.##.exr"]);
+    folder.run(&format!("apply a.##.png {FIRE} -o d.##.png")).refused(3, &["a.01.png"]);
+    assert_eq!(folder.names(), before);
+}
+
+#[test]
 fn loops_are_played_for_as_many_frames_as_are_wanted() {
     let folder = Folder::new("video-play");
     folder.run(&format!("video {FIRE} -o once.##.png --period 16 --quiet")).done();

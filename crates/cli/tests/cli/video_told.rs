@@ -85,8 +85,20 @@ fn a_dry_run_tells_frames_and_sizes_as_they_will_be() {
         let output = &dry.json()["outputs"][0];
         let size = if line.starts_with("--size") { [56, 64] } else { [48, 60] };
         assert_eq!([&output["width"], &output["height"]], size.map(Value::from).each_ref(), "{line}");
+        let input = &dry.json()["inputs"][0];
+        assert_eq!((&input["frames"], &input["container"]), (&40.into(), &"apng".into()), "{line}");
         assert_eq!((&output["path"], &output["frames"]), (&"out.##.png".into(), &Value::from(frames)), "{line}");
     }
+    // Where what would be woven in place of a jump takes too much, the jump alone is what is left.
+    let told = |line: &str| {
+        let dry = folder.run(&format!("video {FIRE} -o out.##.png --dry-run --json {line}")).done().json();
+        dry["estimated_memory_bytes"].as_u64().unwrap()
+    };
+    let (auto, jump) = (told(""), told("--mode transition"));
+    assert!(jump < auto, "{jump} {auto}");
+    assert_eq!(told(&format!("--max-memory {}KiB", jump.div_ceil(1024))), jump);
+    let refused = format!("video {FIRE} -o out.##.png --dry-run --max-memory {}KiB", jump / 1024 - 1);
+    folder.run(&refused).refused(6, &["fire.png"]);
     let pictures = folder.run("quilt @/scales.png -o a.png --size 64x48 --map m.exr --dry-run --json").done().json();
     let outputs = pictures["outputs"].as_array().unwrap();
     assert_eq!(outputs.iter().map(|o| &o["path"]).collect::<Vec<_>>(), ["a.png", "m.exr"]);

@@ -1,5 +1,7 @@
 //! `selvedge apply`: a source map laid over other planes of the same exemplars.
 
+mod clip;
+
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
@@ -23,10 +25,11 @@ use crate::{memory, names};
 /// Options of `apply`.
 #[derive(Args, Debug)]
 pub(crate) struct Apply {
-    /// A source map that was written with --map.
+    /// A source map that was written with --map; 'maps.####.exr', one a frame, for clips.
     #[arg(value_name = "MAP", value_hint = ValueHint::FilePath)]
     map: PathBuf,
-    /// A plane for each exemplar of the map, in order; more of them make more outputs.
+    /// A plane for each exemplar of the map, in order; more of them make more outputs. Of a clip's maps: passes of its
+    /// frames.
     #[arg(required = true, value_name = "PLANE", value_hint = ValueHint::FilePath)]
     planes: Vec<PathBuf>,
     /// The picture to write, '-' for standard output. For several, '{name}' and '{stem}' stand for the plane's name
@@ -60,6 +63,9 @@ pub(crate) struct Apply {
 impl Apply {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        if self.is_of_clip() {
+            return self.over_clips(session);
+        }
         let mut report = Report::new("apply");
         self.blending.validate()?;
         let masks = self.mask.iter().filter(|mask| mask.as_os_str() != NO_MASK).chain(&self.fixed);
