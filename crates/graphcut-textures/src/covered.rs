@@ -38,7 +38,7 @@ pub fn cover<const D: usize>(
         return Ok(Covered { woven: draft.weave(start, run)?, settings, options, past: None });
     }
     run.limits.admit(output, plan.bytes())?;
-    let (woven, past) = worked(exemplars, start, &settings, &options, run, |weaver| weaver.cover_all())?;
+    let (woven, past) = worked(exemplars, start, &settings, &options, run, |weaver| weaver.cover_all(&mut |_| ()))?;
     Ok(Covered { woven, settings, options, past: Some(past) })
 }
 
@@ -61,7 +61,7 @@ impl<const D: usize> Covered<D> {
         let stats = self.woven.stats;
         let refine = |weaver: &mut crate::weaver::Weaver<'_, D>| {
             (weaver.history, weaver.step, weaver.stats) = (past.history, past.step, stats);
-            weaver.refine()
+            weaver.refine(&mut |_| ())
         };
         worked(exemplars, start, &settings, &options, run, refine).map(|(woven, _)| woven)
     }

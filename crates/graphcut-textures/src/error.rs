@@ -98,6 +98,12 @@ pub enum Error {
         /// What was asked for.
         levels: u32,
     },
+    /// A checkpoint of another run, or none at all.
+    #[error("the checkpoint has another {what} than this run")]
+    Checkpoint {
+        /// What differs.
+        what: &'static str,
+    },
     /// A cut failed.
     #[error(transparent)]
     Cut(#[from] selvedge_expansion::Error),
@@ -144,6 +150,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::LevelsOfStart { .. } => "use 1 level",
+            Self::Checkpoint { .. } => "begin again without it",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
             Self::OneClip { .. } => "give one clip, neither turned nor mirrored",
             Self::Frames { .. } => "give a clip of 2 to 65535 frames",

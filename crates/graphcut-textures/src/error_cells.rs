@@ -84,6 +84,21 @@ impl<const D: usize> ErrorCells<D> {
         }
     }
 
+    /// By region, whether it is left out.
+    pub(crate) fn left_out(&self) -> &[bool] {
+        &self.left_out
+    }
+
+    /// Leaves out these regions and no others; false, and nothing, unless there are as many.
+    pub(crate) fn leave_out_all(&mut self, left_out: &[bool]) -> bool {
+        if left_out.len() != self.left_out.len() {
+            return false;
+        }
+        self.left_out.copy_from_slice(left_out);
+        (0..left_out.len()).for_each(|first| self.note(first));
+        true
+    }
+
     /// Hides regions for now whose surroundings, `near` them, meet a window.
     pub(crate) fn hide(&mut self, window: &Window<D>, shape: [u32; D], near: impl Fn(&Window<D>) -> Window<D>) {
         let of = |first: usize| near(&self.region(first, shape));

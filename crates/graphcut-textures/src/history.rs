@@ -15,12 +15,12 @@ const GRAIN: i32 = 4;
 const OF: u32 = 64;
 
 /// Offsets used before, and how patches stand to each other.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct History<const D: usize> {
-    used: BTreeSet<Patch<D>>,
-    vectors: BTreeMap<(usize, [i32; D]), u32>,
+    pub(crate) used: BTreeSet<Patch<D>>,
+    pub(crate) vectors: BTreeMap<(usize, [i32; D]), u32>,
     /// Patches whose vectors were noted.
-    noted: u32,
+    pub(crate) noted: u32,
 }
 
 impl<const D: usize> History<D> {

@@ -52,6 +52,7 @@
 
 mod candidates;
 mod canvas;
+mod checkpoint;
 mod choice;
 mod covered;
 mod error;
@@ -84,6 +85,7 @@ mod work;
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;
 
+pub use checkpoint::Checkpoint;
 pub use covered::{Covered, cover};
 pub use error::Error;
 pub use estimate::{estimate, measuring};

@@ -128,24 +128,35 @@ impl<const D: usize> Plan<'_, D> {
     /// Those of [`graphcut_from`](crate::graphcut_from), and the core's `StartShape` if the start is no start of the
     /// output that was planned.
     pub fn weave(&self, start: Start<D>, run: &Run<'_, D>) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-        start.check(self.exemplars)?;
-        let (expected, found) = (self.output, start.map.domain());
-        if expected != found {
-            let (expected, found) = (expected.shape.to_vec(), found.shape.to_vec());
-            return Err(CoreError::StartShape { what: "start", expected, found }.into());
-        }
-        let plan = self.on(&start)?;
-        run.limits.admit(self.output, plan.bytes())?;
+        let plan = self.fitting(&start, run)?;
         match plan.settings.levels {
             1 => plan.at_one_size(start, run),
             _ => levels::weave(self.exemplars, self.output, &plan.settings, &self.options, run),
         }
     }
 
-    /// A run at the size of its output, which says how far it is.
+    /// The plan of a run from this start, for which there is memory.
+    pub(crate) fn fitting(&self, start: &Start<D>, run: &Run<'_, D>) -> Result<Self, Error> {
+        start.check(self.exemplars)?;
+        let (expected, found) = (self.output, start.map.domain());
+        if expected != found {
+            let (expected, found) = (expected.shape.to_vec(), found.shape.to_vec());
+            return Err(CoreError::StartShape { what: "start", expected, found }.into());
+        }
+        let plan = self.on(start)?;
+        run.limits.admit(self.output, plan.bytes())?;
+        Ok(plan)
+    }
+
+    /// A run at the size of its output.
     fn at_one_size(&self, start: Start<D>, run: &Run<'_, D>) -> Result<Woven<SourceMap<D>, Stats<D>>, Error> {
-        let work = Work::of(&self.settings, self.output, 0, &self.options);
-        let observer = &Weighed { observer: run.observer, work };
-        weave_at(self.exemplars, start, &self.settings, &self.options, &Run { observer, ..*run })
+        self.weighed(run, |run| weave_at(self.exemplars, start, &self.settings, &self.options, run))
+    }
+
+    /// Does something in a run that says how far it is.
+    pub(crate) fn weighed<T>(&self, run: &Run<'_, D>, work: impl FnOnce(&Run<'_, D>) -> T) -> T {
+        let observer =
+            &Weighed { observer: run.observer, work: Work::of(&self.settings, self.output, 0, &self.options) };
+        work(&Run { observer, ..*run })
     }
 }

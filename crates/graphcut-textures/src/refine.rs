@@ -30,8 +30,7 @@ impl<const D: usize> Weaver<'_, D> {
     ///
     /// # Errors
     /// [`Error::Search`], [`Error::Cut`].
-    pub(crate) fn refine(&mut self) -> Result<bool, Error> {
-        let mut failures = 0;
+    pub(crate) fn refine(&mut self, keep: &mut dyn FnMut(&Self)) -> Result<bool, Error> {
         // Of more regions, more fail in a row by chance.
         let patience = u64::from(self.options.patience) + self.canvas.cells.regions() / REGIONS_A_FAILURE;
         // Patches that fill gaps of others are no measure of what can become better.
@@ -39,17 +38,26 @@ impl<const D: usize> Weaver<'_, D> {
         let laid = if whole { self.stats.patches } else { self.stats.patches.min(self.usual) };
         let most = laid.max(4) * Options::<D>::REFINEMENTS_A_PATCH;
         let limit = self.options.refine.map_or(most, u64::from);
-        self.tell("refine", 0, limit);
-        while self.stats.refinements < limit && failures < patience {
+        self.tell("refine", self.stats.refinements, limit);
+        while self.stats.refinements < limit && self.failures < patience {
+            keep(self);
             let left = (limit - self.stats.refinements).min(BATCH as u64) as usize;
             let cells = self.worst(left);
             if cells.is_empty() {
                 break;
             }
-            for (cell, tried) in cells.iter().zip(self.try_all(&cells)) {
+            let step = self.step;
+            let all = self.try_all(&cells);
+            // Of regions that were chosen together none is taken, so that a run may go on from before them.
+            if all.iter().any(|tried| tried.as_ref().map_or_else(Error::is_cancelled, Option::is_none)) {
+                self.step = step;
+                keep(self);
+                return Ok(false);
+            }
+            for (cell, tried) in cells.iter().zip(all) {
                 let Some(tried) = tried? else { return Ok(false) };
                 self.stats.refinements += 1;
-                failures = if self.settle(*cell, tried) { 0 } else { failures + 1 };
+                self.failures = if self.settle(*cell, tried) { 0 } else { self.failures + 1 };
                 self.stats.energy.push(self.canvas.energy());
                 self.tell("refine", self.stats.refinements, limit);
             }

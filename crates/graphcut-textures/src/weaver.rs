@@ -37,6 +37,8 @@ pub(crate) struct Weaver<'a, const D: usize> {
     /// Working memory of the regions that are looked at at once.
     pub(crate) workers: Vec<Worker<D>>,
     pub(crate) step: u64,
+    /// Refinements in a row that made nothing better.
+    pub(crate) failures: u64,
     /// About how many patches cover the output where no mask leaves gaps.
     pub(crate) usual: u64,
     /// No hole lies before this place.
@@ -141,6 +143,7 @@ impl<'a, const D: usize> Weaver<'a, D> {
             history: History::default(),
             workers: (0..workers).map(|_| Worker::default()).collect(),
             step: 0,
+            failures: 0,
             usual: settings.patches(output),
             first_hole: 0,
             stats: Stats::of(settings),
@@ -149,21 +152,39 @@ impl<'a, const D: usize> Weaver<'a, D> {
 
     /// False if it was cancelled.
     pub(crate) fn weave(&mut self) -> Result<bool, Error> {
-        Ok(self.cover_all()? && self.refine()?)
+        self.weave_on(&mut |_| ())
+    }
+
+    /// The same, which shows itself whenever another run could go on from where it is.
+    pub(crate) fn weave_on(&mut self, keep: &mut dyn FnMut(&Self)) -> Result<bool, Error> {
+        Ok(self.cover_all(keep)? && self.refine(keep)?)
     }
 
     /// Lays patches until no hole is left. False if it was cancelled.
-    pub(crate) fn cover_all(&mut self) -> Result<bool, Error> {
+    pub(crate) fn cover_all(&mut self, keep: &mut dyn FnMut(&Self)) -> Result<bool, Error> {
         let holes = self.canvas.holes as u64;
         self.strew();
         while 0 < self.canvas.holes {
+            keep(self);
             if self.run.observer.cancelled() {
                 return Ok(false);
             }
-            self.grow()?;
+            let step = self.step;
+            match self.grow() {
+                Err(error) if error.is_cancelled() => {
+                    if self.step == step {
+                        keep(self);
+                    }
+                    return Ok(false);
+                }
+                grown => grown?,
+            }
             self.tell("cover", holes - self.canvas.holes as u64, holes);
         }
-        self.stats.energy.push(self.canvas.energy());
+        // What goes on from refinements was covered before.
+        if self.stats.energy.is_empty() {
+            self.stats.energy.push(self.canvas.energy());
+        }
         Ok(true)
     }
 
@@ -189,9 +210,10 @@ impl<'a, const D: usize> Weaver<'a, D> {
             let hole = region.unwrapped(self.canvas.domain(), at);
             let mut worker = std::mem::take(&mut self.workers[0]);
             let drawn = self.choose(&region, hole, 1, self.step, &mut worker.matches)?;
+            // Before anything is noted, so that what is cancelled here is as if it had not begun.
+            let covered = drawn.patches.first().map(|patch| self.cover(patch, &region, &mut worker.cut)).transpose()?;
             self.step += 1;
             self.note_drawn(&drawn);
-            let covered = drawn.patches.first().map(|patch| self.cover(patch, &region, &mut worker.cut)).transpose()?;
             self.workers[0] = worker;
             if covered.is_some() {
                 return Ok(());

@@ -235,3 +235,41 @@ fn frames_that_are_written_are_told_and_what_was_said_of_others_is_gone() {
     let (frames, were) = (names.len(), if names.len() == 1 { "frame before was" } else { "frames before were" });
     said.refused(130, &[&format!("interrupted; {frames} {were} written")]);
 }
+
+#[test]
+fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
+    let line = format!(
+        "video {} -o out.##.png --mode spacetime --size 60x70x60 --region 12x12x8 --refine 300 --seed 4 --map m.##.exr",
+        "@/fire.png"
+    );
+    let folder = Folder::new("resumed");
+    folder.run(&format!("{line} --quiet")).done();
+    let whole = folder.files();
+    let folder = Folder::new("resumed-after");
+    let (child, mut stderr) = begun(&folder, &format!("{line} --checkpoint kept --progress json"));
+    for _ in 0..40 {
+        stderr.read_line(&mut String::new()).unwrap();
+    }
+    send(&child, "-INT");
+    ended(child, stderr).refused(130, &["interrupted; nothing was written"]);
+    assert_eq!(folder.names(), ["kept"]);
+    let other = line.replace("--seed 4", "--seed 5");
+    folder.run(&format!("{other} --resume kept")).refused(3, &["kept/checkpoint", "of another seed, 4"]);
+    let other = line.replace("--refine 300", "--refine 9");
+    folder.run(&format!("{other} --resume kept")).refused(3, &["of another options"]);
+    let said = folder.run(&format!("{line} --resume kept --json -j 1")).done();
+    assert!(said.json()["options"].get("resume").is_none());
+    let mut found = folder.files();
+    found.remove(std::path::Path::new("kept"));
+    assert!(found == whole, "{:?}", folder.names());
+    let bytes = std::fs::read(folder.path("kept/checkpoint")).unwrap();
+    for cut in [&bytes[..bytes.len() - 1], &bytes[1..], b"{}\n", b""] {
+        std::fs::write(folder.path("kept/checkpoint"), cut).unwrap();
+        folder
+            .run(&format!("{line} --resume kept"))
+            .refused(3, &["kept/checkpoint", "is no checkpoint, or is damaged"]);
+    }
+    folder.run(&format!("{line} --resume none")).refused(4, &["none/checkpoint"]);
+    let jump = "video @/fire.png -o out.##.png --mode transition --checkpoint kept";
+    folder.run(jump).refused(2, &["--checkpoint does nothing in --mode transition"]);
+}

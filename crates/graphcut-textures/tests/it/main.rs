@@ -1,7 +1,9 @@
 //! Graphcut textures from outside: what a run promises, and what it holds. One binary: each is a link.
 #![forbid(unsafe_code)]
 
+mod checkpoint;
 mod clips;
+mod closing;
 mod common;
 mod constraints;
 mod defaults;

@@ -4,10 +4,11 @@
 use clap::Args;
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamMeasure, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::video::{Ends, Usual, median, step};
-use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, graphcut_from};
+use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, plan};
 use serde_json::{Value, json};
 
 use super::choices::{reach, typed, volume};
+use super::kept::{Kept, KeptArgs};
 use super::look::Shown;
 use super::modes::{ModeArg, Way};
 use super::still::Still;
@@ -39,6 +40,8 @@ pub(super) struct WovenArgs {
     drawing: Drawing,
     #[command(flatten)]
     refining: Refining,
+    #[command(flatten)]
+    kept: KeptArgs,
 }
 
 impl WovenArgs {
@@ -69,8 +72,10 @@ impl WovenArgs {
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = clip.exemplars()?;
         let options = self.options(way, seam)?;
+        let used = used.without("checkpoint").without("resume");
+        let kept = self.kept.open(session, clip, &used)?;
         let Woven { result: map, stats, complete } =
-            weave(session, &exemplars, way, &options).map_err(|e| match e {
+            weave(session, &exemplars, (way, &kept), &options).map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
                 Error::Core(selvedge_core::Error::NoSource { .. }) => {
                     about(Failure::from(e)).remedy("mask less of the clip")
@@ -112,19 +117,24 @@ impl WovenArgs {
     pub(super) fn bytes(&self, clip: Domain<3>, channels: usize, way: &Way, options: &Options<3>) -> Bytes {
         let [frames, height, width] = way.output.shape;
         let output = Domain { shape: [frames.saturating_add(way.keep), height, width], ..way.output };
-        estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6)
+        let kept = if self.kept.is_asked() { Bytes::of_samples(output, 12) + Bytes(1 << 20) } else { Bytes(0) };
+        estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6) + kept
     }
 }
 
 fn weave(
     session: &Session<'_>,
     exemplars: &Exemplars<3>,
-    way: &Way,
+    (way, kept): (&Way, &Kept<'_>),
     options: &Options<3>,
 ) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
     let run = session.run();
+    let planned = |start: Start<3>| {
+        let plan = plan(exemplars, start.map.domain(), None, options, &run.limits)?;
+        kept.weave(&plan, start)
+    };
     if way.keep == 0 {
-        return graphcut(exemplars, way.output, options, &run);
+        return planned(Start::empty(exemplars, way.output)?);
     }
     let Domain { shape: [frames, height, width], periodic } = way.output;
     let of_clip = exemplars.sources()[0].domain().shape[1..] == [height, width] && periodic == [false; 3];
@@ -137,8 +147,8 @@ fn weave(
         }
         Ends::woven(woven.result)
     };
-    let start: Start<3> = ends.start(frames)?;
-    let woven = graphcut_from(exemplars, start, options, &run)?;
+    // Ends that were woven are woven again by a run that goes on, to the same frames.
+    let woven = planned(ends.start(frames)?)?;
     Ok(Woven { result: ends.closed(&woven.result)?, stats: woven.stats, complete: woven.complete })
 }
 
