@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Grid, Guide, Plane};
+use selvedge_core::{Grid, Guidance, Guide, Plane};
 use selvedge_guides::encode_together;
 
 use crate::failure::{Failure, n, shown};
 use crate::followed::{self, Followed};
 use crate::ground;
+use crate::inputs::{Input, white};
 use crate::loom::Loom;
 use crate::used::Used;
 use crate::weaving::Weaving;
@@ -20,6 +21,63 @@ pub(crate) struct GuideArgs {
     /// exemplars write theirs as one list, separated by commas. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
+}
+
+/// Options about guides that are followed as one.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct GuidanceArgs {
+    #[command(flatten)]
+    guides: GuideArgs,
+    /// Follow what each --guide asks for only where this picture is white; elsewhere the texture goes on as it likes.
+    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath, requires = "guide")]
+    guide_where: Option<PathBuf>,
+}
+
+impl GuidanceArgs {
+    /// How many guides there are.
+    pub(crate) fn len(&self) -> usize {
+        self.guides.len()
+    }
+
+    /// Channels of all of them, at most.
+    pub(crate) fn channels(&self) -> usize {
+        self.guides.len() * 3
+    }
+
+    /// The pairs that were typed.
+    pub(crate) fn pairs(&self, weaving: &Weaving) -> Result<Vec<Pair>, Failure> {
+        self.guides.pairs(weaving)
+    }
+
+    /// Files that are read beside the pairs'.
+    pub(crate) fn mask(&self) -> Option<&PathBuf> {
+        self.guide_where.as_ref()
+    }
+
+    /// All that is followed as one guide, with the weight of all together; pictures of no weight are not read.
+    pub(crate) fn guidance(&self, loom: &mut Loom<'_>, weaving: &Weaving) -> Result<Option<Guidance<2>>, Failure> {
+        let pairs: Vec<Pair> = self.pairs(weaving)?.into_iter().filter(|pair| pair.weight != 0.0).collect();
+        if pairs.is_empty() {
+            return Ok(None);
+        }
+        let guides = pairs.iter().map(|pair| Ok((pair.read(loom)?, pair.weight)));
+        let guides = guides.collect::<Result<Vec<(Guide<2>, f64)>, Failure>>()?;
+        let guide = Guide::join(&guides).map_err(|e| Failure::from(e).remedy("change --weight"))?;
+        let guide = match &self.guide_where {
+            Some(path) => {
+                let mask = loom.read(&Input::new(loom.session, path)?)?;
+                check_shape(path, &mask, loom.domain.shape, "the output")?;
+                guide.asking(white(&mask, path)?)?
+            }
+            None => guide,
+        };
+        Ok(Some(Guidance { guide, weight: pairs.iter().map(|pair| pair.weight).sum() }))
+    }
+
+    /// The options as used; none where nothing is followed.
+    pub(crate) fn used(&self, loom: &Loom<'_>, used: Used) -> Used {
+        if self.len() == 0 { used } else { self.guides.used(loom, used) }
+    }
 }
 
 /// Files of one `--guide`.

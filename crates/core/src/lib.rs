@@ -42,6 +42,7 @@ mod few_places;
 mod firsts;
 mod flow;
 mod grid;
+mod guidance;
 mod guide;
 #[cfg(feature = "image")]
 mod image_buffers;
@@ -82,6 +83,7 @@ pub use error_kind::ErrorKind;
 pub use exemplars::{Exemplar, Exemplars, Source};
 pub use flow::Flow;
 pub use grid::Grid;
+pub use guidance::Guidance;
 pub use guide::Guide;
 #[cfg(feature = "image")]
 pub use image_buffers::ImageSample;

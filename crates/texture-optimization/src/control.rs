@@ -1,6 +1,6 @@
 //! What an output has to follow besides looking like the exemplars. `[Kwatra05 4]`
 
-use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Grid, Guide, SourceMap};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Exemplars, Grid, Guidance, Guide, SourceMap};
 
 use crate::error::Error;
 use crate::picture;
@@ -16,8 +16,13 @@ pub struct Control {
     pub wanted: Option<Wanted>,
     /// Where this is true, what a run starts from stays to the sample; it has to start from a map.
     pub fixed: Option<Grid<bool, 2>>,
-    /// What the output follows besides: channels that are searched, but not shown.
-    pub guidance: Option<Guidance>,
+    /// What the output follows besides: channels that are searched, but not shown. `[Kwatra05 6]`
+    ///
+    /// Where the guide is not [asked](Guide::asked) for they are not known, and found together with the texture: there
+    /// the guide costs nothing by itself, but what is found has to go on from what is asked for beside it. Searches have
+    /// the weight in whole numbers: less than a 255th of the exemplars' heaviest channel cannot be said, and less than a
+    /// 60th not with neighborhoods of 32 samples.
+    pub guidance: Option<Guidance<2>>,
 }
 
 /// A soft constraint. `[Kwatra05 eq. 2]`
@@ -41,20 +46,6 @@ impl Wanted {
     }
 }
 
-/// A guide that is followed: further channels of the exemplars, which in the output are known. `[Kwatra05 6]`
-///
-/// Where the guide is not [asked](Guide::asked) for they are not known, and found together with the texture: there the
-/// guide costs nothing by itself, but what is found has to go on from what is asked for beside it.
-#[derive(Clone, Debug)]
-pub struct Guidance {
-    /// Maps under the exemplars and under the output.
-    pub guide: Guide<2>,
-    /// How much all of its channels count where all of the exemplars' count 1; 0 for nothing. Searches have it in whole
-    /// numbers: less than a 255th of the exemplars' heaviest channel cannot be said, and less than a 60th not with
-    /// neighborhoods of 32 samples.
-    pub weight: f64,
-}
-
 /// Wishes at one resolution: `x_c`, and `lambda`, which is infinite where a sample is fixed, or a guide known.
 #[derive(Clone, Debug)]
 pub(crate) struct Wishes {
@@ -67,7 +58,7 @@ pub(crate) struct Wishes {
 
 impl Control {
     /// A guide that counts anything.
-    pub(crate) fn followed(&self) -> Option<&Guidance> {
+    pub(crate) fn followed(&self) -> Option<&Guidance<2>> {
         self.guidance.as_ref().filter(|guidance| guidance.weight != 0.0)
     }
 

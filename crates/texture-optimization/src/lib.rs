@@ -65,7 +65,7 @@ mod weaver;
 /// What this crate takes and answers with: exemplars, domains, planes, maps.
 pub use selvedge_core as core;
 
-pub use control::{Control, Guidance, Wanted};
+pub use control::{Control, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
 pub use flow::{Animation, Animator, Field, FrameStats, Motion, animation_estimate, closing_bytes};

@@ -1,8 +1,8 @@
 //! Algorithm 1, level by level. `[Kwatra05 3]`
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guidance, Run, SampleId, SourceMap, Woven};
 
-use crate::control::{Control, Guidance, Wishes};
+use crate::control::{Control, Wishes};
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::finish;

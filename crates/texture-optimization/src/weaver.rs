@@ -249,9 +249,9 @@ impl<'a> Weaver<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::{Control, Guidance, Wanted};
+    use crate::control::{Control, Wanted};
     use crate::testing::{exemplars, output};
-    use selvedge_core::{Guide, Seed};
+    use selvedge_core::{Guidance, Guide, Seed};
 
     /// A wish for one colour everywhere.
     fn wish(exemplars: &Exemplars<2>, output: Domain<2>, lambda: f32) -> Wishes {
@@ -307,7 +307,7 @@ mod tests {
     }
 
     /// A guide of noise, followed in a part of the output.
-    fn guidance(rng: &mut selvedge_core::Rng, exemplars: &Exemplars<2>, output: Domain<2>, weight: f64) -> Guidance {
+    fn guidance(rng: &mut selvedge_core::Rng, exemplars: &Exemplars<2>, output: Domain<2>, weight: f64) -> Guidance<2> {
         let mut noise = |domain: Domain<2>| {
             let samples = (0..domain.len()).map(|_| rng.below(256) as u8).collect();
             Grid::from_vec(domain, 1, samples).unwrap()

@@ -1,7 +1,9 @@
 //! What is refused, and in which words.
 
-use selvedge_core::{Domain, ErrorKind, Exemplars, Grid, Guide, Limits, Plane, Role, Run, Samples, SourceMap};
-use selvedge_texture_optimization::{Control, Error, Guidance, Level, Options, Plan, Wanted, optimize, optimize_from};
+use selvedge_core::{
+    Domain, ErrorKind, Exemplars, Grid, Guidance, Guide, Limits, Plane, Role, Run, Samples, SourceMap,
+};
+use selvedge_texture_optimization::{Control, Error, Level, Options, Plan, Wanted, optimize, optimize_from};
 
 fn exemplars(shape: [u32; 2]) -> Exemplars<2> {
     let domain = Domain::open(shape);

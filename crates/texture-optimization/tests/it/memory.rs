@@ -1,11 +1,11 @@
 //! Runs stay within what they are told to take, and that is not absurdly above. Each case in a process of its own: what
 //! a case held would count in the next.
 
-use selvedge_core::{Domain, Exemplars, Grid, Guide, Limits, Origin, Run, Seed, Source, SourceMap, Transform};
-use selvedge_testkit::memory;
-use selvedge_texture_optimization::{
-    Control, Error, Finish, Guidance, Level, Options, Wanted, estimate, optimize_from,
+use selvedge_core::{
+    Domain, Exemplars, Grid, Guidance, Guide, Limits, Origin, Run, Seed, Source, SourceMap, Transform,
 };
+use selvedge_testkit::memory;
+use selvedge_texture_optimization::{Control, Error, Finish, Level, Options, Wanted, estimate, optimize_from};
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
 

@@ -1,13 +1,13 @@
 //! Whole runs.
 
 use selvedge_core::{
-    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Guide, Observer, Plane, Render, Role, Run, SampleId, Samples,
-    SourceMap,
+    Domain, Encoder, Event, Exemplar, Exemplars, Grid, Guidance, Guide, Observer, Plane, Render, Role, Run, SampleId,
+    Samples, SourceMap,
 };
 use selvedge_fft_ssd::{Field, Windows, nearest};
 use selvedge_testkit::from_png;
 use selvedge_texture_optimization::{
-    Control, Finish, Guidance, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
+    Control, Finish, Level, Optimized, Options, Plan, Search, Wanted, optimize, optimize_from,
 };
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};

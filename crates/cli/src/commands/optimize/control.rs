@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Grid, Guide, Plane};
+use selvedge_core::{Bytes, Domain, Grid, Plane};
 use selvedge_guides::{encode_together, luminance};
-use selvedge_texture_optimization::{Control, Guidance, Wanted};
+use selvedge_texture_optimization::{Control, Wanted};
 
 use crate::failure::Failure;
 use crate::ground::check_size;
 use crate::harmonise::{Layout, widened};
 use crate::inputs::{self, Input};
 use crate::loom::Loom;
-use crate::pairs::{GuideArgs, Pair};
+use crate::pairs::{GuidanceArgs, Pair};
 use crate::used::Used;
 use crate::weaving::Weaving;
 
@@ -36,16 +36,17 @@ pub(super) struct ControlArgs {
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fixed: Option<PathBuf>,
     #[command(flatten)]
-    guides: GuideArgs,
-    /// Follow what each --guide asks for only where this picture is white; elsewhere the texture goes on as it likes.
-    #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath, requires = "guide")]
-    guide_where: Option<PathBuf>,
+    guides: GuidanceArgs,
 }
 
 impl ControlArgs {
     /// Files that are read, but guides.
     pub(super) fn files(&self) -> Vec<PathBuf> {
-        [&self.want, &self.want_where, &self.fixed, &self.guide_where].into_iter().flatten().cloned().collect()
+        [self.want.as_ref(), self.want_where.as_ref(), self.fixed.as_ref(), self.guides.mask()]
+            .into_iter()
+            .flatten()
+            .cloned()
+            .collect()
     }
 
     /// What is followed.
@@ -60,7 +61,7 @@ impl ControlArgs {
 
     /// Channels of all that is followed, at most.
     pub(super) fn channels(&self) -> usize {
-        self.guides.len() * 3
+        self.guides.channels()
     }
 
     /// Bytes that pictures, wishes and maps take at all resolutions.
@@ -97,24 +98,7 @@ impl ControlArgs {
     pub(super) fn read(&self, loom: &mut Loom<'_>, weaving: &Weaving) -> Result<Control, Failure> {
         let wanted = self.want.as_deref().map(|path| self.wanted(loom, path)).transpose()?;
         let fixed = self.fixed.as_deref().map(|path| white(loom, path)).transpose()?;
-        Ok(Control { wanted, fixed, guidance: self.guidance(loom, weaving)? })
-    }
-
-    /// All that is followed as one guide; pictures of no weight are not read.
-    fn guidance(&self, loom: &mut Loom<'_>, weaving: &Weaving) -> Result<Option<Guidance>, Failure> {
-        let pairs: Vec<Pair> = self.pairs(weaving)?.into_iter().filter(|pair| pair.weight != 0.0).collect();
-        if pairs.is_empty() {
-            return Ok(None);
-        }
-        let guides = pairs.iter().map(|pair| Ok((pair.read(loom)?, pair.weight)));
-        let guides = guides.collect::<Result<Vec<(Guide<2>, f64)>, Failure>>()?;
-        let guide = Guide::join(&guides).map_err(|e| Failure::from(e).remedy("change --weight"))?;
-        let asked = self.guide_where.as_deref().map(|path| white(loom, path)).transpose()?;
-        let guide = match asked {
-            Some(asked) => guide.asking(asked)?,
-            None => guide,
-        };
-        Ok(Some(Guidance { guide, weight: pairs.iter().map(|pair| pair.weight).sum() }))
+        Ok(Control { wanted, fixed, guidance: self.guides.guidance(loom, weaving)? })
     }
 
     fn wanted(&self, loom: &mut Loom<'_>, path: &Path) -> Result<Wanted, Failure> {
@@ -147,7 +131,7 @@ impl ControlArgs {
     /// Without what does not act.
     pub(super) fn used(&self, loom: &Loom<'_>, used: Used) -> Used {
         let used = if self.want.is_some() { used } else { used.without("lambda") };
-        if self.guides.len() == 0 { used } else { self.guides.used(loom, used) }
+        self.guides.used(loom, used)
     }
 }
 
