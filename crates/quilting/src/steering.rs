@@ -4,7 +4,7 @@ use selvedge_core::{Exemplars, Guide, Look, SourceMap};
 
 use crate::block_grid::Block;
 use crate::options::Error;
-use crate::search::{Space, Term};
+use crate::search::{Space, Term, mean_weights};
 
 /// What blocks follow besides their neighbours. `[Efros01 3]`
 pub(crate) struct Steering<'a> {
@@ -63,20 +63,6 @@ impl<'a> Steering<'a> {
 /// All channels' weights together.
 fn whole(weights: &[u8]) -> u64 {
     weights.iter().map(|&w| u64::from(w)).sum()
-}
-
-/// What a squared difference counts in each of two means, given as thousandths of the sum of both and as how much is
-/// averaged (samples times channels' weights): fixed point, to the nearest.
-///
-/// The unit is the same for both. It leaves weights 32 bits at most, which searches sum fastest, and sums of squared
-/// 8-bit steps 60.
-fn mean_weights(means: [(u32, u64); 2]) -> [u64; 2] {
-    let least = means.iter().map(|m| m.1).filter(|&n| n != 0).min().unwrap_or(1);
-    let unit = (u128::from(least) << 31).min(1 << 44);
-    means.map(|(share, n)| {
-        let n = 1000 * u128::from(n);
-        (u128::from(share) * unit + n / 2).checked_div(n).unwrap_or(0) as u64
-    })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use selvedge_core::{Exemplars, Guide, Rng, SimdLevel, reserve};
 use selvedge_fft_ssd::{Costs, Place, Placement, SsdSearcher, SumScratch, Tolerance, search_sum};
 
 use super::few::{Few, compare, near_of};
-use super::{Avoid, Candidate, Preference, Search, Space, Term, Within, draw};
+use super::{Avoid, Candidate, Preference, Search, Space, Term, Within, draw, draw_some};
 use crate::options::Error;
 
 /// Searches every block of every source, exactly. Made once, asked many times.
@@ -57,6 +57,25 @@ impl<'e> BlockSearch<'e> {
         scratch: &mut BlockScratch,
     ) -> Result<Option<(Candidate, u32)>, Error> {
         draw(self, terms, preference, rng, scratch)
+    }
+
+    /// The same for up to `most` different ones, in the order in which they are drawn; how many there were to draw from.
+    /// The first is the one that [`draw`](Self::draw) answers with.
+    ///
+    /// # Errors
+    /// Those of [`draw`](Self::draw).
+    ///
+    /// # Panics
+    /// If a term is about a guide and there is none.
+    pub fn draw_some(
+        &self,
+        terms: &[Term<'_>],
+        preference: &Preference<'_>,
+        (rng, most): (&mut Rng, usize),
+        scratch: &mut BlockScratch,
+        drawn: &mut Vec<Candidate>,
+    ) -> Result<u32, Error> {
+        draw_some(self, terms, preference, (rng, most), scratch, drawn)
     }
 
     /// What a term is compared with.
