@@ -59,14 +59,18 @@ fn row(program: &Path, exemplar: &Exemplar, method: &str, output: u32, folder: &
     let (file, out, size) = (exemplar.file.to_string_lossy(), out.to_string_lossy(), output.to_string());
     for threads in ["1", "2"] {
         let args = [method, &file, "-o", &out, "--size", &size, "--threads", threads, "--json"];
+        let said = |more: Option<&str>| {
+            let done = program::run(program, args.into_iter().chain(more))?;
+            let why = || format!("{} {method}: {}", exemplar.name, String::from_utf8_lossy(&done.stderr).trim());
+            program::check(done.status.success(), why)?;
+            Ok::<_, String>(String::from_utf8_lossy(&done.stdout).into_owned())
+        };
         let (before, began) = (program::children_time(), Instant::now());
-        let done = program::run(program, args)?;
+        let object = said(None)?;
         let (wall, cpu) = (began.elapsed().as_secs_f64(), program::children_time().saturating_sub(before));
-        let said = || String::from_utf8_lossy(&done.stderr).trim().to_owned();
-        program::check(done.status.success(), || format!("{} {method}: {}", exemplar.name, said()))?;
-        let object = String::from_utf8_lossy(&done.stdout).into_owned();
-        let mib = |key: &str| number(&object, key).map_or("-".to_owned(), |n| (n >> 20).to_string());
-        let (peak, told, cpu) = (mib("peak_memory_bytes"), mib("estimated_memory_bytes"), cpu.as_secs_f64());
+        let mib = |object: &str, key: &str| number(object, key).map_or("-".to_owned(), |n| (n >> 20).to_string());
+        let told = mib(&said(Some("--dry-run"))?, "estimated_memory_bytes");
+        let (peak, cpu) = (mib(&object, "peak_memory_bytes"), cpu.as_secs_f64());
         let Exemplar { name, side, .. } = exemplar;
         println!("| {name} | {side} | {output} | {method} | {threads} | {wall:.2} | {cpu:.2} | {peak} | {told} |");
     }
@@ -110,14 +114,12 @@ fn generated(side: u32, folder: &Path) -> Result<Vec<Exemplar>, String> {
     let kinds: [(&str, Shade); 3] = [("bricks", bricks), ("rock", rock), ("grass", grass)];
     let made = kinds.map(|(name, shade)| {
         let file = folder.join(format!("{name}-{side}.png"));
-        let grain = Noise::new(9);
-        let value = |i: u32, tint: f64| {
-            let (x, y) = (i % side, i / side);
-            let shade = shade(f64::from(x) / f64::from(side), f64::from(y) / f64::from(side));
-            (128.0 + 90.0 * tint * shade + 6.0 * grain.signed(x as i32, y as i32)) as u8
-        };
-        let samples = [1.0, 0.8, 0.65].into_iter().flat_map(|tint| (0..side * side).map(move |i| (i, tint)));
-        let plane = plane8(Role::Color, side, side, samples.map(|(i, tint)| value(i, tint)).collect());
+        let (grain, of) = (Noise::new(9), |i: u32| f64::from(i) / f64::from(side));
+        let places = (0..side * side).map(|i| (i % side, i / side));
+        let shades: Vec<(f64, f64)> =
+            places.map(|(x, y)| (shade(of(x), of(y)), 6.0 * grain.signed(x as i32, y as i32))).collect();
+        let tinted = |tint: f64| shades.iter().map(move |(shade, grain)| (128.0 + 90.0 * tint * shade + grain) as u8);
+        let plane = plane8(Role::Color, side, side, [1.0, 0.8, 0.65].into_iter().flat_map(tinted).collect());
         fs::write(&file, to_png(&plane)).map_err(|e| format!("{}: {e}", file.display()))?;
         Ok(Exemplar { name: format!("made {name}"), file, side })
     });
