@@ -22,12 +22,18 @@ pub(crate) struct Repairing {
     /// Whether exemplars were used around their borders.
     #[arg(skip)]
     circular: bool,
+    /// Whether seams are repaired without being asked to, unless a radius of 0 is typed.
+    #[arg(skip)]
+    always: bool,
 }
 
 impl Repairing {
     /// Checks what can be checked without a map.
     pub(crate) fn validate(self) -> Result<(), Failure> {
-        if self.radius.is_some() && !self.repair {
+        if self.always && !self.is_on() {
+            return Ok(());
+        }
+        if self.radius.is_some() && !self.repair && !self.always {
             return Err(Failure::new(2, "--radius has nothing to act on").remedy("give --repair as well"));
         }
         Ok(self.options().validate()?)
@@ -38,14 +44,19 @@ impl Repairing {
         Self { circular, ..self }
     }
 
+    /// The same where seams are repaired though nobody asks for it; a radius of 0 asks for none.
+    pub(crate) fn always(self, always: bool) -> Self {
+        Self { always, ..self }
+    }
+
     /// True if seams are repaired.
     pub(crate) fn is_on(self) -> bool {
-        self.repair
+        self.repair || self.always && self.radius != Some(0)
     }
 
     /// Bytes that it takes at most.
     pub(crate) fn bytes(self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        if self.repair { estimate_repair(sources, channels, output, self.circular) } else { Bytes(0) }
+        if self.is_on() { estimate_repair(sources, channels, output, self.circular) } else { Bytes(0) }
     }
 
     /// What a method wove, told by its counts and how it was made, with its seams repaired but for what is fixed.
@@ -58,7 +69,7 @@ impl Repairing {
         (kept, sources): (Option<Grid<bool, 2>>, Option<Grid<u64, 2>>),
         (mut stats, mut how): (Value, String),
     ) -> Result<Outcome, Failure> {
-        if self.repair && woven.complete {
+        if self.is_on() && woven.complete {
             let start = Start { map: woven.result.clone(), fixed: kept.clone(), sources };
             let mended = repair(exemplars, start, &self.options(), &session.run())?;
             (woven.result, woven.complete) = (mended.result, mended.complete);
@@ -70,7 +81,11 @@ impl Repairing {
 
     /// The options as used: none where nothing is repaired.
     pub(crate) fn used_if_any(self, used: Used) -> Used {
-        if self.repair { used.set("radius", self.options().radius) } else { used.without("repair").without("radius") }
+        if self.is_on() {
+            return used.set("repair", true).set("radius", self.options().radius);
+        }
+        let used = used.without("repair");
+        if self.always { used } else { used.without("radius") }
     }
 
     fn options(self) -> RepairOptions {

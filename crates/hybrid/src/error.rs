@@ -31,6 +31,9 @@ pub enum Error {
     /// A field of sources allows none everywhere that something is missing.
     #[error("no source may be used at all places that are missing")]
     MixedSources,
+    /// Less of a guide's maps is valid than of the exemplars.
+    #[error("a guide is not known everywhere in the exemplars")]
+    GuideMask,
     /// Blocks are searched and cut by quilting.
     #[error(transparent)]
     Quilting(#[from] selvedge_quilting::Error),
@@ -44,7 +47,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Block { .. } => ErrorKind::Option,
-            Self::BlockExceedsExemplar { .. } | Self::MixedSources => ErrorKind::Input,
+            Self::BlockExceedsExemplar { .. } | Self::MixedSources | Self::GuideMask => ErrorKind::Input,
             Self::Quilting(error) => error.kind(),
             Self::Core(error) => error.kind(),
         }
@@ -56,6 +59,7 @@ impl Error {
             Self::Block { .. } => "use powers of two up to 4096, such as 32 or 64x32".into(),
             Self::BlockExceedsExemplar { limit, .. } => format!("use a block of at most {limit} or a larger exemplar"),
             Self::MixedSources => "allow the same ones everywhere".into(),
+            Self::GuideMask => "mask the exemplars where it is not known".into(),
             Self::Quilting(error) => error.remedy(),
             Self::Core(error) => error.remedy(),
         }

@@ -25,11 +25,11 @@ pub fn measuring(exemplars: &[Domain<2>], channels: usize, masked: bool, options
     exemplars.iter().filter(|_| options.block.is_none()).map(size).max().unwrap_or_default()
 }
 
-/// What laying blocks of that size holds, with masks or without. It counts on flat exemplars, of which every place is a
-/// candidate; of others less is held.
+/// What laying blocks of that size holds, with masks or without, of so many channels and so many of a guide. It counts
+/// on flat exemplars, of which every place is a candidate; of others less is held.
 pub(crate) fn woven(
     exemplars: &[Domain<2>],
-    channels: usize,
+    (channels, followed): (usize, usize),
     masked: bool,
     output: Domain<2>,
     (block, options): ([u32; 2], &Options),
@@ -38,15 +38,23 @@ pub(crate) fn woven(
     let channels_of = channels as u64;
     // Searches of small blocks have the most places, those of large ones the largest transforms. Spectra for cropped
     // blocks are kept as well.
-    let templates = [grown(block), grown(block), grown(block), grown(block.map(|n| (n / 4).max(1))), [7, 7]];
-    let search =
-        templates.map(|template| search(exemplars, channels, masked, template, options)).into_iter().sum::<Bytes>();
+    let grown = |block| grown(block, options.overlap);
+    let whole = [grown(block); 5];
+    let small = [grown(block.map(|n| (n / 4).max(1))), [7, 7]];
+    let search = |channels| {
+        let of = |&template| search(exemplars, channels, masked, template, options);
+        whole.iter().chain(&small).map(of).sum::<Bytes>()
+    };
+    let guided = if followed == 0 { Bytes(0) } else { search(followed) };
+    let search = search(channels) + guided;
     // Features side by side, links and weights of seams, numbers of valid samples, and the exemplars once more if they
     // go around.
     let features = samples * (2 * channels_of + 2 + A_NUMBER + if options.circular { channels_of + 1 } else { 0 });
     let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
     let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);
-    search + features + lists + cut + Bytes::of_samples(output, A_SAMPLE)
+    // Its maps as they are given, around, under the sources that are used, and side by side; and its target twice.
+    let guide = samples * (4 * followed as u64) + Bytes::of_samples(output, 2 * followed as u64);
+    search + features + lists + cut + guide + Bytes::of_samples(output, A_SAMPLE)
 }
 
 /// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; what waits, what is near, what

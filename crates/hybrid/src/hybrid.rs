@@ -1,6 +1,6 @@
 //! The method's door.
 
-use selvedge_core::{Domain, Exemplars, Run, SourceMap, Start, Woven};
+use selvedge_core::{Domain, Exemplars, Guidance, Run, SourceMap, Start, Woven};
 
 use crate::error::Error;
 use crate::options::Options;
@@ -38,15 +38,22 @@ pub fn hybrid(
 }
 
 /// Like [`hybrid()`], going on from what is there: blocks are laid where something is missing. What stands inside of
-/// them, and what is fixed, stays; what else stands beside them may be overlapped and cut.
+/// them, and what is fixed, stays; what else stands beside them may be overlapped and cut. A guide is followed as
+/// [`Plan::following`] says.
 ///
 /// # Errors
-/// Those of [`hybrid()`] and of [`Start::check`].
+/// Those of [`hybrid()`], of [`Plan::following`] and of [`Start::check`].
 pub fn hybrid_from(
     exemplars: &Exemplars<2>,
     start: Start<2>,
+    guidance: Option<Guidance<2>>,
     options: &Options,
     run: &Run<'_, 2>,
 ) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-    Plan::new(exemplars, start.map.domain(), options, run)?.weave_from(start, run)
+    let plan = Plan::new(exemplars, start.map.domain(), options, run)?;
+    let plan = match guidance {
+        Some(guidance) => plan.following(guidance)?,
+        None => plan,
+    };
+    plan.weave_from(start, run)
 }

@@ -52,15 +52,20 @@ impl Block {
         )
     }
 
+    /// Its shorter side.
+    pub(crate) fn shortest(&self) -> u32 {
+        self.nominal.shape[0].min(self.nominal.shape[1])
+    }
+
     /// True if it is more than a sample.
     pub(crate) fn is_splittable(&self) -> bool {
         self.nominal.shape != [1, 1]
     }
 }
 
-/// The overlap of a start block's side, outside of the block: a fifth. `[Ding 3]`
-pub(crate) fn overlap_of(side: u32) -> u32 {
-    (side / 5).max(LEAST_OVERLAP)
+/// The overlap of a start block's side, outside of the block: this part of it. `[Ding 3]`
+pub(crate) fn overlap_of(side: u32, part: f64) -> u32 {
+    ((f64::from(side) * part) as u32).max(LEAST_OVERLAP)
 }
 
 /// The largest power of two up to a number.
@@ -69,8 +74,8 @@ pub(crate) fn power_of_two(most: u32) -> u32 {
 }
 
 /// A grown block's sides, at most.
-pub(crate) fn grown(block: [u32; 2]) -> [u32; 2] {
-    block.map(|side| side + 2 * overlap_of(side))
+pub(crate) fn grown(block: [u32; 2], part: f64) -> [u32; 2] {
+    block.map(|side| side + 2 * overlap_of(side, part))
 }
 
 /// All start blocks, in raster order. Every sample of the output lies in one of them.
@@ -79,16 +84,17 @@ pub(crate) struct Blocks {
     output: Domain<2>,
     block: [u32; 2],
     layout: Layout,
+    overlap: f64,
 }
 
 impl Blocks {
-    pub(crate) fn new(output: Domain<2>, block: [u32; 2], layout: Layout) -> Self {
-        Self { output, block, layout }
+    pub(crate) fn new(output: Domain<2>, block: [u32; 2], (layout, overlap): (Layout, f64)) -> Self {
+        Self { output, block, layout, overlap }
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> + use<> {
         let blocks = *self;
-        let Self { output, block, layout } = blocks;
+        let Self { output, block, layout, overlap } = blocks;
         let rows = output.shape[0].div_ceil(block[0]);
         (0..rows).flat_map(move |row| {
             let half = if layout == Layout::Brick && row % 2 == 1 { (block[1] / 2) as i32 } else { 0 };
@@ -101,7 +107,7 @@ impl Blocks {
                 Block {
                     nominal: Window { start: [down.0, across.0], shape: block },
                     bounds: Window { start: [down.1, across.1], shape: [down.2, across.2] },
-                    overlap: block.map(overlap_of),
+                    overlap: block.map(|side| overlap_of(side, overlap)),
                     number: u64::from(row) << 32 | u64::from(column),
                     path: 1,
                     level: 0,
@@ -154,7 +160,7 @@ mod tests {
             for periodic in [[false, false], [false, true], [true, true]] {
                 for layout in [Layout::Grid, Layout::Brick] {
                     let output = Domain { shape, periodic };
-                    let blocks = Blocks::new(output, block, layout);
+                    let blocks = Blocks::new(output, block, (layout, 0.2));
                     let mut level: Vec<Block> = blocks.iter().collect();
                     assert_eq!(level.len() as u64, blocks.len(), "{output:?} {layout:?}");
                     while !level.is_empty() {
@@ -170,7 +176,7 @@ mod tests {
     fn blocks_around_an_axis_are_about_as_wide() {
         let output = Domain { shape: [64, 260], periodic: [false, true] };
         for layout in [Layout::Grid, Layout::Brick] {
-            let blocks = Blocks::new(output, [32, 32], layout).iter();
+            let blocks = Blocks::new(output, [32, 32], (layout, 0.2)).iter();
             let widths: Vec<u32> = blocks.map(|block| block.core().unwrap().shape[1]).collect();
             assert!(widths.iter().all(|width| (28..30).contains(width)), "{layout:?}: {widths:?}");
         }
@@ -178,7 +184,7 @@ mod tests {
 
     #[test]
     fn overlaps_are_a_fifth_and_halve_down_to_three() {
-        let block = Blocks::new(Domain::open([64, 64]), [64, 32], Layout::Grid).iter().next().unwrap();
+        let block = Blocks::new(Domain::open([64, 64]), [64, 32], (Layout::Grid, 0.2)).iter().next().unwrap();
         assert_eq!((block.overlap, block.level), ([12, 6], 0));
         let mut overlaps = Vec::new();
         let mut next = Some(block);
@@ -191,7 +197,7 @@ mod tests {
 
     #[test]
     fn ways_through_the_split_tree_differ() {
-        let block = Blocks::new(Domain::open([16, 8]), [16, 8], Layout::Grid).iter().next().unwrap();
+        let block = Blocks::new(Domain::open([16, 8]), [16, 8], (Layout::Grid, 0.2)).iter().next().unwrap();
         let (mut ways, mut level) = (vec![block.path], vec![block]);
         while !level.is_empty() {
             level = level.iter().flat_map(Block::split).collect();

@@ -63,6 +63,18 @@ pub enum Resynthesize {
     Overlap,
 }
 
+/// Which blocks that fit badly are split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Split {
+    /// Those whose parts' seams are cheaper in sum than the block's own
+    /// ([`SeamMeasure::Gradient`](selvedge_core::SeamMeasure)): parts always fit better, for less of them is compared.
+    #[default]
+    Cheaper,
+    /// All of them: the paper's.
+    Always,
+}
+
 /// Options of [`hybrid`](crate::hybrid()).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -70,12 +82,18 @@ pub struct Options {
     /// most four thirds of the [block that quilting suggests](selvedge_quilting::suggest_block), so that blocks split
     /// where they do not fit instead of being small everywhere.
     pub block: Option<[u32; 2]>,
+    /// Overlap of a start block, outside of it, as a part of its side: from 0.05 to 1; at least three samples. A block
+    /// that is split has half of it. `[Ding 3]`
+    pub overlap: f64,
     /// A block is split while its overlap's mean error is larger. `[Ding 3.2]`
     pub max_error: Threshold,
+    /// Which of these are split.
+    pub split: Split,
     /// A sample whose error is larger is re-synthesised. `[Ding 3.3]`
     pub pixel_error: Threshold,
-    /// Below this part of `max_error` an overlap is cut, from it on re-synthesised: 1 never re-synthesises, 0 always.
-    /// `[Ding 3.3]`
+    /// Below this part of `max_error` an overlap is cut, from it on re-synthesised: 1, the default, never
+    /// re-synthesises ([`repair`](crate::repair()) at the end sees all seams, and undoes what made none better), 0
+    /// always. `[Ding 3.3]`
     pub k: f64,
     /// How start blocks lie.
     pub layout: Layout,
@@ -86,6 +104,9 @@ pub struct Options {
     /// Blocks are drawn among those whose error (as an L2 norm) is up to this fraction above the least. From 0 (the
     /// best, as in the paper) to 100.
     pub tolerance: f64,
+    /// How many of these are tried at most: the one whose seams are cheapest
+    /// ([`SeamMeasure::Gradient`](selvedge_core::SeamMeasure)) is laid. At least 1, the paper's.
+    pub tries: u32,
     /// How evenly the exemplar is used; see [`selvedge_quilting::Options::spread`]. From 0 to 10.
     pub spread: f64,
     /// Whether start blocks may continue what is around them verbatim; what they split into always may.
@@ -99,13 +120,16 @@ impl Default for Options {
         let quilting = selvedge_quilting::Options::default();
         Self {
             block: None,
+            overlap: 0.33,
             max_error: Threshold::Auto,
+            split: Split::Cheaper,
             pixel_error: Threshold::Auto,
-            k: 0.5,
+            k: 1.0,
             layout: Layout::Grid,
             search: PixelSearch::Coherent,
             resynthesize: Resynthesize::Seam,
             tolerance: quilting.tolerance,
+            tries: 32,
             spread: quilting.spread,
             continuation: quilting.continuation,
             circular: false,
@@ -126,13 +150,16 @@ impl Options {
     pub fn paper() -> Self {
         Self {
             block: Some([32, 32]),
+            overlap: 0.2,
             max_error: Threshold::Absolute(0.04),
+            split: Split::Always,
             pixel_error: Threshold::Absolute(0.02),
             k: 0.5,
             layout: Layout::Grid,
             search: PixelSearch::Exact,
             resynthesize: Resynthesize::Overlap,
             tolerance: 0.0,
+            tries: 1,
             spread: 0.0,
             continuation: Continuation::Avoid,
             circular: true,
@@ -151,6 +178,8 @@ impl Options {
         }
         self.max_error.check("max_error")?;
         self.pixel_error.check("pixel_error")?;
+        CoreError::within("overlap", self.overlap, 0.05..=1.0, "0.05 to 1 times the block's side")?;
+        CoreError::within("tries", self.tries, 1.0..=1000.0, "1 to 1000")?;
         CoreError::within("k", self.k, 0.0..=1.0, "0 (always re-synthesise) to 1 (never)")?;
         CoreError::within("tolerance", self.tolerance, 0.0..=100.0, "0 to 100")?;
         Ok(CoreError::within("spread", self.spread, 0.0..=10.0, "0 (whatever fits best) to 10")?)

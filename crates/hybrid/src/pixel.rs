@@ -1,10 +1,12 @@
 //! The choice of single samples: of its candidates the one whose neighborhood agrees best with what is known around.
 //! `[Ding 3.3]`
 
-use selvedge_core::{Coherence, Error, Exemplars, Grid, SampleId, ValidBoxes, par, reserve, try_vec};
+use selvedge_core::{Coherence, Error, Exemplars, Grid, SampleId, ValidBoxes, par, reserve};
 
 use crate::canvas::Canvas;
 use crate::dilation;
+use crate::features::side_by_side;
+use crate::followed::{Followed, SampleGuide};
 use crate::options::PixelSearch;
 use crate::options::Threshold;
 use crate::thresholds::{Limit, Of};
@@ -43,7 +45,11 @@ pub(crate) struct Pixels<'e> {
     weights: Vec<u64>,
     /// What a neighbour costs that a candidate's source does not have: as much as a random sample.
     missing: u64,
+    guide: Option<SampleGuide<'e>>,
+    /// The place looked at last, what is known around it, and what that counts together.
+    place: usize,
     neighbors: Vec<Neighbor>,
+    counts: u64,
     candidates: Vec<SampleId>,
 }
 
@@ -57,16 +63,12 @@ pub(crate) struct Choice {
 
 impl<'e> Pixels<'e> {
     /// `allowed` says by source whether its samples may be chosen.
-    pub(crate) fn new(exemplars: &'e Exemplars<2>, allowed: Vec<bool>, search: PixelSearch) -> Result<Self, Error> {
-        let channels = exemplars.channels();
-        let mut features = try_vec(exemplars.table().len() as usize * channels, 0)?;
-        for (s, source) in exemplars.sources().iter().enumerate() {
-            let first = exemplars.table().first(s) as usize * channels;
-            for c in 0..channels {
-                let to = features[first + c..].iter_mut().step_by(channels);
-                to.zip(source.features.plane(c)).for_each(|(to, &from)| *to = from);
-            }
-        }
+    pub(crate) fn new(
+        exemplars: &'e Exemplars<2>,
+        allowed: Vec<bool>,
+        search: PixelSearch,
+        followed: Option<&'e Followed>,
+    ) -> Result<Self, Error> {
         let mut pixels = Self {
             exemplars,
             boxes: ValidBoxes::of(exemplars),
@@ -74,10 +76,13 @@ impl<'e> Pixels<'e> {
             coherence: Coherence::new(exemplars),
             search,
             allowed,
-            features,
+            features: side_by_side(exemplars)?,
             weights: exemplars.weights().iter().map(|&w| w.into()).collect(),
             missing: Limit::of(Threshold::OfRandom(1.0), Of::Pixel, exemplars).whole(),
+            guide: followed.map(|followed| SampleGuide::new(followed, exemplars)).transpose()?,
+            place: 0,
             neighbors: Vec::new(),
+            counts: 0,
             candidates: Vec::new(),
         };
         if exemplars.is_masked() {
@@ -178,6 +183,7 @@ impl<'e> Pixels<'e> {
         }
         // The nearest tell soonest that a candidate is worse than another.
         self.neighbors.sort_by_key(|n| n.by[0] * n.by[0] + n.by[1] * n.by[1]);
+        (self.place, self.counts) = (place, self.neighbors.iter().map(|n| n.weight).sum());
         Ok(())
     }
 
@@ -190,7 +196,11 @@ impl<'e> Pixels<'e> {
         let [h, w] = domain.shape;
         let reach = REACH as u32;
         let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
-        let mut sum = 0;
+        // Beside a mean over the neighborhood, so that both count the same however much is known.
+        let mut sum = self.guide.as_ref().map_or(0, |guide| self.counts.max(1) * guide.error(id, self.place));
+        if bound <= sum {
+            return None;
+        }
         for &Neighbor { by, weight, features } in &self.neighbors {
             let index = if inside {
                 Some((at[0] as i32 + by[0]) as usize * w as usize + (at[1] as i32 + by[1]) as usize)
@@ -286,7 +296,7 @@ mod tests {
     fn the_exact_search_finds_the_best_by_definition_and_the_coherent_one_is_never_better() {
         for valid in [false, true] {
             let (exemplars, canvas) = state(valid);
-            let mut pixels = Pixels::new(&exemplars, vec![true; 2], PixelSearch::Exact).unwrap();
+            let mut pixels = Pixels::new(&exemplars, vec![true; 2], PixelSearch::Exact, None).unwrap();
             let (mut coherent, mut worse, missing) = (0, 0, pixels.missing);
             for (place, at) in canvas.domain().positions().enumerate() {
                 let exact = pixels.exact(&canvas, place).unwrap().unwrap();

@@ -1,10 +1,11 @@
 //! What a run will do: options checked, and what they leave open chosen.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, Source, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guidance, Run, Source, SourceMap, Start, Woven};
 use selvedge_quilting::suggest_block;
 
 use crate::error::Error;
 use crate::estimate::{measuring, woven};
+use crate::followed::Followed;
 use crate::layout::{Blocks, overlap_of, power_of_two};
 use crate::options::Options;
 use crate::stats::Stats;
@@ -22,6 +23,8 @@ pub struct Plan {
     pub(crate) output: Domain<2>,
     pub(crate) options: Options,
     pub(crate) block: [u32; 2],
+    /// What is followed, under the exemplars as they are searched.
+    followed: Option<Followed>,
 }
 
 impl Plan {
@@ -37,13 +40,39 @@ impl Plan {
         run: &Run<'_, 2>,
     ) -> Result<Self, Error> {
         options.validate()?;
-        check_fit(exemplars, output, options.block)?;
+        check_fit(exemplars, output, options)?;
         let (sources, masked) = (exemplars.domains(), exemplars.is_masked());
         run.limits.admit(output, measuring(&sources, exemplars.channels(), masked, options))?;
         let block = options.block.map_or_else(|| suggested(exemplars), Ok)?;
         let given = exemplars.clone();
         let exemplars = if options.circular { around(exemplars)? } else { exemplars.clone() };
-        Ok(Self { exemplars, given, output, options: *options, block })
+        Ok(Self { exemplars, given, output, options: *options, block, followed: None })
+    }
+
+    /// The same plan, whose blocks and samples follow a guide as well: its error is one more mean beside that of what
+    /// stands, in the search, in what splits a block (down to a side of eight samples), and in the choice of samples.
+    ///
+    /// # Errors
+    /// A weight that is negative or no number, a guide of other exemplars or another output (the core's), one of which
+    /// less is valid than of the exemplars ([`Error::GuideMask`]), and no memory.
+    pub fn following(self, guidance: Guidance<2>) -> Result<Self, Error> {
+        guidance.check_weight()?;
+        let Guidance { guide, weight } = guidance;
+        guide.check(&self.given)?;
+        let (expected, found) = (self.output.shape.to_vec(), guide.target().domain().shape.to_vec());
+        if expected != found {
+            return Err(selvedge_core::Error::GuideTarget { expected, found }.into());
+        }
+        if guide.exemplars().validity() != self.given.validity() {
+            return Err(Error::GuideMask);
+        }
+        if weight == 0.0 {
+            return Ok(self);
+        }
+        let followed = Followed { guide, weight };
+        let followed =
+            if self.options.circular { followed.under(&around(followed.guide.exemplars())?)? } else { followed };
+        Ok(Self { followed: Some(followed), ..self })
     }
 
     /// Bytes that choosing the block and the work take at most, beside the exemplars.
@@ -54,7 +83,8 @@ impl Plan {
     /// The same with blocks of the same size for another output.
     pub fn bytes_of(&self, output: Domain<2>) -> Bytes {
         let (sources, channels, masked) = (self.given.domains(), self.given.channels(), self.given.is_masked());
-        let work = woven(&sources, channels, masked, output, (self.block, &self.options));
+        let followed = self.followed.as_ref().map_or(0, |followed| followed.guide.weights().len());
+        let work = woven(&sources, (channels, followed), masked, output, (self.block, &self.options));
         measuring(&sources, channels, masked, &self.options).then(work)
     }
 
@@ -74,7 +104,7 @@ impl Plan {
     }
 
     pub(crate) fn blocks(&self) -> Blocks {
-        Blocks::new(self.output, self.block, self.options.layout)
+        Blocks::new(self.output, self.block, (self.options.layout, self.options.overlap))
     }
 
     /// Lays the blocks, from nothing.
@@ -94,17 +124,18 @@ impl Plan {
         start.check(&self.given)?;
         run.limits.admit(self.output, self.bytes())?;
         let sources = start.sources.take();
-        let usable = Usable::new(&self.exemplars, &start.map, sources.as_ref())?;
-        let weaver = Weaver::new(&usable, self.block, &self.options, start, run)?;
+        let usable = Usable::new(&self.exemplars, &start.map, sources.as_ref(), self.followed.as_ref())?;
+        let weaver = Weaver::new(&usable, self.followed.as_ref(), self.block, &self.options, start, run)?;
         weaver.weave(self.blocks())
     }
 }
 
 /// A start block that an exemplar holds, with an overlap along axes on which there is a second one: without, the first
 /// block alone would be laid whole.
-fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<[u32; 2]>) -> Result<(), Error> {
+fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, options: &Options) -> Result<(), Error> {
     let shapes = || exemplars.sources().iter().map(|s| s.domain().shape);
-    let Some(block) = block else { return Ok(()) };
+    let Some(block) = options.block else { return Ok(()) };
+    let overlap_of = |side| overlap_of(side, options.overlap);
     let needed = [0, 1].map(|a| block[a] + if block[a] < output.shape[a] { overlap_of(block[a]) } else { 0 });
     if shapes().any(|shape| (0..2).all(|a| needed[a] <= shape[a])) {
         return Ok(());
@@ -116,10 +147,13 @@ fn check_fit(exemplars: &Exemplars<2>, output: Domain<2>, block: Option<[u32; 2]
     Err(Error::BlockExceedsExemplar { block_height, block_width, height, width, limit })
 }
 
-/// The block of an automatic size: as large as quilting's, and up to a third more, for it splits where it does not fit.
+/// Of quilting's block, what it steps by: its overlap, a quarter, lies inside.
+const QUILTED: f64 = 0.75;
+
+/// The block of an automatic size: the power of two that is nearest, by its ratio, to the step of quilting's blocks.
 fn suggested(exemplars: &Exemplars<2>) -> Result<[u32; 2], Error> {
-    let quilted = suggest_block(exemplars)?;
-    Ok([power_of_two(quilted + quilted / 3); 2])
+    let step = f64::from(suggest_block(exemplars)?) * QUILTED;
+    Ok([power_of_two((step * std::f64::consts::SQRT_2) as u32); 2])
 }
 
 /// The same exemplars, each going on around its borders.

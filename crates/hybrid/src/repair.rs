@@ -102,7 +102,7 @@ pub fn repair(
     let samples = start.map.domain().len();
     let mut mender = Mender {
         canvas: Canvas::new(start)?,
-        pixels: Pixels::new(exemplars, allowed, options.search)?,
+        pixels: Pixels::new(exemplars, allowed, options.search, None)?,
         costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
         gradients: SeamCosts::new(exemplars, SeamMeasure::Gradient)?,
         limit: seam_limit(&limit),
@@ -290,7 +290,7 @@ mod tests {
         map.ids.plane_mut(0).iter_mut().for_each(|id| *id = SampleId::new(rng.below(36)));
         let mender = Mender {
             canvas: Canvas::new(Start { map, fixed: None, sources: None }).unwrap(),
-            pixels: Pixels::new(&exemplars, vec![true], PixelSearch::Exact).unwrap(),
+            pixels: Pixels::new(&exemplars, vec![true], PixelSearch::Exact, None).unwrap(),
             costs: SeamCosts::new(&exemplars, SeamMeasure::Difference).unwrap(),
             gradients: SeamCosts::new(&exemplars, SeamMeasure::Gradient).unwrap(),
             limit: 0,

@@ -3,6 +3,7 @@
 use selvedge_core::{Exemplars, Grid, SourceMap};
 
 use crate::error::Error;
+use crate::followed::Followed;
 
 /// The sources that may be copied from, beside all that may stand in the output.
 pub(crate) struct Usable<'e> {
@@ -11,6 +12,8 @@ pub(crate) struct Usable<'e> {
     pub(crate) some: Exemplars<2>,
     /// Their numbers among all.
     pub(crate) numbers: Vec<usize>,
+    /// What is followed, under those of them that may be copied from.
+    pub(crate) followed: Option<Followed>,
 }
 
 impl<'e> Usable<'e> {
@@ -20,6 +23,7 @@ impl<'e> Usable<'e> {
         exemplars: &'e Exemplars<2>,
         map: &SourceMap<2>,
         field: Option<&Grid<u64, 2>>,
+        followed: Option<&Followed>,
     ) -> Result<Self, Error> {
         let missing = map.ids.plane(0).iter().enumerate().filter(|(_, id)| !id.is_assigned());
         let bits =
@@ -29,7 +33,9 @@ impl<'e> Usable<'e> {
         if numbers.is_empty() {
             return Err(Error::MixedSources);
         }
-        Ok(Self { all: exemplars, some: exemplars.only(numbers.iter().copied())?, numbers })
+        let under = |followed: &Followed| followed.under(&followed.guide.exemplars().only(numbers.iter().copied())?);
+        let followed = followed.map(under).transpose()?;
+        Ok(Self { all: exemplars, some: exemplars.only(numbers.iter().copied())?, numbers, followed })
     }
 
     /// By source, whether it may be copied from.

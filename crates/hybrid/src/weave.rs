@@ -1,7 +1,8 @@
 //! Block after block: searched, split while it does not fit, laid where it does. `[Ding 3]`
 
 use selvedge_core::{
-    Event, Exemplars, Look, Patch, Run, SeamCosts, SeamMeasure, SourceMap, Start, Usage, Window, Woven, try_vec,
+    Event, Exemplars, Look, Patch, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Usage, Window, Woven,
+    collected,
 };
 use selvedge_quilting::Continuation;
 use selvedge_quilting::search::{BlockScratch, BlockSearch, Candidate, Preference, Space, Successor, Term};
@@ -9,8 +10,10 @@ use selvedge_quilting::search::{BlockScratch, BlockSearch, Candidate, Preference
 use crate::canvas::Canvas;
 use crate::composite::{Compositor, Laying};
 use crate::error::Error;
+use crate::features::errors_of;
+use crate::followed::{Followed, LEAST_FOLLOWED};
 use crate::layout::{Block, Blocks};
-use crate::options::Options;
+use crate::options::{Options, Split};
 use crate::pixel::Pixels;
 use crate::stats::{Level, Stats};
 use crate::thresholds::{Limit, Of, largest};
@@ -18,6 +21,14 @@ use crate::usable::Usable;
 
 /// Blocks of these levels and larger ones count as uses of the exemplar: smaller ones take whatever there is.
 const COUNTED_LEVELS: usize = 2;
+
+/// A window, and what is counted, before or after a block is laid.
+struct State {
+    ids: Vec<SampleId>,
+    usage: Usage<2>,
+    errors: Vec<(u64, u64)>,
+    stats: Stats,
+}
 
 /// An output in the making.
 pub(crate) struct Weaver<'a> {
@@ -29,9 +40,14 @@ pub(crate) struct Weaver<'a> {
     search: BlockSearch<'a>,
     scratch: BlockScratch,
     under: Look,
+    /// What is followed, and the look at what it asks for.
+    followed: Option<&'a Followed>,
+    asked: Look,
     usage: Usage<2>,
     pub(crate) canvas: Canvas,
     compositor: Compositor<'a>,
+    /// What seams show.
+    shown: SeamCosts<2>,
     /// A block is split while its error is larger.
     max: Limit,
     /// Sums of errors, and samples they are of, by level.
@@ -42,6 +58,7 @@ pub(crate) struct Weaver<'a> {
 impl<'a> Weaver<'a> {
     pub(crate) fn new(
         usable: &'a Usable<'a>,
+        followed: Option<&'a Followed>,
         block: [u32; 2],
         options: &'a Options,
         start: Start<2>,
@@ -52,7 +69,7 @@ impl<'a> Weaver<'a> {
         let pixel = Limit::of(options.pixel_error, Of::Pixel, exemplars);
         let compositor = Compositor {
             exemplars,
-            pixels: Pixels::new(exemplars, usable.flags(), options.search)?,
+            pixels: Pixels::new(exemplars, usable.flags(), options.search, followed)?,
             costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
             resynthesize: options.resynthesize,
             // 1 never re-synthesises, also what fits worse than the largest error allowed.
@@ -66,12 +83,15 @@ impl<'a> Weaver<'a> {
             run,
             exemplars,
             numbers: &usable.numbers,
-            search: BlockSearch::new(&usable.some, None, run.simd)?,
+            search: BlockSearch::new(&usable.some, usable.followed.as_ref().map(|f| &f.guide), run.simd)?,
             scratch: BlockScratch::default(),
             under: Look::new(),
+            followed,
+            asked: Look::new(),
             usage: Usage::new(&usable.some, block, options.spread)?,
             canvas: Canvas::new(start)?,
             compositor,
+            shown: SeamCosts::new(exemplars, SeamMeasure::Gradient)?,
             max,
             errors: Vec::new(),
             stats,
@@ -113,51 +133,149 @@ impl<'a> Weaver<'a> {
         self.stats.levels[block.level].blocks += 1;
         let (window, before, after) = self.canvas.grown(&core, block.overlap);
         self.under.at_map(self.exemplars, &self.canvas.map, &window, |_| true)?;
-        let found = self.search(block, &window)?;
-        let laying = match found {
-            Some(chosen) => {
-                let errors = self.errors_of(&window, chosen)?;
-                Some(Laying { core, window, before, after, chosen, errors })
-            }
-            None => None,
-        };
+        if let Some(followed) = self.followed {
+            followed.look(&window, &mut self.asked)?;
+        }
+        let drawn = self.search(block, &window)?;
+        let laying = self.cheapest(&drawn, |chosen, errors| Laying { core, window, before, after, chosen, errors })?;
         let samples = self.under.samples() as u64;
-        let fits = laying.as_ref().is_some_and(|laying| !self.max.is_passed(laying.errors.iter().sum(), samples));
-        if !fits && block.is_splittable() {
-            self.stats.levels[block.level].splits += 1;
-            for part in block.split() {
-                if !self.lay(&part)? {
-                    return Ok(false);
-                }
-            }
+        let fits = match &laying {
+            Some(laying) => self.fits(block, laying, samples)?,
+            None => false,
+        };
+        if fits || !block.is_splittable() {
+            self.stats.unsplittable += u64::from(!fits);
+            self.lay_whole(block, &core, laying.as_ref(), samples)?;
             return Ok(true);
         }
-        self.stats.unsplittable += u64::from(!fits);
-        match laying {
-            None => self.lay_sample(&core)?,
-            Some(laying) => {
-                let sums = &mut self.errors[block.level];
-                *sums = (sums.0 + laying.errors.iter().sum::<u64>(), sums.1 + samples);
-                self.compositor.lay(&laying, &self.under, &mut self.canvas, &mut self.stats)?;
-                if block.level < COUNTED_LEVELS {
-                    let searched = self.numbers.iter().position(|&s| s == laying.chosen.source);
-                    searched.into_iter().for_each(|source| self.usage.note(source, laying.chosen.at));
-                }
+        let Some(laying) = laying.filter(|_| self.options.split == Split::Cheaper) else {
+            return self.lay_parts(block);
+        };
+        // What is laid for a trial is taken back; where parts are dearer it is laid again, the same.
+        let window = laying.window;
+        let before = self.state(&window)?;
+        self.lay_whole(block, &core, Some(&laying), samples)?;
+        let (whole, after) = (self.price(&window), self.state(&window)?);
+        self.go_back(&window, before);
+        let complete = self.lay_parts(block)?;
+        if complete && whole <= self.price(&window) {
+            self.go_back(&window, after);
+        }
+        Ok(complete)
+    }
+
+    /// Lays what a block splits into; false if the run was cancelled.
+    fn lay_parts(&mut self, block: &Block) -> Result<bool, Error> {
+        self.stats.levels[block.level].splits += 1;
+        for part in block.split() {
+            if !self.lay(&part)? {
+                return Ok(false);
             }
         }
         Ok(true)
     }
 
-    /// A place for a grown block: drawn among those near the best.
-    fn search(&mut self, block: &Block, window: &Window<2>) -> Result<Option<Candidate>, Error> {
-        let terms = [Term::new(Space::Texture, window.shape, &self.under)];
+    /// Lays a block as it was found.
+    fn lay_whole(
+        &mut self,
+        block: &Block,
+        core: &Window<2>,
+        laying: Option<&Laying>,
+        samples: u64,
+    ) -> Result<(), Error> {
+        let Some(laying) = laying else { return self.lay_sample(core) };
+        let sums = &mut self.errors[block.level];
+        *sums = (sums.0 + laying.errors.iter().sum::<u64>(), sums.1 + samples);
+        self.under.at_map(self.exemplars, &self.canvas.map, &laying.window, |_| true)?;
+        self.compositor.lay(laying, &self.under, &mut self.canvas, &mut self.stats)?;
+        if block.level < COUNTED_LEVELS {
+            let searched = self.numbers.iter().position(|&s| s == laying.chosen.source);
+            searched.into_iter().for_each(|source| self.usage.note(source, laying.chosen.at));
+        }
+        Ok(())
+    }
+
+    /// The price of all seams that a window has a part in.
+    fn price(&self, window: &Window<2>) -> i64 {
+        let domain = self.canvas.domain();
+        let wider = window.grown(domain, [1, 1], [0, 0]);
+        let at = |place: usize| domain.position(place);
+        let seams = wider.places(domain).flatten().flat_map(|place| [(at(place), 0), (at(place), 1)]);
+        seams.map(|(at, axis)| i64::from(self.shown.at(&self.canvas.map, at, axis))).sum()
+    }
+
+    /// What laying a block in a window changes.
+    fn state(&self, window: &Window<2>) -> Result<State, Error> {
+        let ids = collected(window.places(self.canvas.domain()).flatten().map(|place| self.canvas.id(place)))?;
+        Ok(State { ids, usage: self.usage.clone(), errors: self.errors.clone(), stats: self.stats.clone() })
+    }
+
+    fn go_back(&mut self, window: &Window<2>, state: State) {
+        for (place, id) in window.places(self.canvas.domain()).flatten().zip(state.ids) {
+            self.canvas.set(place, id);
+        }
+        (self.usage, self.errors, self.stats) = (state.usage, state.errors, state.stats);
+    }
+
+    /// Whether a block need not be split: by what stands, and as long as it is not small by what is asked for as well.
+    fn fits(&self, block: &Block, laying: &Laying, samples: u64) -> Result<bool, Error> {
+        let stands = (laying.errors.iter().sum(), samples);
+        let fits = !self.max.is_passed(stands.0, stands.1);
+        match self.followed {
+            Some(followed) if LEAST_FOLLOWED < block.shortest() => {
+                let guided = errors_of(followed.guide.exemplars(), &self.asked, &laying.window, laying.chosen)?;
+                let guided = (guided.iter().sum(), self.asked.samples() as u64);
+                let (error, samples) = followed.joined(self.exemplars, stands, guided);
+                Ok(fits && !self.max.is_passed(error, samples))
+            }
+            _ => Ok(fits),
+        }
+    }
+
+    /// Places for a grown block, drawn among those near the best.
+    fn search(&mut self, block: &Block, window: &Window<2>) -> Result<Vec<Candidate>, Error> {
+        let terms = match self.followed {
+            Some(followed) => followed.terms(self.exemplars, window.shape, (&self.under, &self.asked)),
+            None => vec![Term::new(Space::Texture, window.shape, &self.under)],
+        };
         let continued = self.continuations(block, window);
         let preference = Preference { per_mille: self.options.per_mille(), usage: &self.usage, continued: &continued };
         let mut rng = self.run.seed.derive("hybrid/block", block.number).derive("hybrid/split", block.path).rng();
-        Ok(self
-            .search
-            .draw(&terms, &preference, &mut rng, &mut self.scratch)?
-            .map(|(found, _)| Candidate { source: self.numbers[found.source], ..found }))
+        let mut drawn = Vec::new();
+        let most = (&mut rng, self.options.tries as usize);
+        self.search.draw_some(&terms, &preference, most, &mut self.scratch, &mut drawn)?;
+        drawn.iter_mut().for_each(|found| found.source = self.numbers[found.source]);
+        Ok(drawn)
+    }
+
+    /// The one of some places that would be laid with the cheapest seams; of equal ones the first.
+    fn cheapest(
+        &mut self,
+        drawn: &[Candidate],
+        at: impl Fn(Candidate, Vec<u64>) -> Laying,
+    ) -> Result<Option<Laying>, Error> {
+        let mut best = None;
+        for &chosen in drawn {
+            let window = at(chosen, Vec::new()).window;
+            let laying = at(chosen, errors_of(self.exemplars, &self.under, &window, chosen)?);
+            let price = if drawn.len() == 1 { 0 } else { self.trial(&laying)? };
+            if best.as_ref().is_none_or(|&(least, _)| price < least) {
+                best = Some((price, laying));
+            }
+        }
+        Ok(best.map(|(_, laying)| laying))
+    }
+
+    /// The price of all seams around a block if it is laid.
+    fn trial(&mut self, laying: &Laying) -> Result<i64, Error> {
+        let places = || laying.window.places(self.canvas.domain()).flatten();
+        let before = collected(places().map(|place| self.canvas.id(place)))?;
+        self.compositor.lay(laying, &self.under, &mut self.canvas, &mut Stats::default())?;
+        let price = self.price(&laying.window);
+        for (place, id) in laying.window.places(self.canvas.domain()).flatten().zip(before) {
+            self.canvas.set(place, id);
+        }
+        Ok(price)
     }
 
     /// Where the patches under a window would go on: no start block is to lie there, if they are to be avoided.
@@ -173,22 +291,6 @@ impl<'a> Weaver<'a> {
             Some(Successor { source: number, at })
         };
         patches.iter().filter_map(go_on).collect()
-    }
-
-    /// By sample of a window, how much the chosen place differs from what is known; 0 elsewhere.
-    fn errors_of(&self, window: &Window<2>, chosen: Candidate) -> Result<Vec<u64>, Error> {
-        let source = &self.exemplars.sources()[chosen.source];
-        let (local, domain) = (window.local(), source.domain());
-        let mut errors = try_vec(local.len(), 0_u64)?;
-        for (c, &weight) in self.exemplars.weights().iter().enumerate() {
-            let (old, new) = (&self.under.features()[c * local.len()..], source.features.plane(c));
-            let places = Window { start: chosen.at.map(|v| v as i32), shape: window.shape }.places(domain);
-            for (i, place) in places.enumerate().filter(|&(i, _)| self.under.known()[i]) {
-                let difference = place.map_or(0, |place| u64::from(new[place].abs_diff(old[i])));
-                errors[i] += difference * difference * u64::from(weight);
-            }
-        }
-        Ok(errors)
     }
 
     /// A single sample that no source holds with all that is known around it: whichever agrees best with that, of those
@@ -267,18 +369,18 @@ mod tests {
                         *id = SampleId::new(rng.below(e.table().len()));
                     }
                 }
-                let usable = Usable::new(&plan.exemplars, &map, None).unwrap();
+                let usable = Usable::new(&plan.exemplars, &map, None, None).unwrap();
                 let start = Start { map, fixed: None, sources: None };
-                let mut weaver = Weaver::new(&usable, plan.block, &options, start, &run).unwrap();
+                let mut weaver = Weaver::new(&usable, None, plan.block, &options, start, &run).unwrap();
                 for block in plan.blocks().iter() {
                     let core = block.core().unwrap();
                     let (window, ..) = weaver.canvas.grown(&core, block.overlap);
                     weaver.under.at_map(&e, &weaver.canvas.map, &window, |_| true).unwrap();
-                    let found = weaver.search(&block, &window).unwrap();
+                    let found = weaver.search(&block, &window).unwrap().first().copied();
                     let least = naive(&weaver, &window);
                     assert_eq!(found.map(|c| c.error), least, "{masked} {circular}");
                     if let Some(chosen) = found {
-                        let errors = weaver.errors_of(&window, chosen).unwrap();
+                        let errors = errors_of(weaver.exemplars, &weaver.under, &window, chosen).unwrap();
                         assert_eq!(Some(errors.iter().sum()), least);
                         let known = weaver.under.known().iter();
                         assert!(known.zip(&errors).all(|(&known, &error)| known || error == 0));

@@ -19,9 +19,9 @@ pub struct Control {
     /// What the output follows besides: channels that are searched, but not shown. `[Kwatra05 6]`
     ///
     /// Where the guide is not [asked](Guide::asked) for they are not known, and found together with the texture: there
-    /// the guide costs nothing by itself, but what is found has to go on from what is asked for beside it. Searches have
-    /// the weight in whole numbers: less than a 255th of the exemplars' heaviest channel cannot be said, and less than a
-    /// 60th not with neighborhoods of 32 samples.
+    /// the guide costs nothing by itself, but what is found has to go on from what is asked for beside it. Searches
+    /// have the weight in whole numbers: less than a 255th of the exemplars' heaviest channel cannot be said, and less
+    /// than a 60th not with neighborhoods of 32 samples.
     pub guidance: Option<Guidance<2>>,
 }
 

@@ -4,7 +4,9 @@ use selvedge_core::{
     Bytes, Domain, Encoder, Error as CoreError, ErrorKind, Event, Exemplar, Exemplars, Grid, Limits, Observer, Plane,
     Run, SampleId, Samples, SeamCosts, SeamMeasure, SimdLevel, SourceMap, Start,
 };
-use selvedge_hybrid::{Error, Layout, Options, PixelSearch, Plan, Resynthesize, Stats, Threshold, hybrid, hybrid_from};
+use selvedge_hybrid::{
+    Error, Layout, Options, PixelSearch, Plan, Resynthesize, Split, Stats, Threshold, hybrid, hybrid_from,
+};
 use selvedge_testkit::{exemplars, simple};
 
 fn of(plane: &Plane<2>) -> Exemplars<2> {
@@ -62,7 +64,7 @@ fn without_limits_blocks_are_never_split_nor_resynthesised() {
 
 #[test]
 fn without_any_error_allowed_all_that_differs_is_single_samples() {
-    let options = Options { max_error: Threshold::Absolute(0.0), ..blocks(8) };
+    let options = Options { max_error: Threshold::Absolute(0.0), split: Split::Always, ..blocks(8) };
     let (_, stats) = weave(&simple::noise(24, 24, 3), Domain::open([48, 40]), &options, 1);
     let (last, whole) = stats.levels.split_last().unwrap();
     assert_eq!((stats.levels.len(), last.splits), (4, 0));
@@ -146,14 +148,14 @@ fn what_is_fixed_stays_and_holes_are_filled() {
     let fixed = Grid::try_filled(start.domain(), 1, true).unwrap();
     let begin = Start { map: holed.clone(), fixed: Some(fixed), sources: None };
     let options = Options { pixel_error: Threshold::OfRandom(0.05), k: 0.0, ..blocks(16) };
-    let filled = hybrid_from(&exemplars, begin, &options, &Run::seeded(9)).unwrap();
+    let filled = hybrid_from(&exemplars, begin, None, &options, &Run::seeded(9)).unwrap();
     assert_eq!(filled.result.holes(), 0);
     assert!(0 < filled.stats.pixels, "{:?}", filled.stats);
     let changed = |at: [u32; 2]| filled.result.ids.get(0, at) != start.ids.get(0, at);
     assert!(start.domain().positions().all(|at| in_hole(at) || !changed(at)));
     // Nothing is laid where nothing is missing.
     let begin = Start { map: start.clone(), fixed: None, sources: None };
-    let same = hybrid_from(&exemplars, begin, &options, &Run::seeded(9)).unwrap();
+    let same = hybrid_from(&exemplars, begin, None, &options, &Run::seeded(9)).unwrap();
     assert_eq!((same.result, same.stats.levels.len()), (start, 0));
 }
 
@@ -208,7 +210,7 @@ fn bad_input_is_named_with_numbers_and_a_remedy() {
     assert!(plan([32, 32]).is_ok());
     assert_eq!(
         (large.kind(), large.remedy().as_str()),
-        (ErrorKind::Input, "use a block of at most 32 or a larger exemplar")
+        (ErrorKind::Input, "use a block of at most 16 or a larger exemplar")
     );
     assert!(matches!(fails(Domain::open([0, 5]), &blocks(8)), Error::Core(selvedge_core::Error::EmptyOutput { .. })));
     let small = Run { limits: Limits { memory: 1000, ..run.limits }, ..run };
@@ -219,7 +221,7 @@ fn bad_input_is_named_with_numbers_and_a_remedy() {
         assert!(matches!(error, Error::Core(CoreError::OverBudget { budget: Bytes(1000), .. })));
     }
     let foreign = SourceMap::unassigned(&of(&simple::noise(5, 5, 1)), output).unwrap();
-    let foreign = hybrid_from(&e, Start { map: foreign, fixed: None, sources: None }, &blocks(8), &run);
+    let foreign = hybrid_from(&e, Start { map: foreign, fixed: None, sources: None }, None, &blocks(8), &run);
     assert!(matches!(foreign, Err(Error::Core(CoreError::ForeignMap { .. }))));
 }
 

@@ -59,8 +59,8 @@ impl<'e> BlockSearch<'e> {
         draw(self, terms, preference, rng, scratch)
     }
 
-    /// The same for up to `most` different ones, in the order in which they are drawn; how many there were to draw from.
-    /// The first is the one that [`draw`](Self::draw) answers with.
+    /// The same for up to `most` different ones, in the order in which they are drawn; how many there were to draw
+    /// from. The first is the one that [`draw`](Self::draw) answers with.
     ///
     /// # Errors
     /// Those of [`draw`](Self::draw).

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use selvedge_hybrid::{Layout, PixelSearch, Resynthesize, Threshold};
+use selvedge_hybrid::{Layout, PixelSearch, Resynthesize, Split, Threshold};
 
 use crate::values::choices;
 use crate::wrong::Wrong;
@@ -44,6 +44,13 @@ choices!(LayoutArg for Layout {
     Grid,
     /// Every other row moved by half a block.
     Brick,
+});
+
+choices!(SplitArg for Split {
+    /// Where the seams of their parts are cheaper.
+    Cheaper,
+    /// Wherever they fit badly, as in the paper.
+    Always,
 });
 
 choices!(SearchArg for PixelSearch {

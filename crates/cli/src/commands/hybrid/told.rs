@@ -14,8 +14,10 @@ impl Hybrid {
     /// The options as used.
     pub(super) fn used(&self, loom: &Loom<'_>, plan: &Plan) -> Used {
         let options = self.options();
-        loom.used()
+        self.guides
+            .used(loom, loom.used())
             .set("block", typed(plan.block()))
+            .set("overlap", options.overlap)
             .set("max-error", choices::Error(options.max_error).to_string())
             .set("pixel-error", choices::Error(options.pixel_error).to_string())
     }
