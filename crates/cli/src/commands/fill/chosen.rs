@@ -87,7 +87,8 @@ mod tests {
     fn what_a_mean_stands_for_is_fused_and_all_else_copied() {
         let domain = Domain::open([20, 20]);
         let shades = |colors: usize| {
-            let shade = |i: usize| ((i * 7 + i % 400 / 10) % 251) as u8;
+            // More than 256 triples, and more than 64 values.
+            let shade = |i: usize| ((i as u32).wrapping_mul(2_654_435_761) >> 24) as u8;
             Samples::U8(Grid::from_vec(domain, colors, (0..400 * colors).map(shade).collect()).unwrap())
         };
         assert!(of("photo.png", shades(3)) && of("grey.png", shades(1)) && of("wall_height.png", shades(1)));
