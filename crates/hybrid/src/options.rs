@@ -45,7 +45,7 @@ pub enum Layout {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PixelSearch {
-    /// Those that continue what is around it, and those like them.
+    /// Those that continue what is around it.
     #[default]
     Coherent,
     /// All of the exemplar.

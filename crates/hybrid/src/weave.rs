@@ -137,7 +137,8 @@ impl<'a> Weaver<'a> {
             followed.look(&window, &mut self.asked)?;
         }
         let drawn = self.search(block, &window)?;
-        let laying = self.cheapest(&drawn, |chosen, errors| Laying { core, window, before, after, chosen, errors })?;
+        let laying =
+            self.cheapest(&drawn, &window, |chosen, errors| Laying { core, window, before, after, chosen, errors })?;
         let samples = self.under.samples() as u64;
         let fits = match &laying {
             Some(laying) => self.fits(block, laying, samples)?,
@@ -151,8 +152,7 @@ impl<'a> Weaver<'a> {
         let Some(laying) = laying.filter(|_| self.options.split == Split::Cheaper) else {
             return self.lay_parts(block);
         };
-        // What is laid for a trial is taken back; where parts are dearer it is laid again, the same.
-        let window = laying.window;
+        // Both are laid for a trial, with what is counted; the one that shows less stays.
         let before = self.state(&window)?;
         self.lay_whole(block, &core, Some(&laying), samples)?;
         let (whole, after) = (self.price(&window), self.state(&window)?);
@@ -186,7 +186,6 @@ impl<'a> Weaver<'a> {
         let Some(laying) = laying else { return self.lay_sample(core) };
         let sums = &mut self.errors[block.level];
         *sums = (sums.0 + laying.errors.iter().sum::<u64>(), sums.1 + samples);
-        self.under.at_map(self.exemplars, &self.canvas.map, &laying.window, |_| true)?;
         self.compositor.lay(laying, &self.under, &mut self.canvas, &mut self.stats)?;
         if block.level < COUNTED_LEVELS {
             let searched = self.numbers.iter().position(|&s| s == laying.chosen.source);
@@ -206,15 +205,27 @@ impl<'a> Weaver<'a> {
 
     /// What laying a block in a window changes.
     fn state(&self, window: &Window<2>) -> Result<State, Error> {
-        let ids = collected(window.places(self.canvas.domain()).flatten().map(|place| self.canvas.id(place)))?;
-        Ok(State { ids, usage: self.usage.clone(), errors: self.errors.clone(), stats: self.stats.clone() })
+        Ok(State {
+            ids: self.ids(window)?,
+            usage: self.usage.clone(),
+            errors: self.errors.clone(),
+            stats: self.stats.clone(),
+        })
     }
 
     fn go_back(&mut self, window: &Window<2>, state: State) {
-        for (place, id) in window.places(self.canvas.domain()).flatten().zip(state.ids) {
-            self.canvas.set(place, id);
-        }
+        self.put_back(window, state.ids);
         (self.usage, self.errors, self.stats) = (state.usage, state.errors, state.stats);
+    }
+
+    /// What stands in a window.
+    fn ids(&self, window: &Window<2>) -> Result<Vec<SampleId>, Error> {
+        Ok(collected(window.places(self.canvas.domain()).flatten().map(|place| self.canvas.id(place)))?)
+    }
+
+    fn put_back(&mut self, window: &Window<2>, ids: Vec<SampleId>) {
+        let places = window.places(self.canvas.domain()).flatten();
+        places.zip(ids).for_each(|(place, id)| self.canvas.set(place, id));
     }
 
     /// Whether a block need not be split: by what stands, and as long as it is not small by what is asked for as well.
@@ -252,12 +263,12 @@ impl<'a> Weaver<'a> {
     fn cheapest(
         &mut self,
         drawn: &[Candidate],
+        window: &Window<2>,
         at: impl Fn(Candidate, Vec<u64>) -> Laying,
     ) -> Result<Option<Laying>, Error> {
         let mut best = None;
         for &chosen in drawn {
-            let window = at(chosen, Vec::new()).window;
-            let laying = at(chosen, errors_of(self.exemplars, &self.under, &window, chosen)?);
+            let laying = at(chosen, errors_of(self.exemplars, &self.under, window, chosen)?);
             let price = if drawn.len() == 1 { 0 } else { self.trial(&laying)? };
             if best.as_ref().is_none_or(|&(least, _)| price < least) {
                 best = Some((price, laying));
@@ -268,13 +279,10 @@ impl<'a> Weaver<'a> {
 
     /// The price of all seams around a block if it is laid.
     fn trial(&mut self, laying: &Laying) -> Result<i64, Error> {
-        let places = || laying.window.places(self.canvas.domain()).flatten();
-        let before = collected(places().map(|place| self.canvas.id(place)))?;
+        let before = self.ids(&laying.window)?;
         self.compositor.lay(laying, &self.under, &mut self.canvas, &mut Stats::default())?;
         let price = self.price(&laying.window);
-        for (place, id) in laying.window.places(self.canvas.domain()).flatten().zip(before) {
-            self.canvas.set(place, id);
-        }
+        self.put_back(&laying.window, before);
         Ok(price)
     }
 

@@ -139,7 +139,10 @@ impl Method for Hybrid {
         let (start, guidance, loom) = (loom.start()?, self.guides.guidance(loom, &self.weaving)?, &*loom);
         let (session, exemplars) = (loom.session, exemplars(loom)?);
         let plan = Plan::new(&exemplars, loom.domain, &self.options(), &session.run());
-        let plan = plan.and_then(|plan| guidance.map_or(Ok(plan.clone()), |guidance| plan.clone().following(guidance)));
+        let plan = match guidance {
+            Some(guidance) => plan.and_then(|plan| plan.following(guidance)),
+            None => plan,
+        };
         let plan = plan.map_err(|e| told::failure(loom, e))?;
         let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
         let blocks = plan.len();
