@@ -167,6 +167,19 @@ impl Reel {
     }
 }
 
+/// What seams of some maps cost where, by a measure, all on the scale of the first.
+///
+/// # Errors
+/// No memory.
+pub(crate) fn seams<const N: usize>(
+    maps: [&SourceMap<2>; N],
+    exemplars: &Exemplars<2>,
+    measure: SeamMeasure,
+) -> Result<[Option<Plane<2>>; N], Failure> {
+    let (costs, white) = (SeamCosts::new(exemplars, measure)?, OnceLock::new());
+    Ok(maps.map(|map| drawn(map, &costs, &white)))
+}
+
 /// What seams cost where, on the scale of the first that was drawn.
 fn drawn(map: &SourceMap<2>, costs: &SeamCosts<2>, white: &OnceLock<u32>) -> Option<Plane<2>> {
     let (shape, prices) = dearest(map, costs);

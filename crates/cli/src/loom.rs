@@ -235,6 +235,11 @@ impl Loom<'_> {
         Ok(())
     }
 
+    /// True if somebody will see what else a method has to show.
+    pub(crate) fn is_explained(&self) -> bool {
+        self.written.explain.is_some() || self.written.report.is_some()
+    }
+
     fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
         let plane = self.picture(&outcome)?;
         let Outcome { woven, kept, holes, complete, course, how, others, after, beside, .. } = outcome;
@@ -265,7 +270,7 @@ impl Loom<'_> {
             outputs.picture(&name(&ready.layer.output), ready.layer.format, &laid, &metadata)?;
         }
         // Of a partial result there is nothing to explain.
-        let explains = complete && (self.written.explain.is_some() || self.written.report.is_some());
+        let explains = complete && self.is_explained();
         let explain = || explain(woven.as_map().ok_or_else(averaged)?, &plane);
         let explained = explains.then(explain).transpose()?;
         if let (Some(path), Some(explained)) = (&self.written.explain, &explained) {

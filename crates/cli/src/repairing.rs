@@ -1,14 +1,19 @@
 //! `--repair`: bad seams of a map chosen anew, whichever command made it.
 
 use clap::Args;
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Plane, Role, Samples, SeamMeasure, SourceMap, Start, Woven};
 use selvedge_hybrid::{RepairOptions, RepairStats, estimate_repair, repair};
 use serde_json::{Value, json};
 
+use crate::course;
 use crate::failure::Failure;
-use crate::outcome::Outcome;
+use crate::outcome::{Beside, Outcome};
 use crate::session::Session;
+use crate::thumbnail::Thumbnail;
 use crate::used::Used;
+
+/// What pictures of a repair stand under.
+const HEADING: &str = "How seams were repaired";
 
 /// Whether and how seams are repaired.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -68,15 +73,20 @@ impl Repairing {
         mut woven: Woven<SourceMap<2>, S>,
         (kept, sources): (Option<Grid<bool, 2>>, Option<Grid<u64, 2>>),
         (mut stats, mut how): (Value, String),
+        is_explained: bool,
     ) -> Result<Outcome, Failure> {
+        let mut beside = Beside::default();
         if self.is_on() && woven.complete {
             let start = Start { map: woven.result.clone(), fixed: kept.clone(), sources };
             let mended = repair(exemplars, start, &self.options(), &session.run())?;
+            if is_explained {
+                beside = Beside { heading: HEADING, pictures: drawn(&woven.result, &mended.result, exemplars)? };
+            }
             (woven.result, woven.complete) = (mended.result, mended.complete);
             stats["repair"] = counts(&mended.stats);
             how += &told(&mended.stats);
         }
-        Ok(Outcome { kept, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) })
+        Ok(Outcome { kept, beside, ..Outcome::new(Box::new(woven.result), woven.complete, stats, how) })
     }
 
     /// The options as used: none where nothing is repaired.
@@ -92,6 +102,26 @@ impl Repairing {
         let usual = RepairOptions::default();
         RepairOptions { radius: self.radius.unwrap_or(usual.radius), circular: self.circular, ..usual }
     }
+}
+
+/// What seams cost before and after, and what was chosen anew.
+fn drawn(before: &SourceMap<2>, after: &SourceMap<2>, exemplars: &Exemplars<2>) -> Result<Vec<Thumbnail>, Failure> {
+    let seams = course::seams([before, after], exemplars, SeamMeasure::Difference)?;
+    let captions = ["Seams before repair, the dearer the brighter", "Seams after it"];
+    let mut pictures: Vec<Thumbnail> = seams
+        .into_iter()
+        .zip(captions)
+        .filter_map(|(picture, caption)| Some(Thumbnail::new(picture?, caption)))
+        .collect();
+    let mut anew = Grid::try_filled(before.domain(), 1, 0_u8)?;
+    let ids = before.ids.plane(0).iter().zip(after.ids.plane(0));
+    anew.plane_mut(0)
+        .iter_mut()
+        .zip(ids)
+        .for_each(|(anew, (before, after))| *anew = if before == after { 0 } else { 255 });
+    let anew = Plane::new(Role::Scalar, Samples::U8(anew));
+    pictures.push(Thumbnail::new(anew, "Pixels that repair chose anew, white"));
+    Ok(pictures)
 }
 
 fn counts(of: &RepairStats) -> Value {

@@ -8,3 +8,9 @@ pub(crate) struct Thumbnail {
     /// How it was made, and what it is worth.
     pub(crate) caption: String,
 }
+
+impl Thumbnail {
+    pub(crate) fn new(picture: Plane<2>, caption: impl Into<String>) -> Self {
+        Self { picture, caption: caption.into() }
+    }
+}

@@ -2,6 +2,9 @@
 
 use crate::{Domain, Exemplars, SampleId, SourceMap};
 
+/// Candidates whose positions are kept while others are looked for, for speed alone.
+const KNOWN: usize = 4;
+
 /// Proposes samples for single places of a map: a neighbour's patch, continued. An exhaustive search mostly ends at one
 /// of these, and looks at a thousand times as many.
 ///
@@ -45,32 +48,54 @@ impl<'e, const D: usize> Coherence<'e, D> {
         found.clear();
         let (domain, ids, r) = (map.domain(), map.ids.plane(0), radius as i32);
         let around = Domain::<D>::open([2 * radius + 1; D]);
+        // Most places are far from all borders.
+        let inside = (0..D).all(|a| radius <= at[a] && at[a] + radius < domain.shape[a]);
+        let here = domain.index(at);
+        // Where the first ones lie: what is around a place mostly continues in few of them.
+        let mut first = [None; KNOWN];
         for distance in 1..=r {
             for by in around.positions().map(|p| p.map(|v| v as i32 - r)) {
                 if by.iter().map(|v| v.abs()).max() != Some(distance) {
                     continue;
                 }
-                let Some(place) = domain.step(at, by).map(|p| domain.index(p)).filter(|&p| is_known(p)) else {
-                    continue;
+                let place = if inside {
+                    let along = by.iter().zip(domain.strides()).map(|(&by, stride)| by as isize * stride as isize);
+                    Some(here.wrapping_add_signed(along.sum()))
+                } else {
+                    domain.step(at, by).map(|p| domain.index(p))
                 };
-                if ids[place].is_assigned() {
-                    self.propose(ids[place], by.map(|v| -v), found);
+                let Some(place) = place.filter(|&p| is_known(p)) else { continue };
+                let id = ids[place];
+                if id.is_assigned() && !first.iter().map_while(|&at| at).any(|at| self.is_at(id, at, by)) {
+                    self.propose(id, by.map(|v| -v), &mut first, found);
                 }
             }
         }
     }
 
-    fn propose(&self, id: SampleId, by: [i32; D], found: &mut Vec<SampleId>) {
-        let Some(to) = self.exemplars.step(id, by) else { return };
-        if !found.contains(&to) && self.is_valid(to) {
-            found.push(to);
-        }
+    /// True if a sample is the one `by` away from a position of a source, which it does not reach around a border.
+    fn is_at(&self, id: SampleId, (source, at): (usize, [u32; D]), by: [i32; D]) -> bool {
+        let table = self.exemplars.table();
+        let domain = Domain::open(table.sources()[source].1.shape);
+        domain.step(at, by).is_some_and(|at| table.id(source, at) == id)
     }
 
-    fn is_valid(&self, id: SampleId) -> bool {
-        self.exemplars.locate(id).is_some_and(|(source, at)| {
-            self.exemplars.sources()[source].valid.as_deref().is_none_or(|valid| valid.get(0, at))
-        })
+    fn propose(
+        &self,
+        id: SampleId,
+        by: [i32; D],
+        first: &mut [Option<(usize, [u32; D])>; KNOWN],
+        found: &mut Vec<SampleId>,
+    ) {
+        let Some(to) = self.exemplars.step(id, by) else { return };
+        if found.contains(&to) {
+            return;
+        }
+        let Some((source, at)) = self.exemplars.locate(to) else { return };
+        if self.exemplars.sources()[source].valid.as_deref().is_none_or(|valid| valid.get(0, at)) {
+            first.get_mut(found.len()).into_iter().for_each(|first| *first = Some((source, at)));
+            found.push(to);
+        }
     }
 }
 

@@ -132,11 +132,13 @@ impl<const D: usize> SeamCosts<D> {
     ///
     /// # Panics
     /// If a sample is unassigned or unknown.
+    #[inline]
     pub fn between(&self, axis: usize, here: SampleId, there: SampleId) -> i32 {
         let ahead = self.continued(here, 2 * axis);
-        if ahead == Some(there) {
-            return 0;
-        }
+        if ahead == Some(there) { 0 } else { self.of_two_patches(axis, here, there, ahead) }
+    }
+
+    fn of_two_patches(&self, axis: usize, here: SampleId, there: SampleId, ahead: Option<SampleId>) -> i32 {
         let behind = self.continued(there, 2 * axis + 1);
         let (here_too, there_too) = match (behind, ahead) {
             (Some(b), Some(a)) => ([here, b], [a, there]),
@@ -170,7 +172,20 @@ impl<const D: usize> SeamCosts<D> {
 
     /// The price of all seams of a map.
     pub fn total(&self, map: &SourceMap<D>) -> i64 {
-        map.domain().positions().map(|p| (0..D).map(|axis| i64::from(self.at(map, p, axis))).sum::<i64>()).sum()
+        let (domain, ids) = (map.domain(), map.ids.plane(0));
+        let price = |axis: usize, here: &[SampleId], there: &[SampleId]| {
+            let assigned = here.iter().zip(there).filter(|(here, there)| here.is_assigned() && there.is_assigned());
+            assigned.map(|(&here, &there)| i64::from(self.between(axis, here, there))).sum::<i64>()
+        };
+        let along = |axis: usize| {
+            let (stride, side) = (domain.strides()[axis], domain.shape[axis] as usize);
+            let of = |lines: &[SampleId]| {
+                let around = if domain.periodic[axis] { &lines[..stride] } else { &[] };
+                price(axis, lines, &lines[stride..]) + price(axis, &lines[lines.len() - stride..], around)
+            };
+            ids.chunks_exact((stride * side).max(1)).map(of).sum::<i64>()
+        };
+        (0..D).map(along).sum()
     }
 
     /// The norm of a patch's gradient along an axis: central differences, one-sided where the source ends.

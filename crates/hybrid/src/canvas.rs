@@ -1,25 +1,40 @@
 //! The output in the making: what stands, what stays, and what waits to be re-synthesised.
 
-use selvedge_core::{Domain, Error, Grid, SampleId, SourceMap, Start, Window, try_vec};
+use selvedge_core::{Domain, Error, Grid, SampleId, SourceMap, Start, Window, collected, try_vec};
+
+use crate::stats::Stats;
 
 /// A map of which some samples wait: they stand, but nobody looks at them.
 pub(crate) struct Canvas {
     pub(crate) map: SourceMap<2>,
     /// Samples that no step changes.
     fixed: Option<Grid<bool, 2>>,
-    waiting: Vec<bool>,
+    turns: Vec<Turn>,
+    /// What each sample is, as [`Stats::laid`] tells it.
+    pub(crate) marks: Vec<u8>,
+}
+
+/// Whether a sample waits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Turn {
+    #[default]
+    Stands,
+    Waits,
+    /// It waits, and it is known when its turn will come.
+    Ordered,
 }
 
 impl Canvas {
     pub(crate) fn new(start: Start<2>) -> Result<Self, Error> {
-        let waiting = try_vec(start.map.domain().len(), false)?;
+        let turns = try_vec(start.map.domain().len(), Turn::Stands)?;
+        let marks = try_vec(turns.len(), Stats::STOOD)?;
         let mut fixed = start.fixed;
         if let Some(fixed) = &mut fixed {
             // A hole is filled, whatever is said about it.
             let ids = start.map.ids.plane(0);
             fixed.plane_mut(0).iter_mut().zip(ids).for_each(|(fixed, id)| *fixed &= id.is_assigned());
         }
-        Ok(Self { map: start.map, fixed, waiting })
+        Ok(Self { map: start.map, fixed, turns, marks })
     }
 
     pub(crate) fn domain(&self) -> Domain<2> {
@@ -34,29 +49,70 @@ impl Canvas {
     /// Something stands there that may be looked at.
     #[inline]
     pub(crate) fn is_known(&self, place: usize) -> bool {
-        !self.waiting[place] && self.id(place).is_assigned()
+        self.turns[place] == Turn::Stands && self.id(place).is_assigned()
     }
 
+    /// It waits, and nothing is known of its turn.
     pub(crate) fn is_waiting(&self, place: usize) -> bool {
-        self.waiting[place]
+        self.turns[place] == Turn::Waits
+    }
+
+    pub(crate) fn is_ordered(&self, place: usize) -> bool {
+        self.turns[place] == Turn::Ordered
     }
 
     pub(crate) fn is_fixed(&self, place: usize) -> bool {
         self.fixed.as_ref().is_some_and(|fixed| fixed.plane(0)[place])
     }
 
-    pub(crate) fn set(&mut self, place: usize, id: SampleId) {
+    /// Writes a sample and what it is.
+    pub(crate) fn set(&mut self, place: usize, id: SampleId, mark: u8) {
+        self.marks[place] = mark;
         self.map.ids.plane_mut(0)[place] = id;
-        self.waiting[place] = false;
+        self.turns[place] = Turn::Stands;
     }
 
     pub(crate) fn wait(&mut self, place: usize) {
-        self.waiting[place] = true;
+        self.turns[place] = Turn::Waits;
+    }
+
+    pub(crate) fn order(&mut self, place: usize) {
+        self.turns[place] = Turn::Ordered;
     }
 
     /// Whatever stands there counts again.
     pub(crate) fn accept(&mut self, place: usize) {
-        self.waiting[place] = false;
+        self.turns[place] = Turn::Stands;
+    }
+
+    /// What stands in a window, and what it is.
+    pub(crate) fn held(&self, window: &Window<2>) -> Result<Vec<(SampleId, u8)>, Error> {
+        collected(window.places(self.domain()).flatten().map(|place| (self.id(place), self.marks[place])))
+    }
+
+    pub(crate) fn put_back(&mut self, window: &Window<2>, held: Vec<(SampleId, u8)>) {
+        let places = window.places(self.domain()).flatten();
+        places.zip(held).for_each(|(place, (id, mark))| self.set(place, id, mark));
+    }
+
+    /// The same once more.
+    pub(crate) fn copied(&self) -> Result<Self, Error> {
+        self.cut(&Window::all(self.domain()))
+    }
+
+    /// What stands in a window, all of which lies in the output, as a map by itself.
+    pub(crate) fn cut(&self, window: &Window<2>) -> Result<Self, Error> {
+        let (domain, all) = (self.domain(), window.local());
+        // Around an axis that it has whole it goes on.
+        let periodic = [0, 1].map(|a| domain.periodic[a] && all.shape[a] == domain.shape[a]);
+        let local = Domain { periodic, ..all };
+        let places = || window.places(domain).flatten();
+        let ids = Grid::from_vec(local, 1, collected(places().map(|place| self.id(place)))?)?;
+        let fixed = match &self.fixed {
+            Some(fixed) => Some(Grid::from_vec(local, 1, collected(places().map(|place| fixed.plane(0)[place]))?)?),
+            None => None,
+        };
+        Self::new(Start { map: SourceMap { ids, table: self.map.table.clone() }, fixed, sources: None })
     }
 
     /// A block's window, grown by its overlap on the sides where something stands, and by how much on each.

@@ -7,13 +7,13 @@ use selvedge_quilting::search::Candidate;
 use crate::canvas::Canvas;
 use crate::error::Error;
 use crate::options::Resynthesize;
-use crate::pixel::Pixels;
+use crate::pixel::{PixelScratch, Pixels};
 use crate::stats::Stats;
 use crate::thresholds::Limit;
 
 /// Samples on both sides of a bad seam that are re-synthesised: fewer leave no room for a transition, more redo what
 /// was good.
-const BESIDE_SEAMS: u32 = 2;
+pub(crate) const BESIDE_SEAMS: u32 = 2;
 
 /// A block that was found, and where it goes.
 pub(crate) struct Laying {
@@ -26,8 +26,17 @@ pub(crate) struct Laying {
     pub(crate) after: [u32; 2],
     /// Where the window begins in the exemplars.
     pub(crate) chosen: Candidate,
+    /// How often it was split.
+    pub(crate) level: usize,
     /// By sample of the window.
     pub(crate) errors: Vec<u64>,
+}
+
+impl Laying {
+    /// The same block so much further.
+    pub(crate) fn moved(self, by: [i32; 2]) -> Self {
+        Self { core: self.core.moved(by), window: self.window.moved(by), ..self }
+    }
 }
 
 /// Lays blocks.
@@ -45,11 +54,11 @@ pub(crate) struct Compositor<'a> {
 impl Compositor<'_> {
     /// Lays a block over `under`, what was known of its window.
     pub(crate) fn lay(
-        &mut self,
+        &self,
         laying: &Laying,
         under: &Look,
         canvas: &mut Canvas,
-        stats: &mut Stats,
+        (stats, scratch): (&mut Stats, &mut PixelScratch),
     ) -> Result<(), Error> {
         let (error, samples) = (laying.errors.iter().sum::<u64>(), under.samples() as u64);
         // "Smaller than k times the largest error": what is just as large is re-synthesised.
@@ -77,7 +86,14 @@ impl Compositor<'_> {
         };
         let bad: Vec<usize> = bad.into_iter().filter(|&place: &usize| !canvas.is_fixed(place)).collect();
         bad.iter().for_each(|&place| canvas.wait(place));
-        stats.pixels += self.pixels.resynthesize(canvas, &bad)?;
+        stats.pixels += self.pixels.resynthesize(canvas, &bad, scratch)?;
+        Ok(())
+    }
+
+    /// Lays a block cut, whatever its error.
+    pub(crate) fn lay_cut(&self, laying: &Laying, under: &Look, canvas: &mut Canvas) -> Result<(), Error> {
+        let mut shown = self.cut(laying, under)?;
+        self.paste(laying, under, canvas, &mut shown);
         Ok(())
     }
 
@@ -110,7 +126,7 @@ impl Compositor<'_> {
             let stays = under.known()[i] && (in_core || place.is_some_and(|place| canvas.is_fixed(place)));
             shown[i] &= !stays;
             if let (Some(place), Some(from), true) = (place, from, shown[i]) {
-                canvas.set(place, SampleId::new(first + from as u32));
+                canvas.set(place, SampleId::new(first + from as u32), laying.level as u8);
             }
         }
         places

@@ -1,27 +1,20 @@
 //! In which order waiting samples are re-synthesised: layer by layer from what is known inwards, so that each has known
 //! neighbours when its turn comes. `[Ding 3.3]`
 
-use selvedge_core::{Error, reserve, try_vec};
+use selvedge_core::{Error, collected, reserve};
 
 use crate::canvas::Canvas;
 
-/// The order of the waiting samples of `places`, and how many of the eight neighbours each has that are known or come
-/// in a layer before its own. Layers are dilations of what is known; within one the order is that of the map's buffer.
-/// Samples that nothing known reaches are left out.
+/// The order of the waiting samples of `places`, all that wait, and how many of the eight neighbours each has that are
+/// known or come in a layer before its own. Layers are dilations of what is known; within one the order is that of the
+/// map's buffer. Samples that nothing known reaches are left out.
 ///
 /// Time `O(places * log(places))`, space `O(places)`.
 ///
 /// # Errors
 /// No memory.
-pub(crate) fn order(canvas: &Canvas, places: &[usize]) -> Result<Vec<(usize, u32)>, Error> {
+pub(crate) fn order(canvas: &mut Canvas, places: &[usize]) -> Result<Vec<(usize, u32)>, Error> {
     let domain = canvas.domain();
-    let mut left: Vec<usize> = Vec::new();
-    reserve(&mut left, places.len())?;
-    left.extend(places.iter().filter(|&&place| canvas.is_waiting(place)));
-    left.sort_unstable();
-    left.dedup();
-    // Whether a sample has had its turn in a layer before.
-    let mut is_done = try_vec(left.len(), false)?;
     let around = |place: usize| {
         let at = domain.position(place);
         (0..9)
@@ -30,24 +23,19 @@ pub(crate) fn order(canvas: &Canvas, places: &[usize]) -> Result<Vec<(usize, u32
             .map(|to| domain.index(to))
     };
     let mut order: Vec<(usize, u32)> = Vec::new();
-    reserve(&mut order, left.len())?;
-    let mut layer: Vec<usize> = Vec::new();
-    reserve(&mut layer, left.len())?;
-    layer.extend((0..left.len()).filter(|&i| around(left[i]).any(|to| canvas.is_known(to))));
+    reserve(&mut order, places.len())?;
+    let is_first = |&place: &usize| canvas.is_waiting(place) && around(place).any(|to| canvas.is_known(to));
+    let mut layer: Vec<usize> = collected(places.iter().copied().filter(is_first))?;
     while !layer.is_empty() {
-        let from = order.len();
-        for &i in &layer {
-            let known = |to: &usize| canvas.is_known(*to) || left.binary_search(to).is_ok_and(|j| is_done[j]);
-            order.push((left[i], around(left[i]).filter(known).count() as u32));
-        }
-        layer.iter().for_each(|&i| is_done[i] = true);
-        layer.clear();
-        for &(place, _) in &order[from..] {
-            let next = around(place).filter_map(|to| left.binary_search(&to).ok()).filter(|&j| !is_done[j]);
-            layer.extend(next);
-        }
         layer.sort_unstable();
         layer.dedup();
+        for &place in &layer {
+            let known = |&to: &usize| canvas.is_known(to) || canvas.is_ordered(to);
+            order.push((place, around(place).filter(known).count() as u32));
+        }
+        layer.iter().for_each(|&place| canvas.order(place));
+        let next = layer.iter().flat_map(|&place| around(place)).filter(|&to| canvas.is_waiting(to));
+        layer = collected(next)?;
     }
     Ok(order)
 }
@@ -70,7 +58,7 @@ mod tests {
         let hole: Vec<usize> =
             output.positions().filter(|[y, x]| 0 < *y && (*x < 3 || 10 <= *x)).map(|p| output.index(p)).collect();
         hole.iter().for_each(|&place| canvas.wait(place));
-        let found = order(&canvas, &hole).unwrap();
+        let found = order(&mut canvas, &hole).unwrap();
         assert_eq!(found.len(), hole.len());
         let layer = |[y, x]: [u32; 2]| y.min(3 - (i64::from((x + 2) % 12) - 2).unsigned_abs() as u32);
         let layers: Vec<u32> = found.iter().map(|&(place, _)| layer(output.position(place))).collect();
@@ -80,6 +68,6 @@ mod tests {
         assert!(found.contains(&(corner, 5)), "three above and two beside");
         // Where nothing is known, nothing has a turn.
         (0..output.len()).for_each(|place| canvas.wait(place));
-        assert!(order(&canvas, &hole).unwrap().is_empty());
+        assert!(order(&mut canvas, &hole).unwrap().is_empty());
     }
 }

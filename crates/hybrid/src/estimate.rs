@@ -5,6 +5,7 @@ use selvedge_fft_ssd::{Placement, Sizes};
 
 use crate::layout::grown;
 use crate::options::Options;
+use crate::weave::AT_ONCE;
 
 /// Bytes of a candidate in the lists that it goes through; of a flat exemplar every place is one.
 const A_CANDIDATE: u64 = 40;
@@ -16,8 +17,8 @@ const AN_ERROR: u64 = 8;
 const A_MASK: u64 = 8;
 /// Bytes for each sample of a grown block: its look, errors and cut.
 const A_CUT: u64 = 64;
-/// Bytes for each output sample: its number, whether it waits, and what it costs to order those that do.
-const A_SAMPLE: u64 = 4 + 1 + 32;
+/// Bytes for each output sample: its number, whether it waits, what it is, and what it costs to order those that wait.
+const A_SAMPLE: u64 = 4 + 2 + 32;
 
 /// What choosing a block holds at most beside the exemplars: they are looked at one after the other.
 pub fn measuring(exemplars: &[Domain<2>], channels: usize, masked: bool, options: &Options) -> Bytes {
@@ -51,15 +52,18 @@ pub(crate) fn woven(
     // go around.
     let features = samples * (2 * channels_of + 2 + A_NUMBER + if options.circular { channels_of + 1 } else { 0 });
     let lists = samples * (A_CANDIDATE + AN_ERROR + A_MASK);
-    let cut = Bytes::of_samples(Domain::open(grown(block)), A_CUT + 8 * channels_of);
+    // Some at once, where there are several to try.
+    let tried = if options.tries == 1 { 1 } else { AT_ONCE as u64 };
+    let cut = Bytes::of_samples(Domain::open(grown(block)), tried * A_CUT + 8 * channels_of);
     // Its maps as they are given, around, under the sources that are used, and side by side; and its target twice.
     let guide = samples * (4 * followed as u64) + Bytes::of_samples(output, 2 * followed as u64);
     search + features + lists + cut + guide + Bytes::of_samples(output, A_SAMPLE)
 }
 
-/// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; what waits, what is near, what
-/// a region has; the regions and a larger one, in lists that grow; what stood there; and the order of what waits.
-const A_BAD_SAMPLE: u64 = 4 + 3 + 2 * 24 + 4 + (8 + 1 + 16 + 8 + 16);
+/// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; whether it waits, what it is,
+/// whether seams after it are bad, and whether it is near one; the regions, in lists that grow, and those that were tried
+/// in vain; one of them by itself with its map, in lists that grow; what stood there; and the order of what waits.
+const A_BAD_SAMPLE: u64 = 4 + 5 + 24 + 2 * 8 + (8 + 2 * 24) + 4 + (16 + 8 + 16);
 
 /// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map;
 /// `circular` as in its options.

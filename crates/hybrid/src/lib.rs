@@ -36,18 +36,21 @@
 #![forbid(unsafe_code)]
 
 mod canvas;
+mod changes;
 mod composite;
 mod dilation;
 mod error;
 mod estimate;
 mod features;
 mod followed;
+mod ground;
 mod hybrid;
 mod layout;
 mod options;
 mod pixel;
 mod plan;
 mod repair;
+mod site;
 mod stats;
 mod thresholds;
 mod usable;

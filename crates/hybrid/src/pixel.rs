@@ -7,8 +7,8 @@ use crate::canvas::Canvas;
 use crate::dilation;
 use crate::features::side_by_side;
 use crate::followed::{Followed, SampleGuide};
-use crate::options::PixelSearch;
-use crate::options::Threshold;
+use crate::options::{PixelSearch, Threshold};
+use crate::stats::Stats;
 use crate::thresholds::{Limit, Of};
 
 /// Neighborhoods reach so far on each side: 7 by 7 samples, as in the paper.
@@ -18,8 +18,29 @@ const COHERENT: u32 = 2;
 /// What the difference at a neighbour counts, by the squared distance: near `48 / (1 + d^2)`, so that the eight next
 /// neighbours count about as much as all others together.
 const FALL_OFF: [u64; 19] = [0, 24, 16, 0, 10, 8, 0, 0, 5, 5, 4, 0, 0, 3, 0, 0, 0, 0, 3];
+/// Where neighbours are, the nearest first, since they tell soonest that a candidate is worse than another; of equally
+/// near ones in raster order.
+const AROUND: [[i32; 2]; NEIGHBORS] = nearest_first();
+const NEIGHBORS: usize = ((2 * REACH + 1) * (2 * REACH + 1) - 1) as usize;
 /// Samples that are looked at together by an exact search: enough that starting a task costs nothing beside them.
 const TOGETHER: usize = 1 << 10;
+
+const fn nearest_first() -> [[i32; 2]; NEIGHBORS] {
+    let (mut around, mut found, mut distance) = ([[0; 2]; NEIGHBORS], 0, 1);
+    while found < NEIGHBORS {
+        let mut i = 0;
+        while i < (2 * REACH + 1) * (2 * REACH + 1) {
+            let by = [i / (2 * REACH + 1) - REACH, i % (2 * REACH + 1) - REACH];
+            if by[0] * by[0] + by[1] * by[1] == distance {
+                around[found] = by;
+                found += 1;
+            }
+            i += 1;
+        }
+        distance += 1;
+    }
+    around
+}
 
 /// One known neighbour of a place.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +67,11 @@ pub(crate) struct Pixels<'e> {
     /// What a neighbour costs that a candidate's source does not have: as much as a random sample.
     missing: u64,
     guide: Option<SampleGuide<'e>>,
+}
+
+/// What the choice of one sample needs, used again for the next.
+#[derive(Debug, Default)]
+pub(crate) struct PixelScratch {
     /// The place looked at last, what is known around it, and what that counts together.
     place: usize,
     neighbors: Vec<Neighbor>,
@@ -80,10 +106,6 @@ impl<'e> Pixels<'e> {
             weights: exemplars.weights().iter().map(|&w| w.into()).collect(),
             missing: Limit::of(Threshold::OfRandom(1.0), Of::Pixel, exemplars).whole(),
             guide: followed.map(|followed| SampleGuide::new(followed, exemplars)).transpose()?,
-            place: 0,
-            neighbors: Vec::new(),
-            counts: 0,
-            candidates: Vec::new(),
         };
         if exemplars.is_masked() {
             let may = |id: &SampleId| pixels.is_allowed(*id) && pixels.is_valid(*id);
@@ -98,12 +120,17 @@ impl<'e> Pixels<'e> {
 
     /// Re-synthesises the waiting samples of `places`, from what is known inwards, and returns how many; those that
     /// nothing known reaches keep what they have.
-    pub(crate) fn resynthesize(&mut self, canvas: &mut Canvas, places: &[usize]) -> Result<u64, Error> {
+    pub(crate) fn resynthesize(
+        &self,
+        canvas: &mut Canvas,
+        places: &[usize],
+        scratch: &mut PixelScratch,
+    ) -> Result<u64, Error> {
         let order = dilation::order(canvas, places)?;
         let mut done = 0;
         for (place, _) in order {
-            if let Some(Choice { id, .. }) = self.choose(canvas, place)? {
-                canvas.set(place, id);
+            if let Some(Choice { id, .. }) = self.choose(canvas, place, scratch)? {
+                canvas.set(place, id, Stats::CHOSEN);
                 done += 1;
             }
         }
@@ -112,39 +139,51 @@ impl<'e> Pixels<'e> {
     }
 
     /// The best for a place of those that are searched.
-    pub(crate) fn choose(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
+    pub(crate) fn choose(
+        &self,
+        canvas: &Canvas,
+        place: usize,
+        scratch: &mut PixelScratch,
+    ) -> Result<Option<Choice>, Error> {
         let choice = match self.search {
-            PixelSearch::Coherent => self.coherent(canvas, place)?,
+            PixelSearch::Coherent => self.coherent(canvas, place, scratch)?,
             PixelSearch::Exact => None,
         };
-        choice.map_or_else(|| self.exact(canvas, place), |choice| Ok(Some(choice)))
+        choice.map_or_else(|| self.exact(canvas, place, scratch), |choice| Ok(Some(choice)))
     }
 
     /// The best of the samples that continue what is known around; `None` if there is none.
-    pub(crate) fn coherent(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
-        let mut candidates = std::mem::take(&mut self.candidates);
-        let at = canvas.domain().position(place);
-        self.coherence.around(&canvas.map, at, COHERENT, |place| canvas.is_known(place), &mut candidates);
-        self.look(canvas, place)?;
+    pub(crate) fn coherent(
+        &self,
+        canvas: &Canvas,
+        place: usize,
+        scratch: &mut PixelScratch,
+    ) -> Result<Option<Choice>, Error> {
+        let (at, candidates) = (canvas.domain().position(place), &mut scratch.candidates);
+        self.coherence.around(&canvas.map, at, COHERENT, |place| canvas.is_known(place), candidates);
+        self.look(canvas, place, scratch)?;
         // Of equal ones the first: it continues a nearer neighbour.
-        let best = self.best(candidates.iter().copied().filter(|&id| self.is_allowed(id)));
-        self.candidates = candidates;
-        Ok(best)
+        Ok(self.best(scratch, scratch.candidates.iter().copied().filter(|&id| self.is_allowed(id))))
     }
 
     /// The best of all valid samples, the first of equal ones.
-    pub(crate) fn exact(&mut self, canvas: &Canvas, place: usize) -> Result<Option<Choice>, Error> {
-        self.look(canvas, place)?;
-        let this = &*self;
-        let all = this.listed.as_ref().map_or(this.boxes.len() as usize, Vec::len);
+    pub(crate) fn exact(
+        &self,
+        canvas: &Canvas,
+        place: usize,
+        scratch: &mut PixelScratch,
+    ) -> Result<Option<Choice>, Error> {
+        self.look(canvas, place, scratch)?;
+        let scratch = &*scratch;
+        let all = self.listed.as_ref().map_or(self.boxes.len() as usize, Vec::len);
         let best = par::fold_blocks(
             all,
             TOGETHER,
-            |range| match &this.listed {
-                Some(listed) => this.best(listed[range].iter().copied()),
+            |range| match &self.listed {
+                Some(listed) => self.best(scratch, listed[range].iter().copied()),
                 None => {
-                    let ids = this.boxes.samples(range.start as u32..range.end as u32);
-                    this.best(ids.filter(|&id| this.is_allowed(id)))
+                    let ids = self.boxes.samples(range.start as u32..range.end as u32);
+                    self.best(scratch, ids.filter(|&id| self.is_allowed(id)))
                 }
             },
             |a, b| match (a, b) {
@@ -156,39 +195,42 @@ impl<'e> Pixels<'e> {
     }
 
     /// The best of some samples, the first of equal ones.
-    fn best(&self, ids: impl Iterator<Item = SampleId>) -> Option<Choice> {
+    fn best(&self, known: &PixelScratch, ids: impl Iterator<Item = SampleId>) -> Option<Choice> {
         ids.fold(None, |best: Option<Choice>, id| {
             let bound = best.map_or(u64::MAX, |b| b.error);
-            self.error(id, bound).map(|error| Choice { error, id }).or(best)
+            self.error(known, id, bound).map(|error| Choice { error, id }).or(best)
         })
     }
 
     /// Notes what is known around a place.
-    fn look(&mut self, canvas: &Canvas, place: usize) -> Result<(), Error> {
+    fn look(&self, canvas: &Canvas, place: usize, scratch: &mut PixelScratch) -> Result<(), Error> {
         let (domain, channels) = (canvas.domain(), self.weights.len());
         let at = domain.position(place);
-        self.neighbors.clear();
-        reserve(&mut self.neighbors, ((2 * REACH + 1) * (2 * REACH + 1)) as usize)?;
-        for y in -REACH..=REACH {
-            for x in -REACH..=REACH {
-                let Some(to) = domain.step(at, [y, x]).map(|to| domain.index(to)).filter(|_| (y, x) != (0, 0)) else {
-                    continue;
-                };
-                if canvas.is_known(to) {
-                    let features = canvas.id(to).get() as usize * channels;
-                    let weight = FALL_OFF[(y * y + x * x) as usize];
-                    self.neighbors.push(Neighbor { by: [y, x], weight, features });
-                }
+        scratch.neighbors.clear();
+        reserve(&mut scratch.neighbors, NEIGHBORS)?;
+        // Most places are far from all borders.
+        let [h, w] = domain.shape;
+        let reach = REACH as u32;
+        let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
+        for by in AROUND {
+            let to = if inside {
+                Some(place.wrapping_add_signed(by[0] as isize * w as isize + by[1] as isize))
+            } else {
+                domain.step(at, by).map(|to| domain.index(to))
+            };
+            let Some(to) = to else { continue };
+            if canvas.is_known(to) {
+                let features = canvas.id(to).get() as usize * channels;
+                let weight = FALL_OFF[(by[0] * by[0] + by[1] * by[1]) as usize];
+                scratch.neighbors.push(Neighbor { by, weight, features });
             }
         }
-        // The nearest tell soonest that a candidate is worse than another.
-        self.neighbors.sort_by_key(|n| n.by[0] * n.by[0] + n.by[1] * n.by[1]);
-        (self.place, self.counts) = (place, self.neighbors.iter().map(|n| n.weight).sum());
+        (scratch.place, scratch.counts) = (place, scratch.neighbors.iter().map(|n| n.weight).sum());
         Ok(())
     }
 
     /// The error of a candidate at the place looked at last, if it is below a bound.
-    fn error(&self, id: SampleId, bound: u64) -> Option<u64> {
+    fn error(&self, known: &PixelScratch, id: SampleId, bound: u64) -> Option<u64> {
         let (source, at) = self.exemplars.locate(id)?;
         let (first, source) = (self.exemplars.table().first(source) as usize, &self.exemplars.sources()[source]);
         let (domain, valid, channels) =
@@ -197,11 +239,11 @@ impl<'e> Pixels<'e> {
         let reach = REACH as u32;
         let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
         // Beside a mean over the neighborhood, so that both count the same however much is known.
-        let mut sum = self.guide.as_ref().map_or(0, |guide| self.counts.max(1) * guide.error(id, self.place));
+        let mut sum = self.guide.as_ref().map_or(0, |guide| known.counts.max(1) * guide.error(id, known.place));
         if bound <= sum {
             return None;
         }
-        for &Neighbor { by, weight, features } in &self.neighbors {
+        for &Neighbor { by, weight, features } in &known.neighbors {
             let index = if inside {
                 Some((at[0] as i32 + by[0]) as usize * w as usize + (at[1] as i32 + by[1]) as usize)
             } else {
@@ -296,14 +338,15 @@ mod tests {
     fn the_exact_search_finds_the_best_by_definition_and_the_coherent_one_is_never_better() {
         for valid in [false, true] {
             let (exemplars, canvas) = state(valid);
-            let mut pixels = Pixels::new(&exemplars, vec![true; 2], PixelSearch::Exact, None).unwrap();
+            let pixels = Pixels::new(&exemplars, vec![true; 2], PixelSearch::Exact, None).unwrap();
+            let mut scratch = PixelScratch::default();
             let (mut coherent, mut worse, missing) = (0, 0, pixels.missing);
             for (place, at) in canvas.domain().positions().enumerate() {
-                let exact = pixels.exact(&canvas, place).unwrap().unwrap();
+                let exact = pixels.exact(&canvas, place, &mut scratch).unwrap().unwrap();
                 let all = (0..exemplars.table().len()).map(SampleId::new).filter(|&id| pixels.is_valid(id));
                 let by_definition = |id| Choice { error: error(&exemplars, &canvas, at, id, missing), id };
                 assert_eq!(all.map(by_definition).min_by_key(|c| (c.error, c.id)), Some(exact), "{at:?}");
-                if let Some(choice) = pixels.coherent(&canvas, place).unwrap() {
+                if let Some(choice) = pixels.coherent(&canvas, place, &mut scratch).unwrap() {
                     assert_eq!(by_definition(choice.id), choice);
                     assert!(exact.error <= choice.error && pixels.is_valid(choice.id));
                     (coherent, worse) = (coherent + 1, worse + u32::from(exact.error < choice.error));

@@ -1,16 +1,22 @@
 //! Repair: bad seams of any map, whoever made it, chosen anew sample by sample. (Nealen and Alexa 2004)
 
+use std::collections::BTreeMap;
+
 use selvedge_core::{
-    Error as CoreError, Event, Exemplars, Grid, Run, SeamCosts, SeamMeasure, SourceMap, Start, Woven, reserve, try_vec,
+    Error as CoreError, Event, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Woven,
+    collected, par, reserve, try_vec,
 };
 
 use crate::canvas::Canvas;
+use crate::changes::Changes;
 use crate::composite::{beside, seam_limit};
 use crate::error::Error;
 use crate::estimate::estimate_repair;
 use crate::options::{PixelSearch, Threshold};
-use crate::pixel::Pixels;
+use crate::pixel::{PixelScratch, Pixels};
 use crate::plan::around;
+use crate::site::{GROWN, Site};
+use crate::stats::Stats;
 use crate::thresholds::{Limit, Of};
 
 /// Options of [`repair`].
@@ -29,10 +35,12 @@ pub struct RepairOptions {
     pub circular: bool,
 }
 
-/// Regions grow by so much where the first attempt made nothing better: more room for a transition.
-const LARGER: u32 = 2;
-/// Attempts at a region: as it is, larger, and larger once more. What none of them makes better is left alone.
-const ATTEMPTS: u32 = 3;
+/// A region is tried as it is, larger by so much, and larger once more: more room for a transition. What none of them
+/// makes better is left alone.
+const LARGER: u32 = GROWN / 2;
+/// Regions that are tried beside each other: enough that all threads have work, and few enough that hardly one lies
+/// beside another that is changed.
+const TOGETHER: usize = 64;
 
 impl Default for RepairOptions {
     fn default() -> Self {
@@ -76,7 +84,8 @@ pub struct RepairStats {
 /// Wrong options ([`RepairOptions::validate`]), those of [`Start::check`], one over the run's limits, no memory.
 ///
 /// # Complexity
-/// Time `O(n log(n))` for `n` samples around bad seams, and `O(output)` a pass. Space `O(output + c * n)`.
+/// Time `O(n log(n))` for `n` samples around bad seams and in the boxes around them, and `O(output)` a pass. Space
+/// `O(output + c * n)`.
 ///
 /// # Events
 /// `"repair"` after each pass, with the price of all seams and the map so far.
@@ -98,21 +107,9 @@ pub fn repair(
     let exemplars = going_on.as_ref().unwrap_or(exemplars);
     // Samples of sources that may not be used at all places stay, but are chosen nowhere else.
     let allowed = everywhere(exemplars, start.sources.take().as_ref());
-    let limit = Limit::of(options.pixel_error, Of::Pixel, exemplars);
-    let samples = start.map.domain().len();
-    let mut mender = Mender {
-        canvas: Canvas::new(start)?,
-        pixels: Pixels::new(exemplars, allowed, options.search, None)?,
-        costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
-        gradients: SeamCosts::new(exemplars, SeamMeasure::Gradient)?,
-        limit: seam_limit(&limit),
-        taken: try_vec(samples, false)?,
-        stats: RepairStats::default(),
-    };
-    let mut before = Vec::new();
-    reserve(&mut before, samples)?;
-    before.extend_from_slice(mender.canvas.map.ids.plane(0));
-    let complete = mender.mend(options, run)?;
+    let mut mender = Mender::new(exemplars, allowed, start, options)?;
+    let before: Vec<SampleId> = collected(mender.canvas.map.ids.plane(0).iter().copied())?;
+    let complete = mender.mend(options.passes, run)?;
     let Mender { canvas, mut stats, .. } = mender;
     stats.pixels = before.iter().zip(canvas.map.ids.plane(0)).filter(|(a, b)| a != b).count() as u64;
     Ok(Woven { result: canvas.map, stats, complete })
@@ -128,57 +125,151 @@ fn everywhere(exemplars: &Exemplars<2>, field: Option<&Grid<u64, 2>>) -> Vec<boo
 struct Mender<'a> {
     canvas: Canvas,
     pixels: Pixels<'a>,
+    /// By thread.
+    scratches: Vec<PixelScratch>,
     costs: SeamCosts<2>,
     /// What else must not become dearer.
     gradients: SeamCosts<2>,
     /// A seam that costs more is bad.
     limit: i64,
-    /// By place, whether a region that is being grown has it.
-    taken: Vec<bool>,
+    /// By place, whether the seam after it is bad, along each axis.
+    bad: Vec<[bool; 2]>,
+    radius: u32,
+    changes: Changes,
     stats: RepairStats,
 }
 
-impl Mender<'_> {
+/// Places near bad seams that touch, in the order of the map's buffer.
+type Region = Vec<usize>;
+
+/// Regions that were tried in vain, each after which change.
+type Vain = BTreeMap<Region, u32>;
+
+/// What makes a region's seams cheaper.
+struct Mend {
+    places: Region,
+    ids: Vec<SampleId>,
+    gain: i64,
+}
+
+impl<'a> Mender<'a> {
+    fn new(
+        exemplars: &'a Exemplars<2>,
+        allowed: Vec<bool>,
+        start: Start<2>,
+        options: &RepairOptions,
+    ) -> Result<Self, Error> {
+        let domain = start.map.domain();
+        Ok(Self {
+            canvas: Canvas::new(start)?,
+            pixels: Pixels::new(exemplars, allowed, options.search, None)?,
+            scratches: (0..par::threads()).map(|_| PixelScratch::default()).collect(),
+            costs: SeamCosts::new(exemplars, SeamMeasure::Difference)?,
+            gradients: SeamCosts::new(exemplars, SeamMeasure::Gradient)?,
+            limit: seam_limit(&Limit::of(options.pixel_error, Of::Pixel, exemplars)),
+            bad: try_vec(domain.len(), [false; 2])?,
+            radius: options.radius,
+            changes: Changes::new(domain)?,
+            stats: RepairStats::default(),
+        })
+    }
+
     /// Pass after pass; false if the run was cancelled.
-    fn mend(&mut self, options: &RepairOptions, run: &Run<'_, 2>) -> Result<bool, Error> {
-        self.stats.costs.push(self.costs.total(&self.canvas.map));
-        self.stats.bad = [self.bad().count() as u64; 2];
-        for pass in 0..options.passes {
-            let regions = self.regions(options.radius)?;
-            let mut better = 0;
-            for region in regions {
-                if run.observer.cancelled() {
-                    return Ok(false);
-                }
-                better += u64::from(self.attempt(region, options.radius)?);
-            }
-            let total = self.costs.total(&self.canvas.map);
+    fn mend(&mut self, passes: u32, run: &Run<'_, 2>) -> Result<bool, Error> {
+        let mut total = self.costs.total(&self.canvas.map);
+        for place in 0..self.bad.len() {
+            self.judge(place);
+        }
+        self.stats.bad[0] = self.stats.bad[1];
+        self.stats.costs.push(total);
+        let mut vain = Vain::new();
+        for pass in 0..passes {
+            let Some(gain) = self.pass(&mut vain, run)? else { return Ok(false) };
+            total -= gain;
             self.stats.costs.push(total);
-            self.stats.bad[1] = self.bad().count() as u64;
-            let step = Event::step("repair", u64::from(pass) + 1, options.passes.into());
+            let step = Event::step("repair", u64::from(pass) + 1, passes.into());
             run.observer.event(&Event { energy: Some(total), so_far: Some(&self.canvas.map), ..step });
-            if better == 0 {
+            if gain == 0 {
                 break;
             }
         }
         Ok(true)
     }
 
-    /// All bad seams: a position and the axis along which the next one follows.
-    fn bad(&self) -> impl Iterator<Item = ([u32; 2], usize)> + '_ {
-        let map = &self.canvas.map;
-        let seams = map.domain().positions().flat_map(|at| [(at, 0), (at, 1)]);
-        seams.filter(move |&(at, axis)| self.limit < i64::from(self.costs.at(map, at, axis)))
+    /// Notes whether the seams after a place are bad.
+    fn judge(&mut self, place: usize) {
+        let at = self.canvas.domain().position(place);
+        let bad = [0, 1].map(|axis| self.limit < i64::from(self.costs.at(&self.canvas.map, at, axis)));
+        let count = |bad: [bool; 2]| bad.into_iter().filter(|&is| is).count() as u64;
+        self.stats.bad[1] = self.stats.bad[1] + count(bad) - count(self.bad[place]);
+        self.bad[place] = bad;
+    }
+
+    /// Region after region, and by how much seams became cheaper; `None` if the run was cancelled.
+    fn pass(&mut self, vain: &mut Vain, run: &Run<'_, 2>) -> Result<Option<i64>, Error> {
+        let (before, mut gain) = (std::mem::take(vain), 0);
+        for some in self.regions()?.chunks(TOGETHER) {
+            if run.observer.cancelled() {
+                return Ok(None);
+            }
+            gain += self.try_together(some, &before, vain)?;
+        }
+        Ok(Some(gain))
+    }
+
+    /// Tries some regions beside each other, and those again near which another one changed the map meanwhile: as if
+    /// they had been tried one after the other.
+    fn try_together(&mut self, regions: &[Region], before: &Vain, vain: &mut Vain) -> Result<i64, Error> {
+        let mut scratches = std::mem::take(&mut self.scratches);
+        let start = self.changes.now();
+        let tried = par::map_with(&mut scratches, regions.len(), |scratch, i| {
+            let region = &regions[i];
+            let known = before.get(region).filter(|&&since| self.changes.none_near(region, since));
+            known.map_or_else(|| Some(self.attempt(region, scratch)), |_| None)
+        });
+        let mut gain = 0;
+        for (region, tried) in regions.iter().zip(tried) {
+            let tried = match tried {
+                _ if !self.changes.none_near(region, start) => self.attempt(region, &mut scratches[0])?,
+                Some(tried) => tried?,
+                None => {
+                    vain.insert(region.clone(), before[region]);
+                    continue;
+                }
+            };
+            self.stats.regions[0] += 1;
+            match tried {
+                Some(mend) => gain += self.accept(mend),
+                None => drop(vain.insert(region.clone(), self.changes.now())),
+            }
+        }
+        self.scratches = scratches;
+        Ok(gain)
+    }
+
+    fn accept(&mut self, mend: Mend) -> i64 {
+        self.stats.regions[1] += 1;
+        mend.places.iter().zip(&mend.ids).for_each(|(&place, &id)| self.canvas.set(place, id, Stats::CHOSEN));
+        self.changes.note(&mend.places);
+        let domain = self.canvas.domain();
+        for &place in &mend.places {
+            let at = domain.position(place);
+            for by in [[0, 0], [-1, 0], [0, -1]] {
+                domain.step(at, by).into_iter().for_each(|at| self.judge(domain.index(at)));
+            }
+        }
+        mend.gain
     }
 
     /// The places near bad seams, those that touch together.
-    fn regions(&self, radius: u32) -> Result<Vec<Vec<usize>>, Error> {
+    fn regions(&self) -> Result<Vec<Region>, Error> {
         let domain = self.canvas.domain();
         let mut near = try_vec(domain.len(), false)?;
         let mut places = Vec::new();
-        for (at, axis) in self.bad() {
+        let seams = self.bad.iter().enumerate().flat_map(|(place, &bad)| [(place, 0), (place, 1)].into_iter().zip(bad));
+        for ((place, axis), _) in seams.filter(|&(_, is_bad)| is_bad) {
             places.clear();
-            beside(&self.canvas, at, axis, radius, &mut places);
+            beside(&self.canvas, domain.position(place), axis, self.radius, &mut places);
             places.iter().filter(|&&place| !self.canvas.is_fixed(place)).for_each(|&place| near[place] = true);
         }
         let mut regions = Vec::new();
@@ -204,110 +295,69 @@ impl Mender<'_> {
         Ok(regions)
     }
 
-    /// Chooses a region anew, and a larger one where that made nothing better; true if something did.
-    fn attempt(&mut self, mut region: Vec<usize>, radius: u32) -> Result<bool, Error> {
-        self.stats.regions[0] += 1;
-        for attempt in 0..ATTEMPTS {
-            if 0 < attempt {
-                region = self.grown(&region, if attempt == 1 { LARGER.min(radius) } else { LARGER })?;
+    /// Chooses a region anew, and a larger one where that makes nothing better; `None` if none of them does.
+    fn attempt(&self, region: &[usize], scratch: &mut PixelScratch) -> Result<Option<Mend>, Error> {
+        let measures = [&self.costs, &self.gradients];
+        let mut site = Site::new(&self.canvas, region)?;
+        let mut region = site.here(region)?;
+        for larger in [0, LARGER.min(self.radius), LARGER] {
+            if 0 < larger {
+                region = site.grown(&region, larger)?;
             }
-            let before = self.prices(&region);
-            let mut ids = Vec::new();
-            reserve(&mut ids, region.len())?;
-            ids.extend(region.iter().map(|&place| self.canvas.id(place)));
-            region.iter().for_each(|&place| self.canvas.wait(place));
-            self.pixels.resynthesize(&mut self.canvas, &region)?;
-            let after = self.prices(&region);
+            let (before, ids) = (site.prices(&region, measures), site.ids(&region)?);
+            region.iter().for_each(|&place| site.canvas.wait(place));
+            self.pixels.resynthesize(&mut site.canvas, &region, scratch)?;
+            let after = site.prices(&region, measures);
             if after[0] < before[0] && after[1] <= before[1] {
-                self.stats.regions[1] += 1;
-                return Ok(true);
+                let places = collected(region.iter().map(|&place| site.there(place)))?;
+                return Ok(Some(Mend { places, ids: site.ids(&region)?, gain: before[0] - after[0] }));
             }
-            region.iter().zip(ids).for_each(|(&place, id)| self.canvas.set(place, id));
+            region.iter().zip(ids).for_each(|(&place, id)| site.canvas.set(place, id, Stats::STOOD));
         }
-        Ok(false)
-    }
-
-    /// A region and what lies around it, but for fixed samples and holes.
-    fn grown(&mut self, region: &[usize], by: u32) -> Result<Vec<usize>, Error> {
-        let (domain, by) = (self.canvas.domain(), by as i32);
-        let side = 2 * by + 1;
-        let mut grown: Vec<usize> = Vec::new();
-        for &place in region {
-            let at = domain.position(place);
-            let around = (0..side * side).filter_map(|i| domain.step(at, [i / side - by, i % side - by]));
-            for to in around.map(|to| domain.index(to)) {
-                let may = !self.taken[to] && !self.canvas.is_fixed(to) && self.canvas.id(to).is_assigned();
-                if may {
-                    reserve(&mut grown, 1)?;
-                    grown.push(to);
-                    self.taken[to] = true;
-                }
-            }
-        }
-        grown.iter().for_each(|&place| self.taken[place] = false);
-        grown.sort_unstable();
-        Ok(grown)
-    }
-
-    /// What all seams cost that a sorted region's samples have a part in, each once, by both measures.
-    fn prices(&self, region: &[usize]) -> [i64; 2] {
-        let (map, domain) = (&self.canvas.map, self.canvas.domain());
-        let mut sums = [0; 2];
-        let mut add = |at: [u32; 2], axis: usize| {
-            sums[0] += i64::from(self.costs.at(map, at, axis));
-            sums[1] += i64::from(self.gradients.at(map, at, axis));
-        };
-        for &place in region {
-            let at = domain.position(place);
-            for axis in 0..2 {
-                add(at, axis);
-                let mut back = [0; 2];
-                back[axis] = -1;
-                let Some(before) = domain.step(at, back) else { continue };
-                if region.binary_search(&domain.index(before)).is_err() {
-                    add(before, axis);
-                }
-            }
-        }
-        sums
+        Ok(None)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Domain, Origin, SampleId, Seed, Source, Transform};
+    use crate::{Options, hybrid};
+    use selvedge_core::Domain;
+    use selvedge_testkit::simple;
 
     #[test]
-    fn a_region_costs_each_seam_that_it_touches_once() {
-        let mut rng = Seed(4).rng();
-        let domain = Domain::open([6, 6]);
-        let features = Grid::from_vec(domain, 1, (0..36).map(|_| rng.below(256) as u8).collect()).unwrap();
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
-        let output = Domain { shape: [5, 7], periodic: [true, false] };
-        let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
-        map.ids.plane_mut(0).iter_mut().for_each(|id| *id = SampleId::new(rng.below(36)));
-        let mender = Mender {
-            canvas: Canvas::new(Start { map, fixed: None, sources: None }).unwrap(),
-            pixels: Pixels::new(&exemplars, vec![true], PixelSearch::Exact, None).unwrap(),
-            costs: SeamCosts::new(&exemplars, SeamMeasure::Difference).unwrap(),
-            gradients: SeamCosts::new(&exemplars, SeamMeasure::Gradient).unwrap(),
-            limit: 0,
-            taken: vec![false; output.len()],
-            stats: RepairStats::default(),
-        };
-        for _ in 0..50 {
-            let region: Vec<usize> = (0..output.len()).filter(|_| rng.below(3) == 0).collect();
-            let mut expected = [0; 2];
-            for (at, axis) in output.positions().flat_map(|at| [(at, 0), (at, 1)]) {
-                let ends = [Some(at), output.next(at, axis)].into_iter().flatten().map(|end| output.index(end));
-                if ends.into_iter().any(|end| region.contains(&end)) {
-                    expected[0] += i64::from(mender.costs.at(&mender.canvas.map, at, axis));
-                    expected[1] += i64::from(mender.gradients.at(&mender.canvas.map, at, axis));
+    fn regions_tried_beside_each_other_end_as_if_tried_one_after_the_other() {
+        let plane = simple::spots(60, 50, 7, 1);
+        let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
+        let options = RepairOptions { pixel_error: Threshold::OfRandom(0.3), ..RepairOptions::default() };
+        let mut skipped = 0;
+        for (seed, periodic) in [(1, false), (2, true), (3, false)] {
+            let output = Domain { shape: [260, 200], periodic: [periodic, false] };
+            let blocks = Options { block: Some([32; 2]), tries: 1, tolerance: 1.0, ..Options::default() };
+            let map = hybrid(&exemplars, output, &blocks, &Run::seeded(seed)).unwrap().result;
+            let start = || Start { map: map.clone(), fixed: None, sources: None };
+            let mender = || Mender::new(&exemplars, vec![true], start(), &options).unwrap();
+            let mut all = mender();
+            assert!(all.mend(options.passes, &Run::seeded(0)).unwrap());
+            // Region after region, nothing skipped and nothing tried ahead.
+            let (mut naive, mut tried) = (mender(), 0);
+            (0..output.len()).for_each(|place| naive.judge(place));
+            for _ in 0..all.stats.costs.len() - 1 {
+                for region in naive.regions().unwrap() {
+                    tried += 1;
+                    let mend = naive.attempt(&region, &mut PixelScratch::default()).unwrap();
+                    if let Some(mend) = mend {
+                        naive.accept(mend);
+                    }
                 }
             }
-            assert_eq!(mender.prices(&region), expected, "{region:?}");
+            assert_eq!(all.canvas.map, naive.canvas.map);
+            assert_eq!(all.stats.regions[1], naive.stats.regions[1]);
+            assert_eq!(all.stats.bad[1], naive.stats.bad[1]);
+            let bad = (0..output.len()).map(|place| naive.bad[place].iter().filter(|&&bad| bad).count() as u64);
+            assert_eq!(bad.sum::<u64>(), naive.stats.bad[1]);
+            skipped += tried - all.stats.regions[0];
         }
+        assert!(10 < skipped, "{skipped}");
     }
 }

@@ -30,4 +30,14 @@ pub struct Stats {
     pub resyntheses: u64,
     /// Samples that were re-synthesised.
     pub pixels: u64,
+    /// By output sample, row-major, the level of the block that shows there, 0 for start blocks; or [`Self::CHOSEN`], or
+    /// [`Self::STOOD`].
+    pub laid: Vec<u8>,
+}
+
+impl Stats {
+    /// A sample that was re-synthesised by itself.
+    pub const CHOSEN: u8 = 254;
+    /// A sample that stood before, or where nothing stands.
+    pub const STOOD: u8 = 255;
 }

@@ -1,8 +1,7 @@
 //! Block after block: searched, split while it does not fit, laid where it does. `[Ding 3]`
 
 use selvedge_core::{
-    Event, Exemplars, Look, Patch, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Usage, Window, Woven,
-    collected,
+    Event, Exemplars, Look, Patch, Run, SampleId, SeamCosts, SeamMeasure, SourceMap, Start, Usage, Window, Woven, par,
 };
 use selvedge_quilting::Continuation;
 use selvedge_quilting::search::{BlockScratch, BlockSearch, Candidate, Preference, Space, Successor, Term};
@@ -12,9 +11,10 @@ use crate::composite::{Compositor, Laying};
 use crate::error::Error;
 use crate::features::errors_of;
 use crate::followed::{Followed, LEAST_FOLLOWED};
+use crate::ground::Ground;
 use crate::layout::{Block, Blocks};
 use crate::options::{Options, Split};
-use crate::pixel::Pixels;
+use crate::pixel::{PixelScratch, Pixels};
 use crate::stats::{Level, Stats};
 use crate::thresholds::{Limit, Of, largest};
 use crate::usable::Usable;
@@ -22,9 +22,12 @@ use crate::usable::Usable;
 /// Blocks of these levels and larger ones count as uses of the exemplar: smaller ones take whatever there is.
 const COUNTED_LEVELS: usize = 2;
 
+/// Blocks that are tried beside each other at most: each takes memory.
+pub(crate) const AT_ONCE: usize = 4;
+
 /// A window, and what is counted, before or after a block is laid.
 struct State {
-    ids: Vec<SampleId>,
+    held: Vec<(SampleId, u8)>,
     usage: Usage<2>,
     errors: Vec<(u64, u64)>,
     stats: Stats,
@@ -39,6 +42,7 @@ pub(crate) struct Weaver<'a> {
     numbers: &'a [usize],
     search: BlockSearch<'a>,
     scratch: BlockScratch,
+    pixel: PixelScratch,
     under: Look,
     /// What is followed, and the look at what it asks for.
     followed: Option<&'a Followed>,
@@ -83,6 +87,7 @@ impl<'a> Weaver<'a> {
             run,
             exemplars,
             numbers: &usable.numbers,
+            pixel: PixelScratch::default(),
             search: BlockSearch::new(&usable.some, usable.followed.as_ref().map(|f| &f.guide), run.simd)?,
             scratch: BlockScratch::default(),
             under: Look::new(),
@@ -113,6 +118,7 @@ impl<'a> Weaver<'a> {
         for (level, &(error, samples)) in self.stats.levels.iter_mut().zip(&self.errors) {
             level.error = error as f64 / (samples.max(1) as f64 * whole);
         }
+        self.stats.laid = self.canvas.marks;
         Ok(Woven { result: self.canvas.map, stats: self.stats, complete })
     }
 
@@ -137,8 +143,15 @@ impl<'a> Weaver<'a> {
             followed.look(&window, &mut self.asked)?;
         }
         let drawn = self.search(block, &window)?;
-        let laying =
-            self.cheapest(&drawn, &window, |chosen, errors| Laying { core, window, before, after, chosen, errors })?;
+        let laying = self.cheapest(&drawn, |chosen| Laying {
+            core,
+            window,
+            before,
+            after,
+            chosen,
+            level: block.level,
+            errors: Vec::new(),
+        })?;
         let samples = self.under.samples() as u64;
         let fits = match &laying {
             Some(laying) => self.fits(block, laying, samples)?,
@@ -155,10 +168,10 @@ impl<'a> Weaver<'a> {
         // Both are laid for a trial, with what is counted; the one that shows less stays.
         let before = self.state(&window)?;
         self.lay_whole(block, &core, Some(&laying), samples)?;
-        let (whole, after) = (self.price(&window), self.state(&window)?);
+        let (whole, after) = (self.price(&window)?, self.state(&window)?);
         self.go_back(&window, before);
         let complete = self.lay_parts(block)?;
-        if complete && whole <= self.price(&window) {
+        if complete && whole <= self.price(&window)? {
             self.go_back(&window, after);
         }
         Ok(complete)
@@ -183,10 +196,11 @@ impl<'a> Weaver<'a> {
         laying: Option<&Laying>,
         samples: u64,
     ) -> Result<(), Error> {
-        let Some(laying) = laying else { return self.lay_sample(core) };
+        let Some(laying) = laying else { return self.lay_sample(block, core) };
         let sums = &mut self.errors[block.level];
         *sums = (sums.0 + laying.errors.iter().sum::<u64>(), sums.1 + samples);
-        self.compositor.lay(laying, &self.under, &mut self.canvas, &mut self.stats)?;
+        let counts = (&mut self.stats, &mut self.pixel);
+        self.compositor.lay(laying, &self.under, &mut self.canvas, counts)?;
         if block.level < COUNTED_LEVELS {
             let searched = self.numbers.iter().position(|&s| s == laying.chosen.source);
             searched.into_iter().for_each(|source| self.usage.note(source, laying.chosen.at));
@@ -194,19 +208,15 @@ impl<'a> Weaver<'a> {
         Ok(())
     }
 
-    /// The price of all seams that a window has a part in.
-    fn price(&self, window: &Window<2>) -> i64 {
-        let domain = self.canvas.domain();
-        let wider = window.grown(domain, [1, 1], [0, 0]);
-        let at = |place: usize| domain.position(place);
-        let seams = wider.places(domain).flatten().flat_map(|place| [(at(place), 0), (at(place), 1)]);
-        seams.map(|(at, axis)| i64::from(self.shown.at(&self.canvas.map, at, axis))).sum()
+    /// The price of all seams in a window and around it.
+    fn price(&self, window: &Window<2>) -> Result<i64, Error> {
+        Ground::new(&self.canvas, window, &self.shown)?.price(|_, _| Ok(()))
     }
 
     /// What laying a block in a window changes.
     fn state(&self, window: &Window<2>) -> Result<State, Error> {
         Ok(State {
-            ids: self.ids(window)?,
+            held: self.canvas.held(window)?,
             usage: self.usage.clone(),
             errors: self.errors.clone(),
             stats: self.stats.clone(),
@@ -214,18 +224,8 @@ impl<'a> Weaver<'a> {
     }
 
     fn go_back(&mut self, window: &Window<2>, state: State) {
-        self.put_back(window, state.ids);
+        self.canvas.put_back(window, state.held);
         (self.usage, self.errors, self.stats) = (state.usage, state.errors, state.stats);
-    }
-
-    /// What stands in a window.
-    fn ids(&self, window: &Window<2>) -> Result<Vec<SampleId>, Error> {
-        Ok(collected(window.places(self.canvas.domain()).flatten().map(|place| self.canvas.id(place)))?)
-    }
-
-    fn put_back(&mut self, window: &Window<2>, ids: Vec<SampleId>) {
-        let places = window.places(self.canvas.domain()).flatten();
-        places.zip(ids).for_each(|(place, id)| self.canvas.set(place, id));
     }
 
     /// Whether a block need not be split: by what stands, and as long as it is not small by what is asked for as well.
@@ -259,31 +259,33 @@ impl<'a> Weaver<'a> {
         Ok(drawn)
     }
 
-    /// The one of some places that would be laid with the cheapest seams; of equal ones the first.
+    /// The one of some places whose block would be cut with the cheapest seams; of equal ones the first. What is chosen
+    /// anew along its seams afterwards is not tried.
     fn cheapest(
-        &mut self,
+        &self,
         drawn: &[Candidate],
-        window: &Window<2>,
-        at: impl Fn(Candidate, Vec<u64>) -> Laying,
+        laid: impl Fn(Candidate) -> Laying + Sync,
     ) -> Result<Option<Laying>, Error> {
-        let mut best = None;
-        for &chosen in drawn {
-            let laying = at(chosen, errors_of(self.exemplars, &self.under, window, chosen)?);
-            let price = if drawn.len() == 1 { 0 } else { self.trial(&laying)? };
-            if best.as_ref().is_none_or(|&(least, _)| price < least) {
-                best = Some((price, laying));
+        let (Some(&first), more) = (drawn.first(), 1 < drawn.len()) else { return Ok(None) };
+        let mut best = (i64::MAX, first);
+        if more {
+            let ground = Ground::new(&self.canvas, &laid(first).window, &self.shown)?;
+            let tried = par::map_with(&mut [(); AT_ONCE], drawn.len(), |(), i| {
+                let laying = self.measured(laid(drawn[i]))?;
+                ground.price(|canvas, by| self.compositor.lay_cut(&laying.moved(by), &self.under, canvas))
+            });
+            for (&chosen, price) in drawn.iter().zip(tried) {
+                let price = price?;
+                best = if price < best.0 { (price, chosen) } else { best };
             }
         }
-        Ok(best.map(|(_, laying)| laying))
+        Ok(Some(self.measured(laid(best.1))?))
     }
 
-    /// The price of all seams around a block if it is laid.
-    fn trial(&mut self, laying: &Laying) -> Result<i64, Error> {
-        let before = self.ids(&laying.window)?;
-        self.compositor.lay(laying, &self.under, &mut self.canvas, &mut Stats::default())?;
-        let price = self.price(&laying.window);
-        self.put_back(&laying.window, before);
-        Ok(price)
+    /// How far a block is from what stands, sample by sample.
+    fn measured(&self, laying: Laying) -> Result<Laying, Error> {
+        let errors = errors_of(self.exemplars, &self.under, &laying.window, laying.chosen)?;
+        Ok(Laying { errors, ..laying })
     }
 
     /// Where the patches under a window would go on: no start block is to lie there, if they are to be avoided.
@@ -301,13 +303,12 @@ impl<'a> Weaver<'a> {
         patches.iter().filter_map(go_on).collect()
     }
 
-    /// A single sample that no source holds with all that is known around it: whichever agrees best with that, of those
-    /// that are searched. All of them for each would take minutes where a mask is noise, and every sample is such a
-    /// one.
-    fn lay_sample(&mut self, core: &Window<2>) -> Result<(), Error> {
+    /// A sample that no source holds with all that is known around it: whichever agrees best of those that are searched.
+    /// All of them for each would take minutes where a mask is noise, and every sample is such a one.
+    fn lay_sample(&mut self, block: &Block, core: &Window<2>) -> Result<(), Error> {
         for place in core.places(self.canvas.domain()).flatten() {
-            if let Some(choice) = self.compositor.pixels.choose(&self.canvas, place)? {
-                self.canvas.set(place, choice.id);
+            if let Some(choice) = self.compositor.pixels.choose(&self.canvas, place, &mut self.pixel)? {
+                self.canvas.set(place, choice.id, block.level as u8);
             }
         }
         Ok(())

@@ -109,7 +109,7 @@ impl Method for Quilt {
         Ok(PlannedRun::new(used, how, move || {
             let woven = plan.weave(&session.run()).map_err(|e| failure(loom, e))?;
             let told = told(&woven.stats);
-            self.repairing.outcome(session, exemplars, woven, (None, None), told)
+            self.repairing.outcome(session, exemplars, woven, (None, None), told, loom.is_explained())
         })
         .needing(needed)
         .counting(json!({ "blocks": blocks })))

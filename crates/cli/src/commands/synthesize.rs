@@ -13,6 +13,7 @@ use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
 use crate::outcome::{Beside, MadeBy, Outcome};
 use crate::output_size::OutputSize;
+use crate::repairing::Repairing;
 use crate::session::Session;
 use crate::setup::Setup;
 use crate::thumbnail::Thumbnail;
@@ -31,18 +32,21 @@ pub(crate) struct Synthesize {
         value_parser = clap::value_parser!(u8).range(1..=9))]
     effort: u8,
     #[command(flatten)]
+    repairing: Repairing,
+    #[command(flatten)]
     blending: Blending,
 }
 
 impl Method for Synthesize {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        self.repairing.validate()?;
         let setup = Setup::new("synthesize", &self.weaving, OutputSize::Exemplar(self.sizing));
         let blending = if self.carries_shade() { Blending::SPLINED } else { self.blending };
-        Ok(Setup { blending, ..setup })
+        Ok(Setup { blending, repairing: self.repairing, ..setup })
     }
 
-    fn bytes(&self, _: &[Domain<2>], _: usize, _: Domain<2>) -> Bytes {
-        Bytes(0)
+    fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        self.repairing.bytes(sources, channels, output)
     }
 
     fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
@@ -74,12 +78,18 @@ impl Method for Synthesize {
             let made_by = MadeBy { command: kept.method, seed: kept.seed.0, options: used(loom, kept) };
             let splined = self.carries_shade() && !loom.blending.is_none();
             let how = how_kept(stats) + if splined { "; its seams are splined, for its light is uneven" } else { "" };
-            let tried = stats.tried.iter().enumerate().filter_map(|(i, t)| told(i, t, i == stats.kept)).collect();
-            Ok(Outcome {
-                made_by: Some(made_by),
-                beside: Beside { heading: "Tried", pictures: tried },
-                ..Outcome::new(Box::new(woven.result), woven.complete, counts, how)
-            })
+            let tried = stats
+                .tried
+                .iter()
+                .enumerate()
+                .filter_map(|(i, t)| told(i, t, i == stats.kept))
+                .collect::<Vec<_>>()
+                .into_iter();
+            let shown = loom.is_explained();
+            let mut outcome =
+                self.repairing.outcome(loom.session, exemplars, woven, (None, None), (counts, how), shown)?;
+            outcome.beside = Beside { heading: "Tried", pictures: tried.chain(outcome.beside.pictures).collect() };
+            Ok(Outcome { made_by: Some(made_by), ..outcome })
         })
         .needing(needed))
     }

@@ -53,6 +53,7 @@ fn without_limits_blocks_are_never_split_nor_resynthesised() {
     let (map, stats) = weave(&exemplars::cobbles(), Domain::open([64, 80]), &options, 3);
     assert_eq!((stats.levels.len(), stats.levels[0].blocks, stats.levels[0].splits), (1, 20, 0));
     assert_eq!((stats.cuts, stats.resyntheses, stats.pixels), (19, 0, 0));
+    assert_eq!(stats.laid, vec![0; 64 * 80]);
     // Each block is a copy but for its overlaps: what lies further in than those of the next ones is whole.
     for (y, x) in (0..4).flat_map(|y| (0..5).map(move |x| (y, x))) {
         let (first, at) = (map.ids.get(0, [16 * y, 16 * x]), |dy: u32, dx: u32| [16 * y + dy, 16 * x + dx]);
@@ -153,6 +154,10 @@ fn what_is_fixed_stays_and_holes_are_filled() {
     assert!(0 < filled.stats.pixels, "{:?}", filled.stats);
     let changed = |at: [u32; 2]| filled.result.ids.get(0, at) != start.ids.get(0, at);
     assert!(start.domain().positions().all(|at| in_hole(at) || !changed(at)));
+    let stood = filled.stats.laid.iter().map(|&laid| laid == Stats::STOOD);
+    assert!(start.domain().positions().zip(stood).all(|(at, stood)| stood != in_hole(at)));
+    let chosen = filled.stats.laid.iter().filter(|&&laid| laid == Stats::CHOSEN).count() as u64;
+    assert!((1..=filled.stats.pixels).contains(&chosen), "later blocks may lie over them: {chosen}");
     // Nothing is laid where nothing is missing.
     let begin = Start { map: start.clone(), fixed: None, sources: None };
     let same = hybrid_from(&exemplars, begin, None, &options, &Run::seeded(9)).unwrap();

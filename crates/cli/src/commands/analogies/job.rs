@@ -151,7 +151,7 @@ impl Method for Job<'_> {
             let others = mapped.into_iter().collect::<Result<_, Failure>>()?;
             let mut outcome = Outcome { kept: start.fixed, after, course, others, ..outcome(woven) };
             outcome.stats["fitness"] = fits.iter().map(fit::json).collect();
-            if loom.args.explain.is_some() || loom.args.report.is_some() {
+            if loom.is_explained() {
                 let guides = followed.iter().zip(plan.constraints()).zip(&fits);
                 let drawn = guides.map(|((path, constraint), fit)| fit::drawn(path, constraint.guide.target(), fit));
                 let pictures = drawn.collect::<Result<_, _>>()?;

@@ -129,7 +129,8 @@ impl Method for Graphcut {
             let course = film.map(|film| film.course(&woven.result, &woven.stats.energy, woven.stats.settings.levels));
             let untouched = self.start.backdrop().is_some() && woven.stats.patches == 0;
             let told = (told::counts(&woven.stats), told::how(&woven.stats, untouched));
-            Ok(Outcome { course, ..self.repairing.outcome(session, exemplars, woven, (kept, sources), told)? })
+            let shown = loom.is_explained();
+            Ok(Outcome { course, ..self.repairing.outcome(session, exemplars, woven, (kept, sources), told, shown)? })
         })
         .needing(needed)
         .counting(json!({ "patches": patches, "refinements": refinements })))

@@ -1,6 +1,7 @@
 //! `selvedge hybrid`: adaptive and hybrid synthesis. `[Ding 3]`
 
 mod choices;
+mod splits;
 mod told;
 
 use clap::Args;
@@ -156,7 +157,12 @@ impl Method for Hybrid {
                 (false, _) => told::how(&woven.stats),
             };
             let told = (told::counts(&woven.stats), how);
-            self.repairing().outcome(session, &exemplars, woven, (kept, sources), told)
+            let splits = loom.is_explained().then(|| splits::drawn(&woven.stats, loom.domain)).transpose()?;
+            let kept = (kept, sources);
+            let mut outcome = self.repairing().outcome(session, &exemplars, woven, kept, told, splits.is_some())?;
+            outcome.beside.heading = splits::HEADING;
+            outcome.beside.pictures.extend(splits);
+            Ok(outcome)
         })
         .needing(needed)
         .counting(json!({ "blocks": blocks })))
