@@ -46,6 +46,7 @@ mod followed;
 mod ground;
 mod hybrid;
 mod layout;
+mod neighborhood;
 mod options;
 mod pixel;
 mod plan;

@@ -1,46 +1,23 @@
 //! The choice of single samples: of its candidates the one whose neighborhood agrees best with what is known around.
 //! `[Ding 3.3]`
 
+use std::ops::Range;
+
 use selvedge_core::{Coherence, Error, Exemplars, Grid, SampleId, ValidBoxes, par, reserve};
 
 use crate::canvas::Canvas;
 use crate::dilation;
 use crate::features::side_by_side;
 use crate::followed::{Followed, SampleGuide};
+use crate::neighborhood::{AROUND, FALL_OFF, NEIGHBORS, is_inside};
 use crate::options::{PixelSearch, Threshold};
 use crate::stats::Stats;
 use crate::thresholds::{Limit, Of};
 
-/// Neighborhoods reach so far on each side: 7 by 7 samples, as in the paper.
-pub(crate) const REACH: i32 = 3;
 /// Candidates continue neighbours up to so far away. A guess: further ones mostly belong to the same patches.
 const COHERENT: u32 = 2;
-/// What the difference at a neighbour counts, by the squared distance: near `48 / (1 + d^2)`, so that the eight next
-/// neighbours count about as much as all others together.
-const FALL_OFF: [u64; 19] = [0, 24, 16, 0, 10, 8, 0, 0, 5, 5, 4, 0, 0, 3, 0, 0, 0, 0, 3];
-/// Where neighbours are, the nearest first, since they tell soonest that a candidate is worse than another; of equally
-/// near ones in raster order.
-const AROUND: [[i32; 2]; NEIGHBORS] = nearest_first();
-const NEIGHBORS: usize = ((2 * REACH + 1) * (2 * REACH + 1) - 1) as usize;
-/// Samples that are looked at together by an exact search: enough that starting a task costs nothing beside them.
+/// About so many samples are looked at together by an exact search: enough that starting a task costs nothing beside them.
 const TOGETHER: usize = 1 << 10;
-
-const fn nearest_first() -> [[i32; 2]; NEIGHBORS] {
-    let (mut around, mut found, mut distance) = ([[0; 2]; NEIGHBORS], 0, 1);
-    while found < NEIGHBORS {
-        let mut i = 0;
-        while i < (2 * REACH + 1) * (2 * REACH + 1) {
-            let by = [i / (2 * REACH + 1) - REACH, i % (2 * REACH + 1) - REACH];
-            if by[0] * by[0] + by[1] * by[1] == distance {
-                around[found] = by;
-                found += 1;
-            }
-            i += 1;
-        }
-        distance += 1;
-    }
-    around
-}
 
 /// One known neighbour of a place.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +31,6 @@ struct Neighbor {
 /// Chooses samples for places.
 pub(crate) struct Pixels<'e> {
     exemplars: &'e Exemplars<2>,
-    boxes: ValidBoxes<'e, 2>,
     /// Those that may be chosen, where masks leave some out: an exact search would find that out again for each place.
     listed: Option<Vec<SampleId>>,
     coherence: Coherence<'e, 2>,
@@ -97,7 +73,6 @@ impl<'e> Pixels<'e> {
     ) -> Result<Self, Error> {
         let mut pixels = Self {
             exemplars,
-            boxes: ValidBoxes::of(exemplars),
             listed: None,
             coherence: Coherence::new(exemplars),
             search,
@@ -109,7 +84,8 @@ impl<'e> Pixels<'e> {
         };
         if exemplars.is_masked() {
             let may = |id: &SampleId| pixels.is_allowed(*id) && pixels.is_valid(*id);
-            let all = || pixels.boxes.samples(0..pixels.boxes.len()).filter(may);
+            let boxes = ValidBoxes::of(exemplars);
+            let all = || boxes.samples(0..boxes.len()).filter(may);
             let mut listed = Vec::new();
             reserve(&mut listed, all().count())?;
             listed.extend(all());
@@ -174,24 +150,83 @@ impl<'e> Pixels<'e> {
         scratch: &mut PixelScratch,
     ) -> Result<Option<Choice>, Error> {
         self.look(canvas, place, scratch)?;
-        let scratch = &*scratch;
-        let all = self.listed.as_ref().map_or(self.boxes.len() as usize, Vec::len);
-        let best = par::fold_blocks(
-            all,
-            TOGETHER,
-            |range| match &self.listed {
-                Some(listed) => self.best(scratch, listed[range].iter().copied()),
-                None => {
-                    let ids = self.boxes.samples(range.start as u32..range.end as u32);
-                    self.best(scratch, ids.filter(|&id| self.is_allowed(id)))
-                }
-            },
-            |a, b| match (a, b) {
-                (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
-                (a, b) => a.or(b),
-            },
-        );
+        let known = &*scratch;
+        let first = |a: Option<Choice>, b: Option<Choice>| match (a, b) {
+            (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
+            (a, b) => a.or(b),
+        };
+        let best = match &self.listed {
+            Some(listed) => {
+                let of = |range: Range<usize>| self.best(known, listed[range].iter().copied());
+                par::fold_blocks(listed.len(), TOGETHER, of, first)
+            }
+            None => {
+                let rows = self.exemplars.sources().iter().map(|s| s.domain().shape[0] as usize).sum::<usize>();
+                let together = (TOGETHER * rows / self.exemplars.table().len() as usize).max(1);
+                par::fold_blocks(rows, together, |rows| self.best_of_rows(known, rows), first)
+            }
+        };
         Ok(best.flatten())
+    }
+
+    /// The best of the samples in some rows of the sources, which are counted through, the first of equal ones.
+    fn best_of_rows(&self, known: &PixelScratch, rows: Range<usize>) -> Option<Choice> {
+        let (mut best, mut first_row): (Option<Choice>, usize) = (None, 0);
+        for (s, source) in self.exemplars.sources().iter().enumerate() {
+            let [h, w] = source.domain().shape.map(|n| n as usize);
+            let own = rows.start.max(first_row)..rows.end.min(first_row + h);
+            let mut away = [0; NEIGHBORS];
+            let places = known.neighbors.iter().map(|n| n.by[0] as isize * w as isize + n.by[1] as isize);
+            away.iter_mut().zip(places).for_each(|(away, place)| *away = place);
+            for y in own.filter(|_| self.allowed[s]).map(|row| row - first_row) {
+                let first = self.exemplars.table().first(s) as usize + y * w;
+                for x in 0..w {
+                    let (id, bound) = (SampleId::new((first + x) as u32), best.map_or(u64::MAX, |b| b.error));
+                    let error = if is_inside([y as u32, x as u32], source.domain().shape) {
+                        self.error_inside(known, id, &away, bound)
+                    } else {
+                        self.error(known, id, bound)
+                    };
+                    best = error.map(|error| Choice { error, id }).or(best);
+                }
+            }
+            first_row += h;
+        }
+        best
+    }
+
+    /// [`Self::error`] of a candidate all of whose neighborhood is there and valid; the neighbours' places by how many
+    /// samples they lie ahead.
+    fn error_inside(&self, known: &PixelScratch, id: SampleId, away: &[isize], bound: u64) -> Option<u64> {
+        let mut sum = self.asked(known, id);
+        for (&Neighbor { weight, features, .. }, &away) in known.neighbors.iter().zip(away) {
+            if bound <= sum {
+                return None;
+            }
+            let there = (id.get() as usize).wrapping_add_signed(away);
+            sum += weight * self.square(features, there);
+        }
+        (sum < bound).then_some(sum)
+    }
+
+    /// What a candidate differs from what is asked for. It stands beside a mean over the neighborhood, so that both count
+    /// the same however much is known.
+    fn asked(&self, known: &PixelScratch, id: SampleId) -> u64 {
+        self.guide.as_ref().map_or(0, |guide| known.counts.max(1) * guide.error(id, known.place))
+    }
+
+    /// The weighted squared difference between features that begin somewhere and those of a sample.
+    #[inline]
+    fn square(&self, features: usize, sample: usize) -> u64 {
+        let of = |(a, b): (u8, u8)| u64::from(u32::from(a.abs_diff(b)).pow(2));
+        if let [r, g, b] = self.weights[..] {
+            // The usual number of channels, known when this is compiled.
+            let (here, there) = (&self.features[features..][..3], &self.features[3 * sample..][..3]);
+            return r * of((here[0], there[0])) + g * of((here[1], there[1])) + b * of((here[2], there[2]));
+        }
+        let channels = self.weights.len();
+        let (here, there) = (&self.features[features..][..channels], &self.features[sample * channels..]);
+        here.iter().zip(there).zip(&self.weights).map(|((&a, &b), &w)| w * of((a, b))).sum()
     }
 
     /// The best of some samples, the first of equal ones.
@@ -209,12 +244,10 @@ impl<'e> Pixels<'e> {
         scratch.neighbors.clear();
         reserve(&mut scratch.neighbors, NEIGHBORS)?;
         // Most places are far from all borders.
-        let [h, w] = domain.shape;
-        let reach = REACH as u32;
-        let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
+        let (inside, w) = (is_inside(at, domain.shape), domain.shape[1] as isize);
         for by in AROUND {
             let to = if inside {
-                Some(place.wrapping_add_signed(by[0] as isize * w as isize + by[1] as isize))
+                Some(place.wrapping_add_signed(by[0] as isize * w + by[1] as isize))
             } else {
                 domain.step(at, by).map(|to| domain.index(to))
             };
@@ -233,29 +266,22 @@ impl<'e> Pixels<'e> {
     fn error(&self, known: &PixelScratch, id: SampleId, bound: u64) -> Option<u64> {
         let (source, at) = self.exemplars.locate(id)?;
         let (first, source) = (self.exemplars.table().first(source) as usize, &self.exemplars.sources()[source]);
-        let (domain, valid, channels) =
-            (source.domain(), source.valid.as_deref().map(Grid::samples), self.weights.len());
-        let [h, w] = domain.shape;
-        let reach = REACH as u32;
-        let inside = reach <= at[0] && at[0] + reach < h && reach <= at[1] && at[1] + reach < w;
-        // Beside a mean over the neighborhood, so that both count the same however much is known.
-        let mut sum = self.guide.as_ref().map_or(0, |guide| known.counts.max(1) * guide.error(id, known.place));
+        let (domain, valid) = (source.domain(), source.valid.as_deref().map(Grid::samples));
+        let w = domain.shape[1] as usize;
+        let inside = is_inside(at, domain.shape);
+        let mut sum = self.asked(known, id);
         if bound <= sum {
             return None;
         }
         for &Neighbor { by, weight, features } in &known.neighbors {
             let index = if inside {
-                Some((at[0] as i32 + by[0]) as usize * w as usize + (at[1] as i32 + by[1]) as usize)
+                Some((at[0] as i32 + by[0]) as usize * w + (at[1] as i32 + by[1]) as usize)
             } else {
                 domain.step(at, by).map(|to| domain.index(to))
             };
             sum += match index.filter(|&i| valid.is_none_or(|valid| valid[i])) {
                 None => weight * self.missing,
-                Some(index) => {
-                    let (a, b) = (&self.features[features..][..channels], &self.features[(first + index) * channels..]);
-                    let squares = a.iter().zip(b).zip(&self.weights);
-                    weight * squares.map(|((a, b), &w)| w * u64::from(u32::from(a.abs_diff(*b)).pow(2))).sum::<u64>()
-                }
+                Some(index) => weight * self.square(features, first + index),
             };
             if bound <= sum {
                 return None;
@@ -278,6 +304,7 @@ impl<'e> Pixels<'e> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::neighborhood::REACH;
     use selvedge_core::{Domain, Origin, Seed, Source, SourceMap, Start, Transform};
 
     /// A map of random samples with holes, and its exemplars.
@@ -353,15 +380,6 @@ mod tests {
                 }
             }
             assert!(100 < coherent && 20 < worse, "{coherent} {worse}");
-        }
-    }
-
-    #[test]
-    fn fall_off_is_near_its_formula() {
-        for (y, x) in (0..=REACH).flat_map(|y| (0..=REACH).map(move |x| (y, x))).filter(|p| *p != (0, 0)) {
-            let d = y * y + x * x;
-            let formula = 48.0 / f64::from(1 + d);
-            assert!((FALL_OFF[d as usize] as f64 - formula).abs() <= 0.6, "{d} {formula}");
         }
     }
 }

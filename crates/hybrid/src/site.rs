@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Error, SampleId, SeamCosts, Window, collected, reserve, try_vec};
 
 use crate::canvas::Canvas;
-use crate::pixel::REACH;
+use crate::neighborhood::REACH;
 
 /// A region is grown by so much at most in all.
 pub(crate) const GROWN: u32 = 4;
