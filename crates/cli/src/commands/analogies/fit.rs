@@ -16,10 +16,10 @@ const TOLD: f64 = 0.25;
 /// Over what nothing is like.
 const UNCOVERED: [u8; 3] = [255, 40, 40];
 
-/// Warns where much of a target is like nothing under the exemplars.
-pub(in crate::commands) fn warn(session: &Session<'_>, path: &Path, fitness: &Fitness) {
+/// Warns where much of a target is like nothing under the exemplars; `alike` says what brings them nearer.
+pub(in crate::commands) fn warn(session: &Session<'_>, path: &Path, fitness: &Fitness, alike: &str) {
     if fitness.uncovered.is_some_and(|share| TOLD <= share) {
-        let what = "use pictures that are alike (analogy has --luminance), more exemplars or a smaller -N";
+        let what = format!("use pictures that are alike ({alike}), more exemplars or a smaller -N");
         session.warn(path, &format!("{}: {what}", told(fitness)));
     }
 }
@@ -44,8 +44,11 @@ pub(in crate::commands) fn json(fitness: &Fitness) -> Value {
     })
 }
 
+/// What pictures of it stand under.
+pub(in crate::commands) const HEADING: &str = "Followed, red where nothing under the exemplars is like it";
+
 /// A target with red over what nothing is like.
-pub(super) fn drawn(path: &Path, target: &Grid<u8, 2>, fitness: &Fitness) -> Result<Thumbnail, Failure> {
+pub(in crate::commands) fn drawn(path: &Path, target: &Grid<u8, 2>, fitness: &Fitness) -> Result<Thumbnail, Failure> {
     let mut picture = Grid::try_filled(target.domain(), 3, 0)?;
     for at in target.domain().positions() {
         let is_uncovered = fitness.is_uncovered(at);

@@ -141,7 +141,10 @@ impl Method for Job<'_> {
         let plan = Plan::new(exemplars, constraints, &self.options, &run).map_err(|e| self.small(loom, e))?;
         let seen = &plan.constraints()[..followed.len()];
         let fits = fitness_from(exemplars, seen, &start, &self.options).map_err(failure)?;
-        followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit));
+        followed
+            .iter()
+            .zip(&fits)
+            .for_each(|(path, fit)| fit::warn(loom.session, path, fit, "analogy has --luminance"));
         let how = format!("under {}", n("constraint", plan.constraints().len()));
         Ok(PlannedRun::new(self.used(loom), how, move || {
             let (woven, course) = shown::woven(loom, &plan, &start, palette.as_ref())?;
@@ -155,8 +158,7 @@ impl Method for Job<'_> {
                 let guides = followed.iter().zip(plan.constraints()).zip(&fits);
                 let drawn = guides.map(|((path, constraint), fit)| fit::drawn(path, constraint.guide.target(), fit));
                 let pictures = drawn.collect::<Result<_, _>>()?;
-                outcome.beside =
-                    Beside { heading: "Followed, red where nothing under the exemplars is like it", pictures };
+                outcome.beside = Beside { heading: fit::HEADING, pictures };
             }
             Ok(outcome)
         }))

@@ -1,16 +1,16 @@
 //! `selvedge transfer --method cms`: the same guides, followed by labels. `[CMS V-E]`
 
-use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate};
+use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate, fitness_from};
 use selvedge_core::{Bytes, Domain, Guide, Start};
 
 use super::{OF_BLOCKS, Transfer};
-use crate::commands::analogies::shown;
 use crate::commands::analogies::told::{failure, outcome};
+use crate::commands::analogies::{fit, shown};
 use crate::failure::Failure;
 use crate::loom::Loom;
 use crate::method::PlannedRun;
 use crate::options::Turning;
-use crate::outcome::Outcome;
+use crate::outcome::{Beside, Outcome};
 use crate::setup::Setup;
 use crate::used::Used;
 
@@ -41,6 +41,12 @@ impl Transfer {
         let (options, run) = (self.options_of_labels(), loom.session.run());
         let constraints = vec![Constraint::new(guide)];
         let plan = Plan::new(&loom.loaded.exemplars, constraints, &options, &run).map_err(failure)?;
+        let start = Start::empty(&loom.loaded.exemplars, loom.domain)?;
+        let followed = self.followed.first(&self.weaving)?;
+        let seen = plan.constraints();
+        let mut fits = fitness_from(&loom.loaded.exemplars, seen, &start, &options).map_err(failure)?;
+        let fit = fits.remove(0);
+        fit::warn(loom.session, &followed, &fit, "--match-histogram brings their light together");
         let used = self
             .followed
             .used(loom)
@@ -49,9 +55,14 @@ impl Transfer {
             .set("spread", options.spread);
         let used = OF_BLOCKS.into_iter().fold(used, Used::without);
         Ok(PlannedRun::new(used, "by labels", move || {
-            let start = Start::empty(&loom.loaded.exemplars, loom.domain)?;
             let (woven, course) = shown::woven(loom, &plan, &start, None)?;
-            Ok(Outcome { course, ..outcome(woven) })
+            let mut outcome = Outcome { course, ..outcome(woven) };
+            outcome.stats["fitness"] = std::iter::once(fit::json(&fit)).collect();
+            if loom.is_explained() {
+                let target = plan.constraints()[0].guide.target();
+                outcome.beside = Beside { heading: fit::HEADING, pictures: vec![fit::drawn(&followed, target, &fit)?] };
+            }
+            Ok(outcome)
         }))
     }
 

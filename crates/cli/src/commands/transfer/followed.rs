@@ -43,6 +43,14 @@ pub(super) struct FollowArgs {
 }
 
 impl FollowArgs {
+    /// The picture that decides the output's size.
+    pub(super) fn first(&self, weaving: &Weaving) -> Result<PathBuf, Failure> {
+        let pairs = self.guides.pairs(weaving)?;
+        let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
+        let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
+        first.cloned().ok_or_else(nothing)
+    }
+
     /// The files that are followed, of which the first has the output's size. Refuses what is wrong by itself.
     pub(super) fn setup<'a>(
         &self,
@@ -53,9 +61,7 @@ impl FollowArgs {
         self.check_followed()?;
         self.check_weights(weaving)?;
         let pairs = self.guides.pairs(weaving)?;
-        let first = self.target.as_ref().or(pairs.first().map(|pair| &pair.target));
-        let nothing = || Failure::new(2, "nothing to follow").remedy("give a --target or a --guide");
-        let first = Input::new(session, first.ok_or_else(nothing)?)?;
+        let first = Input::new(session, &self.first(weaving)?)?;
         let others = self.target.iter().chain(pairs.iter().flat_map(Pair::files)).cloned().collect();
         let size = OutputSize::Picture(first, 1);
         Ok(Setup { others, guides: pairs.len(), ..Setup::new(command, weaving, size) })
