@@ -5,9 +5,11 @@ mod animator;
 mod came_from_tests;
 mod carry;
 mod closing;
+mod drift;
 mod fields;
 mod trust;
 
 pub use animator::{Animation, Animator, FrameStats, animation_estimate, closing_bytes};
 pub(crate) use carry::Carried;
+pub use drift::Shown;
 pub use fields::{Field, Motion};

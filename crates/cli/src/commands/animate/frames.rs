@@ -5,12 +5,12 @@ use std::path::Path;
 use selvedge_core::{Domain, Event, Exemplars, Observer, Plane, Render as _, Run, SourceMap};
 use selvedge_io::Metadata;
 use selvedge_io::clip::ClipWriter;
-use selvedge_texture_optimization::{Animation, Animator, FrameStats, Optimized, Options, Plan};
+use selvedge_texture_optimization::{Animation, Animator, FrameStats, Optimized, Options, Plan, Shown};
 use serde_json::{Value, json};
 
-use super::Animate;
 use super::body::Body;
 use super::flow::Flows;
+use super::{Animate, drift};
 use crate::commands::optimize::{self, Beginning};
 use crate::failure::Failure;
 use crate::loaded::ExemplarSet;
@@ -69,6 +69,9 @@ impl Animate {
             });
         }
         report.stage("synthesis");
+        if let Some(drift) = drift::told(&counts) {
+            session.warn(&path, &drift);
+        }
         report.stats = json!({ "frames": counts });
         let mut outputs = Outputs::default();
         outputs.clip_end(&path, writer, (output.shape, frames), (self.rate, None))?;
@@ -94,14 +97,20 @@ impl Animate {
                 let within = |frame: u32| body.map(|body| body.at((frame + 1) % frames));
                 animator.close((frame..frames).map(|frame| (flows.after(frame), within(frame))), &run)?;
             }
+            let mut texture = &textures[0];
+            let mut count = json!({});
             if 0 < frame {
                 let within = body.map(|body| body.at(frame - 1));
                 if 1 < textures.len() {
-                    animator.turn_to(&textures[frame as usize % textures.len()], &run)?;
+                    texture = &textures[frame as usize % textures.len()];
+                    animator.turn_to(texture, &run)?;
                 }
                 let woven = animator.next(flows.after(frame - 1), within, &run)?;
-                counts.push(count(&woven.stats));
+                count = self::count(&woven.stats);
             }
+            let shown = Shown::of(texture, animator.frame())?;
+            (count["sharpness"], count["completeness"]) = (shown.sharpness.into(), shown.completeness.into());
+            counts.push(count);
             session.check_signal()?;
             // A frame of a clip names that frame alone.
             let shown = if textures.len() == 1 { payload.len() } else { frame as usize % textures.len() + 1 };

@@ -3,6 +3,7 @@
 mod body;
 mod bytes;
 mod checks;
+mod drift;
 mod flow;
 mod frames;
 mod moving;
