@@ -30,8 +30,9 @@ const TOLERANCE: f64 = 1e-4 / 255.0;
 /// only one goes on it is that one's, where none does, none. The mean of the output stays. Made for heights, whose
 /// steps a blend can only tilt; what is coloured may take on the colour of its neighbors.
 ///
-/// Values are taken as they are stored, colours weighed by their alpha, and never leave the exemplars' range; normals
-/// keep their length. Where nothing changes samples are copied bit for bit.
+/// Values are taken as they are stored, but colours that are floats as the encoder compares them, since a step of light
+/// that is seen in the dark is none where it is bright; colours are weighed by their alpha, and nothing leaves the
+/// exemplars' range; normals keep their length. Where nothing changes samples are copied bit for bit.
 #[derive(Clone, Debug)]
 pub struct Fused<'m, const D: usize> {
     laid: MapView<'m, D>,
@@ -260,7 +261,7 @@ impl<const D: usize> Render<D> for Fused<'_, D> {
         if self.laid.map.domain().is_empty() {
             return Ok(plane);
         }
-        let averaging = Averaging::of(planes);
+        let averaging = Averaging::of(planes).as_compared(planes);
         let mut fuse = |piece: &Piece<D>| -> Result<(), Error> {
             if let Some(raised) = self.raised(piece, &payload, &averaging)? {
                 self.raise(&mut plane, (piece, &raised), &payload, &averaging);

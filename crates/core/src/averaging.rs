@@ -1,5 +1,6 @@
 //! Samples as numbers that may be averaged, and back.
 
+use crate::encoder::Curve;
 use crate::{NormalCoding, Plane, Samples};
 
 /// The least part of the greatest alpha at which a colour is told from its product with it. Below, an average comes of
@@ -13,8 +14,10 @@ pub struct Averaging {
     /// The channel that is alpha, unless colours were multiplied by it before.
     alpha: Option<usize>,
     normals: Option<NormalCoding>,
-    /// Least and greatest stored value of each channel: what averages may not leave, or bands of detail would ring.
+    /// Least and greatest value of each channel: what averages may not leave, or bands of detail would ring.
     ranges: Vec<[f64; 2]>,
+    /// What light is put on, and in how many channels.
+    light: Option<(Curve, usize)>,
 }
 
 impl Averaging {
@@ -22,23 +25,44 @@ impl Averaging {
     ///
     /// Time `O(samples)`.
     pub fn of<const D: usize>(planes: &[&Plane<D>]) -> Self {
-        let Some(first) = planes.first() else { return Self { alpha: None, normals: None, ranges: Vec::new() } };
+        let Some(first) = planes.first() else {
+            return Self { alpha: None, normals: None, ranges: Vec::new(), light: None };
+        };
         let is_normal = first.role.is_normal();
         let range = |c: usize| if is_normal { [f64::NEG_INFINITY, f64::INFINITY] } else { range(planes, c) };
         Self {
             alpha: (first.alpha && !first.is_premultiplied()).then(|| first.color_channels()),
             normals: (is_normal && 3 <= first.color_channels()).then(|| NormalCoding::of(planes)),
             ranges: (0..first.samples.channels()).map(range).collect(),
+            light: None,
         }
     }
 
-    /// Least and greatest stored value of each channel; unbounded for normals.
+    /// The same, but colours that are floats are averaged as the [`Encoder`](crate::Encoder) compares them: sRGB-encoded
+    /// up to 1, logarithms where there is more. So a step in the dark counts as much as one that is as visible in the
+    /// light, and twice the light is a step of one height.
+    ///
+    /// Time `O(samples)`.
+    #[must_use]
+    pub fn as_compared<const D: usize>(mut self, planes: &[&Plane<D>]) -> Self {
+        if let Some(curve) = Curve::of_light(planes) {
+            let colors = planes[0].color_channels();
+            self.ranges[..colors].iter_mut().flatten().for_each(|v| *v = curve.on(*v));
+            self.light = Some((curve, colors));
+        }
+        self
+    }
+
+    /// Least and greatest of what is averaged, by channel, before alpha weighs it; unbounded for normals.
     pub fn ranges(&self) -> &[[f64; 2]] {
         &self.ranges
     }
 
     /// Makes stored values, a list a channel, what may be averaged.
     pub fn weigh(&self, channels: &mut [Vec<f64>]) {
+        if let Some((curve, colors)) = self.light {
+            channels[..colors].iter_mut().flatten().for_each(|v| *v = curve.on(*v));
+        }
         let Some(alpha) = self.alpha else { return };
         let (colors, alphas) = channels.split_at_mut(alpha);
         for color in colors {
@@ -59,7 +83,9 @@ impl Averaging {
             [*x, *y, *z] = normals.unit_length([*x, *y, *z]);
         }
         for (c, (value, [low, high])) in values.iter().zip(&self.ranges).enumerate() {
-            samples.set_value(c, index, value.clamp(*low, *high));
+            let value = value.clamp(*low, *high);
+            let light = self.light.filter(|(_, colors)| c < *colors).map(|(curve, _)| curve.off(value));
+            samples.set_value(c, index, light.unwrap_or(value));
         }
     }
 }
@@ -109,6 +135,26 @@ mod tests {
         averaging.set(&mut out, 0, &mut [9.0]);
         averaging.set(&mut out, 1, &mut [-9.0]);
         assert_eq!(out, line(1, &[6.0, 2.0]));
+    }
+
+    #[test]
+    fn light_is_averaged_as_it_is_compared() {
+        let averaged = |values: &[f32]| {
+            let plane = Plane::new(Role::Color, line(1, values));
+            let averaging = Averaging::of(&[&plane]).as_compared(&[&plane]);
+            let mut channels = vec![(0..2).map(|i| plane.samples.value(0, i)).collect::<Vec<f64>>()];
+            averaging.weigh(&mut channels);
+            let mut out = plane.samples.clone();
+            averaging.set(&mut out, 2, &mut [(channels[0][0] + channels[0][1]) / 2.0]);
+            out.value(0, 2)
+        };
+        let encoded = averaged(&[0.0, 1.0, 0.0]);
+        assert!((crate::srgb_encode(encoded) - 0.5).abs() < 1e-6, "{encoded}");
+        // Far above the knee the mean is the geometric one.
+        let far = averaged(&[1e4, 1e6, 0.0]);
+        assert!((8e4..3e5).contains(&far), "{far}");
+        let negative = averaged(&[-4.0, 4.0, 9.0]);
+        assert!(negative.abs() < 1e-6, "{negative}");
     }
 
     #[test]

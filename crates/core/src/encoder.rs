@@ -16,7 +16,7 @@ pub struct Encoder {
 
 /// How one plane's values become 0..=255.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Curve {
+pub(crate) enum Curve {
     /// Integers as they are stored; floats as linear light.
     Color,
     /// `sign(v) * ln(1 + |v| / knee)`, from `lo` to `hi`, of linear light.
@@ -95,6 +95,32 @@ impl Encoder {
             }
         }
         Ok(features)
+    }
+}
+
+impl Curve {
+    /// That of colours which are stored as light; `None` for all other planes.
+    pub(crate) fn of_light<const D: usize>(planes: &[&Plane<D>]) -> Option<Self> {
+        let is_light = |p: &&Plane<D>| p.role == Role::Color && !matches!(p.samples.depth(), Depth::U8 | Depth::U16);
+        (!planes.is_empty() && planes.iter().all(is_light)).then(|| fit_curve(planes))
+    }
+
+    /// Light where equal steps look alike.
+    pub(crate) fn on(self, light: f64) -> f64 {
+        match self {
+            Self::Color => srgb_encode(light),
+            Self::Log { knee, .. } => symmetric_log(light, knee),
+            Self::Line { .. } => light,
+        }
+    }
+
+    /// The light that stands there.
+    pub(crate) fn off(self, v: f64) -> f64 {
+        match self {
+            Self::Color => srgb_decode(v),
+            Self::Log { knee, .. } => (libm::expm1(v.abs()) * knee).copysign(v),
+            Self::Line { .. } => v,
+        }
     }
 }
 

@@ -241,3 +241,27 @@ fn one_frame_is_a_picture_on_any_number_of_threads() {
     assert!([2, 3].iter().all(|&n| on(n) == one));
     assert_close(&clip.render(&clip.fused()), &one[0], 1e-4);
 }
+
+#[test]
+fn light_of_another_exposure_becomes_that_around_it() {
+    let mut rng = Seed(7).rng();
+    let source = Domain::open([20, 30]);
+    let light: Vec<f32> = (0..source.len()).map(|_| 500.0 + rng.below(500) as f32).collect();
+    let of = |factor: f32| {
+        let samples = light.iter().map(|v| v * factor).collect();
+        Plane::new(Role::Color, Samples::F32(Grid::from_vec(source, 1, samples).unwrap()))
+    };
+    let [plane, brighter] = [1.0, 2.0].map(of);
+    let origin = |exemplar| Origin { exemplar, transform: Transform::IDENTITY };
+    let table = SourceTable::new(vec![(origin(0), source), (origin(1), source)]).unwrap();
+    let inside = |[y, x]: [u32; 2]| x / 10 == 1 && (3..13).contains(&y);
+    let ids = source.positions().map(|at| table.id(usize::from(inside(at)), at)).collect();
+    let map = SourceMap::new(Grid::from_vec(source, 1, ids).unwrap(), table).unwrap();
+    let kept = Grid::from_vec(source, 1, source.positions().map(|at| !inside(at)).collect()).unwrap();
+    let out = Fused::new(&map, Vec::new()).unwrap().keeping(&kept).unwrap().render(&[&plane, &brighter]).unwrap();
+    let ratios: Vec<f64> = (0..source.len()).map(|i| out.samples.value(0, i) / plane.samples.value(0, i)).collect();
+    let bounds = ratios.iter().fold([f64::MAX, 0.0], |[low, high], r| [r.min(low), r.max(high)]);
+    assert!(0.9 < bounds[0] && bounds[1] < 1.1, "{bounds:?}");
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    assert!((mean - 1.0).abs() < 0.02, "{mean}");
+}
