@@ -1,13 +1,18 @@
 //! `--feather`, `--spline` and `--fuse`: seams hidden where a map is rendered. `[Kwatra03 5]`
 
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{Bytes, Domain, Grid, Plane, Render, SourceMap};
+use serde_json::Value;
 
 use crate::failure::Failure;
+use crate::ground;
+use crate::loom::Loom;
+use crate::setup::Setup;
 use crate::used::Used;
 use crate::wrong::Wrong;
 
@@ -24,9 +29,23 @@ pub(crate) struct Blending {
     /// Fuse patches: they are raised and lowered until they meet, and keep their detail.
     #[arg(help_heading = "How seams are hidden", long)]
     fuse: bool,
+    /// Across seams --fuse asks for the stronger step of both patches, not for their mean.
+    #[arg(help_heading = "How seams are hidden", long, requires = "fuse")]
+    fuse_mixed: bool,
+    /// What is more pixels than that away from every seam is copied by --fuse; by default all may change a little.
+    #[arg(help_heading = "How seams are hidden", long, value_name = "N", requires = "fuse")]
+    fuse_reach: Option<u32>,
     /// Whether it is told how seams are hidden where they are not.
     #[arg(skip)]
     told: bool,
+}
+
+/// What `--fuse` leaves as it is.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct FuseKeep {
+    /// Where this picture, which has the output's size, is white, --fuse changes nothing, and what is around follows.
+    #[arg(help_heading = "How seams are hidden", long, value_name = "MASK", requires = "fuse", value_hint = ValueHint::FilePath)]
+    fuse_keep: Option<PathBuf>,
 }
 
 /// A number of bands.
@@ -73,13 +92,16 @@ impl Bands {
 
 impl Blending {
     /// Seams splined as widely as patches allow.
-    pub(crate) const SPLINED: Self = Self { feather: None, spline: Some(Bands::Auto), fuse: false, told: false };
+    pub(crate) const SPLINED: Self = Self { spline: Some(Bands::Auto), ..Self::NONE };
 
     /// Samples copied, also where a command would hide seams if it were told nothing.
-    pub(crate) const COPIED: Self = Self { feather: None, spline: Some(Bands::Of(0)), fuse: false, told: false };
+    pub(crate) const COPIED: Self = Self { spline: Some(Bands::Of(0)), ..Self::NONE };
 
     /// Patches fused.
-    pub(crate) const FUSED: Self = Self { feather: None, spline: None, fuse: true, told: false };
+    pub(crate) const FUSED: Self = Self { fuse: true, ..Self::NONE };
+
+    const NONE: Self =
+        Self { feather: None, spline: None, fuse: false, fuse_mixed: false, fuse_reach: None, told: false };
 
     /// Checks what can be checked without a file.
     pub(crate) fn validate(self) -> Result<(), Failure> {
@@ -130,7 +152,11 @@ impl Blending {
         match self {
             Self { feather: Some(sigma), .. } => rendered!(Feathered::new(map, valid, sigma)?),
             Self { spline: Some(bands), .. } => rendered!(Splined::new(map, valid, bands.levels(map))?),
-            Self { fuse: true, .. } => rendered!(Fused::new(map, valid)?),
+            Self { fuse: true, .. } => {
+                let fused = Fused::new(map, valid)?;
+                let fused = if self.fuse_mixed { fused.stronger() } else { fused };
+                rendered!(if let Some(reach) = self.fuse_reach { fused.within(reach) } else { fused })
+            }
             _ => Ok(map.render(planes)?),
         }
     }
@@ -140,7 +166,7 @@ impl Blending {
         match self {
             Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
             Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
-            Self { fuse: true, .. } => Fused::bytes(output, channels, kept),
+            Self { fuse: true, .. } => Fused::bytes(output, channels, kept || self.fuse_reach.is_some()),
             _ => Bytes(0),
         }
     }
@@ -148,21 +174,37 @@ impl Blending {
     /// The options as used; fusing is told where it is done.
     pub(crate) fn used(self, used: Used) -> Used {
         let spline = self.spline.map(|bands| match bands {
-            Bands::Auto => serde_json::Value::from("auto"),
+            Bands::Auto => Value::from("auto"),
             Bands::Of(bands) => bands.into(),
         });
-        let used = used.set("spline", spline);
+        let used = used.set("spline", spline).unless("fuse-mixed", false).unless("fuse-reach", Value::Null);
+        let used = used.unless("fuse-keep", Value::Null);
         if self.fuse { used.set("fuse", true) } else { used.without("fuse") }
     }
 
     /// The same for commands that do not tell what they did not do.
     pub(crate) fn used_if_any(self, used: Used) -> Used {
-        let none = |used: Used| used.without("feather").without("spline").without("fuse");
-        if self.is_none() && !self.told { none(used) } else { self.used(used) }
+        let used = self.used(used);
+        if self.is_none() && !self.told { used.without("feather").without("spline") } else { used }
     }
 
     /// For a command that tells it all the same.
     pub(crate) fn told(self) -> Self {
         Self { told: true, ..self }
+    }
+}
+
+impl FuseKeep {
+    /// Of a command that has it.
+    pub(crate) fn setup<'a>(&self, mut setup: Setup<'a>) -> Setup<'a> {
+        setup.others.extend(self.fuse_keep.clone());
+        setup.keeps |= self.fuse_keep.is_some();
+        setup
+    }
+
+    /// Reads what is kept, once the output's shape is known.
+    pub(crate) fn read(&self, loom: &mut Loom<'_>) -> Result<(), Failure> {
+        loom.unfused = self.fuse_keep.as_ref().map(|path| ground::mask(loom, path)).transpose()?;
+        Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Plane, Role, Samples, SourceMap, Start};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Samples, SourceMap, Start};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
 use serde_json::Value;
 
@@ -52,6 +52,8 @@ pub(crate) struct Loom<'a> {
     pub(crate) picture: Option<Input>,
     /// How seams are hidden.
     pub(crate) blending: Blending,
+    /// Where they are not, though they are fused elsewhere.
+    pub(crate) unfused: Option<Grid<bool, 2>>,
     /// How they are repaired before.
     pub(crate) repairing: Repairing,
     /// What makes the picture, where it is not this run's own command.
@@ -240,7 +242,8 @@ impl Loom<'_> {
         self.written.explain.is_some() || self.written.report.is_some()
     }
 
-    fn make(&mut self, outcome: Outcome) -> Result<Outputs, Failure> {
+    fn make(&mut self, mut outcome: Outcome) -> Result<Outputs, Failure> {
+        outcome.keep(self.unfused.take());
         let plane = self.picture(&outcome)?;
         let Outcome { woven, kept, holes, complete, course, how, others, after, beside, .. } = outcome;
         // What is not whole does not say how it was made: no command makes it again.

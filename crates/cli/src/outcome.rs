@@ -69,4 +69,13 @@ impl Outcome {
             beside,
         }
     }
+
+    /// Blending changes nothing there either.
+    pub(crate) fn keep(&mut self, more: Option<Grid<bool, 2>>) {
+        let Some(more) = more else { return };
+        match &mut self.kept {
+            Some(kept) => kept.samples_mut().iter_mut().zip(more.samples()).for_each(|(kept, more)| *kept |= more),
+            kept => *kept = Some(more),
+        }
+    }
 }

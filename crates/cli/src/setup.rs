@@ -145,6 +145,7 @@ impl<'a> Setup<'a> {
             before,
             picture,
             blending: self.blending,
+            unfused: None,
             repairing: self.repairing,
             made_by: None,
             files: self.files,

@@ -3,7 +3,7 @@
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 use selvedge_io::{Metadata, WriteOptions};
 
-use crate::graphcut::{map, samples};
+use crate::graphcut::{map, samples, write};
 use crate::program::Folder;
 
 /// Where two pictures differ.
@@ -95,4 +95,60 @@ fn ways_to_blend_exclude_each_other() {
     folder.run(&format!("{line} --spline 6")).refused(2, &["spline is 6", "0 to 5"]);
     folder.run(&format!("{line} --spline many")).refused(2, &["'many'", "auto"]);
     folder.run(&format!("{line} --feather 17")).refused(2, &["feather is 17", "0 to 16"]);
+}
+
+#[test]
+fn fusing_may_stay_near_seams_keep_a_mask_and_follow_the_stronger_step() {
+    let folder = Folder::new("blending-fuse");
+    let ramp = |steep: u32, add: u32| move |_: usize, [y, x]: [u32; 2]| ((y * 7 + x * steep) % 97 + add) as u8;
+    write(&folder, "a.png", [40, 60], 3, ramp(3, 20));
+    write(&folder, "b.png", [40, 60], 3, ramp(5, 90));
+    write(&folder, "mask.png", [40, 60], 1, |_, [y, _]| if y < 8 { 255 } else { 0 });
+    write(&folder, "left.png", [40, 60], 1, |_, [_, x]| if x == 0 { 255 } else { 0 });
+    write(&folder, "right.png", [40, 60], 1, |_, [_, x]| if x == 59 { 255 } else { 0 });
+    let line = "merge a.png b.png --keep 1 left.png --keep 2 right.png";
+    let merged = |options: &str| {
+        folder.run(&format!("{line} -o out.png --map m.exr {options}")).done();
+        samples(&folder, "out.png")
+    };
+    let (plain, fused, mixed) = (merged(""), merged("--fuse"), merged("--fuse --fuse-mixed"));
+    assert!(differing(&fused, &mixed).len() > 1000);
+    folder.run("again out.png -o again.png").done();
+    assert_eq!(samples(&folder, "again.png"), mixed);
+
+    let near = merged("--fuse --fuse-reach 4");
+    let made = map(&folder, "m.exr").map;
+    let around = |at: [u32; 2]| {
+        let places = (-5..=5).flat_map(|v| (-5..=5).map(move |u| [v, u]));
+        places.filter_map(|by| made.domain().step(at, by)).any(|p| (0..2).any(|axis| made.is_seam(p, axis)))
+    };
+    let changed = differing(&plain, &near);
+    assert!(!changed.is_empty() && changed.iter().all(|&at| around(at)));
+
+    let kept = merged("--fuse --fuse-keep mask.png");
+    let command = String::from_utf8(folder.run("info out.png").done().stdout).unwrap();
+    assert!(command.contains("--fuse --fuse-keep mask.png"), "{command}");
+    let changed = differing(&plain, &kept);
+    assert!(changed.len() > 500 && changed.iter().all(|[y, _]| 8 <= *y), "{}", changed.len());
+
+    folder.run(&format!("{line} -o no.png --fuse-reach 4")).refused(2, &["--fuse"]);
+    folder.run(&format!("{line} -o mask.png --fuse --fuse-keep mask.png")).refused(4, &["mask.png", "input"]);
+    folder.run(&format!("{line} -o no.png --fuse --fuse-keep @/weave.png")).refused(3, &["weave.png", "60x40"]);
+    folder.run(&format!("graphcut a.png --size 60x40 --fuse --fuse-keep mask.png -o cut.png")).done();
+    write(
+        &folder,
+        "hole.png",
+        [40, 60],
+        1,
+        |_, [y, x]| if y.abs_diff(14) < 10 && x.abs_diff(30) < 10 { 255 } else { 0 },
+    );
+    let filled = |options: &str| {
+        folder.run(&format!("fill a.png --mask hole.png -o out.png {options}")).done();
+        samples(&folder, "out.png")
+    };
+    let kept = filled("--fuse --fuse-keep mask.png");
+    assert!(differing(&kept, &filled("--spline 0")).iter().all(|[y, _]| 8 <= *y));
+    folder.run("extend a.png --size 80x60 --fuse --fuse-keep hole.png -o no.png").refused(3, &["hole.png", "80x60"]);
+    folder.run("extend a.png --size 80x60 --fuse --fuse-mixed -o out.png").done();
+    folder.run("tile a.png --method band --band 8 --fuse --fuse-reach 9 -o out.png").done();
 }

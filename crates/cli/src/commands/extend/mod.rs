@@ -102,6 +102,7 @@ impl Method for Extend {
             return Err(Failure::new(3, what).about(&loom.loaded.paths[0]).remedy(remedy));
         }
         check_opaque(loom)?;
+        self.fill.fuse_keep.read(loom)?;
         let (start, loom) = (start(loom, picture)?, &*loom);
         let at = self.anchor.place(picture.shape, loom.domain.shape);
         let mut kept = Grid::try_filled(loom.domain, 1, false)?;

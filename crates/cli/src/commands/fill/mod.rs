@@ -12,7 +12,7 @@ use selvedge_graphcut_textures::labels::{FillOptions, FillStats, estimate_fill, 
 
 use self::chosen::Chosen;
 pub(super) use self::opaque::check_opaque;
-use crate::blending::Blending;
+use crate::blending::{Blending, FuseKeep};
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
@@ -56,11 +56,13 @@ pub(crate) struct Fill {
     turning: Turning,
     #[command(flatten)]
     pub(crate) blending: Blending,
+    #[command(flatten)]
+    pub(crate) fuse_keep: FuseKeep,
 }
 
 impl Method for Fill {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        Ok(Setup {
+        Ok(self.fuse_keep.setup(Setup {
             weaving: Cow::Owned(self.all()?),
             transforms: self.turning.transforms(),
             blending: if self.fuses() { Blending::default() } else { self.blending },
@@ -69,7 +71,7 @@ impl Method for Fill {
             fills: true,
             files: Some(self.weaving.input.exemplars.clone()),
             ..Setup::new("fill", &self.weaving, OutputSize::First(None))
-        })
+        }))
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -80,6 +82,7 @@ impl Method for Fill {
         check_opaque(loom)?;
         let chosen = self.blending.is_none().then(|| Chosen::of(&loom.loaded));
         loom.blending = chosen.map_or(self.blending, Chosen::blending);
+        self.fuse_keep.read(loom)?;
         let start = start(loom, loom.domain)?;
         if self.fuses() {
             // What is fused takes memory for the holes alone.

@@ -13,7 +13,7 @@ use serde_json::json;
 use self::laying::StutterArg;
 pub(super) use self::laying::{Drawing, PlacementArg, Refining};
 use self::sources::SourceArgs;
-use crate::blending::Blending;
+use crate::blending::{Blending, FuseKeep};
 use crate::course::{self, Film};
 use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
@@ -75,6 +75,8 @@ pub(crate) struct Graphcut {
     #[command(flatten)]
     blending: Blending,
     #[command(flatten)]
+    fuse_keep: FuseKeep,
+    #[command(flatten)]
     sources: SourceArgs,
 }
 
@@ -92,7 +94,7 @@ impl Method for Graphcut {
         let mut setup = Setup::on("graphcut", &self.weaving, self.sizing, &self.start, session)?;
         setup.others.extend(self.sources.file().cloned());
         let (transforms, blending) = (self.sources.transforms()?, self.blending.told());
-        Ok(Setup { transforms, blending, repairing: self.repairing, ..setup })
+        Ok(self.fuse_keep.setup(Setup { transforms, blending, repairing: self.repairing, ..setup }))
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -107,6 +109,7 @@ impl Method for Graphcut {
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
+        self.fuse_keep.read(loom)?;
         let (start, loom) = (self.sources.start(loom)?, &*loom);
         let (options, exemplars, session) = (self.options(), &loom.loaded.exemplars, loom.session);
         let planned = plan(exemplars, loom.domain, start.sources.as_ref(), &options, &session.limits);

@@ -16,7 +16,7 @@ use selvedge_graphcut_textures::labels::{
 
 use self::placed::{At, bare};
 use self::strokes::StrokeColor;
-use crate::blending::Blending;
+use crate::blending::{Blending, FuseKeep};
 use crate::failure::{Failure, n};
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
@@ -67,6 +67,8 @@ pub(crate) struct Merge {
     seams: Seams,
     #[command(flatten)]
     blending: Blending,
+    #[command(flatten)]
+    fuse_keep: FuseKeep,
 }
 
 choices!(PreferArg for Prefer {
@@ -85,12 +87,12 @@ impl Method for Merge {
         self.validate()?;
         let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
         let size = OutputSize::Arranged(Box::new(|sources| self.extent(sources)));
-        Ok(Setup {
+        Ok(self.fuse_keep.setup(Setup {
             others: self.strokes.iter().cloned().chain(kept).collect(),
             writes: self.label_map.iter().cloned().collect(),
             blending: self.blending,
             ..Setup::new("merge", &self.weaving, size)
-        })
+        }))
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
@@ -104,6 +106,7 @@ impl Method for Merge {
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let labels = self.placed(loom)?;
         let tones = if self.gain { Some(gain::even(loom, &labels)?) } else { None };
+        self.fuse_keep.read(loom)?;
         let (only, loom) = (self.only(loom, &labels)?, &*loom);
         let how = format!("from {}{}", n("picture", labels.len()), told::transparent(bare(loom, &labels)?));
         Ok(PlannedRun::new(self.used(loom, &labels), how, move || {
