@@ -73,13 +73,14 @@ impl<const D: usize> Frame<D> {
 
     fn force_neighbours(&self, choices: &mut [Choice]) -> Result<(), Error> {
         let (mut near_old, mut near_new) = (try_vec(choices.len(), false)?, try_vec(choices.len(), false)?);
-        for axis in 0..D {
-            for (s, t) in self.pairs(axis) {
-                for (a, b) in [(s, t), (t, s)] {
-                    near_old[a] |= choices[b] == Choice::Old && !self.new[b].is_assigned();
-                    near_new[a] |= choices[b] == Choice::New && !self.old[b].is_assigned();
-                }
-            }
+        // Few force any: what has a choice, and what could have one, forces none.
+        for (i, choice) in choices.iter().enumerate() {
+            let near = match choice {
+                Choice::Old if !self.new[i].is_assigned() => &mut near_old,
+                Choice::New if !self.old[i].is_assigned() => &mut near_new,
+                _ => continue,
+            };
+            self.neighbours(i).for_each(|next| near[next] = true);
         }
         for (i, choice) in choices.iter_mut().enumerate().filter(|(_, c)| **c == Choice::Free) {
             *choice = match (near_old[i], near_new[i]) {
@@ -89,6 +90,16 @@ impl<const D: usize> Frame<D> {
             };
         }
         Ok(())
+    }
+
+    /// The samples beside one, along each axis.
+    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + use<D> {
+        let (domain, at) = (self.domain, self.domain.position(i));
+        (0..D).flat_map(|axis| [(axis, 1), (axis, -1)]).filter_map(move |(axis, by)| {
+            let mut step = [0; D];
+            step[axis] = by;
+            domain.step(at, step).map(|next| domain.index(next))
+        })
     }
 }
 

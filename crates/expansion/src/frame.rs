@@ -69,8 +69,8 @@ impl<const D: usize> Frame<D> {
         Ok(frame)
     }
 
-    /// Offers something else over the same window, row-major, unassigned for nothing.
-    pub(crate) fn offer(&mut self, window: &Window<D>, offered: impl Iterator<Item = SampleId>) {
+    /// Offers something else over the window that the frame was made for, row-major, unassigned for nothing.
+    pub fn offer(&mut self, window: &Window<D>, offered: impl Iterator<Item = SampleId>) {
         self.new.fill(SampleId::UNASSIGNED);
         let inner = window.moved(self.window.start.map(|s| -s)).places(Domain::open(self.window.shape));
         for (place, id) in inner.zip(offered) {
@@ -81,7 +81,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// Shows what was offered where it is taken.
-    pub(crate) fn take(&mut self, taken: &[bool]) {
+    pub fn take(&mut self, taken: &[bool]) {
         for (i, _) in taken.iter().enumerate().filter(|(_, taken)| **taken) {
             self.old[i] = self.new[i];
         }

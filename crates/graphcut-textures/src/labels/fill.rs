@@ -37,6 +37,10 @@ const BAND: u32 = 3;
 /// ones surer.
 const BORDER: [u32; 2] = [12, 24];
 
+/// Sides of the regions that are refined in the end, at most: by themselves they would be a fourth of the picture, and
+/// refining a hole of 512^2 in 2048^2 take four times as long, for seams that cost .06 % less.
+const REGION: u32 = 128;
+
 /// How holes are filled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FillOptions {
@@ -57,11 +61,12 @@ impl Default for FillOptions {
 }
 
 impl FillOptions {
-    /// Those of the patches that grow over what no label reaches, and that refine.
-    fn graphcut<const D: usize>(&self) -> Options<D> {
+    /// Those of the patches that grow over what no label reaches, and that refine, for an output of this shape.
+    fn graphcut<const D: usize>(&self, shape: [u32; D]) -> Options<D> {
+        let region = shape.iter().any(|&n| 4 * REGION < n).then(|| shape.map(|n| n.min(REGION)));
         // All that a hole needs is near it: of whole exemplars most would be thrown away, and nothing has to lie apart.
         let (placement, apart) = (crate::Placement::Sub, Some(0));
-        Options { seam: self.seam, refine: self.refine, placement, apart, ..Options::default() }
+        Options { seam: self.seam, refine: self.refine, placement, apart, region, ..Options::default() }
     }
 }
 
@@ -144,7 +149,7 @@ pub fn fill<const D: usize>(
     let mut fixed = Grid::try_filled(output, 1, false)?;
     fixed.samples_mut().iter_mut().zip(standing.ids.plane(0)).for_each(|(fixed, id)| *fixed = id.is_assigned());
     let start = Start { map, fixed: Some(fixed), sources: levels[0].sources.clone() };
-    let woven = graphcut_from(exemplars, start, &options.graphcut(), run)?;
+    let woven = graphcut_from(exemplars, start, &options.graphcut(output.shape), run)?;
     stats.refined = woven.stats.improvements;
     stats.energy.extend(woven.stats.energy.iter().copied());
     Ok(Woven { result: woven.result, stats, complete: woven.complete })
@@ -157,7 +162,7 @@ pub fn estimate_fill<const D: usize>(
     output: Domain<D>,
     options: &FillOptions,
 ) -> Bytes {
-    let graphcut = estimate(sources, channels, output, &options.graphcut());
+    let graphcut = estimate(sources, channels, output, &options.graphcut(output.shape));
     let samples: Bytes = sources.iter().map(|s| Bytes::of_samples(*s, 1)).sum();
     // A pyramid of all is held throughout; patches are compared at its coarsest level, before labels are decided, and
     // these before patches grow.

@@ -36,7 +36,7 @@ pub(super) struct Nearby<'a, const D: usize> {
 
 impl<const D: usize> Nearby<'_, D> {
     /// Offers all moves by at most a sample: of each piece of a label around it, since a piece moves as a whole; then
-    /// of each label in tiles where it shows, half a tile aside the second time. False if the run was cancelled before.
+    /// of the labels in tiles where they show, half a tile aside the second time. False if the run was cancelled before.
     ///
     /// # Errors
     /// [`Error::Cut`], [`Error::Core`].
@@ -50,7 +50,7 @@ impl<const D: usize> Nearby<'_, D> {
 
     fn pieces_moved(&mut self) -> Result<(), Error> {
         for (label, window) in self.pieces()? {
-            self.offer_moves(label, &window)?;
+            self.offer(moves(label), &window)?;
         }
         Ok(())
     }
@@ -58,31 +58,37 @@ impl<const D: usize> Nearby<'_, D> {
     fn tiles_moved(&mut self) -> Result<(), Error> {
         for shift in [0, TILE / 2] {
             for tile in self.tiles(shift) {
-                for label in self.labels(&tile) {
-                    self.offer_moves(label, &tile)?;
-                }
+                self.offer(self.moved(&tile), &tile)?;
             }
         }
         Ok(())
     }
 
-    fn offer_moves(&mut self, label: Label<D>, window: &Window<D>) -> Result<(), Error> {
-        for step in Domain::<D>::open([3; D]).positions() {
-            let offset = std::array::from_fn(|a| label.offset[a] + step[a] as i32 - 1);
-            self.offer(Label { offset, ..label }, window)?;
+    /// An expansion for each of some labels over a window.
+    fn offer(&mut self, labels: impl IntoIterator<Item = Label<D>>, window: &Window<D>) -> Result<(), Error> {
+        let (options, mut frame) = (LabelOptions::default(), None::<Frame<D>>);
+        for label in labels {
+            let only = [label];
+            let sets = Sets::of(self.exemplars, &only, &options, self.map.domain(), None);
+            let offered = sets.offered(0, window)?.into_iter();
+            let mut now = match frame.take() {
+                Some(mut frame) => {
+                    frame.offer(window, offered);
+                    frame
+                }
+                None => Frame::new(&self.map, window, offered)?,
+            };
+            self.decide(&mut now, label.source)?;
+            frame = Some(now);
         }
         self.run.observer.event(&Event::step("labels", self.expansions, 0));
         Ok(())
     }
 
     /// One expansion.
-    fn offer(&mut self, label: Label<D>, window: &Window<D>) -> Result<(), Error> {
-        let (labels, options) = ([label], LabelOptions::default());
-        let sets = Sets::of(self.exemplars, &labels, &options, self.map.domain(), None);
-        let Some(window) = sets.reach(0, window) else { return Ok(()) };
-        let mut frame = Frame::new(&self.map, &window, sets.offered(0, &window)?.into_iter())?;
+    fn decide(&mut self, frame: &mut Frame<D>, source: usize) -> Result<(), Error> {
         let ids = self.map.ids.plane(0);
-        let is_let = |place: usize| self.sources.is_none_or(|s| s.plane(0)[place] >> label.source & 1 == 1);
+        let is_let = |place: usize| self.sources.is_none_or(|s| s.plane(0)[place] >> source & 1 == 1);
         // Holes that stay are no places to fill.
         frame.allow(|place| ids[place].is_assigned() && is_let(place));
         let choices = frame.choices(Holes::Fill, |place| self.fixed.samples()[place].then_some(Pin::Old))?;
@@ -90,10 +96,11 @@ impl<const D: usize> Nearby<'_, D> {
         if !both.any(|(choice, (old, new))| *choice == Choice::Free && old != new) {
             return Ok(());
         }
-        let proposal = expand(&frame, &choices, self.costs, &mut self.scratch, &|| self.run.observer.cancelled())?;
+        let proposal = expand(frame, &choices, self.costs, &mut self.scratch, &|| self.run.observer.cancelled())?;
         self.expansions += 1;
         if 0 < proposal.gain() {
-            proposal.lay(&frame, &mut self.map);
+            proposal.lay(frame, &mut self.map);
+            frame.take(&proposal.taken);
         }
         Ok(())
     }
@@ -106,9 +113,11 @@ impl<const D: usize> Nearby<'_, D> {
         Some(Label { source, offset: self.map.domain().wrapped(offset) })
     }
 
-    /// The labels that show in a window.
-    fn labels(&self, window: &Window<D>) -> BTreeSet<Label<D>> {
-        window.places(self.map.domain()).flatten().filter_map(|place| self.label(place)).collect()
+    /// The labels that show in a window, and their moves, each once: many are moves of each other.
+    fn moved(&self, window: &Window<D>) -> BTreeSet<Label<D>> {
+        let places = window.places(self.map.domain()).flatten();
+        let labels: BTreeSet<Label<D>> = places.filter_map(|place| self.label(place)).collect();
+        labels.into_iter().flat_map(moves).collect()
     }
 
     /// Boxes of which something may change, and what is around them.
@@ -165,4 +174,10 @@ impl<const D: usize> Nearby<'_, D> {
         let shape = std::array::from_fn(|a| ((high[a] - low[a] + 1) as u32).min(domain.shape[a]));
         Ok(Window { start: low, shape })
     }
+}
+
+/// A label, and its moves by a sample.
+fn moves<const D: usize>(label: Label<D>) -> impl Iterator<Item = Label<D>> {
+    let by = move |step: [u32; D]| std::array::from_fn(|a| label.offset[a] + step[a] as i32 - 1);
+    Domain::<D>::open([3; D]).positions().map(move |step| Label { offset: by(step), ..label })
 }

@@ -106,17 +106,18 @@ impl Wanted {
         Self { codes, mask }
     }
 
-    /// The sum of squares of the differences from a patch.
-    fn apart(&self, codes: &[i16]) -> u64 {
-        let parts = codes.chunks(SUMMED).zip(self.codes.chunks(SUMMED)).zip(self.mask.chunks(SUMMED));
-        let parts = parts.map(|((codes, own), mask)| {
+    /// True if a patch's numbers differ by no more than `reach`, as a sum of squares. Most that do not are told by a few.
+    fn is_within(&self, codes: &[i16], reach: u64) -> bool {
+        let mut left = codes.chunks(COMPARED).zip(self.codes.chunks(COMPARED)).zip(self.mask.chunks(COMPARED));
+        let squares = |((codes, own), mask): ((&[i16], &[i16]), &[i16])| {
             let squares = codes.iter().zip(own).zip(mask).map(|((&code, &own), &mask)| {
                 let apart = code.wrapping_sub(own) & mask;
                 i32::from(apart) * i32::from(apart)
             });
             squares.sum::<i32>() as u64
-        });
-        parts.sum()
+        };
+        let add = |sum: u64, some| Some(sum + squares(some)).filter(|sum| *sum <= reach);
+        left.try_fold(0, add).is_some()
     }
 
     /// The least that patches can have within a box.
@@ -138,6 +139,8 @@ impl Wanted {
 const LEAF: usize = 32;
 /// Patches at most that say along which number others differ most.
 const ASKED: usize = 16;
+/// Numbers that are compared before it is asked whether more have to be.
+const COMPARED: usize = 16;
 
 /// All patches of a source, halved again and again where their parts differ most.
 pub(super) struct Tree {
@@ -219,7 +222,7 @@ impl Tree {
         if range.len() <= LEAF {
             let codes = self.codes[range.start * self.width..].chunks_exact(self.width);
             for (&start, codes) in self.starts[range].iter().zip(codes) {
-                if wanted.apart(codes) <= *reach {
+                if wanted.is_within(codes, *reach) {
                     *reach = ask(start as usize);
                 }
             }

@@ -89,6 +89,10 @@ impl<'a, const D: usize> Sets<'a, D> {
     /// What a label offers over a window, row-major.
     pub(super) fn offered(&self, label: usize, window: &Window<D>) -> Result<Vec<SampleId>, Error> {
         let mut offered = selvedge_core::try_vec(window.len(), SampleId::UNASSIGNED)?;
+        if !self.output.periodic.contains(&true) {
+            offered.iter_mut().zip(self.labels[label].samples(self.exemplars, window)).for_each(|(to, id)| *to = id);
+            return Ok(offered);
+        }
         for (id, local) in offered.iter_mut().zip(window.local().positions()) {
             *id = self.sample(label, std::array::from_fn(|a| window.start[a] + local[a] as i32));
         }
