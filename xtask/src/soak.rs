@@ -23,6 +23,7 @@ const KILLS: i32 = 40;
 const RELEASE: [&str; 3] = ["test", "--release", "--quiet"];
 const SEARCHES: [&str; 5] = ["-p", "selvedge-fft-ssd", "--test", "it", "oracle"];
 const BYTES: [&str; 5] = ["-p", "selvedge-maxflow", "--test", "it", "byte_strings"];
+const STROKES: [&str; 5] = ["-p", "selvedge-graphcut-textures", "--test", "it", "byte_strings"];
 const RACES: [&str; 4] = ["-p", "selvedge-io", "--lib", "two_processes_of_the_same_names"];
 
 /// Runs everything, or the one part that is named: `crates`, `package`, `options`, `kills`, `search`, `large`, `fuzz`.
@@ -198,8 +199,10 @@ fn kills() -> Outcome {
 fn fuzz() -> Outcome {
     if cargo(&["+nightly", "fuzz", "--version"]).is_err() {
         eprintln!("xtask: LEFT OUT: libFuzzer needs cargo-fuzz and a nightly compiler; random bytes instead");
-        let test = [&RELEASE[..], &BYTES, &["--", "--nocapture"]].concat();
-        return cargo_with(&test, &[("SELVEDGE_FUZZ_SECONDS", "60")]);
+        return [BYTES, STROKES].into_iter().try_for_each(|bytes| {
+            let test = [&RELEASE[..], &bytes, &["--", "--nocapture"]].concat();
+            cargo_with(&test, &[("SELVEDGE_FUZZ_SECONDS", "60")])
+        });
     }
     let tree = Tree::of_project();
     let targets =

@@ -9,5 +9,6 @@ mod constraints;
 mod defaults;
 mod levels;
 mod memory;
+mod strokes;
 mod synthesis;
 mod video;
