@@ -6,6 +6,7 @@ use std::path::Path;
 use selvedge_core::Role;
 use selvedge_testkit::from_png;
 
+use crate::banner::{self, Banner};
 use crate::outcome::Outcome;
 use crate::program::cargo_with;
 use crate::tree::{Tree, root};
@@ -47,16 +48,25 @@ pub(crate) fn run(args: &[String]) -> Outcome {
             answers.retain(|(key, _)| *key != row.key());
             answers.push((row.key(), hash));
         }
-        let strip = format!("docs/{name}.jpg");
-        let mut args =
-            vec!["run", "--quiet", "--release", "--package", "selvedge", "--example", "collage", "--", &strip];
-        args.extend(pictures.iter().map(String::as_str));
-        cargo_with(&args, &[])?;
+        collage(name, &pictures)?;
+    }
+    if args.is_empty() || args.iter().any(|name| name == "banner") {
+        let Banner { letter, word } = banner::make(&selvedge, "target/gallery")?;
+        collage("merge", &letter)?;
+        collage("banner", &[word])?;
     }
     answers.retain(|(key, _)| rows.iter().any(|row| row.key() == *key));
     answers.sort();
     let text: String = answers.iter().map(|(key, hash)| format!("{key} {hash}\n")).collect();
     fs::write(root().join(ANSWERS), text).map_err(|e| format!("{ANSWERS}: {e}"))
+}
+
+/// Writes docs/NAME.jpg of pictures in rows.
+fn collage(name: &str, pictures: &[String]) -> Outcome {
+    let strip = format!("docs/{name}.jpg");
+    let mut args = vec!["run", "--quiet", "--release", "--package", "selvedge", "--example", "collage", "--", &strip];
+    args.extend(pictures.iter().map(String::as_str));
+    cargo_with(&args, &[])
 }
 
 impl Row {

@@ -1,6 +1,7 @@
 //! The project's own chores. `cargo xtask` lists them.
 #![forbid(unsafe_code)]
 
+mod banner;
 mod bench;
 mod ci;
 mod fit;

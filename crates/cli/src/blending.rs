@@ -1,18 +1,14 @@
 //! `--feather`, `--spline` and `--fuse`: seams hidden where a map is rendered. `[Kwatra03 5]`
 
 use std::fmt;
-use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, ValueHint};
+use clap::Args;
 use selvedge_blending::{Feathered, Fused, Splined};
 use selvedge_core::{Bytes, Domain, Grid, Plane, Render, SourceMap};
 use serde_json::Value;
 
 use crate::failure::Failure;
-use crate::ground;
-use crate::loom::Loom;
-use crate::setup::Setup;
 use crate::used::Used;
 use crate::wrong::Wrong;
 
@@ -38,14 +34,6 @@ pub(crate) struct Blending {
     /// Whether it is told how seams are hidden where they are not.
     #[arg(skip)]
     told: bool,
-}
-
-/// What `--fuse` leaves as it is.
-#[derive(Args, Clone, Debug)]
-pub(crate) struct FuseKeep {
-    /// Where this picture, which has the output's size, is white, --fuse changes nothing, and what is around follows.
-    #[arg(help_heading = "How seams are hidden", long, value_name = "MASK", requires = "fuse", value_hint = ValueHint::FilePath)]
-    fuse_keep: Option<PathBuf>,
 }
 
 /// A number of bands.
@@ -191,20 +179,5 @@ impl Blending {
     /// For a command that tells it all the same.
     pub(crate) fn told(self) -> Self {
         Self { told: true, ..self }
-    }
-}
-
-impl FuseKeep {
-    /// Of a command that has it.
-    pub(crate) fn setup<'a>(&self, mut setup: Setup<'a>) -> Setup<'a> {
-        setup.others.extend(self.fuse_keep.clone());
-        setup.keeps |= self.fuse_keep.is_some();
-        setup
-    }
-
-    /// Reads what is kept, once the output's shape is known.
-    pub(crate) fn read(&self, loom: &mut Loom<'_>) -> Result<(), Failure> {
-        loom.unfused = self.fuse_keep.as_ref().map(|path| ground::mask(loom, path)).transpose()?;
-        Ok(())
     }
 }

@@ -17,6 +17,7 @@ mod eyes;
 mod failure;
 mod flows;
 mod followed;
+mod fuse_keep;
 mod ground;
 mod harmonise;
 mod inputs;

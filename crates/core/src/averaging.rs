@@ -38,9 +38,9 @@ impl Averaging {
         }
     }
 
-    /// The same, but colours that are floats are averaged as the [`Encoder`](crate::Encoder) compares them: sRGB-encoded
-    /// up to 1, logarithms where there is more. So a step in the dark counts as much as one that is as visible in the
-    /// light, and twice the light is a step of one height.
+    /// The same, but colours that are floats are averaged as the [`Encoder`](crate::Encoder) compares them:
+    /// sRGB-encoded up to 1, logarithms where there is more. So a step in the dark counts as much as one that is as
+    /// visible in the light, and twice the light is a step of one height.
     ///
     /// Time `O(samples)`.
     #[must_use]

@@ -36,7 +36,8 @@ pub(super) struct Nearby<'a, const D: usize> {
 
 impl<const D: usize> Nearby<'_, D> {
     /// Offers all moves by at most a sample: of each piece of a label around it, since a piece moves as a whole; then
-    /// of the labels in tiles where they show, half a tile aside the second time. False if the run was cancelled before.
+    /// of the labels in tiles where they show, half a tile aside the second time. False if the run was cancelled
+    /// before.
     ///
     /// # Errors
     /// [`Error::Cut`], [`Error::Core`].

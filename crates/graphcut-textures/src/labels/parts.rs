@@ -106,7 +106,8 @@ impl Wanted {
         Self { codes, mask }
     }
 
-    /// True if a patch's numbers differ by no more than `reach`, as a sum of squares. Most that do not are told by a few.
+    /// True if a patch's numbers differ by no more than `reach`, as a sum of squares. Most that do not are told by a
+    /// few.
     fn is_within(&self, codes: &[i16], reach: u64) -> bool {
         let mut left = codes.chunks(COMPARED).zip(self.codes.chunks(COMPARED)).zip(self.mask.chunks(COMPARED));
         let squares = |((codes, own), mask): ((&[i16], &[i16]), &[i16])| {

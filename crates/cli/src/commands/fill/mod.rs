@@ -12,9 +12,10 @@ use selvedge_graphcut_textures::labels::{FillOptions, FillStats, estimate_fill, 
 
 use self::chosen::Chosen;
 pub(super) use self::opaque::check_opaque;
-use crate::blending::{Blending, FuseKeep};
+use crate::blending::Blending;
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
+use crate::fuse_keep::FuseKeep;
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
 use crate::needs::Share;

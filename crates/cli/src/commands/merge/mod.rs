@@ -16,8 +16,9 @@ use selvedge_graphcut_textures::labels::{
 
 use self::placed::{At, bare};
 use self::strokes::StrokeColor;
-use crate::blending::{Blending, FuseKeep};
+use crate::blending::Blending;
 use crate::failure::{Failure, n};
+use crate::fuse_keep::FuseKeep;
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
 use crate::options::Seams;
