@@ -22,7 +22,7 @@ const KILLS: i32 = 40;
 /// How single tests are run, and those that are asked for more than at every change: package, binary, test.
 const RELEASE: [&str; 3] = ["test", "--release", "--quiet"];
 const SEARCHES: [&str; 5] = ["-p", "selvedge-fft-ssd", "--test", "it", "oracle"];
-const BYTES: [&str; 5] = ["-p", "selvedge-maxflow", "--test", "it", "byte_strings"];
+const BYTES: [&str; 7] = ["-p", "selvedge-maxflow", "-p", "selvedge-io", "--test", "it", "byte_strings"];
 const STROKES: [&str; 5] = ["-p", "selvedge-graphcut-textures", "--test", "it", "byte_strings"];
 const RACES: [&str; 4] = ["-p", "selvedge-io", "--lib", "two_processes_of_the_same_names"];
 

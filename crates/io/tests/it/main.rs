@@ -3,10 +3,12 @@
 
 mod bad_files;
 mod bombs;
+mod bytes;
 mod clips;
 mod common;
 mod containers;
 mod conversions;
+mod corpus;
 mod damage;
 mod foreign;
 mod jpeg;

@@ -1,0 +1,10 @@
+//! `cargo fuzz run names`: names of sequences, ranges, and files beside each other: some of them in an order, or one line.
+//!
+//! The same check replays the corpus in `cargo test -p selvedge-io corpus`, without the fuzzer.
+#![no_main]
+
+#[allow(dead_code, reason = "the other targets run the rest")]
+#[path = "../../crates/io/tests/it/bytes.rs"]
+mod bytes;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| bytes::run_names(data));
