@@ -239,7 +239,7 @@ fn frames_that_are_written_are_told_and_what_was_said_of_others_is_gone() {
 #[test]
 fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
     let line = format!(
-        "video {} -o out.##.png --mode spacetime --size 60x70x60 --region 12x12x8 --refine 300 --seed 4 --map m.##.exr",
+        "video {} -o out.##.png --mode spacetime --size 40x44x40 --region 12x12x8 --refine 120 --seed 4 --map m.##.exr",
         "@/fire.png"
     );
     let folder = Folder::new("resumed");
@@ -247,7 +247,7 @@ fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
     let whole = folder.files();
     let folder = Folder::new("resumed-after");
     let (child, mut stderr) = begun(&folder, &format!("{line} --checkpoint kept --progress json"));
-    for _ in 0..40 {
+    for _ in 0..30 {
         stderr.read_line(&mut String::new()).unwrap();
     }
     send(&child, "-INT");
@@ -255,7 +255,7 @@ fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
     assert_eq!(folder.names(), ["kept"]);
     let other = line.replace("--seed 4", "--seed 5");
     folder.run(&format!("{other} --resume kept")).refused(3, &["kept/checkpoint", "of another seed, 4"]);
-    let other = line.replace("--refine 300", "--refine 9");
+    let other = line.replace("--refine 120", "--refine 9");
     folder.run(&format!("{other} --resume kept")).refused(3, &["of another options"]);
     let said = folder.run(&format!("{line} --resume kept --json -j 1")).done();
     assert!(said.json()["options"].get("resume").is_none());

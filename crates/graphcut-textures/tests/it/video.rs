@@ -8,7 +8,7 @@ use selvedge_core::{
 };
 use selvedge_graphcut_textures::Error;
 use selvedge_graphcut_textures::video::{
-    DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, looped, walk,
+    DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, Surface, looped, median, walk,
 };
 
 /// Noise that changes slowly.
@@ -360,4 +360,16 @@ fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
         walk(&e, &loops, 0, &Run::seeded(0)).unwrap_err(),
         Error::Core(selvedge_core::Error::EmptyOutput { .. })
     ));
+}
+
+/// A wave that runs up a beach dissolves, and no other begins there: the jump whose steps are seen least joins frames
+/// that are not alike, and the cut ends a wave where none ends. Steps do not tell. `[Kwatra03 7A]`
+#[test]
+fn waves_that_dissolve_are_cut_between_frames_that_are_not_alike() {
+    let exemplars = of(&selvedge_testkit::exemplars::beach([100, 48, 48]));
+    let jumps = distances(&exemplars).best(&JumpOptions::default()).unwrap();
+    let woven = looped(&exemplars, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
+    let best = &woven.stats.tried[woven.stats.chosen];
+    let usual = median(&exemplars.sources()[0].features) as f64 / (48.0 * 48.0);
+    assert!(3.0 * usual < best.jump.error && best.price < best.straight && best.closure.closes(), "{usual}, {best:?}");
 }

@@ -1,5 +1,6 @@
 //! Procedural exemplars that look like something: each a surface, a light, and the planes made of both.
 
+mod beach;
 mod bricks;
 mod cobbles;
 mod knit;
@@ -10,6 +11,7 @@ mod scales;
 mod tiles;
 mod weave;
 
+pub use beach::beach;
 pub use bricks::{Bricks, bricks};
 pub use cobbles::{cobbles, cobbles_with_hole};
 pub use knit::knit;
