@@ -1,4 +1,4 @@
-//! `cargo fuzz run apng`: animated PNGs, GIFs and WebPs of any bytes: frames as the head tells, the same again, or one line.
+//! `cargo fuzz run apng`: animated PNGs, GIFs and WebPs of any bytes: frames as the head tells, twice, or one line.
 //!
 //! The same check replays the corpus in `cargo test -p selvedge-io corpus`, without the fuzzer.
 #![no_main]

@@ -1,4 +1,4 @@
-//! `cargo fuzz run names`: names of sequences, ranges, and files beside each other: some of them in an order, or one line.
+//! `cargo fuzz run names`: names of sequences, ranges, and files beside each other: some of them, or one line.
 //!
 //! The same check replays the corpus in `cargo test -p selvedge-io corpus`, without the fuzzer.
 #![no_main]

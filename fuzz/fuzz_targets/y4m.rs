@@ -1,4 +1,4 @@
-//! `cargo fuzz run y4m`: YUV4MPEG2 of any bytes: frames as the head tells, the same again, or one line.
+//! `cargo fuzz run y4m`: YUV4MPEG2 of any bytes: frames as the head tells, twice, or one line.
 //!
 //! The same check replays the corpus in `cargo test -p selvedge-io corpus`, without the fuzzer.
 #![no_main]

@@ -15,6 +15,7 @@ mod fill;
 mod graphcut;
 mod hybrid;
 mod merge;
+mod merge_clips;
 mod optimize;
 mod order;
 mod over;

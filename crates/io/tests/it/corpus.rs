@@ -8,8 +8,10 @@ use selvedge_core::{Rng, Seed};
 
 use crate::bytes::{run_clip, run_flipbook, run_names};
 
-/// By fuzz target, what it does with bytes.
-const TARGETS: [(&str, fn(&[u8])); 4] =
+/// What a fuzz target does with bytes.
+type Target = fn(&[u8]);
+
+const TARGETS: [(&str, Target); 4] =
     [("y4m", run_clip), ("apng", run_clip), ("flipbook", run_flipbook), ("names", run_names)];
 
 /// The files of a target's corpus.

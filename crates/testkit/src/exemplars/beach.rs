@@ -13,7 +13,8 @@ const RUN: f64 = 40.0;
 const DISSOLVE: f64 = 20.0;
 
 /// A clip of `[frames, height, width]`, sRGB, the sea at the top. No wave is like another, and each is gone after 60
-/// frames: no two of the first hundred are alike, and what is cut between two of them ends a wave where none ends. `[Kwatra03 7A]`
+/// frames: no two of the first hundred are alike, and what is cut between two of them ends a wave where none ends.
+/// `[Kwatra03 7A]`
 ///
 /// # Panics
 /// If there is too little memory.

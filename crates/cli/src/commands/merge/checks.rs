@@ -19,15 +19,18 @@ impl Merge {
             let what = format!("{} of --at for {}", n("place", places), n("further picture", pictures - 1));
             return Err(Failure::new(2, what).remedy("give one for each after the first"));
         }
-        if let Some(path) = &self.label_map {
-            let numbers = (Layout { colors: 1, alpha: false }, Depth::U8);
-            outputs::check_held((path, outputs::format(path, None, None)?), [1, 1], numbers, None)?;
-        }
         if self.gain && !self.weaving.with.matched.is_empty() {
             let failure = Failure::new(2, "--gain would even the pictures and not the planes of --match");
             return Err(failure.remedy("leave one of both out"));
         }
         self.check_numbers(pictures)
+    }
+
+    /// Refuses a file that holds no numbers of pictures.
+    pub(super) fn check_label_map(&self) -> Result<(), Failure> {
+        let Some(path) = &self.label_map else { return Ok(()) };
+        let numbers = (Layout { colors: 1, alpha: false }, Depth::U8);
+        outputs::check_held((path, outputs::format(path, None, None)?), [1, 1], numbers, None)
     }
 
     /// Numbers of pictures are those of pictures that there are.

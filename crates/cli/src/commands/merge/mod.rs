@@ -1,6 +1,7 @@
-//! `selvedge merge`: several pictures made one, cut along the seams that show least. `[Kwatra03 6B]`
+//! `selvedge merge`: several pictures, or clips, made one, cut along the seams that show least. `[Kwatra03 6B]`
 
 mod checks;
+mod clips;
 mod gain;
 mod placed;
 mod strokes;
@@ -24,6 +25,7 @@ use crate::method::{Method, PlannedRun};
 use crate::options::Seams;
 use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
+use crate::report::Done;
 use crate::session::Session;
 use crate::setup::Setup;
 use crate::values::choices;
@@ -33,7 +35,7 @@ use crate::weaving::Weaving;
 #[derive(Args, Debug)]
 #[command(mut_arg("exemplars", |arg| arg
     .value_names(["PICTURE"])
-    .help("Pictures, numbered from 1; one that is given again may lie at another place")))]
+    .help("Pictures, numbered from 1; one that is given again may lie at another place. Or clips of as many frames")))]
 #[command(mut_arg("mask", |arg| arg
     .help("Show a picture only where this one is white. Give one for each picture, in order, or 'none'")))]
 pub(crate) struct Merge {
@@ -44,7 +46,7 @@ pub(crate) struct Merge {
     #[arg(long, value_name = "X,Y|auto", allow_hyphen_values = true)]
     at: Vec<At>,
     /// What must show, painted: each colour of --color its picture, all that is black or transparent whatever fits. It
-    /// has the output's size.
+    /// has the output's size. For clips one picture for all frames, or one a frame: 'strokes.####.png'.
     #[arg(long, value_name = "STROKES", value_hint = ValueHint::FilePath)]
     strokes: Option<PathBuf>,
     /// The picture that a colour of --strokes stands for, by its number: '#ffff00=1'.
@@ -86,6 +88,7 @@ choices!(PreferArg for Prefer {
 impl Method for Merge {
     fn setup(&self, _: &Session<'_>) -> Result<Setup<'_>, Failure> {
         self.validate()?;
+        self.check_label_map()?;
         let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
         let size = OutputSize::Arranged(Box::new(|sources| self.extent(sources)));
         Ok(self.fuse_keep.setup(Setup {
@@ -121,6 +124,11 @@ impl Method for Merge {
 }
 
 impl Merge {
+    /// Runs the command: over clips, if it is given any.
+    pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
+        if self.is_of_clips(session)? { self.over_clips(session) } else { Method::run(self, session) }
+    }
+
     fn weave(&self, loom: &Loom<'_>, labels: &[Label<2>], only: Option<Grid<u64, 2>>) -> Result<Outcome, Failure> {
         let exemplars = &loom.loaded.exemplars;
         let own = self.prefer.map(|prefer| preferred(exemplars, labels, loom.domain, prefer.into())).transpose()?;
@@ -129,7 +137,7 @@ impl Merge {
             LabelOptions { seam: self.seams.measure(), only, own, leave_holes: true, ..LabelOptions::default() };
         let start = Start::empty(exemplars, loom.domain)?;
         let woven = expand(exemplars, start, labels, &options, &loom.session.run())?;
-        let (counts, how) = (told::counts(&woven.stats, labels), told::how(&woven.stats));
+        let (counts, how) = (told::counts(&woven.stats, labels), told::how(&woven.stats, "picture"));
         let holes = 0 < woven.stats.holes;
         let others = self.label_map.iter().map(|path| Ok((path.clone(), told::numbered(&woven.result)?)));
         let others = others.collect::<Result<_, Failure>>()?;

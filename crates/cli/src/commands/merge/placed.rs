@@ -1,5 +1,6 @@
 //! Where pictures lie beside each other.
 
+use std::path::Path;
 use std::str::FromStr;
 
 use selvedge_core::{Domain, Exemplars};
@@ -13,7 +14,7 @@ use crate::wrong::Wrong;
 
 /// Where a picture lies: down and across, or a choice by the program.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct At(Option<[i32; 2]>);
+pub(super) struct At(pub(super) Option<[i32; 2]>);
 
 impl FromStr for At {
     type Err = Wrong;
@@ -34,7 +35,7 @@ impl FromStr for At {
 
 impl Merge {
     /// Where a picture is said to lie; the first, and those of which nothing is said, lie at the corner.
-    fn at(&self, picture: usize) -> At {
+    pub(super) fn at(&self, picture: usize) -> At {
         let typed = picture.checked_sub(1).and_then(|further| self.at.get(further).copied());
         typed.unwrap_or(At(Some([0, 0])))
     }
@@ -61,16 +62,8 @@ impl Merge {
             }),
         };
         let mut labels = (0..exemplars.sources().len()).map(place).collect::<Result<Vec<_>, Failure>>()?;
-        let shape = |label: &Label<2>| exemplars.sources()[label.source].domain().shape;
-        let (corner, reach) = extent(labels.iter().map(|label| (label.offset, shape(label))));
-        labels.iter_mut().for_each(|label| label.offset = [0, 1].map(|axis| label.offset[axis] - corner[axis]));
-        let domains = exemplars.domains();
-        let channels = exemplars.channels();
-        if let Some(alone) = alone(&labels, &domains) {
-            let what = "it lies apart from the other pictures, and nothing would show between them";
-            let failure = Failure::new(3, what).about(&loom.loaded.paths[alone]);
-            return Err(failure.remedy("lay it closer with --at, until it meets another one"));
-        }
+        let (domains, channels) = (exemplars.domains(), exemplars.channels());
+        let reach = arrange(&mut labels, &domains).map_err(|alone| apart(&loom.loaded.paths[alone]))?;
         loom.lay(reach, |domain| self.bytes(&domains, channels, domain)).map_err(|e| {
             let [height, width] = reach;
             let failure = Failure::new(e.exit, format!("together they reach over {width}x{height} px: {}", e.message));
@@ -78,6 +71,19 @@ impl Merge {
         })?;
         Ok(labels)
     }
+}
+
+/// Lays pictures into the least box that holds them all, and says how far it reaches; else which of them lies apart.
+pub(super) fn arrange(labels: &mut [Label<2>], domains: &[Domain<2>]) -> Result<[u32; 2], usize> {
+    let (corner, reach) = extent(labels.iter().map(|label| (label.offset, domains[label.source].shape)));
+    labels.iter_mut().for_each(|label| label.offset = [0, 1].map(|axis| label.offset[axis] - corner[axis]));
+    alone(labels, domains).map_or(Ok(reach), Err)
+}
+
+/// Says that one meets no other.
+pub(super) fn apart(path: &Path) -> Failure {
+    let what = "it lies apart from the other pictures, and nothing would show between them";
+    Failure::new(3, what).about(path).remedy("lay it closer with --at, until it meets another one")
 }
 
 /// The first picture that cannot be reached from the first of all over pictures that meet: share a side, or more.
@@ -106,9 +112,9 @@ fn alone(labels: &[Label<2>], domains: &[Domain<2>]) -> Option<usize> {
 }
 
 /// True if a picture has a sample at a position of the output.
-pub(super) fn shows(exemplars: &Exemplars<2>, label: &Label<2>, at: [u32; 2]) -> bool {
+pub(super) fn shows<const D: usize>(exemplars: &Exemplars<D>, label: &Label<D>, at: [u32; D]) -> bool {
     let source = &exemplars.sources()[label.source];
-    let from = source.domain().step([0; 2], [0, 1].map(|axis| at[axis] as i32 - label.offset[axis]));
+    let from = source.domain().step([0; D], std::array::from_fn(|axis| at[axis] as i32 - label.offset[axis]));
     from.is_some_and(|from| source.valid.as_deref().is_none_or(|valid| valid.get(0, from)))
 }
 

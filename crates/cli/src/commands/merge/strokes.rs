@@ -72,7 +72,7 @@ impl Merge {
     }
 
     /// The picture that each sample of the strokes asks for.
-    fn wanted(&self, path: &Path, plane: &Plane<2>) -> Result<Vec<Option<usize>>, Failure> {
+    pub(super) fn wanted(&self, path: &Path, plane: &Plane<2>) -> Result<Vec<Option<usize>>, Failure> {
         let mut unknown: BTreeMap<[u8; 3], usize> = BTreeMap::new();
         let mut wanted = Vec::new();
         for i in 0..plane.domain().len() {
@@ -118,27 +118,38 @@ fn sized(loom: &mut Loom<'_>, path: &Path) -> Result<Plane<2>, Failure> {
 }
 
 /// Where a picture is asked for, no other may show, and it has to be there.
-fn keep(
-    only: &mut Grid<u64, 2>,
-    (exemplars, labels): (&Exemplars<2>, &[Label<2>]),
+pub(super) fn keep<const D: usize>(
+    only: &mut Grid<u64, D>,
+    (exemplars, labels): (&Exemplars<D>, &[Label<D>]),
     path: &Path,
     wanted: impl Fn(usize) -> Option<usize>,
 ) -> Result<(), Failure> {
     let domain = only.domain();
     for (i, bits) in only.samples_mut().iter_mut().enumerate() {
         let Some(number) = wanted(i) else { continue };
-        let [y, x] = domain.position(i);
-        if !shows(exemplars, &labels[number - 1], [y, x]) {
-            let what = format!("picture {number} is to show at {x},{y}, where it is not or shows nothing");
-            return Err(Failure::new(3, what).about(path).remedy("paint inside of it, or move it with --at"));
+        let at = domain.position(i);
+        let refused = |why: &str, remedy: &str| {
+            let what = format!("picture {number} is to show at {}, where {why}", place(&at));
+            Err(Failure::new(3, what).about(path).remedy(remedy))
+        };
+        if !shows(exemplars, &labels[number - 1], at) {
+            return refused("it is not or shows nothing", "paint inside of it, or move it with --at");
         }
         if *bits >> (number - 1) & 1 == 0 {
-            let what = format!("picture {number} is to show at {x},{y}, where another one is to show as well");
-            return Err(Failure::new(3, what).about(path).remedy("let strokes and masks of --keep not overlap"));
+            return refused("another one is to show as well", "let strokes and masks of --keep not overlap");
         }
         *bits = 1 << (number - 1);
     }
     Ok(())
+}
+
+/// A place as people write it: across, down, and the frame of a clip, counted from 0.
+fn place(at: &[u32]) -> String {
+    match *at {
+        [y, x] => format!("{x},{y}"),
+        [t, y, x] => format!("{x},{y} of frame {t}"),
+        _ => format!("{at:?}"),
+    }
 }
 
 #[cfg(test)]

@@ -24,20 +24,20 @@ impl Merge {
 }
 
 /// Counts of a run.
-pub(super) fn counts(stats: &LabelStats, labels: &[Label<2>]) -> Value {
+pub(super) fn counts<const D: usize>(stats: &LabelStats, labels: &[Label<D>]) -> Value {
     let mut counts = counts!(stats, shown, expansions, improvements, sweeps, holes, energy);
-    counts["at"] = labels.iter().map(|label| [label.offset[1], label.offset[0]]).collect::<Vec<_>>().into();
+    counts["at"] = labels.iter().map(|label| [label.offset[D - 1], label.offset[D - 2]]).collect::<Vec<_>>().into();
     counts
 }
 
-/// How it was made, in words.
-pub(super) fn how(stats: &LabelStats) -> String {
+/// How it was made of pictures or clips, in words.
+pub(super) fn how(stats: &LabelStats, what: &str) -> String {
     let shown = stats.shown.iter().filter(|shown| 0 < **shown).count();
-    format!("from {shown} of {}{}", n("picture", stats.shown.len()), transparent(stats.holes))
+    format!("from {shown} of {}{}", n(what, stats.shown.len()), transparent(stats.holes))
 }
 
 /// The numbers of the pictures that show; each has one label.
-pub(super) fn numbered(map: &SourceMap<2>) -> Result<Plane<2>, Failure> {
+pub(super) fn numbered<const D: usize>(map: &SourceMap<D>) -> Result<Plane<D>, Failure> {
     let numbers = map.ids.map(|id| map.table.locate(id).map_or(0, |(source, _)| source as u8 + 1))?;
     Ok(Plane::new(Role::Scalar, Samples::U8(numbers)))
 }

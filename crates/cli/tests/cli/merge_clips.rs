@@ -1,0 +1,109 @@
+//! `merge` of clips: seams are surfaces in space and time, strokes one picture or one a frame.
+
+use crate::graphcut::{samples, write};
+use crate::program::Folder;
+
+/// A texture that is nowhere like another of another seed.
+fn texture(seed: u32, [y, x]: [u32; 2], c: u32) -> u8 {
+    let mixed = (x * 7 + y * 13 + c * 5 + seed * 31).wrapping_mul(0x9e37_79b1) ^ (x / 3 * 11 + y / 4 * 17 + seed);
+    (mixed.wrapping_mul(0x85eb_ca6b) >> 24) as u8
+}
+
+/// Two clips of five frames, the content of which goes down by so many pixels a frame.
+fn clips(folder: &Folder, by: u32) {
+    for (name, seed) in [("a", 1), ("b", 2)] {
+        for t in 0..5 {
+            let file = format!("{name}.{:03}.png", t + 1);
+            write(folder, &file, [24, 30], 3, |c, [y, x]| texture(seed, [y + 40 - by * t, x], c as u32));
+        }
+    }
+}
+
+/// Yellow at the left, blue at the right, moved by so many pixels.
+fn paint(folder: &Folder, name: &str, by: u32) {
+    let at = |c: usize, [_, x]: [u32; 2]| match (x, c) {
+        (x, 0 | 1) if x < 6 + by => 255,
+        (x, 2) if 14 + by <= x => 255,
+        _ => 0,
+    };
+    write(folder, name, [24, 30], 3, at);
+}
+
+const COLORS: &str = "--color #ffff00=1 --color #0000ff=2";
+
+#[test]
+fn clips_that_stand_still_merge_as_their_pictures_do() {
+    let folder = Folder::new("merge-still-clips");
+    clips(&folder, 0);
+    paint(&folder, "paint.png", 0);
+    folder.run(&format!("merge a.001.png b.001.png --strokes paint.png {COLORS} -o one.png")).done();
+    let line = format!("merge a.###.png b.###.png --strokes paint.png {COLORS} -o out.###.png --json");
+    let said = folder.run(&line).done().json();
+    assert_eq!(said["stats"]["seam_moves"], 0.0);
+    assert_eq!(said["outputs"][0]["frames"], 5);
+    let one = samples(&folder, "one.png");
+    assert!((1..=5).all(|t| samples(&folder, &format!("out.{t:03}.png")) == one));
+}
+
+#[test]
+fn every_sample_is_that_of_the_clip_that_shows_there() {
+    let folder = Folder::new("merge-clips");
+    clips(&folder, 2);
+    (0..5).for_each(|t| paint(&folder, &format!("paint.{}.png", t + 1), 4 * t));
+    let white = |_: usize, [y, x]: [u32; 2]| if 10 <= y && y < 13 && 27 <= x { 255 } else { 0 };
+    write(&folder, "mask.png", [24, 30], 1, white);
+    let line = format!("merge a.###.png b.###.png --strokes paint.#.png {COLORS} --keep 2 mask.png");
+    let said = folder.run(&format!("{line} --label-map l.#.png -o out.###.png --json")).done().json();
+    assert!(0.0 < said["stats"]["seam_moves"].as_f64().unwrap());
+    for t in 0..5 {
+        let [out, a, b] = ["out", "a", "b"].map(|name| samples(&folder, &format!("{name}.{:03}.png", t + 1)));
+        let labels = samples(&folder, &format!("l.{}.png", t + 1));
+        for (i, at) in out.domain().positions().enumerate() {
+            let from = if labels.value(0, i) == 1.0 { &a } else { &b };
+            assert!((0..3).all(|c| out.value(c, i) == from.value(c, i)), "frame {t}, {at:?}");
+            let wanted = match at[1] {
+                x if x < 6 + 4 * t => 1.0,
+                x if 14 + 4 * t <= x || 0 < white(0, at) => 2.0,
+                _ => continue,
+            };
+            assert_eq!(labels.value(0, i), wanted, "frame {t}, {at:?}");
+        }
+    }
+    // Clips beside each other reach farther than one of them.
+    let said = folder.run("merge a.###.png b.###.png --at 20,0 -o wide.png --json").done().json();
+    assert_eq!([&said["outputs"][0]["width"], &said["outputs"][0]["height"]], [50, 24]);
+    let said = folder.run(&format!("{line} -o dry.###.png --dry-run")).done();
+    assert!(said.stderr.contains("would be 5 frames of 30x24 px from 2 clips"), "{said:?}");
+    folder.run("merge a.001.png b.001.png --at 20,0 -o wide.001.png").done();
+}
+
+#[test]
+fn what_is_no_pair_of_clips_is_refused() {
+    let folder = Folder::new("merge-clips-refused");
+    clips(&folder, 1);
+    paint(&folder, "paint.png", 0);
+    (0..4).for_each(|t| paint(&folder, &format!("paint.{}.png", t + 1), t));
+    write(&folder, "small.png", [9, 9], 1, |_, _| 255);
+    for (name, shape, channels) in [("short", [24, 30], 3), ("grey", [24, 30], 1)] {
+        let frames = if name == "short" { 4 } else { 5 };
+        (1..=frames).for_each(|t| write(&folder, &format!("{name}.{t}.png"), shape, channels, |_, _| 9));
+    }
+    let refused = |line: &str, exit: i32, parts: &[&str]| {
+        folder.run(&format!("merge a.###.png {line} -o no.###.png")).refused(exit, parts);
+    };
+    refused("", 2, &["1 picture to merge"]);
+    refused("short.#.png", 3, &["short.#.png'", "4 frames", "5 frames"]);
+    refused("grey.#.png", 3, &["1 channel of u8", "3 channels of u8"]);
+    refused("small.png", 3, &["small.png'", "no clip"]);
+    refused("b.###.png --at auto", 2, &["b.###.png'", "--at auto"]);
+    refused("b.###.png --at 90,0", 3, &["b.###.png'", "lies apart"]);
+    refused("b.###.png --at 3,4", 3, &["no clip shows anything at", "fill their box"]);
+    refused("b.###.png --gain", 2, &["--gain is for pictures"]);
+    refused(&format!("b.###.png --strokes paint.#.png {COLORS}"), 3, &["paint.#.png'", "4 frames", "have 5"]);
+    refused("b.###.png --strokes paint.png --color #ffff00=1", 3, &["paint.png'", "#0000ff"]);
+    refused("b.###.png --keep 1 small.png", 3, &["small.png'", "9x9 px"]);
+    refused("b.###.png --max-memory 10MiB", 6, &["memory"]);
+    folder.run("merge a.###.png b.###.png -o b.###.png").refused(4, &["same file as the input"]);
+    folder.run("merge a.###.png b.###.png -o no.jpg").refused(2, &["no.jpg'"]);
+    assert!(folder.names().iter().all(|name| !name.starts_with("no")), "{:?}", folder.names());
+}
