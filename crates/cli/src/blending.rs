@@ -122,6 +122,14 @@ impl Blending {
         if complete { self } else { Self::default() }
     }
 
+    /// The same for all frames of a clip, so that none is blended more widely than another: as widely as patches of
+    /// each allow.
+    pub(crate) fn of_frames(self, maps: &[SourceMap<2>]) -> Self {
+        let Some(Bands::Auto) = self.spline else { return self };
+        let levels = maps.iter().map(Splined::levels_for).min().unwrap_or(1);
+        Self { spline: Some(Bands::Of(levels)), ..self }
+    }
+
     /// The map laid over planes; `valid` says by source what may show, and what is `kept` stays as it is.
     pub(crate) fn render(
         self,

@@ -31,5 +31,6 @@ mod synthesize;
 mod transfer;
 mod turns;
 mod video;
+mod video_begun;
 mod video_told;
 mod words;

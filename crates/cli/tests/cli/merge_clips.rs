@@ -50,7 +50,7 @@ fn every_sample_is_that_of_the_clip_that_shows_there() {
     let folder = Folder::new("merge-clips");
     clips(&folder, 2);
     (0..5).for_each(|t| paint(&folder, &format!("paint.{}.png", t + 1), 4 * t));
-    let white = |_: usize, [y, x]: [u32; 2]| if 10 <= y && y < 13 && 27 <= x { 255 } else { 0 };
+    let white = |_: usize, [y, x]: [u32; 2]| if (10..13).contains(&y) && 27 <= x { 255 } else { 0 };
     write(&folder, "mask.png", [24, 30], 1, white);
     let line = format!("merge a.###.png b.###.png --strokes paint.#.png {COLORS} --keep 2 mask.png");
     let said = folder.run(&format!("{line} --label-map l.#.png -o out.###.png --json")).done().json();

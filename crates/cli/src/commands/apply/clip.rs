@@ -2,29 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Grid, Origin, Render as _, Role, SampleId, SourceMap, SourceTable, Transform};
+use selvedge_core::{Bytes, Domain, Render as _, Role};
 use selvedge_io::clip::{ClipOptions, ClipWriteOptions, ClipWriter};
 use selvedge_io::{Fingerprint, Metadata};
 
 use super::Apply;
+use crate::clip_maps::ClipMaps;
 use crate::clips::{self, Clip, ClipInput};
 use crate::failure::{Failure, n, shown};
-use crate::inputs::{self, Input};
+use crate::inputs;
 use crate::options::names_of;
 use crate::outputs::{self, Outputs};
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::{made, memory, names};
-
-/// The maps of all frames.
-struct Maps {
-    /// Over the clip that they were made from.
-    map: SourceMap<3>,
-    /// By frame, what that clip was.
-    frames: Vec<Fingerprint>,
-    fingerprint: Fingerprint,
-    seed: u64,
-}
 
 impl Apply {
     /// True for the maps of a clip: one a frame, under names that go by numbers.
@@ -39,14 +30,14 @@ impl Apply {
         inputs::check_streams(&self.planes)?;
         names::check_apart(&self.output, self.planes.len())?;
         let files = clips::files(&self.map, None)?;
-        let maps = self.maps(session, &files, &mut report)?;
+        let maps = ClipMaps::read(session, &self.map, &mut report)?;
         let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
         let options = ClipOptions { frame, ..ClipOptions::default() };
         let open = |path: &PathBuf| ClipInput::open(session, path, &options);
         let clips = self.planes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         clips.iter().try_for_each(|clip| maps.check(clip))?;
         let written = self.check_clips(session, (&clips, files), maps.map.domain())?;
-        let held = clips.iter().map(|clip| clip.bytes() * 2 + maps.made(clip) * 2).sum::<Bytes>();
+        let held = clips.iter().map(|clip| clip.bytes() * 2 + made_of(&maps, clip) * 2).sum::<Bytes>();
         let needed = memory::PROGRAM + memory::places(maps.map.domain()) * 2 + held;
         memory::check_fixed(&session.limits, needed)?;
         report.estimate = Some(needed.0);
@@ -83,32 +74,6 @@ impl Apply {
         }
     }
 
-    /// Reads the maps of all frames as one.
-    fn maps(&self, session: &Session<'_>, files: &[PathBuf], report: &mut Report) -> Result<Maps, Failure> {
-        let (mut ids, mut read): (Vec<SampleId>, Vec<_>) = (Vec::new(), Vec::new());
-        let mut first = None;
-        for path in files {
-            session.check_signal()?;
-            let one = Input::new(session, path)?.read_map(session)?;
-            report.inputs.push(one.entry);
-            read.push(one.fingerprint);
-            ids.extend_from_slice(one.file.map.ids.plane(0));
-            let first = first.get_or_insert_with(|| one.file.clone());
-            if first.map.domain() != one.file.map.domain() || first.exemplars != one.file.exemplars {
-                let failure = Failure::new(3, "is the map of another clip than the first").about(path);
-                return Err(failure.remedy("give the maps of one run"));
-            }
-        }
-        let no_maps = || Failure::new(3, "is no map of a clip's frames").about(&self.map);
-        let first = first.ok_or_else(no_maps)?;
-        let table = of_clip(&first.map.table).ok_or_else(|| no_maps().remedy("give maps that 'video' wrote"))?;
-        let Domain { shape: [height, width], periodic: [y, x] } = first.map.domain();
-        let domain = Domain { shape: [files.len() as u32, height, width], periodic: [false, y, x] };
-        let map = SourceMap::new(Grid::from_vec(domain, 1, ids)?, table)?;
-        let seed = first.metadata.provenance.map_or(0, |made| made.seed);
-        Ok(Maps { map, frames: first.exemplars, fingerprint: clips::fingerprint(&self.map, &read), seed })
-    }
-
     /// Refuses what could not be written; the names of what is.
     fn check_clips(
         &self,
@@ -135,7 +100,7 @@ impl Apply {
     fn lay_clip(
         &self,
         session: &Session<'_>,
-        maps: &Maps,
+        maps: &ClipMaps,
         clip: &Clip,
         (path, outputs): (&Path, &mut Outputs),
     ) -> Result<(), Failure> {
@@ -158,34 +123,7 @@ impl Apply {
     }
 }
 
-impl Maps {
-    /// Refuses a clip of other frames than those that the maps were made from.
-    fn check(&self, clip: &ClipInput) -> Result<(), Failure> {
-        let (made, found) = (self.map.table.sources()[0].1.shape, clip.domain().shape);
-        if made == found {
-            return Ok(());
-        }
-        let told = |[frames, h, w]: [u32; 3]| format!("{} of {w}x{h} px", n("frame", frames as usize));
-        let what = format!("{}, but the maps were made from {}", told(found), told(made));
-        Err(Failure::new(3, what).about(clip.path()).remedy("give a pass of the same frames"))
-    }
-
-    /// Bytes of what is made of a clip.
-    fn made(&self, clip: &ClipInput) -> Bytes {
-        memory::picture(self.map.domain(), clip.info().channels, clip.info().depth)
-    }
-}
-
-/// The clip whose frames are the sources of a map; `None` for sources that are no frames of one. Samples keep their
-/// numbers: they are numbered frame by frame.
-fn of_clip(table: &SourceTable<2>) -> Option<SourceTable<3>> {
-    let first = table.sources().first()?.1;
-    let is_frame = |(number, (origin, domain)): (usize, &(Origin, Domain<2>))| {
-        usize::from(origin.exemplar) == number && origin.transform == Transform::IDENTITY && *domain == first
-    };
-    if !table.sources().iter().enumerate().all(is_frame) {
-        return None;
-    }
-    let clip = Domain::open([table.sources().len() as u32, first.shape[0], first.shape[1]]);
-    SourceTable::new(vec![(Origin { exemplar: 0, transform: Transform::IDENTITY }, clip)]).ok()
+/// Bytes of what is made of a clip.
+fn made_of(maps: &ClipMaps, clip: &ClipInput) -> Bytes {
+    memory::picture(maps.map.domain(), clip.info().channels, clip.info().depth)
 }

@@ -3,8 +3,8 @@
 use selvedge_core::{Bytes, Domain};
 use selvedge_graphcut_textures::video::{self, FrameDistances};
 
-use super::Video;
 use super::modes::Way;
+use super::{Video, blended};
 use crate::clips::ClipInput;
 use crate::failure::Failure;
 use crate::memory;
@@ -35,7 +35,9 @@ impl Video {
         let times = |bytes: Bytes| Bytes(bytes.0.saturating_mul(longest.0) / Bytes::of_samples(domain, 1).0.max(1));
         let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
         let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
-        let output = longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
+        let blended = blended::bytes(self.write.blending, &clips[0], Domain::open(way.most(domain)));
+        let output =
+            blended + longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
         Ok(memory::PROGRAM + kept + features * 2 + work.max(output))
     }
 }

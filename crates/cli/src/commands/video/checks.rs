@@ -1,18 +1,26 @@
 //! Which way `video` goes, and what options of it may not be.
 
 use super::modes::{PlayArg, Way};
-use super::{Video, told};
+use super::{Video, blended, told};
+use crate::clip_maps::ClipMaps;
 use crate::clips::ClipInput;
 use crate::failure::Failure;
 use crate::session::Session;
 
 impl Video {
     /// Which way the clip goes on.
-    pub(super) fn way(&self, session: &Session<'_>, clip: &ClipInput) -> Result<Way, Failure> {
+    pub(super) fn way(
+        &self,
+        session: &Session<'_>,
+        clip: &ClipInput,
+        start: Option<&ClipMaps>,
+    ) -> Result<Way, Failure> {
+        blended::check(session, self.write.blending)?;
         let typed = |names: Vec<String>| session.first_typed(&names);
         let of_jumps = typed(told::of_jumps()).or(typed(vec!["surface".to_owned()]));
         let of_woven = typed(told::of_woven());
-        let way = self.mode.way(clip, self.write.filled(), (of_jumps.as_deref(), of_woven.as_deref()))?;
+        let begun = start.map(|maps| maps.map.domain().shape);
+        let way = self.mode.way(clip, (self.write.filled(), begun), (of_jumps.as_deref(), of_woven.as_deref()))?;
         self.still.check(clip, way.output)?;
         if !way.loops() && (1 < self.write.repeat || self.write.closing_frame) {
             let what = "--repeat and --closing-frame are for loops that are written whole";

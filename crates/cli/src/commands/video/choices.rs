@@ -77,6 +77,11 @@ pub(super) fn typed([frames, height, width]: [u32; 3]) -> String {
     format!("{width}x{height}x{frames}")
 }
 
+/// The same of a reach.
+pub(super) fn typed_reach(sides: [u32; 3]) -> String {
+    if sides.iter().all(|&side| u32::from(u16::MAX) < side) { "all".into() } else { typed(sides) }
+}
+
 /// A jump by the frames around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JumpArg(pub(super) Jump);

@@ -1,12 +1,12 @@
 //! `selvedge video`: video textures.
 
+mod blended;
 mod bytes;
 mod checks;
 mod choices;
 mod fade;
 mod kept;
 mod look;
-mod maps;
 mod modes;
 mod read;
 mod still;
@@ -24,8 +24,9 @@ use self::modes::{ModeArgs, Way};
 use self::read::ReadArgs;
 use self::still::{Still, StillArgs};
 use self::transition::TransitionArgs;
-use self::woven::WovenArgs;
+use self::woven::{Under, WovenArgs};
 use self::written::WriteArgs;
+use crate::clip_maps::ClipMaps;
 use crate::clips::{Clip, ClipInput};
 use crate::failure::{Failure, shown};
 use crate::report::{Done, Report};
@@ -47,6 +48,11 @@ pub(crate) struct Video {
     still: StillArgs,
     #[command(flatten)]
     woven: WovenArgs,
+    /// The paper to the letter: whole clips, the first that is drawn, a window of 60 frames around a jump: --reach all
+    /// --variety 0 --tries 1 --window 60 --seam gradient. With '--loop fixed' it keeps 10 frames, as is the default of
+    /// clips of 30.
+    #[arg(long)]
+    paper: bool,
     #[command(flatten)]
     write: WriteArgs,
 }
@@ -78,11 +84,13 @@ impl Video {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let (mut report, clip) = (Report::new("video"), &self.read.clip);
-        let others: Vec<_> = self.transition.file().into_iter().chain(self.still.file()).cloned().collect();
+        let mut others: Vec<_> = self.transition.file().into_iter().chain(self.still.file()).cloned().collect();
         inputs::check_streams(self.read.paths().chain(&others))?;
         self.write.check_names(self.read.paths().count())?;
         let clips = self.read.open(session, self.write.rate)?;
-        let way = self.way(session, &clips[0])?;
+        let start = self.woven.begun(session, &clips[0], &mut report)?;
+        others.extend(self.woven.files()?);
+        let way = self.way(session, &clips[0], start.as_ref())?;
         self.write.check(session, &self.read, (&clips, &way), &others)?;
         let (way, needed) = self.affordable(session, &clips, way)?;
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
@@ -90,6 +98,7 @@ impl Video {
         report.estimate = Some(needed.0);
         let used = session.options.clone().unless("with", Value::Null).unless("fixed", Value::Null);
         let used = used.unless("still-frame", Value::Null).unless("encode", Value::Null);
+        let used = self.write.blending.used_if_any(used);
         let name = shown(&self.write.output);
         if session.global.dry_run {
             report.options = used;
@@ -100,7 +109,7 @@ impl Video {
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
         let still = self.still.read(session, clips[0].plane.domain().shape, &mut report)?;
-        let made = self.made(session, &clips[0], (way, still.as_ref()), used)?;
+        let made = self.made(session, &clips[0], (way, still.as_ref(), start.as_ref()), used)?;
         session.watch.finish();
         report.stage("synthesis");
         (report.options, report.stats) = (made.options.clone(), made.stats.clone());
@@ -108,7 +117,7 @@ impl Video {
             return Err(self.write.interrupted(session, &mut report, &clips, &made));
         }
         session.check_signal()?;
-        let outputs = self.write.outputs(&mut report, session, &clips, &made)?;
+        let outputs = self.write.outputs(&mut report, session, (&clips, still.as_ref()), &made)?;
         let line = format!("{name}: {}{}, in {:.2} s", made.how, self.write.more(&made), report.elapsed());
         Ok(Done::made(report, line, outputs))
     }
@@ -134,7 +143,7 @@ impl Video {
         &self,
         session: &Session<'_>,
         clip: &Clip,
-        (mut way, still): (Way, Option<&Still>),
+        (mut way, still, start): (Way, Option<&Still>, Option<&ClipMaps>),
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
         let mut refused = None;
@@ -152,7 +161,8 @@ impl Video {
         let [frames, height, width] = way.output.shape;
         let used = told::of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
         let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
-        let woven = self.woven.made(session, clip, (&way, seam, still), &self.write, used)?;
+        let under = Under { way: &way, seam, still, start };
+        let woven = self.woven.made(session, clip, under, &self.write, used)?;
         Ok(better(refused, woven))
     }
 }

@@ -95,10 +95,10 @@ impl ModeArgs {
     pub(super) fn way(
         &self,
         clip: &ClipInput,
-        filled: Option<u32>,
+        (filled, begun): (Option<u32>, Option<[u32; 3]>),
         (of_jumps, of_woven): (Option<&str>, Option<&str>),
     ) -> Result<Way, Failure> {
-        let (keep, output) = self.output(clip, filled)?;
+        let (keep, output) = self.output(clip, filled, begun)?;
         let of_jumps = of_jumps.or(self.play.is_some().then_some("--play"));
         let has = clip.domain().shape;
         let resized = output.shape[1..] != has[1..] || self.tile.is_some();
@@ -125,8 +125,13 @@ impl ModeArgs {
         self.frames.or(self.size.and_then(|size| size.frames))
     }
 
-    /// What is woven, and the frames at both ends.
-    fn output(&self, clip: &ClipInput, filled: Option<u32>) -> Result<(u32, Domain<3>), Failure> {
+    /// What is woven, and the frames at both ends; of the size that it was begun with.
+    fn output(
+        &self,
+        clip: &ClipInput,
+        filled: Option<u32>,
+        begun: Option<[u32; 3]>,
+    ) -> Result<(u32, Domain<3>), Failure> {
         if self.frames.is_some() && self.size.is_some_and(|size| size.frames.is_some()) {
             return Err(Failure::new(2, "--frames and --size both say how many frames").remedy("leave one of them out"));
         }
@@ -135,18 +140,36 @@ impl ModeArgs {
             return Err(Failure::new(2, what).remedy("leave it out, or give --loop fixed"));
         }
         let [has, height, width] = clip.domain().shape;
-        let frames = self.frames().or(filled).unwrap_or(has.saturating_mul(2));
+        let frames = self.frames().or(filled).or(begun.map(|of| of[0])).unwrap_or(has.saturating_mul(2));
         let keep = self.keep.unwrap_or_else(|| KEEP.min(has / 3).min(frames / 3).max(1));
         let keep = if self.looping == LoopArg::Fixed { keep } else { 0 };
         if 0 < keep && has.min(frames) <= keep {
             let what = format!("--keep {keep} leaves nothing between, of {has} frames or of {frames}");
             return Err(Failure::new(2, what).remedy(format!("use --keep {} or less", has.min(frames) - 1)));
         }
-        let [height, width] = self.size.map_or([height, width], |size| size.frame);
+        let of_start = begun.map_or([height, width], |[_, height, width]| [height, width]);
+        let [height, width] = self.size.map_or(of_start, |size| size.frame);
+        if let Some(of) = begun {
+            check_begun(of, [frames, height, width], self.looping == LoopArg::Fixed)?;
+        }
         let tiled = Tile::domain(self.tile, [height, width]);
         let periodic = [self.looping == LoopArg::Periodic, tiled.periodic[0], tiled.periodic[1]];
         Ok((keep, Domain { shape: [frames, height, width], periodic }))
     }
+}
+
+/// Refuses to go on from maps of other frames than those that are asked for.
+fn check_begun(of: [u32; 3], asked: [u32; 3], keeps: bool) -> Result<(), Failure> {
+    if keeps {
+        let what = "--start has frames of its own at both ends, and --loop fixed others";
+        return Err(Failure::new(2, what).remedy("leave one of them out"));
+    }
+    if of == asked {
+        return Ok(());
+    }
+    let told = |[frames, h, w]: [u32; 3]| format!("{} of {w}x{h} px", n("frame", frames as usize));
+    let what = format!("the maps of --start are of {}, not {}", told(of), told(asked));
+    Err(Failure::new(3, what).remedy("leave --frames and --size out"))
 }
 
 impl Way {

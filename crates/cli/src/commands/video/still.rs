@@ -25,7 +25,7 @@ pub(super) struct StillArgs {
 
 /// A mask that was read, and the frame to show there.
 pub(super) struct Still {
-    mask: Grid<bool, 2>,
+    pub(super) mask: Grid<bool, 2>,
     frame: u32,
 }
 

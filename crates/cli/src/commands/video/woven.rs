@@ -1,22 +1,26 @@
 //! Clips woven of patches that are moved in time, or in space and time. `[Kwatra03 7B]` `[Kwatra03 7C]` `[Kwatra03 7D]`
 //! `[Kwatra03 7E]`
 
-use clap::Args;
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamMeasure, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::video::{Ends, Usual, median, step};
 use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, plan};
 use serde_json::{Value, json};
 
-use super::choices::{reach, typed, volume};
+use super::choices::{reach, typed, typed_reach, volume};
 use super::kept::{Kept, KeptArgs};
 use super::look::Shown;
 use super::modes::{ModeArg, Way};
 use super::still::Still;
 use super::written::WriteArgs;
 use super::{ClipOutcome, transition};
-use crate::clips::Clip;
+use crate::clip_maps::ClipMaps;
+use crate::clips::{self, Clip, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
+use crate::report::Report;
 use crate::session::Session;
 use crate::used::Used;
 use crate::values::{Auto, auto, counts, name_of};
@@ -40,11 +44,46 @@ pub(super) struct WovenArgs {
     drawing: Drawing,
     #[command(flatten)]
     refining: Refining,
+    /// Go on from source maps of this clip that --map wrote, whose size the output has: their seams are made better.
+    #[arg(long, value_name = "MAPS.####.exr", conflicts_with = "resume", value_hint = ValueHint::FilePath)]
+    start: Option<PathBuf>,
     #[command(flatten)]
     kept: KeptArgs,
 }
 
+/// What a weave is made under.
+#[derive(Clone, Copy)]
+pub(super) struct Under<'a> {
+    pub(super) way: &'a Way,
+    pub(super) seam: SeamMeasure,
+    pub(super) still: Option<&'a Still>,
+    /// Maps that it goes on from.
+    pub(super) start: Option<&'a ClipMaps>,
+}
+
 impl WovenArgs {
+    /// Files that are read.
+    pub(super) fn files(&self) -> Result<Vec<PathBuf>, Failure> {
+        self.start.as_ref().map_or(Ok(Vec::new()), |name| clips::files(name, None))
+    }
+
+    /// Reads the maps to go on from.
+    pub(super) fn begun(
+        &self,
+        session: &Session<'_>,
+        clip: &ClipInput,
+        report: &mut Report,
+    ) -> Result<Option<ClipMaps>, Failure> {
+        let Some(name) = &self.start else { return Ok(None) };
+        if !clips::is_pattern(name) {
+            let failure = Failure::new(2, "is no name of maps, one a frame").about(name);
+            return Err(failure.remedy("give what --map wrote, such as 'maps.####.exr'"));
+        }
+        let maps = ClipMaps::read(session, name, report)?;
+        maps.check(clip)?;
+        Ok(Some(maps))
+    }
+
     /// As the library takes them.
     pub(super) fn options(&self, way: &Way, seam: SeamMeasure) -> Result<Options<3>, Failure> {
         let options = Options {
@@ -65,17 +104,19 @@ impl WovenArgs {
         &self,
         session: &Session<'_>,
         clip: &Clip,
-        (way, seam, still): (&Way, SeamMeasure, Option<&Still>),
+        under: Under<'_>,
         write: &WriteArgs,
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
+        let Under { way, seam, still, start } = under;
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = clip.exemplars()?;
+        let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
         let options = self.options(way, seam)?;
-        let used = used.without("checkpoint").without("resume");
+        let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
         let kept = self.kept.open(session, clip, &used)?;
-        let Woven { result: map, stats, complete } =
-            weave(session, &exemplars, (way, &kept), &options).map_err(|e| match e {
+        let Woven { result: map, stats, complete } = weave(session, &exemplars, (way, &kept, start), &options)
+            .map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
                 Error::Core(selvedge_core::Error::NoSource { .. }) => {
                     about(Failure::from(e)).remedy("mask less of the clip")
@@ -94,7 +135,7 @@ impl WovenArgs {
         let used = used
             .set("placement", name_of(stats.settings.placement))
             .set("region", typed(stats.settings.region))
-            .set("reach", typed(stats.settings.reach))
+            .set("reach", typed_reach(stats.settings.reach))
             .set("variety", stats.settings.variety);
         let used = self.refining.used(used);
         Ok(ClipOutcome {
@@ -118,14 +159,25 @@ impl WovenArgs {
         let [frames, height, width] = way.output.shape;
         let output = Domain { shape: [frames.saturating_add(way.keep), height, width], ..way.output };
         let kept = if self.kept.is_asked() { Bytes::of_samples(output, 12) + Bytes(1 << 20) } else { Bytes(0) };
-        estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6) + kept
+        let start = if self.start.is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
+        estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6) + kept + start
     }
+}
+
+/// What maps of the clip show, to go on from.
+fn begin(exemplars: &Exemplars<3>, clip: &Clip, maps: &ClipMaps, way: &Way) -> Result<Start<3>, Failure> {
+    if !clip.frames.iter().zip(&maps.frames).all(|(own, made)| own.blake3 == made.blake3) {
+        let failure = Failure::new(3, "the maps of --start were made from other frames").about(&clip.path);
+        return Err(failure.remedy("give the clip that they were made from"));
+    }
+    let map = SourceMap::new(maps.map.ids.clone().with_periodic(way.output.periodic), exemplars.table().clone())?;
+    Ok(Start { map, fixed: None, sources: None })
 }
 
 fn weave(
     session: &Session<'_>,
     exemplars: &Exemplars<3>,
-    (way, kept): (&Way, &Kept<'_>),
+    (way, kept, start): (&Way, &Kept<'_>, Option<Start<3>>),
     options: &Options<3>,
 ) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
     let run = session.run();
@@ -134,7 +186,7 @@ fn weave(
         kept.weave(&plan, start)
     };
     if way.keep == 0 {
-        return planned(Start::empty(exemplars, way.output)?);
+        return planned(start.map_or_else(|| Start::empty(exemplars, way.output), Ok)?);
     }
     let Domain { shape: [frames, height, width], periodic } = way.output;
     let of_clip = exemplars.sources()[0].domain().shape[1..] == [height, width] && periodic == [false; 3];

@@ -10,17 +10,24 @@ use serde_json::Value;
 
 use super::modes::Way;
 use super::read::ReadArgs;
-use super::{ClipOutcome, maps};
+use super::still::Still;
+use super::{ClipOutcome, blended};
+use crate::blending::Blending;
 use crate::clips::{self, Clip, ClipInput, Encode};
 use crate::failure::{Failure, shown};
+use crate::options::option;
 use crate::outputs::{self, Outputs};
 use crate::report::Report;
 use crate::session::Session;
 use crate::stdio::STREAM;
-use crate::{made, names, page};
+use crate::{clip_maps, made, names, page};
 
 /// How often the loop is written, how, and what beside it.
 #[derive(Args, Clone, Debug)]
+#[command(mut_args(option("fuse", |arg| arg.hide(true))))]
+#[command(mut_args(option("feather", |arg| arg
+    .help("Feather seams within each frame with a Gaussian kernel of this many pixels (its sigma), up to 16; not in time, \
+           nor those of --with"))))]
 pub(super) struct WriteArgs {
     /// Write the loop so many times.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -45,6 +52,8 @@ pub(super) struct WriteArgs {
     pub(super) output: PathBuf,
     #[command(flatten)]
     encode: Encode,
+    #[command(flatten)]
+    pub(super) blending: Blending,
     /// Write when each pixel jumps: its first frame that is not shown.
     #[arg(help_heading = "Files that are written", long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     pub(super) surface: Option<PathBuf>,
@@ -138,7 +147,7 @@ impl WriteArgs {
             read.extend(files);
         }
         if let Some(name) = &self.map {
-            let all = maps::files(name, way.most(clips[0].domain())[0])?;
+            let all = clip_maps::files(name, way.most(clips[0].domain())[0])?;
             written.extend([all.first(), all.last()].into_iter().flatten().cloned());
         }
         written.extend(self.surface.iter().chain(&self.preview).cloned());
@@ -161,22 +170,38 @@ impl WriteArgs {
         &self,
         report: &mut Report,
         session: &Session<'_>,
-        clips: &[Clip],
+        (clips, still): (&[Clip], Option<&Still>),
         made: &ClipOutcome,
     ) -> Result<Outputs, Failure> {
         let provenance = made.complete.then(|| self.provenance(session, clips, made));
         let mut outputs = Outputs::default();
+        let mut blended = match &made.map {
+            // Other passes are copied: no blend of vectors is a vector.
+            Some(map) if made.complete && !self.blending.is_none() => {
+                let still = still.map(|still| &still.mask);
+                Some(blended::frames(session, self.blending, (map, &clips[0].plane), still)?)
+            }
+            _ => None,
+        };
         for clip in clips {
             let name = self.name(&clip.path);
             let name = if made.complete { name } else { outputs::partial(&name) };
-            let rendered = made.map.as_ref().map(|map| map.render(&[&clip.plane])).transpose()?;
-            let Some(shown) = rendered.as_ref().or(made.mixed.as_ref()) else { continue };
+            let blended = blended.take();
+            let rendered = match &made.map {
+                Some(map) if blended.is_none() => Some(map.render(&[&clip.plane])?),
+                _ => None,
+            };
+            let shown = rendered.as_ref().or(made.mixed.as_ref());
             let metadata = Metadata { provenance: provenance.clone(), ..clip.info.metadata.clone() };
             let options = self.write_options(Some(clip), made.loops.then_some(made.frames));
             let mut frame = |t: u32| {
                 // What is kept of a run that was ended is written whole.
                 made.complete.then(|| session.check_signal()).transpose()?;
-                Ok(selvedge_io::clip::frame_of(shown, t % made.frames)?)
+                match (&blended, shown) {
+                    (Some(frames), _) => Ok(frames[(t % made.frames) as usize].clone()),
+                    (None, Some(shown)) => Ok(selvedge_io::clip::frame_of(shown, t % made.frames)?),
+                    (None, None) => unreachable!("a map or mixed frames"),
+                }
             };
             outputs.clip(&name, self.count(made), &mut frame, (&metadata, options))?;
         }
@@ -186,7 +211,7 @@ impl WriteArgs {
         }
         let metadata = Metadata { provenance: provenance.clone(), ..Metadata::default() };
         if let (Some(name), Some(map)) = (&self.map, &made.map) {
-            maps::add(&mut outputs, name, map, (&clips[0].frames, &metadata))?;
+            clip_maps::add(&mut outputs, name, map, (&clips[0].frames, &metadata))?;
         }
         for (path, plane) in [(&self.surface, &made.surface), (&self.preview, &made.preview)] {
             if let (Some(path), Some(plane)) = (path, plane) {
@@ -218,7 +243,7 @@ impl WriteArgs {
             return Failure::interrupted(signal);
         }
         let partial = outputs::partial(&self.name(&clips[0].path));
-        match self.outputs(report, session, clips, made).and_then(|outputs| outputs.write(session)) {
+        match self.outputs(report, session, (clips, None), made).and_then(|outputs| outputs.write(session)) {
             Ok(()) => Failure::kept(signal, &partial),
             Err(e) => e,
         }
