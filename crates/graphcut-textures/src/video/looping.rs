@@ -2,8 +2,11 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Bytes, Domain, Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven};
+use selvedge_core::{
+    Bytes, Domain, Error as CoreError, Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven,
+};
 
+use super::banded::{MOST_LEVELS, smaller, tiled};
 use super::jumps::Jump;
 use super::steps::{Closure, Usual, over_surface};
 use super::surface::Surface;
@@ -21,11 +24,14 @@ pub struct LoopOptions {
     pub seam: SeamMeasure,
     /// Jumps that are cut whatever comes of them; those after them are cut where none of these closes. Default: 8.
     pub jumps: usize,
+    /// At how many sizes surfaces are looked for, each of frames half as wide and high as the one before: all but the
+    /// smallest only near the surface of the next smaller one. From 1, the cheapest surface, to 5. Default: 1.
+    pub levels: u32,
 }
 
 impl Default for LoopOptions {
     fn default() -> Self {
-        Self { window: 60, seam: SeamMeasure::Gradient, jumps: 8 }
+        Self { window: 60, seam: SeamMeasure::Gradient, jumps: 8, levels: 1 }
     }
 }
 
@@ -101,8 +107,11 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
     // frames around each; then the graph, which takes 51 bytes a node, and the answer.
     let frames = |n: u32| Domain::open([n.min(clip.shape[0]), clip.shape[1], clip.shape[2]]);
     let side = Bytes::of_samples(frames(options.window.saturating_add(4)), 2 * channels as u64 + 1 + 12);
-    let cut = Bytes::of_samples(frames(options.window), 56);
-    Bytes(A_RUN) + side * 2 + cut + Bytes::of_samples(frames(1), 64) + Usual::bytes(clip)
+    let whole = Bytes::of_samples(frames(options.window), 56);
+    let cut = if options.levels == 1 { whole } else { whole.min(tiled(frames(options.window))) };
+    // All smaller clips together are a third of the clip.
+    let smaller = Bytes::of_samples(clip, channels as u64 + 1) * u64::from(1 < options.levels);
+    Bytes(A_RUN) + side * 2 + cut + smaller + Bytes::of_samples(frames(1), 64) + Usual::bytes(clip)
 }
 
 /// Cuts jumps along the surface of least price, and takes the one whose loop closes best. `[Kwatra03 7A]`
@@ -125,7 +134,8 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
 ///
 /// # Complexity
 /// A jump takes one maximum flow over its window's samples, and about 90 bytes for each of them; jumps are cut one
-/// after the other.
+/// after the other. With [`levels`](LoopOptions::levels) the flow is over a fourth of them at most, then over tiles, at
+/// once on the threads of the pool.
 ///
 /// # Events
 /// `"transition"` after each jump.
@@ -145,7 +155,10 @@ pub fn looped(
     jumps.iter().try_for_each(|jump| jump.check(frames))?;
     let clip = Domain::open([frames, height, width]);
     run.limits.admit(clip, estimate(clip, exemplars.channels(), options))?;
+    CoreError::within("levels", options.levels, 1.0..=f64::from(MOST_LEVELS), "1 to 5")?;
     let usual = Usual::of(features).ok_or(Error::Frames { frames })?;
+    let coarser = smaller(exemplars, options.levels)?;
+    let sizes: Vec<&Exemplars<3>> = std::iter::once(exemplars).chain(&coarser).collect();
     let mut stats = LoopStats::default();
     let mut best = Surface::flat(first, [height, width])?;
     let mut complete = true;
@@ -166,7 +179,7 @@ pub fn looped(
             stats.tried.push(Trial { jump: *jump, ..tried.clone() });
             continue;
         }
-        let cut = match transition(exemplars, jump, window.clone(), options.seam, &|| run.observer.cancelled()) {
+        let cut = match transition(&sizes, jump, window.clone(), options.seam, &|| run.observer.cancelled()) {
             Ok(cut) => cut,
             Err(error) if error.is_cancelled() => {
                 complete = false;

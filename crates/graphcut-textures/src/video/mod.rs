@@ -36,6 +36,7 @@
 //! # }
 //! ```
 
+mod banded;
 mod distances;
 mod ends;
 mod jumps;

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use selvedge_core::{Domain, Exemplars, Grid, SampleId, SeamCosts, SeamMeasure, Source, try_vec};
-use selvedge_maxflow::{BinaryEnergy, MaxflowError, PairwiseTerm};
+use selvedge_maxflow::MaxflowError;
 
 use super::jumps::Jump;
 use super::surface::Surface;
@@ -36,13 +36,14 @@ pub(super) fn window(jump: &Jump, frames: u32, window: u32) -> Range<u32> {
 }
 
 /// Two stretches of the clip side by side: what would have come and what comes.
-struct Stretches {
+pub(super) struct Stretches {
     costs: SeamCosts<3>,
-    frames: Range<u32>,
+    pub(super) frames: Range<u32>,
     /// By stretch, number of the first sample of the window's first frame.
     first: [i64; 2],
-    pixels: usize,
-    shape: [u32; 3],
+    pub(super) pixels: usize,
+    /// Of the window.
+    pub(super) shape: [u32; 3],
 }
 
 impl Stretches {
@@ -75,7 +76,8 @@ impl Stretches {
     }
 
     /// The price of a change between two neighbours.
-    fn price(&self, axis: usize, here: i64, there: i64) -> i32 {
+    #[inline]
+    pub(super) fn price(&self, axis: usize, here: i64, there: i64) -> i32 {
         self.costs.between(axis, self.sample(0, here), self.sample(1, there))
     }
 
@@ -90,44 +92,8 @@ impl Stretches {
         seams.min_by_key(|&(_, price)| price).unwrap_or_default()
     }
 
-    /// The cheapest surface, with prices shortened by some bits; `None` if they are still too large.
-    fn cut(&self, shift: u32, cancelled: &dyn Fn() -> bool) -> Result<Option<Vec<bool>>, Error> {
-        let mut energy = BinaryEnergy::new(self.shape.map(|n| n as usize), [false; 3]).map_err(cut_failed)?;
-        let fits = match self.fill(&mut energy, shift) {
-            Err(MaxflowError::CapacityTooLarge { .. }) => false,
-            other => other.map(|()| true).map_err(cut_failed)?,
-        };
-        if !fits {
-            return Ok(None);
-        }
-        let minimum = energy.minimize_until(cancelled).map_err(cut_failed)?;
-        Ok(Some(minimum.cut.source_side().to_vec()))
-    }
-
-    fn fill(&self, energy: &mut BinaryEnergy<3>, shift: u32) -> Result<(), MaxflowError> {
-        let (pixels, len) = (self.pixels, self.pixels * self.shape[0] as usize);
-        for v in 0..pixels {
-            energy.unary(v, 0, self.price(0, v as i64 - pixels as i64, v as i64) >> shift)?;
-            let last = len - pixels + v;
-            energy.unary(last, self.price(0, last as i64, (last + pixels) as i64) >> shift, 0)?;
-        }
-        let domain = Domain::open(self.shape);
-        let strides = domain.strides();
-        for (v, at) in domain.positions().enumerate() {
-            for axis in (0..3).filter(|&axis| at[axis] + 1 < self.shape[axis]) {
-                let w = v + strides[axis];
-                let e01 = self.price(axis, v as i64, w as i64) >> shift;
-                // Within a frame both sides go on beyond the seam, so that it costs the same either way; in time there
-                // is no way back.
-                let e10 = if axis == 0 { 0 } else { e01 };
-                energy.pairwise(v, axis, PairwiseTerm { e00: 0, e01, e10, e11: 0 })?;
-            }
-        }
-        energy.ordered(0)
-    }
-
     /// The price of a surface, by frames of the window that each pixel shows before it jumps.
-    fn total(&self, shown: &[u32]) -> i64 {
+    pub(super) fn total(&self, shown: &[u32]) -> i64 {
         let (pixels, [_, height, width]) = (self.pixels as i64, self.shape);
         let picture = Domain::open([height, width]);
         let mut sum = 0;
@@ -147,47 +113,49 @@ impl Stretches {
     }
 }
 
-/// Cuts a jump.
+/// Cuts a jump: by a clip and, if there are any, by smaller ones, each of frames of half the size, whose surface says
+/// where that of the one before it is looked for.
 ///
 /// # Errors
 /// [`Error::Core`] and [`Error::Cut`].
 pub(super) fn transition(
-    exemplars: &Exemplars<3>,
+    sizes: &[&Exemplars<3>],
     jump: &Jump,
     frames: Range<u32>,
     seam: SeamMeasure,
-    cancelled: &dyn Fn() -> bool,
+    cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Transition, Error> {
     if cancelled() {
         return Err(Error::Cancelled);
     }
-    let stretches = Stretches::new(exemplars, jump, frames, seam)?;
+    let mut coarser: Option<([u32; 2], Vec<u32>)> = None;
+    let mut shift = 0;
+    for exemplars in sizes.iter().skip(1).rev() {
+        let stretches = Stretches::new(exemplars, jump, frames.clone(), seam)?;
+        let found = stretches.surface(coarser.take(), cancelled)?;
+        shift = shift.max(found.1);
+        coarser = Some(([stretches.shape[1], stretches.shape[2]], found.0));
+    }
+    let stretches = Stretches::new(sizes[0], jump, frames, seam)?;
     let (straight, price) = stretches.straight();
     let mut shown = try_vec(stretches.pixels, straight)?;
-    let transition = |shown: Vec<u32>, found: i64, shift: u32| {
-        let [_, height, width] = stretches.shape;
-        let time = shown.into_iter().map(|n| (stretches.frames.start + n) as u16).collect();
-        let surface = Surface { time: Grid::from_vec(Domain::open([height, width]), 1, time)? };
-        Ok(Transition { surface, price: found, straight: price, shift })
-    };
-    if stretches.frames.is_empty() {
-        return transition(shown, price, 0);
-    }
-    for shift in 0.. {
-        let Some(kept) = stretches.cut(shift, cancelled)? else { continue };
-        let mut best = try_vec(stretches.pixels, 0_u32)?;
-        kept.iter().enumerate().for_each(|(v, &kept)| best[v % stretches.pixels] += u32::from(kept));
-        let found = stretches.total(&best);
-        // Prices that were shortened may mislead.
+    let mut found = price;
+    if !stretches.frames.is_empty() {
+        let (best, by) = stretches.surface(coarser, cancelled)?;
+        shift = shift.max(by);
+        found = stretches.total(&best);
+        // Prices that were shortened may mislead, and so may a smaller clip.
         if found <= price {
             shown = best;
         }
-        return transition(shown, found.min(price), shift);
     }
-    unreachable!("prices of no bits are all 0")
+    let [_, height, width] = stretches.shape;
+    let time = shown.into_iter().map(|n| (stretches.frames.start + n) as u16).collect();
+    let surface = Surface { time: Grid::from_vec(Domain::open([height, width]), 1, time)? };
+    Ok(Transition { surface, price: found.min(price), straight: price, shift })
 }
 
-fn cut_failed(error: MaxflowError) -> Error {
+pub(super) fn cut_failed(error: MaxflowError) -> Error {
     selvedge_expansion::Error::from(error).into()
 }
 

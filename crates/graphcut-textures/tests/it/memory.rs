@@ -100,19 +100,26 @@ const LOOPS: &str = "memory::loops_stay_within_their_estimate";
 
 #[test]
 fn loops_stay_within_their_estimate() {
-    // Clips, and the window.
-    let cases = [([12, 40, 50], 60), ([60, 90, 120], 20), ([90, 60, 80], 60), ([200, 16, 16], 80)];
-    let options = |window: u32| LoopOptions { window, ..LoopOptions::default() };
-    let run = |(shape, window): ([u32; 3], u32)| {
+    // Clips, the window, and sizes at which it is cut.
+    let cases = [
+        ([12, 40, 50], 60, 1),
+        ([60, 90, 120], 20, 1),
+        ([90, 60, 80], 60, 1),
+        ([200, 16, 16], 80, 1),
+        ([60, 140, 200], 20, 3),
+        ([40, 64, 64], 20, 2),
+    ];
+    let options = |window: u32, levels: u32| LoopOptions { window, levels, ..LoopOptions::default() };
+    let run = |(shape, window, levels): ([u32; 3], u32, u32)| {
         let exemplars = noise(shape, 1);
         let before = memory::held();
         let jump = Jump { from: shape[0] * 3 / 4 - 1, to: shape[0] / 4, error: 0.0 };
-        looped(&exemplars, &[jump], &options(window), &Run::seeded(0)).unwrap();
+        looped(&exemplars, &[jump], &options(window, levels), &Run::seeded(0)).unwrap();
         memory::tell(before);
     };
     let check = |number: usize, held: u64| {
-        let (shape, window) = cases[number];
-        let estimate = video::estimate(Domain::open(shape), 3, &options(window)).0;
+        let (shape, window, levels) = cases[number];
+        let estimate = video::estimate(Domain::open(shape), 3, &options(window, levels)).0;
         assert!(held <= estimate && estimate <= 3 * held + (2 << 20), "{shape:?}: held {held}, estimated {estimate}");
     };
     memory::of_each(LOOPS, cases.len(), |number| run(cases[number]), check);

@@ -373,3 +373,27 @@ fn waves_that_dissolve_are_cut_between_frames_that_are_not_alike() {
     let usual = median(&exemplars.sources()[0].features) as f64 / (48.0 * 48.0);
     assert!(3.0 * usual < best.jump.error && best.price < best.straight && best.closure.closes(), "{usual}, {best:?}");
 }
+
+/// What is looked for near the surface of half the size is dearer than the cheapest one by no more than a fiftieth, over
+/// the borders of tiles too, and the same on any number of threads.
+#[test]
+fn surfaces_near_those_of_half_the_size_are_hardly_dearer() {
+    for (shape, rarely) in [([24, 90, 150], 3), ([40, 140, 66], 2)] {
+        let waves = of(&selvedge_testkit::exemplars::beach(shape));
+        for exemplars in [waves, of(&changing(shape, 7, rarely))] {
+            let jumps = [jump(shape[0] * 3 / 4, shape[0] / 4)];
+            let of = |levels: u32| {
+                let options = LoopOptions { levels, ..LoopOptions::default() };
+                looped(&exemplars, &jumps, &options, &Run::seeded(0)).unwrap()
+            };
+            let least = of(1).stats.tried[0].price;
+            for levels in [2, 3] {
+                let found = of(levels);
+                let price = found.stats.tried[0].price;
+                assert!(least <= price && 50 * price <= 51 * least, "{shape:?}: {price} for {least}");
+                let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| of(levels));
+                assert_eq!(alone.result, found.result);
+            }
+        }
+    }
+}

@@ -150,7 +150,7 @@ impl Video {
         let seam = self.transition.measure();
         if way.jumps() {
             let period = self.period(&way);
-            let used = told::of_mode(used.clone(), true).without("mode");
+            let used = told::of_mode(used.clone(), true).without("mode").unless("levels", 1);
             let used = if way.play.is_some() { used } else { used.without("play").without("frames") };
             let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
