@@ -22,8 +22,11 @@ const KILLS: i32 = 40;
 /// How single tests are run, and those that are asked for more than at every change: package, binary, test.
 const RELEASE: [&str; 3] = ["test", "--release", "--quiet"];
 const SEARCHES: [&str; 5] = ["-p", "selvedge-fft-ssd", "--test", "it", "oracle"];
-const BYTES: [&str; 7] = ["-p", "selvedge-maxflow", "-p", "selvedge-io", "--test", "it", "byte_strings"];
-const STROKES: [&str; 5] = ["-p", "selvedge-graphcut-textures", "--test", "it", "byte_strings"];
+const BYTES: [[&str; 5]; 3] = [
+    ["-p", "selvedge-maxflow", "--test", "it", "byte_strings"],
+    ["-p", "selvedge-io", "--test", "it", "byte_strings"],
+    ["-p", "selvedge-graphcut-textures", "--test", "it", "byte_strings"],
+];
 const RACES: [&str; 4] = ["-p", "selvedge-io", "--lib", "two_processes_of_the_same_names"];
 
 /// Runs everything, or the one part that is named: `crates`, `package`, `options`, `kills`, `search`, `large`, `fuzz`.
@@ -199,7 +202,7 @@ fn kills() -> Outcome {
 fn fuzz() -> Outcome {
     if cargo(&["+nightly", "fuzz", "--version"]).is_err() {
         eprintln!("xtask: LEFT OUT: libFuzzer needs cargo-fuzz and a nightly compiler; random bytes instead");
-        return [BYTES, STROKES].into_iter().try_for_each(|bytes| {
+        return BYTES.into_iter().try_for_each(|bytes| {
             let test = [&RELEASE[..], &bytes, &["--", "--nocapture"]].concat();
             cargo_with(&test, &[("SELVEDGE_FUZZ_SECONDS", "60")])
         });
@@ -238,7 +241,7 @@ mod tests {
     #[test]
     fn tests_that_are_named_exist() {
         let tree = Tree::of_project();
-        for line in [&SEARCHES[..], &BYTES, &RACES] {
+        for line in BYTES.iter().map(|line| &line[..]).chain([&SEARCHES[..], &RACES]) {
             let (package, name) = (line[1], line[line.len() - 1]);
             let folder = tree.crates().into_iter().find(|c| tree.package_name(c).is_ok_and(|p| p == package));
             let folder = format!("crates/{}/", folder.unwrap_or_else(|| panic!("{package}")));
