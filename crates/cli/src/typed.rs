@@ -384,11 +384,14 @@ mod tests {
                     "play" => " --frames 9",
                     "surface-from" => " --jump 9,3",
                     "still-frame" => " --fixed f",
+                    "fuse-mixed" | "fuse-reach" | "fuse-keep" => " --fuse",
                     _ => "",
                 };
                 let value = if long == "guide" { " x y".to_owned() } else { value };
                 // A clip is compared with itself.
                 let rest = if (name, long) == ("compare", "loop") { "a" } else { rest };
+                let plain =
+                    if more == " --fuse" { used(&format!("selvedge {name} {rest}{more}")) } else { plain.clone() };
                 let changed = used(&format!("selvedge {name} {rest} --{long}{value}{more}"));
                 assert_ne!(changed, plain, "{name} --{long}{value}");
                 seen += 1;
