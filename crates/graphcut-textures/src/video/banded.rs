@@ -66,8 +66,8 @@ pub(super) fn tiled(window: Domain<3>) -> Bytes {
 }
 
 impl Stretches {
-    /// A surface, by frames of the window that each pixel shows before it jumps, and the bits that prices were shortened
-    /// by: the cheapest, or a cheap one near that of half the size.
+    /// A surface, by frames of the window that each pixel shows before it jumps, and the bits that prices were
+    /// shortened by: the cheapest, or a cheap one near that of half the size.
     pub(super) fn surface(
         &self,
         coarser: Option<([u32; 2], Vec<u32>)>,

@@ -374,8 +374,8 @@ fn waves_that_dissolve_are_cut_between_frames_that_are_not_alike() {
     assert!(3.0 * usual < best.jump.error && best.price < best.straight && best.closure.closes(), "{usual}, {best:?}");
 }
 
-/// What is looked for near the surface of half the size is dearer than the cheapest one by no more than a fiftieth, over
-/// the borders of tiles too, and the same on any number of threads.
+/// What is looked for near the surface of half the size is dearer than the cheapest one by no more than a fiftieth,
+/// over the borders of tiles too, and the same on any number of threads.
 #[test]
 fn surfaces_near_those_of_half_the_size_are_hardly_dearer() {
     for (shape, rarely) in [([24, 90, 150], 3), ([40, 140, 66], 2)] {
