@@ -62,7 +62,7 @@ pub(super) struct TransitionArgs {
     #[arg(long, value_name = "N", default_value_t = JUMPS, value_parser = clap::value_parser!(u32).range(1..=1000))]
     jumps: u32,
     /// At how many sizes the seam is looked for, each of frames half as wide and high as the one before; from the
-    /// second on only near what was found. 1 finds the cheapest seam; 2 or 3 one that is dearer by little.
+    /// second on only near what was found. 1 finds the cheapest seam; 2 takes less memory and is mostly near it.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=5))]
     levels: u32,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
