@@ -258,3 +258,17 @@ fn one_period_is_cut_out_and_tiles() {
     folder.run("tile grid.png --period 200 -o no.png").refused(3, &["200", "grid.png'"]);
     folder.run("tile grid.png --period 20 --method band -o no.png").refused(2, &["--period", "--method overlap"]);
 }
+
+#[test]
+fn copies_may_have_to_come_from_farther_away() {
+    let folder = Folder::new("fill-avoid-near");
+    let filled = |options: &str| {
+        folder.run(&format!("fill @/cobbles-hole.png -o out.png {options}")).done();
+        samples(&folder, "out.png")
+    };
+    let (usual, far) = (filled(""), filled("--avoid-near 60"));
+    assert!(usual != far);
+    let command = String::from_utf8(folder.run("info out.png").done().stdout).unwrap();
+    assert!(command.contains("--avoid-near 60"), "{command}");
+    folder.run("fill @/cobbles-hole.png -o no.png --avoid-near 0").refused(2, &["--avoid-near"]);
+}

@@ -111,7 +111,7 @@ impl Method for Extend {
         }
         let new = kept.samples().iter().filter(|kept| !**kept).count();
         let how = format!("with {} filled", n("pixel", new));
-        Ok(PlannedRun::new(loom.used(), how, move || {
+        Ok(PlannedRun::new(self.fill.used(loom), how, move || {
             let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
             let woven = extend(exemplars, start.map, at, loom.domain, &self.fill.options(), &run);
             let woven = woven.map_err(|e| loom.loaded.about(Failure::from(e)))?;

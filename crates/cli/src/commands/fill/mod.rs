@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Grid, SampleId, SourceMap, Start};
-use selvedge_graphcut_textures::labels::{FillOptions, FillStats, estimate_fill, fill};
+use selvedge_graphcut_textures::labels::{FillOptions, FillStats, OffsetOptions, estimate_fill, fill};
+use serde_json::Value;
 
 use self::chosen::Chosen;
 pub(super) use self::opaque::check_opaque;
@@ -24,6 +25,7 @@ use crate::outcome::Outcome;
 use crate::output_size::OutputSize;
 use crate::session::Session;
 use crate::setup::Setup;
+use crate::used::Used;
 use crate::values::counts;
 use crate::weaving::Weaving;
 
@@ -51,6 +53,10 @@ pub(crate) struct Fill {
     /// Use a picture of --from only where this one is white. Give one for each of them, in order, or 'none'.
     #[arg(long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     source_mask: Vec<PathBuf>,
+    /// Look for what is copied at least so many pixels away, so that repeats do not lie side by side. Default: a
+    /// fifteenth of the longer side.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    avoid_near: Option<u32>,
     #[command(flatten)]
     seams: Seams,
     #[command(flatten)]
@@ -94,7 +100,7 @@ impl Method for Fill {
         let (needed, loom) = (self.admit(loom, &|_| Bytes(0))?, &*loom);
         let told = chosen.filter(|_| start.map.holes() != 0).map_or(String::new(), Chosen::told);
         let how = format!("with {} filled{told}", n("pixel", start.map.holes()));
-        Ok(PlannedRun::new(loom.used(), how, move || {
+        Ok(PlannedRun::new(self.used(loom), how, move || {
             let kept = start.fixed.clone();
             let woven = fill(&loom.loaded.exemplars, start, &self.options(), &loom.session.run());
             let woven = woven.map_err(|e| loom.loaded.about(Failure::from(e)))?;
@@ -132,7 +138,13 @@ impl Fill {
     }
 
     pub(crate) fn options(&self) -> FillOptions {
-        FillOptions { seam: self.seams.measure(), ..FillOptions::default() }
+        let offsets = OffsetOptions { apart: self.avoid_near, ..OffsetOptions::default() };
+        FillOptions { seam: self.seams.measure(), offsets, ..FillOptions::default() }
+    }
+
+    /// The options as used.
+    pub(crate) fn used(&self, loom: &Loom<'_>) -> Used {
+        loom.used().unless("avoid-near", Value::Null)
     }
 
     /// What was done, for people.
@@ -174,6 +186,6 @@ fn around_holes(map: &SourceMap<2>) -> Domain<2> {
 }
 
 /// What was counted, as JSON.
-pub(crate) fn counts(stats: &FillStats) -> serde_json::Value {
+pub(crate) fn counts(stats: &FillStats) -> Value {
     counts!(stats, filled, grown, levels, offsets, used, expansions, refined, energy)
 }
