@@ -390,8 +390,6 @@ mod tests {
                 let value = if long == "guide" { " x y".to_owned() } else { value };
                 // A clip is compared with itself.
                 let rest = if (name, long) == ("compare", "loop") { "a" } else { rest };
-                let plain =
-                    if more == " --fuse" { used(&format!("selvedge {name} {rest}{more}")) } else { plain.clone() };
                 let changed = used(&format!("selvedge {name} {rest} --{long}{value}{more}"));
                 assert_ne!(changed, plain, "{name} --{long}{value}");
                 seen += 1;

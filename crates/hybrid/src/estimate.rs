@@ -61,8 +61,8 @@ pub(crate) fn woven(
 }
 
 /// Bytes of a sample of a map that is repaired, where all of it is bad: the map before; whether it waits, what it is,
-/// whether seams after it are bad, and whether it is near one; the regions, in lists that grow, and those that were tried
-/// in vain; one of them by itself with its map, in lists that grow; what stood there; and the order of what waits.
+/// whether seams after it are bad, and whether it is near one; the regions, in lists that grow, and those that were
+/// tried in vain; one of them by itself with its map, in lists that grow; what stood there; the order of what waits.
 const A_BAD_SAMPLE: u64 = 4 + 5 + 24 + 2 * 8 + (8 + 2 * 24) + 4 + (16 + 8 + 16);
 
 /// An upper bound of the bytes that [`repair`](crate::repair()) holds beside the exemplars' features and the map;

@@ -16,7 +16,8 @@ use crate::thresholds::{Limit, Of};
 
 /// Candidates continue neighbours up to so far away. A guess: further ones mostly belong to the same patches.
 const COHERENT: u32 = 2;
-/// About so many samples are looked at together by an exact search: enough that starting a task costs nothing beside them.
+/// About so many samples are looked at together by an exact search: enough that starting a task costs nothing beside
+/// them.
 const TOGETHER: usize = 1 << 10;
 
 /// One known neighbour of a place.
@@ -209,8 +210,8 @@ impl<'e> Pixels<'e> {
         (sum < bound).then_some(sum)
     }
 
-    /// What a candidate differs from what is asked for. It stands beside a mean over the neighborhood, so that both count
-    /// the same however much is known.
+    /// What a candidate differs from what is asked for. It stands beside a mean over the neighborhood, so that both
+    /// count the same however much is known.
     fn asked(&self, known: &PixelScratch, id: SampleId) -> u64 {
         self.guide.as_ref().map_or(0, |guide| known.counts.max(1) * guide.error(id, known.place))
     }

@@ -30,8 +30,8 @@ pub struct Stats {
     pub resyntheses: u64,
     /// Samples that were re-synthesised.
     pub pixels: u64,
-    /// By output sample, row-major, the level of the block that shows there, 0 for start blocks; or [`Self::CHOSEN`], or
-    /// [`Self::STOOD`].
+    /// By output sample, row-major, the level of the block that shows there, 0 for start blocks; or [`Self::CHOSEN`],
+    /// or [`Self::STOOD`].
     pub laid: Vec<u8>,
 }
 

@@ -105,14 +105,14 @@ impl<'a> Weaver<'a> {
 
     /// Lays all blocks.
     pub(crate) fn weave(mut self, blocks: Blocks) -> Result<Woven<SourceMap<2>, Stats>, Error> {
-        let (of, mut complete) = (blocks.len(), true);
-        for (done, block) in blocks.iter().enumerate() {
+        let mut complete = true;
+        for (done, block) in (1..).zip(blocks.iter()) {
             if !self.lay(&block)? {
                 complete = false;
                 break;
             }
-            let step = Event::step("hybrid", done as u64 + 1, of);
-            self.run.observer.event(&Event { so_far: Some(&self.canvas.map), ..step });
+            let so_far = Some(&self.canvas.map as _);
+            self.run.observer.event(&Event { so_far, ..Event::step("hybrid", done, blocks.len()) });
         }
         let whole = largest(self.exemplars) as f64;
         for (level, &(error, samples)) in self.stats.levels.iter_mut().zip(&self.errors) {
@@ -165,7 +165,7 @@ impl<'a> Weaver<'a> {
         let Some(laying) = laying.filter(|_| self.options.split == Split::Cheaper) else {
             return self.lay_parts(block);
         };
-        // Both are laid for a trial, with what is counted; the one that shows less stays.
+        // Both are tried, with what is counted; the one that shows less stays.
         let before = self.state(&window)?;
         self.lay_whole(block, &core, Some(&laying), samples)?;
         let (whole, after) = (self.price(&window)?, self.state(&window)?);
@@ -259,8 +259,7 @@ impl<'a> Weaver<'a> {
         Ok(drawn)
     }
 
-    /// The one of some places whose block would be cut with the cheapest seams; of equal ones the first. What is chosen
-    /// anew along its seams afterwards is not tried.
+    /// Of some places the first whose block would be cut with the cheapest seams, before samples are chosen anew.
     fn cheapest(
         &self,
         drawn: &[Candidate],
@@ -303,8 +302,8 @@ impl<'a> Weaver<'a> {
         patches.iter().filter_map(go_on).collect()
     }
 
-    /// A sample that no source holds with all that is known around it: whichever agrees best of those that are searched.
-    /// All of them for each would take minutes where a mask is noise, and every sample is such a one.
+    /// A sample that no source holds with all that is known around it: the best of those that are searched. All of them
+    /// for each would take minutes where a mask is noise, and every sample is such a one.
     fn lay_sample(&mut self, block: &Block, core: &Window<2>) -> Result<(), Error> {
         for place in core.places(self.canvas.domain()).flatten() {
             if let Some(choice) = self.compositor.pixels.choose(&self.canvas, place, &mut self.pixel)? {

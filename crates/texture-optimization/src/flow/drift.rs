@@ -11,8 +11,8 @@ const CELL: u32 = 8;
 /// What a frame shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
-    /// How much neighbours differ in the mean, where they do in the exemplars by 1: below it the frame is blurred or flat,
-    /// above it it is torn.
+    /// How much neighbours differ in the mean, where they do in the exemplars by 1: below it the frame is blurred or
+    /// flat, above it it is torn.
     pub sharpness: f64,
     /// The share of the exemplars' squares of 8 by 8 samples that show in it: what it is complete of.
     pub completeness: f64,
