@@ -8,7 +8,10 @@
 
 use std::hint::black_box;
 
-use selvedge_core::{Domain, Exemplars, Grid, Plane, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, SourceMap};
+use selvedge_core::{
+    Domain, Exemplars, Grid, Plane, Role, Run, Samples, SeamCosts, SeamMeasure, Seed, SourceMap, Woven,
+};
+use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, expand};
 use selvedge_graphcut_textures::{Options, Placement, Start, Stats, graphcut, graphcut_from};
 use selvedge_testkit::timing::{Spent, bench, spent};
 
@@ -28,6 +31,8 @@ enum Part {
     Begin(Placement, u32),
     /// A refinement.
     Step(Placement, u32),
+    /// An output decided between so many places of the exemplar.
+    Labels(usize),
 }
 
 const CASES: &[(&str, Part, &str)] = &[
@@ -39,6 +44,8 @@ const CASES: &[(&str, Part, &str)] = &[
     ("cut/96", Part::Step(Placement::Random, 96), "a cut, region of 96^2 and reach of 48"),
     ("refine/sub", Part::Step(Placement::Sub, 32), "a refinement, region of 32^2 and reach of 16"),
     ("refine/entire", Part::Step(Placement::Entire, 32), "the same"),
+    ("labels/2", Part::Labels(2), "an output of 160^2 decided between two labels, left and right"),
+    ("labels/8", Part::Labels(8), "the same between eight"),
 ];
 
 fn main() {
@@ -56,6 +63,7 @@ fn time(setup: &Setup, part: &Part) -> Spent {
         }
         Part::Begin(placement, region) => spent(|| setup.refine(*placement, *region, 0)),
         Part::Costs(measure) => spent(|| drop(black_box(setup.costs(*measure)))),
+        Part::Labels(count) => spent(|| drop(black_box(setup.decided(*count)))),
         Part::Total => {
             let costs = setup.costs(SeamMeasure::Gradient);
             spent(|| _ = black_box(costs.total(&setup.map)))
@@ -94,6 +102,25 @@ impl Setup {
         assert_eq!(energy.first(), Some(&costs.total(&self.map)), "the energy is the price of all seams");
         assert_eq!(energy.last(), Some(&costs.total(&map)));
         assert!(energy.is_sorted_by(|a, b| a >= b) && energy.first() != energy.last());
+        let decided = self.decided(8);
+        assert_eq!(decided.stats.energy.last(), Some(&costs.total(&decided.result)), "what labels cost");
+    }
+
+    /// An output whose left column shows the first label, and its right one the last.
+    fn decided(&self, count: usize) -> Woven<SourceMap<2>, LabelStats> {
+        let output = Domain::open([EXEMPLAR - 32; 2]);
+        let label = |i: usize| Label { source: 0, offset: [-((i * 7 % 32) as i32), -((i * 11 % 32) as i32)] };
+        let labels: Vec<_> = (0..count).map(label).collect();
+        let all = (1 << count) - 1_u64;
+        let only = output.positions().map(|[_, x]| match x {
+            0 => 1,
+            x if x + 1 == output.shape[1] => 1 << (count - 1),
+            _ => all,
+        });
+        let only = Some(Grid::from_vec(output, 1, only.collect()).expect("right length"));
+        let start = Start::empty(&self.exemplars, output).expect("memory suffices");
+        let options = LabelOptions { only, ..LabelOptions::default() };
+        expand(&self.exemplars, start, &labels, &options, &Run::seeded(1)).expect("a run")
     }
 
     fn costs(&self, measure: SeamMeasure) -> SeamCosts<2> {
