@@ -140,7 +140,7 @@ impl<'e> Pixels<'e> {
         self.coherence.around(&canvas.map, at, COHERENT, |place| canvas.is_known(place), candidates);
         self.look(canvas, place, scratch)?;
         // Of equal ones the first: it continues a nearer neighbour.
-        Ok(self.best(scratch, scratch.candidates.iter().copied().filter(|&id| self.is_allowed(id))))
+        Ok(self.best(scratch, u64::MAX, scratch.candidates.iter().copied().filter(|&id| self.is_allowed(id))))
     }
 
     /// The best of all valid samples, the first of equal ones.
@@ -150,7 +150,8 @@ impl<'e> Pixels<'e> {
         place: usize,
         scratch: &mut PixelScratch,
     ) -> Result<Option<Choice>, Error> {
-        self.look(canvas, place, scratch)?;
+        // What continues a neighbour is mostly as good as anything: the others need not be looked at to their end.
+        let bound = self.coherent(canvas, place, scratch)?.map_or(u64::MAX, |choice| choice.error.saturating_add(1));
         let known = &*scratch;
         let first = |a: Option<Choice>, b: Option<Choice>| match (a, b) {
             (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
@@ -158,20 +159,21 @@ impl<'e> Pixels<'e> {
         };
         let best = match &self.listed {
             Some(listed) => {
-                let of = |range: Range<usize>| self.best(known, listed[range].iter().copied());
+                let of = |range: Range<usize>| self.best(known, bound, listed[range].iter().copied());
                 par::fold_blocks(listed.len(), TOGETHER, of, first)
             }
             None => {
                 let rows = self.exemplars.sources().iter().map(|s| s.domain().shape[0] as usize).sum::<usize>();
                 let together = (TOGETHER * rows / self.exemplars.table().len() as usize).max(1);
-                par::fold_blocks(rows, together, |rows| self.best_of_rows(known, rows), first)
+                par::fold_blocks(rows, together, |rows| self.best_of_rows(known, bound, rows), first)
             }
         };
         Ok(best.flatten())
     }
 
-    /// The best of the samples in some rows of the sources, which are counted through, the first of equal ones.
-    fn best_of_rows(&self, known: &PixelScratch, rows: Range<usize>) -> Option<Choice> {
+    /// The best of the samples in some rows of the sources, which are counted through, the first of equal ones, if its
+    /// error is below a bound.
+    fn best_of_rows(&self, known: &PixelScratch, bound: u64, rows: Range<usize>) -> Option<Choice> {
         let (mut best, mut first_row): (Option<Choice>, usize) = (None, 0);
         for (s, source) in self.exemplars.sources().iter().enumerate() {
             let [h, w] = source.domain().shape.map(|n| n as usize);
@@ -182,7 +184,7 @@ impl<'e> Pixels<'e> {
             for y in own.filter(|_| self.allowed[s]).map(|row| row - first_row) {
                 let first = self.exemplars.table().first(s) as usize + y * w;
                 for x in 0..w {
-                    let (id, bound) = (SampleId::new((first + x) as u32), best.map_or(u64::MAX, |b| b.error));
+                    let (id, bound) = (SampleId::new((first + x) as u32), best.map_or(bound, |b| b.error));
                     let error = if is_inside([y as u32, x as u32], source.domain().shape) {
                         self.error_inside(known, id, &away, bound)
                     } else {
@@ -230,10 +232,10 @@ impl<'e> Pixels<'e> {
         here.iter().zip(there).zip(&self.weights).map(|((&a, &b), &w)| w * of((a, b))).sum()
     }
 
-    /// The best of some samples, the first of equal ones.
-    fn best(&self, known: &PixelScratch, ids: impl Iterator<Item = SampleId>) -> Option<Choice> {
+    /// The best of some samples, the first of equal ones, if its error is below a bound.
+    fn best(&self, known: &PixelScratch, bound: u64, ids: impl Iterator<Item = SampleId>) -> Option<Choice> {
         ids.fold(None, |best: Option<Choice>, id| {
-            let bound = best.map_or(u64::MAX, |b| b.error);
+            let bound = best.map_or(bound, |b| b.error);
             self.error(known, id, bound).map(|error| Choice { error, id }).or(best)
         })
     }
