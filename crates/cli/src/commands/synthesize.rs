@@ -116,7 +116,7 @@ fn is_lit_unevenly(loom: &Loom<'_>) -> Result<bool, Failure> {
 /// The options of the method that made what is kept: with its command and seed they make it again.
 fn used(loom: &Loom<'_>, kept: &Trial) -> Used {
     let own = kept.used.iter().map(|(name, text)| ((*name).to_owned(), value(text)));
-    loom.used().without("effort").before(&["feather", "spline", "fuse"], own)
+    loom.used().without("effort").before(&["repair", "feather", "spline", "fuse"], own)
 }
 
 /// A number where it is one.

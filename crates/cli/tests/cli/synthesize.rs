@@ -27,6 +27,17 @@ fn the_kept_candidate_is_made_again_by_its_own_command() {
 }
 
 #[test]
+fn what_is_repaired_is_made_again_by_the_command_that_it_tells() {
+    let folder = Folder::new("synthesize-repaired");
+    folder.run("synthesize @/cobbles.png -o a.png --size 128 --effort 1 --repair --radius 3").done();
+    let command = told(&folder, "a.png");
+    assert!(command.contains("--repair --radius 3"), "{command}");
+    folder.run(&format!("{command} -o b.png")).done();
+    assert_eq!(fs::read(folder.path("a.png")).unwrap(), fs::read(folder.path("b.png")).unwrap(), "{command}");
+    folder.run("synthesize @/cobbles.png -o c.png --radius 3").refused(2, &["--radius", "--repair"]);
+}
+
+#[test]
 fn seams_are_hidden_of_what_is_kept_and_its_command_says_so() {
     let folder = Folder::new("synthesize-blended");
     let line = "synthesize @/cobbles.png --size 230x210 --effort 2 --ignore-light 0.5";
