@@ -78,17 +78,13 @@ impl Method for Synthesize {
             let made_by = MadeBy { command: kept.method, seed: kept.seed.0, options: used(loom, kept) };
             let splined = self.carries_shade() && !loom.blending.is_none();
             let how = how_kept(stats) + if splined { "; its seams are splined, for its light is uneven" } else { "" };
-            let tried = stats
-                .tried
-                .iter()
-                .enumerate()
-                .filter_map(|(i, t)| told(i, t, i == stats.kept))
-                .collect::<Vec<_>>()
-                .into_iter();
+            let tried = stats.tried.iter().enumerate().filter_map(|(i, t)| told(i, t, i == stats.kept));
+            let mut pictures: Vec<_> = tried.collect();
             let shown = loom.is_explained();
             let mut outcome =
                 self.repairing.outcome(loom.session, exemplars, woven, (None, None), (counts, how), shown)?;
-            outcome.beside = Beside { heading: "Tried", pictures: tried.chain(outcome.beside.pictures).collect() };
+            pictures.append(&mut outcome.beside.pictures);
+            outcome.beside = Beside { heading: "Tried", pictures };
             Ok(Outcome { made_by: Some(made_by), ..outcome })
         })
         .needing(needed))
