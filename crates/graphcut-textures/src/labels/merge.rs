@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::labels::expand::estimate_labels;
 use crate::labels::label::Label;
 use crate::labels::options::LabelOptions;
-use crate::labels::prices::NONE;
+use crate::labels::prices::{NONE, price_of};
 use crate::labels::sets::Sets;
 use crate::labels::sweeps::Sweeps;
 use crate::labels::two::Two;
@@ -214,10 +214,7 @@ impl<'e, const D: usize> Merge<'e, D> {
 
     /// The price of all seams and labels.
     pub fn price(&self) -> i64 {
-        let own = |(place, label): (usize, &u8)| {
-            i64::from(crate::labels::prices::own_price(self.options.own.as_ref(), *label, place))
-        };
-        self.costs.total(&self.map) + self.standing.iter().enumerate().map(own).sum::<i64>()
+        price_of(&self.costs, self.options.own.as_ref(), &self.map, &self.standing)
     }
 
     /// Takes the last update back; false if there is none. What showed before it shows again.

@@ -73,6 +73,6 @@ pub struct LabelStats {
     pub truncated: u64,
     /// Positions where no label may show.
     pub holes: usize,
-    /// Price of all seams and labels at first, and after each sweep.
+    /// Price of all seams and labels at first, and after each sweep; where two labels are one cut, that of the cut.
     pub energy: Vec<i64>,
 }

@@ -1,6 +1,6 @@
 //! What labels cost: their seams, and by themselves.
 
-use selvedge_core::{Grid, SampleId, SeamCosts};
+use selvedge_core::{Grid, SampleId, SeamCosts, SourceMap};
 use selvedge_expansion::{Prices, Quad};
 
 /// Stands where the start's own sample shows.
@@ -20,6 +20,17 @@ pub(super) struct LabelPrices<'a, const D: usize> {
 /// The price of a label at a place; what the start has costs nothing.
 pub(super) fn own_price<const D: usize>(own: Option<&Grid<i32, D>>, label: u8, place: usize) -> i32 {
     own.filter(|_| label != NONE).map_or(0, |own| own.plane(usize::from(label))[place])
+}
+
+/// The price of all seams of a map, and of the labels that show.
+pub(super) fn price_of<const D: usize>(
+    costs: &SeamCosts<D>,
+    own: Option<&Grid<i32, D>>,
+    map: &SourceMap<D>,
+    standing: &[u8],
+) -> i64 {
+    let labels = |_| standing.iter().enumerate().map(|(place, label)| i64::from(own_price(own, *label, place))).sum();
+    costs.total(map) + own.map_or(0_i64, labels)
 }
 
 impl<const D: usize> Prices<D> for LabelPrices<'_, D> {

@@ -4,10 +4,10 @@ use selvedge_core::{Event, Exemplars, Grid, Run, SampleId, SeamCosts, SourceMap,
 use selvedge_expansion::{Choice, Frame, Holes, Pin, Scratch, expand};
 
 use crate::error::Error;
-use crate::labels::first::first;
+use crate::labels::first::{First, first};
 use crate::labels::label::Label;
 use crate::labels::options::{LabelOptions, LabelStats};
-use crate::labels::prices::{LabelPrices, NONE, own_price};
+use crate::labels::prices::{LabelPrices, NONE, price_of};
 use crate::labels::sets::Sets;
 use crate::labels::windows::windows;
 
@@ -54,7 +54,7 @@ impl<'a, const D: usize> Sweeps<'a, D> {
         let sets = Sets::new(exemplars, labels, options, &mut start);
         let (mut map, fixed) = (start.map, start.fixed);
         let stood = known.map(|known| (known, map.ids.map(SampleId::is_assigned)));
-        let (mut standing, holes) = first(&sets, options, &mut map)?;
+        let First { mut standing, may, holes } = first(&sets, options, &mut map)?;
         if let Some((known, stood)) = stood {
             let known = known.iter().zip(stood?.plane(0).to_vec());
             standing.iter_mut().zip(known).filter(|(_, (_, stood))| *stood).for_each(|(to, (label, _))| *to = *label);
@@ -62,12 +62,13 @@ impl<'a, const D: usize> Sweeps<'a, D> {
         let domain = map.domain();
         let mut free = try_vec(domain.len(), false)?;
         for (place, free) in free.iter_mut().enumerate() {
-            *free = map.ids.plane(0)[place].is_assigned() && fixed.as_ref().is_none_or(|f| !f.samples()[place]);
+            // What was a hole and can show one label alone shows it.
+            let decided = may[place].is_power_of_two() || fixed.as_ref().is_some_and(|f| f.samples()[place]);
+            *free = !decided && map.ids.plane(0)[place].is_assigned();
         }
         let part = |window| Part { window, changes: 0, failed: vec![None; labels.len()] };
         let parts = windows(domain, &free)?.into_iter().map(part).collect();
-        let own = |(place, label): (usize, &u8)| i64::from(own_price(options.own.as_ref(), *label, place));
-        let energy = costs.total(&map) + standing.iter().enumerate().map(own).sum::<i64>();
+        let energy = price_of(costs, options.own.as_ref(), &map, &standing);
         let stats = LabelStats { holes, energy: vec![energy], ..LabelStats::default() };
         Ok(Self { sets, options, run, costs, map, standing, fixed, parts, scratch: Scratch::default(), energy, stats })
     }
@@ -169,10 +170,14 @@ impl<'a, const D: usize> Sweeps<'a, D> {
     }
 
     pub(super) fn answer(mut self, complete: bool) -> Woven<SourceMap<D>, LabelStats> {
-        self.stats.shown = vec![0; self.sets.labels.len()];
-        for &label in self.standing.iter().filter(|label| **label != NONE) {
-            self.stats.shown[usize::from(label)] += 1;
-        }
+        self.stats.shown = shown(&self.standing, self.sets.labels.len());
         Woven { result: self.map, stats: self.stats, complete }
     }
+}
+
+/// How often each label shows.
+pub(super) fn shown(standing: &[u8], labels: usize) -> Vec<u64> {
+    let mut shown = vec![0; labels];
+    standing.iter().filter(|label| **label != NONE).for_each(|label| shown[usize::from(*label)] += 1);
+    shown
 }

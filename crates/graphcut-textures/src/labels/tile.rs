@@ -1,11 +1,12 @@
 //! Pictures that tile: closed over themselves along the least seam, or with a border that is filled anew.
 
 use selvedge_core::{
-    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamMeasure, Source, SourceMap, Start, Window, Woven,
+    Domain, Error as CoreError, Exemplars, Grid, Run, SampleId, SeamCosts, SeamMeasure, Source, SourceMap, Start,
+    Window, Woven,
 };
 
 use crate::error::Error;
-use crate::labels::expand::expand;
+use crate::labels::expand::{estimate_labels, expand, expand_by};
 use crate::labels::label::Label;
 use crate::labels::options::{LabelOptions, LabelStats};
 
@@ -43,31 +44,64 @@ fn close_part<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<Woven<SourceMap<D>, LabelStats>, Error> {
     check_overlap(part.shape, overlap)?;
+    let labels = copies(part, overlap);
     let output = Domain {
         shape: std::array::from_fn(|a| part.shape[a] - overlap[a]),
         periodic: std::array::from_fn(|a| overlap[a] != 0),
     };
-    // Bit `a` of a label's number: moved back along axis `a`.
-    let moved = |label: usize, a: usize| label >> a & 1 == 1;
-    let numbers: Vec<usize> = (0..1 << D).filter(|&l| (0..D).all(|a| overlap[a] != 0 || !moved(l, a))).collect();
-    let offset =
-        |l: usize| std::array::from_fn(|a| -part.start[a] - if moved(l, a) { output.shape[a] as i32 } else { 0 });
-    let labels: Vec<Label<D>> = numbers.iter().map(|&l| Label { source: 0, offset: offset(l) }).collect();
+    let options =
+        LabelOptions { seam, only: Some(may_show(output, overlap)?), leave_holes: true, ..LabelOptions::default() };
+    expand(exemplars, Start::empty(exemplars, output)?, &labels, &options, run)
+}
+
+/// The numbers of a picture's copies: bit `a` says that it is moved back along axis `a`.
+fn numbers<const D: usize>(overlap: [u32; D]) -> impl Iterator<Item = usize> {
+    (0..1 << D).filter(move |number| (0..D).all(|a| overlap[a] != 0 || number >> a & 1 == 0))
+}
+
+/// A part of the picture, and that part moved back by its length less the overlap along each axis.
+fn copies<const D: usize>(part: &Window<D>, overlap: [u32; D]) -> Vec<Label<D>> {
+    let back = |number: usize, a: usize| if number >> a & 1 == 1 { (part.shape[a] - overlap[a]) as i32 } else { 0 };
+    let offset = |number| std::array::from_fn(|a| -part.start[a] - back(number, a));
+    numbers(overlap).map(|number| Label { source: 0, offset: offset(number) }).collect()
+}
+
+/// By position, the copies that may show: the first sample is the one after the last, and where the overlap ends the
+/// picture goes on by itself.
+fn may_show<const D: usize>(output: Domain<D>, overlap: [u32; D]) -> Result<Grid<u64, D>, Error> {
     let mut only = Grid::try_filled(output, 1, 0_u64)?;
     for (bits, at) in only.samples_mut().iter_mut().zip(output.positions()) {
-        // The first sample is the one after the last, and where the overlap ends the picture goes on by itself.
-        let may = |l: usize, a: usize| match at[a] {
+        let may = |number: usize, a: usize| match at[a] {
             _ if overlap[a] == 0 => true,
-            0 => moved(l, a),
-            p if overlap[a] - 1 <= p => !moved(l, a),
+            0 => number >> a & 1 == 1,
+            p if overlap[a] - 1 <= p => number >> a & 1 == 0,
             _ => true,
         };
-        let shows = |&(_, &l): &(usize, &usize)| (0..D).all(|a| may(l, a));
-        *bits = numbers.iter().enumerate().filter(shows).fold(0, |bits, (i, _)| bits | 1 << i);
+        let shows = |&(_, number): &(usize, usize)| (0..D).all(|a| may(number, a));
+        *bits = numbers(overlap).enumerate().filter(shows).fold(0, |bits, (i, _)| bits | 1 << i);
     }
+    Ok(only)
+}
+
+/// The price of the seam by which a picture is [closed](close) along one axis: that of the overlap alone, for nothing
+/// else of the picture has a seam.
+fn price_along<const D: usize>(
+    exemplars: &Exemplars<D>,
+    costs: &SeamCosts<D>,
+    axis: usize,
+    overlap: u32,
+    run: &Run<'_, D>,
+) -> Result<i64, Error> {
+    let all = Window::all(exemplars.sources()[0].domain());
+    let along = |n: u32| std::array::from_fn(|a| if a == axis { n } else { 0 });
+    let mut shape = all.shape;
+    shape[axis] = overlap;
+    let output = Domain::open(shape);
+    let only = Some(may_show(output, along(overlap))?);
+    let options = LabelOptions { only, leave_holes: true, ..LabelOptions::default() };
     let start = Start::empty(exemplars, output)?;
-    let options = LabelOptions { seam, only: Some(only), leave_holes: true, ..LabelOptions::default() };
-    expand(exemplars, start, &labels, &options, run)
+    let woven = expand_by(exemplars, costs, start, &copies(&all, along(overlap)), &options, run)?;
+    Ok(woven.stats.energy.last().copied().unwrap_or(0))
 }
 
 /// A part of a picture of a length along each axis at which it comes again, closed over itself as by [`close`]; along
@@ -133,16 +167,17 @@ pub fn overlaps<const D: usize>(
     run: &Run<'_, D>,
 ) -> Result<[u32; D], Error> {
     let side = exemplars.sources()[0].domain().shape;
+    let domains = exemplars.domains();
+    run.limits.admit(domains[0], estimate_labels(&domains, exemplars.channels(), domains[0]))?;
+    let costs = SeamCosts::new(exemplars, seam)?;
     let mut best = [0; D];
     for axis in (0..D).filter(|&a| axes[a]) {
         if side[axis] < 4 {
             return Err(CoreError::range("side", side[axis], "a picture of 4 or more a side").into());
         }
-        let alone = |n: u32| std::array::from_fn(|a| if a == axis { n } else { 0 });
         let mut least = None;
         for n in tried(&exemplars.sources()[0], axis) {
-            let woven = close(exemplars, alone(n), seam, run)?;
-            let found = (woven.stats.energy.last().copied().unwrap_or(0), n);
+            let found = (price_along(exemplars, &costs, axis, n, run)?, n);
             least = Some(least.map_or(found, |least: (i64, u32)| least.min(found)));
         }
         best[axis] = least.map_or(side[axis] / 4, |(_, n)| n);
@@ -171,14 +206,16 @@ fn disagreement<const D: usize>(source: &Source<D>, axis: usize, overlap: u32) -
     let (domain, features) = (source.domain(), &source.features);
     let stride = domain.strides()[axis];
     let (side, by) = (domain.shape[axis] as usize, (domain.shape[axis] - overlap) as usize * stride);
-    let (mut sum, mut count) = (0_u64, 0_u64);
+    let (mut sum, mut count) = (0_u64, 0);
     for c in 0..features.channels() {
-        let plane = features.plane(c);
-        for block in plane.chunks_exact(side * stride) {
-            for (&a, &b) in block.iter().zip(&block[by..]) {
-                sum += u64::from(a.abs_diff(b)).pow(2);
-                count += 1;
+        for block in features.plane(c).chunks_exact(side * stride) {
+            let ahead = &block[by..];
+            // So few squares of bytes fit into 32 bits.
+            for (a, b) in block[..ahead.len()].chunks(1 << 16).zip(ahead.chunks(1 << 16)) {
+                let squares = a.iter().zip(b).map(|(&a, &b)| u32::from(a.abs_diff(b)).pow(2));
+                sum += u64::from(squares.sum::<u32>());
             }
+            count += ahead.len();
         }
     }
     sum as f64 / count.max(1) as f64
@@ -222,7 +259,7 @@ pub fn banded<const D: usize>(exemplars: &Exemplars<D>, width: [u32; D]) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Origin, SeamCosts, Seed, Transform};
+    use selvedge_core::{Origin, Seed, Transform};
 
     /// Noise that repeats itself after `period` columns.
     fn repeating(shape: [u32; 2], period: u32) -> Exemplars<2> {
@@ -257,6 +294,8 @@ mod tests {
             if overlap[0] != 0 {
                 continue;
             }
+            let alone = price_along(&e, &costs, 1, overlap[1], &Run::seeded(0)).unwrap();
+            assert_eq!(woven.stats.energy.last(), Some(&alone), "an overlap by itself");
             for at in 1..overlap[1] - 1 {
                 // Left of the column the end of the picture shows, from it on its beginning.
                 let mut straight = woven.result.clone();

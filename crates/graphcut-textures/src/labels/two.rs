@@ -10,7 +10,8 @@ use crate::labels::options::LabelOptions;
 use crate::labels::prices::NONE;
 use crate::labels::sets::Sets;
 
-/// The cut between two labels. A node is a position; label 0 is the source's side.
+/// The cut between two labels. A node is a position; label 1 is the source's side, the smallest of all that are cheapest:
+/// where pictures agree the first shows.
 #[derive(Debug)]
 pub(super) struct Two<const D: usize> {
     energy: BinaryEnergy<D>,
@@ -60,23 +61,30 @@ impl<const D: usize> Two<D> {
         if let Some(place) = first.filter(|_| !options.leave_holes) {
             return Err(Error::NoLabel { at: output.position(place).to_vec(), places: stuck });
         }
+        force_neighbours(output, &samples, &mut given)?;
         let mut energy = BinaryEnergy::new(output.shape.map(|n| n as usize), output.periodic).map_err(cut)?;
         for (place, _) in given.iter().enumerate().filter(|(_, given)| **given == NONE) {
             energy.graph_mut().mask(place).map_err(cut)?;
         }
         if let Some(own) = &options.own {
             for place in (0..output.len()).filter(|&place| given[place] == FREE) {
-                energy.unary(place, own.plane(0)[place], own.plane(1)[place]).map_err(cut)?;
+                energy.unary(place, own.plane(1)[place], own.plane(0)[place]).map_err(cut)?;
             }
+        }
+        let mut differences = try_vec(output.len(), 0)?;
+        let both = |of: &[SampleId; 2]| of[0].is_assigned() && of[1].is_assigned();
+        for (to, [a, b]) in differences.iter_mut().zip(&samples).filter(|(_, of)| both(of)) {
+            *to = costs.norm(*a, *b);
         }
         let mut exact = true;
         for axis in 0..D {
             for (place, at) in output.positions().enumerate() {
                 let Some(next) = output.next(at, axis).map(|next| output.index(next)) else { continue };
-                if given[place] == NONE || given[next] == NONE {
+                // Where neither has a choice nothing is to be priced.
+                if (given[place] != FREE && given[next] != FREE) || given[place] == NONE || given[next] == NONE {
                     continue;
                 }
-                let term = term(costs, axis, samples[place], samples[next]);
+                let term = term(costs, axis, [samples[place], samples[next]], [differences[place], differences[next]]);
                 exact &= i64::from(term.e00) + i64::from(term.e11) <= i64::from(term.e01) + i64::from(term.e10);
                 energy.pairwise(place, axis, term).map_err(cut)?;
             }
@@ -84,12 +92,16 @@ impl<const D: usize> Two<D> {
         if !exact {
             return Ok(None);
         }
-        force_neighbours(output, &samples, &mut given)?;
         for (place, &label) in given.iter().enumerate() {
             pin(&mut energy, place, label)?;
         }
         let (known, labels) = (try_vec(output.len(), NONE)?, try_vec(output.len(), NONE)?);
         Ok(Some(Self { energy, minimum: Minimum::default(), given, known, labels }))
+    }
+
+    /// The labels of the last cut, by place; [`NONE`] in holes.
+    pub(super) fn into_labels(self) -> Vec<u8> {
+        self.labels
     }
 
     /// The labels of least price under strokes, from the last flow.
@@ -110,8 +122,8 @@ impl<const D: usize> Two<D> {
         for (label, (place, given)) in self.labels.iter_mut().zip(self.given.iter().enumerate()) {
             *label = match self.minimum.cut.side(place) {
                 _ if *given == NONE => NONE,
-                Side::Source => 0,
-                Side::Sink => 1,
+                Side::Source => 1,
+                Side::Sink => 0,
             };
         }
         Ok(())
@@ -122,8 +134,8 @@ impl<const D: usize> Two<D> {
 fn pin<const D: usize>(energy: &mut BinaryEnergy<D>, place: usize, label: u8) -> Result<(), Error> {
     let graph = energy.graph_mut();
     match label {
-        0 => graph.pin(place, Side::Source),
-        1 => graph.pin(place, Side::Sink),
+        0 => graph.pin(place, Side::Sink),
+        1 => graph.pin(place, Side::Source),
         FREE => graph.unpin(place),
         _ => Ok(()),
     }
@@ -132,10 +144,16 @@ fn pin<const D: usize>(energy: &mut BinaryEnergy<D>, place: usize, label: u8) ->
 
 /// The prices of two neighbours by their labels. Where a label is not defined, its price is that of the other, which
 /// must show there: nothing depends on it.
-fn term<const D: usize>(costs: &SeamCosts<D>, axis: usize, here: [SampleId; 2], there: [SampleId; 2]) -> PairwiseTerm {
+fn term<const D: usize>(
+    costs: &SeamCosts<D>,
+    axis: usize,
+    [here, there]: [[SampleId; 2]; 2],
+    differences: [u32; 2],
+) -> PairwiseTerm {
     let sample = |of: [SampleId; 2], label: usize| if of[label].is_assigned() { of[label] } else { of[1 - label] };
-    let price = |s: usize, t: usize| Prices::pair(costs, axis, sample(here, s), sample(there, t));
-    PairwiseTerm { e00: price(0, 0), e01: price(0, 1), e10: price(1, 0), e11: price(1, 1) }
+    let pair = |label: usize| [sample(here, label), sample(there, label)];
+    let quad = costs.quad(axis, pair(1), pair(0), differences);
+    PairwiseTerm { e00: quad.neither, e01: quad.t, e10: quad.s, e11: quad.both }
 }
 
 /// Positions next to one that has one label alone show it as well: at a seam both sides are defined beyond it, as in
