@@ -72,34 +72,32 @@ impl<const D: usize> Frame<D> {
     }
 
     fn force_neighbours(&self, choices: &mut [Choice]) -> Result<(), Error> {
-        let (mut near_old, mut near_new) = (try_vec(choices.len(), false)?, try_vec(choices.len(), false)?);
+        const OLD: u8 = 1;
+        const NEW: u8 = 2;
         // Few force any: what has a choice, and what could have one, forces none.
-        for (i, choice) in choices.iter().enumerate() {
-            let near = match choice {
-                Choice::Old if !self.new[i].is_assigned() => &mut near_old,
-                Choice::New if !self.old[i].is_assigned() => &mut near_new,
-                _ => continue,
+        let mut forces = try_vec(choices.len(), 0_u8)?;
+        for (i, forces) in forces.iter_mut().enumerate() {
+            *forces = match choices[i] {
+                Choice::Old if !self.new[i].is_assigned() => OLD,
+                Choice::New if !self.old[i].is_assigned() => NEW,
+                _ => 0,
             };
-            self.neighbours(i).for_each(|next| near[next] = true);
         }
-        for (i, choice) in choices.iter_mut().enumerate().filter(|(_, c)| **c == Choice::Free) {
-            *choice = match (near_old[i], near_new[i]) {
-                (true, false) => Choice::Old,
-                (false, true) => Choice::New,
+        let mut near = try_vec(choices.len(), 0_u8)?;
+        for axis in 0..D {
+            self.pairs(axis).for_each(|(s, t)| {
+                near[s] |= forces[t];
+                near[t] |= forces[s];
+            });
+        }
+        for (choice, near) in choices.iter_mut().zip(&near).filter(|(c, _)| **c == Choice::Free) {
+            *choice = match *near {
+                OLD => Choice::Old,
+                NEW => Choice::New,
                 _ => Choice::Free,
             };
         }
         Ok(())
-    }
-
-    /// The samples beside one, along each axis.
-    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + use<D> {
-        let (domain, at) = (self.domain, self.domain.position(i));
-        (0..D).flat_map(|axis| [(axis, 1), (axis, -1)]).filter_map(move |(axis, by)| {
-            let mut step = [0; D];
-            step[axis] = by;
-            domain.step(at, step).map(|next| domain.index(next))
-        })
     }
 }
 

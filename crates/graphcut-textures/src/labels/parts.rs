@@ -86,54 +86,60 @@ impl Codes {
     }
 }
 
-/// So many squares of numbers fit into 31 bits: 4080^2 * 128 < 2^31.
-const SUMMED: usize = 128;
-
 /// What patches are compared with by their parts.
 pub(super) struct Wanted {
-    /// Numbers, part by part and channel by channel.
+    /// Numbers, channel by channel: those of one tell most of what the others do.
     codes: Vec<i16>,
     /// All bits set for those that are compared.
     mask: Vec<i16>,
 }
 
 impl Wanted {
-    /// Of sums over all parts, of which those count that are `known`.
-    pub(super) fn new(codes: &Codes, sums: &[u32], known: impl Iterator<Item = bool>) -> Self {
-        let channels = codes.steps.len();
-        let mask = known.flat_map(|known| std::iter::repeat_n(-i16::from(known), channels)).collect();
-        let codes = sums.iter().enumerate().map(|(i, &sum)| codes.code(sum, i % channels)).collect();
+    /// Of sums over all parts, channel by channel, of which those parts count that are `known`.
+    pub(super) fn new(codes: &Codes, sums: &[u32], known: impl ExactSizeIterator<Item = bool> + Clone) -> Self {
+        let (channels, parts) = (codes.steps.len(), known.len());
+        let mask = (0..channels).flat_map(|_| known.clone().map(|known| -i16::from(known))).collect();
+        let codes = sums.iter().enumerate().map(|(i, &sum)| codes.code(sum, i / parts)).collect();
         Self { codes, mask }
     }
 
     /// True if a patch's numbers differ by no more than `reach`, as a sum of squares. Most that do not are told by a
     /// few.
     fn is_within(&self, codes: &[i16], reach: u64) -> bool {
-        let mut left = codes.chunks(COMPARED).zip(self.codes.chunks(COMPARED)).zip(self.mask.chunks(COMPARED));
-        let squares = |((codes, own), mask): ((&[i16], &[i16]), &[i16])| {
-            let squares = codes.iter().zip(own).zip(mask).map(|((&code, &own), &mask)| {
-                let apart = code.wrapping_sub(own) & mask;
-                i32::from(apart) * i32::from(apart)
-            });
-            squares.sum::<i32>() as u64
-        };
-        let add = |sum: u64, some| Some(sum + squares(some)).filter(|sum| *sum <= reach);
-        left.try_fold(0, add).is_some()
+        let mut sum = 0;
+        let ([codes, own, mask], rest) = parted([codes, &self.codes, &self.mask]);
+        for ((codes, own), mask) in codes.iter().zip(own).zip(mask) {
+            sum += squares(COMPARED, |i| codes[i].wrapping_sub(own[i]) & mask[i]);
+            if reach < sum {
+                return false;
+            }
+        }
+        let [codes, own, mask] = rest;
+        sum + squares(codes.len(), |i| codes[i].wrapping_sub(own[i]) & mask[i]) <= reach
     }
 
     /// The least that patches can have within a box.
     fn beyond(&self, low: &[i16], high: &[i16]) -> u64 {
-        let ends = low.chunks(SUMMED).zip(high.chunks(SUMMED));
-        let parts = ends.zip(self.codes.chunks(SUMMED).zip(self.mask.chunks(SUMMED)));
-        let parts = parts.map(|((low, high), (own, mask))| {
-            let squares = low.iter().zip(high).zip(own.iter().zip(mask)).map(|((&low, &high), (&own, &mask))| {
-                let apart = low.wrapping_sub(own).max(own.wrapping_sub(high)).max(0) & mask;
-                i32::from(apart) * i32::from(apart)
-            });
-            squares.sum::<i32>() as u64
-        });
-        parts.sum()
+        let out = |low: i16, high: i16, own: i16| low.wrapping_sub(own).max(own.wrapping_sub(high)).max(0);
+        let ([lows, highs, own, mask], rest) = parted([low, high, &self.codes, &self.mask]);
+        let all = lows.iter().zip(highs).zip(own.iter().zip(mask));
+        let whole = all.map(|((low, high), (own, mask))| squares(COMPARED, |i| out(low[i], high[i], own[i]) & mask[i]));
+        let [low, high, own, mask] = rest;
+        whole.sum::<u64>() + squares(low.len(), |i| out(low[i], high[i], own[i]) & mask[i])
     }
+}
+
+/// Numbers in groups of [`COMPARED`], which are compared at once, and what is left over.
+fn parted<const N: usize>(of: [&[i16]; N]) -> ([&[[i16; COMPARED]]; N], [&[i16]; N]) {
+    let parted = of.map(<[i16]>::as_chunks);
+    (parted.map(|(groups, _)| groups), parted.map(|(_, rest)| rest))
+}
+
+/// The sum of so many squares, [`COMPARED`] at most: they fit into 31 bits, 4080^2 * 16 < 2^31.
+#[inline(always)]
+fn squares(count: usize, apart: impl Fn(usize) -> i16) -> u64 {
+    let square = |i: usize| i32::from(apart(i)).wrapping_mul(i32::from(apart(i)));
+    (0..count).map(square).fold(0, i32::wrapping_add) as u64
 }
 
 /// Patches at most of a node without halves.
@@ -282,14 +288,16 @@ impl<'a> Sums<'a> {
             }
         }
         let corner = |part: [u32; D]| (0..D).map(|a| (part[a] * parts.shape[a]) as usize * strides[a]).sum::<usize>();
-        let offsets = parts.count.positions().flat_map(|part| (0..channels).map(move |c| corner(part) * channels + c));
+        let of = |c: usize| parts.count.positions().map(move |part| corner(part) * channels + c);
+        let offsets = (0..channels).flat_map(of);
         Ok(Self { codes, sums, offsets: offsets.collect() })
     }
 
     /// A number of the patch at a start.
     fn code(&self, start: u32, number: usize) -> i16 {
         let channels = self.codes.steps.len();
-        self.codes.code(self.sums[start as usize * channels + self.offsets[number]], number % channels)
+        let channel = number / (self.offsets.len() / channels);
+        self.codes.code(self.sums[start as usize * channels + self.offsets[number]], channel)
     }
 
     /// The number in which some patches differ most.

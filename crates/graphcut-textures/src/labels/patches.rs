@@ -118,10 +118,8 @@ impl<'e, const D: usize> Patches<'e, D> {
             weights[values].copy_from_slice(&self.weights[..channels]);
             origin = origin.or_else(|| Some((source, std::array::from_fn(|a| from[a] as i32 - step[a] as i32))));
             let Some(part) = self.parts.at(step) else { continue };
-            sums[part * channels..][..channels]
-                .iter_mut()
-                .zip(sample)
-                .for_each(|(sum, &value)| *sum += u32::from(value));
+            let of = sums[part..].iter_mut().step_by(self.parts.count());
+            of.zip(sample).for_each(|(sum, &value)| *sum += u32::from(value));
             known[part] += 1;
         }
         let whole = known.iter().map(|&known| known == self.parts.samples());

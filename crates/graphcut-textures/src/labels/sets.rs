@@ -86,10 +86,17 @@ impl<'a, const D: usize> Sets<'a, D> {
         self.labels[label].footprint(self.exemplars, window).shared(window)
     }
 
+    /// True if the source of a label has all of a window, without going around.
+    fn holds(&self, label: usize, window: &Window<D>) -> bool {
+        let Label { source, offset } = self.labels[label];
+        let from = window.moved(offset.map(|o| -o));
+        from.inside(Domain::open(self.exemplars.sources()[source].domain().shape)) == from
+    }
+
     /// What a label offers over a window, row-major.
     pub(super) fn offered(&self, label: usize, window: &Window<D>) -> Result<Vec<SampleId>, Error> {
         let mut offered = selvedge_core::try_vec(window.len(), SampleId::UNASSIGNED)?;
-        if !self.output.periodic.contains(&true) {
+        if !self.output.periodic.contains(&true) || self.holds(label, window) {
             offered.iter_mut().zip(self.labels[label].samples(self.exemplars, window)).for_each(|(to, id)| *to = id);
             return Ok(offered);
         }
