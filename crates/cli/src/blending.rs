@@ -25,11 +25,11 @@ pub(crate) struct Blending {
     /// Fuse patches: they are raised and lowered until they meet, and keep their detail.
     #[arg(help_heading = "How seams are hidden", long)]
     fuse: bool,
-    /// Across seams --fuse asks for the stronger step of both patches, not for their mean.
-    #[arg(help_heading = "How seams are hidden", long, requires = "fuse")]
+    /// Fuse patches, and across seams ask for the stronger step of both, not for their mean.
+    #[arg(help_heading = "How seams are hidden", long, conflicts_with_all = ["feather", "spline"])]
     fuse_mixed: bool,
-    /// What is more pixels than that away from every seam is copied by --fuse; by default all may change a little.
-    #[arg(help_heading = "How seams are hidden", long, value_name = "N", requires = "fuse")]
+    /// Fuse patches, and copy what is more pixels than that away from every seam; by default all may change a little.
+    #[arg(help_heading = "How seams are hidden", long, value_name = "N", conflicts_with_all = ["feather", "spline"])]
     fuse_reach: Option<u32>,
     /// Whether it is told how seams are hidden where they are not.
     #[arg(skip)]
@@ -99,12 +99,12 @@ impl Blending {
 
     /// True if samples are copied.
     pub(crate) fn is_none(self) -> bool {
-        self.feather.is_none() && self.spline.is_none() && !self.fuse
+        self.feather.is_none() && self.spline.is_none() && !self.is_fused()
     }
 
     /// True if patches are fused.
     pub(crate) fn is_fused(self) -> bool {
-        self.fuse
+        self.fuse || self.fuse_mixed || self.fuse_reach.is_some()
     }
 
     /// What is done, in a word for who waits: splines of many bands and fusing take longer than the weave.
@@ -112,7 +112,7 @@ impl Blending {
         match self {
             Self { feather: Some(_), .. } => "feather",
             Self { spline: Some(_), .. } => "spline",
-            Self { fuse: true, .. } => "fuse",
+            _ if self.is_fused() => "fuse",
             _ => "render",
         }
     }
@@ -148,7 +148,7 @@ impl Blending {
         match self {
             Self { feather: Some(sigma), .. } => rendered!(Feathered::new(map, valid, sigma)?),
             Self { spline: Some(bands), .. } => rendered!(Splined::new(map, valid, bands.levels(map))?),
-            Self { fuse: true, .. } => {
+            _ if self.is_fused() => {
                 let fused = Fused::new(map, valid)?;
                 let fused = if self.fuse_mixed { fused.stronger() } else { fused };
                 rendered!(if let Some(reach) = self.fuse_reach { fused.within(reach) } else { fused })
@@ -162,7 +162,7 @@ impl Blending {
         match self {
             Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
             Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
-            Self { fuse: true, .. } => Fused::bytes(output, channels, kept || self.fuse_reach.is_some()),
+            _ if self.is_fused() => Fused::bytes(output, channels, kept || self.fuse_reach.is_some()),
             _ => Bytes(0),
         }
     }
@@ -175,7 +175,7 @@ impl Blending {
         });
         let used = used.set("spline", spline).unless("fuse-mixed", false).unless("fuse-reach", Value::Null);
         let used = used.unless("fuse-keep", Value::Null);
-        if self.fuse { used.set("fuse", true) } else { used.without("fuse") }
+        if self.is_fused() { used.set("fuse", true) } else { used.without("fuse") }
     }
 
     /// The same for commands that do not tell what they did not do.

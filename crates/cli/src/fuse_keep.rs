@@ -13,7 +13,7 @@ use crate::setup::Setup;
 #[derive(Args, Clone, Debug)]
 pub(crate) struct FuseKeep {
     /// Where this picture, which has the output's size, is white, --fuse changes nothing, and what is around follows.
-    #[arg(help_heading = "How seams are hidden", long, value_name = "MASK", requires = "fuse", value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "How seams are hidden", long, value_name = "MASK", value_hint = ValueHint::FilePath)]
     fuse_keep: Option<PathBuf>,
 }
 
@@ -25,8 +25,11 @@ impl FuseKeep {
         setup
     }
 
-    /// Reads what is kept, once the output's shape is known.
+    /// Reads what is kept, once it is known whether anything is fused, and the output's shape.
     pub(crate) fn read(&self, loom: &mut Loom<'_>) -> Result<(), Failure> {
+        if self.fuse_keep.is_some() && !loom.blending.is_fused() {
+            return Err(Failure::new(2, "--fuse-keep, and nothing is fused").remedy("add --fuse"));
+        }
         loom.unfused = self.fuse_keep.as_ref().map(|path| ground::mask(loom, path)).transpose()?;
         Ok(())
     }

@@ -384,7 +384,7 @@ mod tests {
                     "play" => " --frames 9",
                     "surface-from" => " --jump 9,3",
                     "still-frame" => " --fixed f",
-                    "fuse-mixed" | "fuse-reach" | "fuse-keep" => " --fuse",
+                    "fuse-keep" => " --fuse",
                     _ => "",
                 };
                 let value = if long == "guide" { " x y".to_owned() } else { value };

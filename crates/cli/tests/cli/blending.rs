@@ -131,7 +131,10 @@ fn fusing_may_stay_near_seams_keep_a_mask_and_follow_the_stronger_step() {
     let changed = differing(&plain, &kept);
     assert!(changed.len() > 500 && changed.iter().all(|[y, _]| 8 <= *y), "{}", changed.len());
 
-    folder.run(&format!("{line} -o no.png --fuse-reach 4")).refused(2, &["--fuse"]);
+    // What says how it is fused fuses.
+    assert_eq!((merged("--fuse-reach 4"), merged("--fuse-mixed")), (near, mixed));
+    folder.run(&format!("{line} -o no.png --fuse-reach 4 --feather 2")).refused(2, &["--feather"]);
+    folder.run(&format!("{line} -o no.png --fuse-keep mask.png")).refused(2, &["--fuse-keep", "add --fuse"]);
     folder.run(&format!("{line} -o mask.png --fuse --fuse-keep mask.png")).refused(4, &["mask.png", "input"]);
     folder.run(&format!("{line} -o no.png --fuse --fuse-keep @/weave.png")).refused(3, &["weave.png", "60x40"]);
     folder.run("graphcut a.png --size 60x40 --fuse --fuse-keep mask.png -o cut.png").done();
@@ -142,12 +145,18 @@ fn fusing_may_stay_near_seams_keep_a_mask_and_follow_the_stronger_step() {
         1,
         |_, [y, x]| if y.abs_diff(14) < 10 && x.abs_diff(30) < 10 { 255 } else { 0 },
     );
+    let cobbles = samples(&folder, &(crate::program::fixtures() + "/cobbles.png"));
+    write(&folder, "photo.png", [40, 60], 3, |c, [y, x]| cobbles.value(c, (y * 192 + x) as usize) as u8);
     let filled = |options: &str| {
-        folder.run(&format!("fill a.png --mask hole.png -o out.png {options}")).done();
+        folder.run(&format!("fill photo.png --mask hole.png -o out.png {options}")).done();
         samples(&folder, "out.png")
     };
     let kept = filled("--fuse --fuse-keep mask.png");
     assert!(differing(&kept, &filled("--spline 0")).iter().all(|[y, _]| 8 <= *y));
+    // It fuses by itself; what has few colours is copied.
+    assert_eq!(kept, filled("--fuse-keep mask.png"));
+    assert!(differing(&filled("--fuse-mixed"), &filled("")).len() > 10);
+    folder.run("fill a.png --mask hole.png -o no.png --fuse-keep mask.png").refused(2, &["add --fuse"]);
     folder.run("extend a.png --size 80x60 --fuse --fuse-keep hole.png -o no.png").refused(3, &["hole.png", "80x60"]);
     folder.run("extend a.png --size 80x60 --fuse --fuse-mixed -o out.png").done();
     folder.run("tile a.png --method band --band 8 --fuse --fuse-reach 9 -o out.png").done();
