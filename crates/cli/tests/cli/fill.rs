@@ -272,3 +272,21 @@ fn copies_may_have_to_come_from_farther_away() {
     assert!(command.contains("--avoid-near 60"), "{command}");
     folder.run("fill @/cobbles-hole.png -o no.png --avoid-near 0").refused(2, &["--avoid-near"]);
 }
+
+#[test]
+fn inspect_tells_the_offsets_that_fill_goes_by() {
+    let folder = Folder::new("inspect-offsets");
+    let value = |y: u32, x: u32| ((y % 20 * 16 + x % 16).wrapping_mul(2_654_435_761) >> 24) as u8;
+    write(&folder, "a.png", [70, 60], 1, |_, [y, x]| value(y, x));
+    let offsets = |file: &str| {
+        let said = folder.run(&format!("inspect {file} --offsets --json")).done().json();
+        serde_json::from_value::<Vec<[i32; 2]>>(said["stats"]["offsets"].clone()).unwrap()
+    };
+    let found = offsets("a.png");
+    assert!(!found.is_empty() && found.iter().all(|[x, y]| x % 16 == 0 && y % 20 == 0), "{found:?}");
+    assert!(folder.run("inspect a.png --json").done().json()["stats"]["offsets"].is_null());
+    // Of large pictures they are looked for at a smaller size, and told in pixels of this one.
+    write(&folder, "b.png", [60, 500], 1, |_, [y, x]| value(y / 2, x / 2));
+    let found = offsets("b.png");
+    assert!(!found.is_empty() && found.iter().all(|[x, y]| x % 32 == 0 && y % 40 == 0), "{found:?}");
+}

@@ -1,6 +1,7 @@
 //! `selvedge inspect`: what an exemplar is like, and what to try.
 
 mod clip;
+mod offsets;
 
 use std::path::{Path, PathBuf};
 
@@ -8,6 +9,7 @@ use clap::{Args, ValueHint};
 use selvedge_analysis::{Kind, Lattice, Texture};
 use selvedge_cms_analogies::{Constraint, Fitness, Options, fitness};
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guide, Role};
+use selvedge_graphcut_textures::labels::{FillOptions, estimate_fill};
 use selvedge_guides::encode_together;
 use selvedge_io::{Info, ReadOptions};
 use selvedge_quilting::suggest_block;
@@ -40,6 +42,9 @@ pub(crate) struct Inspect {
     /// second one is like nothing in the first. May be given several times.
     #[arg(long, num_args = 2, value_names = ["SRC", "TGT"], value_hint = ValueHint::FilePath)]
     guide: Vec<PathBuf>,
+    /// Tell by which offsets the picture comes again most often, across and down: fill copies by these. Up to seconds.
+    #[arg(long)]
+    offsets: bool,
 }
 
 impl Inspect {
@@ -54,7 +59,7 @@ impl Inspect {
         }
         let about = |failure: Failure| failure.about(&self.exemplar);
         let input = Input::new(session, &self.exemplar)?;
-        let needed = need(&input.probe(&options)?);
+        let needed = need(&input.probe(&options)?, self.offsets);
         memory::check_fixed(&session.limits, needed).map_err(about)?;
         report.estimate = Some(needed.0);
         let picture = input.read(session, &options, &mut report)?;
@@ -71,6 +76,7 @@ impl Inspect {
             .chunks(2)
             .map(|pair| followed(session, (&self.exemplar, &exemplars), pair, &options, &mut report));
         let pairs = pairs.collect::<Result<Vec<_>, Failure>>()?;
+        let found = if self.offsets { Some(offsets::offsets(&exemplars).map_err(about)?) } else { None };
         report.stage("inspect");
         let ([h, w], format) = (plane.domain().shape, picture.format.name());
         let (channels, depth) = (plane.samples.channels(), plane.samples.depth().name());
@@ -96,12 +102,16 @@ impl Inspect {
         if !pairs.is_empty() {
             report.stats["guides"] = pairs.iter().map(|(json, _)| json.clone()).collect();
         }
+        if let Some(found) = &found {
+            report.stats["offsets"] = json!(found);
+        }
         let text = [
             format!("{}\n", shown(&self.exemplar)),
             format!("  {format}, {w}x{h} px, {channels} channel(s), {depth}\n"),
             format!("  kind: {}\n", described(&texture)),
             format!("  lattice: {}\n", words(texture.lattice.as_ref())),
             format!("  structures: {}; quilt's block: {block} px\n", structures(&texture)),
+            found.map_or(String::new(), |found| format!("  comes again at: {} (x,y)\n", offsets::told(&found))),
             format!("  try: {}\n", selvedge_io::one_line(&command)),
         ];
         Ok(Done::answered(report, text.concat() + &pairs.into_iter().map(|(_, text)| text).collect::<String>()))
@@ -130,7 +140,7 @@ fn followed(
 ) -> Result<(Value, String), Failure> {
     let [source, target] = [0, 1].map(|i| {
         let input = Input::new(session, &pair[i])?;
-        memory::check_fixed(&session.limits, need(&input.probe(options)?)).map_err(|e| e.about(&pair[i]))?;
+        memory::check_fixed(&session.limits, need(&input.probe(options)?, false)).map_err(|e| e.about(&pair[i]))?;
         Followed::new(input.read(session, options, report)?.plane, &pair[i])
     });
     let (source, target) = (source?, target?);
@@ -169,11 +179,13 @@ fn by_label(palette: &Palette, target: &Grid<u8, 2>, fit: &Fitness) -> Result<Ve
 }
 
 /// An upper bound of what it takes: the picture, its features, and what is made of them.
-fn need(info: &Info) -> Bytes {
+fn need(info: &Info, offsets: bool) -> Bytes {
     let (domain, layout) = (Domain::open([info.height, info.width]), Layout::of(info));
     let kept = memory::pictures(std::slice::from_ref(info), layout.channels(), info.depth);
     let analysis = selvedge_analysis::estimate_texture(domain, layout.colors, info.alpha);
-    let worked = memory::sources(&[domain], layout.colors) + analysis;
+    let options = FillOptions::default();
+    let found = if offsets { estimate_fill(&[domain], layout.colors, domain, &options) } else { Bytes(0) };
+    let worked = memory::sources(&[domain], layout.colors) + analysis.then(found);
     memory::PROGRAM + kept + memory::reading([info]).then(worked)
 }
 
