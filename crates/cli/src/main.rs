@@ -22,6 +22,7 @@ mod fuse_keep;
 mod ground;
 mod harmonise;
 mod inputs;
+mod kept;
 mod light;
 mod lists;
 mod loaded;

@@ -89,6 +89,12 @@ pub enum Error {
         /// Its row.
         y: u32,
     },
+    /// A checkpoint of another animation, or none at all.
+    #[error("the checkpoint is of another animation: its {what}")]
+    Checkpoint {
+        /// What differs.
+        what: &'static str,
+    },
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -111,6 +117,7 @@ impl Error {
             | Self::MapShape { .. }
             | Self::FlowShape { .. }
             | Self::FlowValue { .. }
+            | Self::Checkpoint { .. }
             | Self::Holes { .. } => ErrorKind::Input,
             Self::Core(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -133,6 +140,7 @@ impl Error {
             Self::MapShape { .. } => "give a map of the output's size".into(),
             Self::FlowShape { .. } => "give a flow of the output's size".into(),
             Self::FlowValue { .. } => "mark it as unknown".into(),
+            Self::Checkpoint { .. } => "begin again without it".into(),
             Self::Holes { .. } => "fill them first".into(),
             Self::Core(error) => error.remedy(),
             Self::Search(error) => error.remedy(),

@@ -68,7 +68,10 @@ pub use selvedge_core as core;
 pub use control::{Control, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
-pub use flow::{Animation, Animator, Field, FrameStats, Motion, Shown, animation_estimate, closing_bytes};
+pub use flow::{
+    Animation, Animator, Checkpoint, Field, FrameStats, Motion, Shown, animation_estimate, checkpoint_bytes,
+    closing_bytes,
+};
 pub use level::Level;
 pub use optimize::{Plan, optimize, optimize_from};
 pub use optimized::Optimized;

@@ -273,3 +273,47 @@ fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
     let jump = "video @/fire.png -o out.##.png --mode transition --checkpoint kept";
     folder.run(jump).refused(2, &["--checkpoint does nothing in --mode transition"]);
 }
+
+#[test]
+fn frames_that_flow_go_on_to_the_same_bytes() {
+    let line =
+        "animate @/scales.png -o out.#.png --flow vortex --frames 7 --close 3 --size 40x32 --init quilt --seed 3";
+    let folder = Folder::new("flowed");
+    folder.run(&format!("{line} --quiet")).done();
+    let whole = folder.files();
+    let stats = folder.run(&format!("{line} --json")).done().json()["stats"].clone();
+    let folder = Folder::new("flowed-after");
+    // Killed after any number of frames, also where they close, and after the next one was written.
+    for frames in [1, 2, 5, 6] {
+        let (mut child, mut stderr) = begun(&folder, &format!("{line} --checkpoint kept --progress json"));
+        let mut steps = 0;
+        while steps < frames {
+            let mut step = String::new();
+            stderr.read_line(&mut step).unwrap();
+            steps += u32::from(step.contains("\"frames\""));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let said = folder.run(&format!("{line} --resume kept --json -j 1")).done().json();
+        assert_eq!(said["stats"], stats, "all frames are told of");
+        let mut found = folder.files();
+        found.remove(std::path::Path::new("kept"));
+        assert!(found == whole, "{frames}: {:?}", folder.names());
+    }
+    let other = line.replace("--seed 3", "--seed 4");
+    folder.run(&format!("{other} --resume kept")).refused(3, &["kept/checkpoint", "of another seed, 3"]);
+    let other = line.replace("--close 3", "--close 2");
+    folder.run(&format!("{other} --resume kept")).refused(3, &["of another options"]);
+    let other = line.replace("@/scales.png", "@/weave.png");
+    folder.run(&format!("{other} --resume kept")).refused(3, &["of another exemplar"]);
+    std::fs::write(folder.path("out.1.png"), b"other").unwrap();
+    folder.run(&format!("{line} --resume kept")).refused(3, &["out.1.png': is not the frame that was written"]);
+    let bytes = std::fs::read(folder.path("kept/checkpoint")).unwrap();
+    for cut in [&bytes[..bytes.len() - 1], &bytes[1..], b"{}\n", b""] {
+        std::fs::write(folder.path("kept/checkpoint"), cut).unwrap();
+        let said = folder.run(&format!("{line} --resume kept"));
+        said.refused(3, &["kept/checkpoint", "is no checkpoint, or is damaged"]);
+    }
+    let container = line.replace("out.#.png", "out.gif");
+    folder.run(&format!("{container} --checkpoint kept")).refused(2, &["name frames by a pattern"]);
+}

@@ -201,6 +201,19 @@ impl ClipWriter {
         self.taken
     }
 
+    /// Name and BLAKE3 of the file of each frame of a sequence so far.
+    pub fn written(&self) -> &[(String, String)] {
+        &self.written
+    }
+
+    /// Goes on after frames of a sequence that are there, whose hashes [`written`](Self::written) told.
+    pub fn go_on(&mut self, hashes: Vec<String>) {
+        let Target::Sequence(name) = &self.target else { return };
+        let name = |number: u32| display_name(&name.file(number).unwrap_or_default());
+        self.written = (1..).map(name).zip(hashes).collect();
+        self.taken = self.written.len() as u32;
+    }
+
     /// Takes the next frame. Of a sequence it is a file at once, of a container it will be a part of one.
     ///
     /// # Errors

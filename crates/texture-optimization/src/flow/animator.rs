@@ -1,7 +1,8 @@
 //! Frame after frame. `[Kwatra05 4.1]`
 
 use selvedge_core::{
-    Bytes, CameFrom, Direction, Domain, Error as CoreError, Exemplars, Flow, Grid, Origin, Run, SourceMap, Woven,
+    Bytes, CameFrom, Direction, Domain, Error as CoreError, Exemplars, Flow, Grid, Origin, Run, SampleId, SourceMap,
+    Woven,
 };
 
 use super::carry::Carried;
@@ -68,16 +69,18 @@ pub struct Animator<'e> {
     options: Animation,
     plan: Plan<'e>,
     /// The frame that is there.
-    map: SourceMap<2>,
-    carried: Carried,
+    pub(super) map: SourceMap<2>,
+    pub(super) carried: Carried,
     /// What the first frame showed.
-    begun: Carried,
+    pub(super) begun: Vec<SampleId>,
     /// Frames that lead back to it, where they have begun.
     closing: Option<Closing>,
+    /// How many of them there are already.
+    pub(super) closed: usize,
     /// How far neighborhoods were in the mean when the first frame that moved was looked for, level by level.
-    first: Vec<f64>,
+    pub(super) first: Vec<f64>,
     /// How far what moved into that frame was from the places that it came from.
-    usual: Option<f64>,
+    pub(super) usual: Option<f64>,
 }
 
 impl<'e> Animator<'e> {
@@ -101,8 +104,9 @@ impl<'e> Animator<'e> {
         let plan = Plan::new(exemplars, first.domain(), &options.frame, run)?;
         plan.shown(&first)?;
         let carried = Carried::of(&first)?;
-        let begun = Carried::of(&first)?;
-        Ok(Self { exemplars, options, plan, map: first, carried, begun, closing: None, first: Vec::new(), usual: None })
+        let begun = first.ids.plane(0).to_vec();
+        let (map, first) = (first, Vec::new());
+        Ok(Self { exemplars, options, plan, map, carried, begun, closing: None, closed: 0, first, usual: None })
     }
 
     /// The frame that is there.
@@ -149,7 +153,10 @@ impl<'e> Animator<'e> {
         run.limits.admit(output, closing_bytes(output, flows.len() as u32))?;
         let direction = self.options.direction.reversed();
         let back = flows.rev().map(|(flow, within)| came_from(flow, direction, (output, within)));
-        self.closing = Some(Closing::new(&self.begun, output, back, run.seed)?);
+        let begun = Carried::of_ids(&self.begun, &self.map)?;
+        let mut closing = Closing::new(&begun, output, back, run.seed)?;
+        (0..self.closed).for_each(|_| closing.go_on());
+        self.closing = Some(closing);
         Ok(())
     }
 
@@ -194,6 +201,7 @@ impl<'e> Animator<'e> {
             self.map = map;
             if let Some(closing) = &mut self.closing {
                 closing.go_on();
+                self.closed += 1;
             }
         }
         let mut stats = FrameStats { stats: woven.stats, carried };

@@ -14,9 +14,9 @@ use crate::control::Wishes;
 const APART: f64 = 1.0;
 
 /// Where each sample of a frame stands in the exemplars.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Carried {
-    domain: Domain<2>,
+    pub(super) domain: Domain<2>,
     places: Vec<Option<Spot>>,
 }
 
@@ -33,11 +33,43 @@ impl Carried {
     /// # Errors
     /// No memory.
     pub(crate) fn of(map: &SourceMap<2>) -> Result<Self, Error> {
+        Self::of_ids(map.ids.plane(0), map)
+    }
+
+    /// What another map of the same sources and output shows.
+    ///
+    /// # Errors
+    /// No memory.
+    pub(super) fn of_ids(ids: &[SampleId], like: &SourceMap<2>) -> Result<Self, Error> {
         let spot = |&id: &SampleId| {
-            let (source, at) = map.table.locate(id)?;
+            let (source, at) = like.table.locate(id)?;
             Some(Spot { source, at: at.map(f64::from) })
         };
-        Ok(Self { domain: map.domain(), places: collected(map.ids.plane(0).iter().map(spot))? })
+        Ok(Self { domain: like.domain(), places: collected(ids.iter().map(spot))? })
+    }
+
+    /// Whether all of it stands in sources that these exemplars have.
+    pub(super) fn is_of(&self, exemplars: &Exemplars<2>) -> bool {
+        self.places.iter().flatten().all(|spot| spot.source < exemplars.sources().len())
+    }
+
+    /// The same as words, for a file: three a sample, of which the first one is 0 for none.
+    pub(super) fn words(&self) -> impl Iterator<Item = u64> + '_ {
+        self.places.iter().flat_map(|spot| match spot {
+            Some(Spot { source, at: [y, x] }) => [*source as u64 + 1, y.to_bits(), x.to_bits()],
+            None => [0; 3],
+        })
+    }
+
+    /// What [`words`](Self::words) made; `None` for fewer, or what stands nowhere.
+    pub(super) fn of_words(domain: Domain<2>, word: &mut dyn FnMut() -> Option<u64>) -> Option<Self> {
+        let mut spot = || {
+            let (source, at) = (word()?, [word()?, word()?].map(f64::from_bits));
+            let source = usize::try_from(source).ok()?;
+            at.iter().all(|v| v.is_finite()).then(|| source.checked_sub(1).map(|source| Spot { source, at }))
+        };
+        let places = (0..domain.len()).map(|_| spot()).collect::<Option<_>>()?;
+        Some(Self { domain, places })
     }
 
     /// Where everything goes: each sample of the next frame stands where the sample that it comes from stood, and goes

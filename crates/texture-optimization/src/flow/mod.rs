@@ -4,6 +4,7 @@ mod animator;
 #[cfg(test)]
 mod came_from_tests;
 mod carry;
+mod checkpoint;
 mod closing;
 mod drift;
 mod fields;
@@ -11,5 +12,6 @@ mod trust;
 
 pub use animator::{Animation, Animator, FrameStats, animation_estimate, closing_bytes};
 pub(crate) use carry::Carried;
+pub use checkpoint::{Checkpoint, checkpoint_bytes};
 pub use drift::Shown;
 pub use fields::{Field, Motion};

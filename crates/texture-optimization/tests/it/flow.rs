@@ -4,7 +4,7 @@ use selvedge_core::{
     Domain, Exemplars, Flow, Grid, Origin, Role, Run, SampleId, Seed, SimdLevel, Source, SourceMap, Transform,
 };
 use selvedge_testkit::from_png;
-use selvedge_texture_optimization::{Animation, Animator, Error, Field, Motion};
+use selvedge_texture_optimization::{Animation, Animator, Checkpoint, Error, Field, Motion};
 
 /// Smooth noise that tiles: no two neighborhoods of it are alike.
 fn exemplars(shape: [u32; 2], periodic: bool) -> Exemplars<2> {
@@ -175,6 +175,53 @@ fn threads_and_instructions_change_no_frame() {
     let one = of(1, SimdLevel::Auto);
     assert!(one[0] != one[2]);
     assert!(of(2, SimdLevel::Avx2) == one && of(3, SimdLevel::Scalar) == one);
+}
+
+#[test]
+fn frames_go_on_from_any_checkpoint_as_if_they_had_not_stopped() {
+    let first = exemplars([30, 34], false);
+    let darker = first.sources()[0].features.map(|v| v / 2).unwrap();
+    // A closure takes animators of one lifetime alone.
+    let textures: &'static [_; 2] = Box::leak(Box::new([first.with_features(vec![darker], vec![1]).unwrap(), first]));
+    let output = Domain { shape: [29, 40], periodic: [false, true] };
+    let motion = Motion { field: Field::Vortex, speed: 1.7, center: None, angle: 0.0 };
+    let flow = motion.flow(output, Seed(0)).unwrap();
+    let body = Grid::from_vec(output, 1, output.positions().map(|[y, x]| y + x < 60).collect()).unwrap();
+    let (options, run) = (Animation::default(), Run::seeded(5));
+    // Seven frames after the first one, of a clip of two, of which the last four close.
+    let on = |mut animator: Animator<'_>, from: usize| {
+        let (mut frames, mut kept) = (Vec::new(), vec![animator.checkpoint().to_bytes()]);
+        for frame in from..7 {
+            if frame == 3 || (frame == from && 3 < frame) {
+                animator.close([(&flow, Some(&body)); 5].into_iter(), &run).unwrap();
+            }
+            animator.turn_to(&textures[(frame + 1) % 2], &run).unwrap();
+            let stats = animator.next(&flow, Some(&body), &run).unwrap().stats;
+            frames.push((animator.frame().ids.clone(), stats));
+            kept.push(animator.checkpoint().to_bytes());
+        }
+        (frames, kept)
+    };
+    let first = copied(&textures[0], output, [0, 0]);
+    let (whole, kept) = on(Animator::new(&textures[0], first, &options, &run).unwrap(), 0);
+    for (from, bytes) in kept[..7].iter().enumerate() {
+        let checkpoint = Checkpoint::of_bytes(bytes).unwrap();
+        let animator = Animator::resume(&textures[from % 2], output, &checkpoint, &options, &run).unwrap();
+        assert!(animator.checkpoint() == checkpoint);
+        assert!(on(animator, from).0 == whole[from..], "from {from}");
+    }
+    for end in (0..kept[3].len()).step_by(397) {
+        let refused = Checkpoint::of_bytes(&kept[3][..end]).unwrap_err();
+        assert_eq!(refused, Error::Checkpoint { what: "form differs" }, "{end}");
+    }
+    let checkpoint = Checkpoint::of_bytes(&kept[3]).unwrap();
+    let refused = |exemplars: &Exemplars<2>, output| {
+        Animator::resume(exemplars, output, &checkpoint, &options, &run).unwrap_err().to_string()
+    };
+    let other = Domain { periodic: [false; 2], ..output };
+    assert_eq!(refused(&textures[0], other), "the checkpoint is of another animation: its output differs");
+    let small = exemplars([30, 33], false);
+    assert_eq!(refused(&small, output), "the checkpoint is of another animation: its exemplars differ");
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use selvedge_core::{Bytes, Domain, Transform};
 use selvedge_io::Format;
 use selvedge_io::clip::ClipName;
-use selvedge_texture_optimization::{Animation, Options, animation_estimate, closing_bytes, estimate};
+use selvedge_texture_optimization::{
+    Animation, Options, animation_estimate, checkpoint_bytes, closing_bytes, estimate,
+};
 
 use super::Animate;
 use crate::exemplars::Headers;
@@ -50,7 +52,8 @@ impl Animate {
         // A container is held until its last frame.
         let all = memory::picture(output, channels, depth) * u64::from(frames);
         let container = if ClipName::parse(&self.output).is_some() { Bytes(0) } else { all };
-        let each = animation_estimate(at_once, features, output, options) + closing + one + container;
+        let checkpoint = if self.kept.is_asked() { checkpoint_bytes(output) } else { Bytes(0) };
+        let each = animation_estimate(at_once, features, output, options) + closing + one + container + checkpoint;
         Need {
             kept: kept + flows,
             reading: reading.then(making),

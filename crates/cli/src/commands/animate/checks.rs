@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use selvedge_core::Domain;
 use selvedge_io::Metadata;
-use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
+use selvedge_io::clip::{ClipName, ClipWriteOptions, ClipWriter};
 use selvedge_texture_optimization::{Animation, Options};
 
 use super::flow::Flows;
@@ -82,10 +82,17 @@ impl Animate {
         read: &[PathBuf],
     ) -> Result<(), Failure> {
         let path = self.path();
+        if self.kept.is_asked() && ClipName::parse(&path).is_none() {
+            let what =
+                "--checkpoint and --resume go on after frames that are there, and a container is written at its end";
+            return Err(Failure::new(2, what).remedy("name frames by a pattern, such as 'name.####.png'"));
+        }
         let writer = ClipWriter::create(&path, frames, Metadata::default(), self.write_options())?;
         let layout = self.layout(headers);
         clips::check_held(&writer, (layout.channels(), layout.alpha), headers.depth, output.shape)?;
         clips::tell_left_over(session, &writer);
-        outputs::check(session, &writer.files(), read)
+        // Frames that it goes on from are its own.
+        let is_own = |file: &PathBuf| session.global.no_clobber && self.kept.is_resumed() && file.is_file();
+        outputs::check(session, &writer.files().into_iter().filter(|file| !is_own(file)).collect::<Vec<_>>(), read)
     }
 }

@@ -8,11 +8,13 @@ use selvedge_io::clip::ClipWriter;
 use selvedge_texture_optimization::{Animation, Animator, FrameStats, Optimized, Options, Plan, Shown};
 use serde_json::{Value, json};
 
+use super::begun::{self, Begun};
 use super::body::Body;
 use super::flow::Flows;
 use super::{Animate, drift};
 use crate::commands::optimize::{self, Beginning};
 use crate::failure::Failure;
+use crate::kept::Kept;
 use crate::loaded::ExemplarSet;
 use crate::outputs::{self, Outputs};
 use crate::report::Report;
@@ -32,6 +34,9 @@ impl Observer<2> for Quiet<'_> {
     }
 }
 
+/// What is done with a frame, of an animator that has come to it, with the counts of all frames so far.
+type Taken<'t> = dyn FnMut(Plane<2>, &Animator<'_>, &[Value]) -> Result<(), Failure> + 't;
+
 impl Animate {
     /// Makes the frames and writes them: those of a sequence one by one, so that what is there stays if the run is
     /// ended.
@@ -39,8 +44,8 @@ impl Animate {
         &self,
         session: &Session<'_>,
         (loaded, textures): (&ExemplarSet, &[Exemplars<2>]),
-        first: SourceMap<2>,
-        (flows, body, frames, options): (&Flows, Option<&Body>, u32, &Animation),
+        (begun, kept): (Begun, &Kept<'_>),
+        (output, flows, body, frames, options): (Domain<2>, &Flows, Option<&Body>, u32, &Animation),
         report: &mut Report,
     ) -> Result<Outputs, Failure> {
         let path = self.path();
@@ -50,21 +55,28 @@ impl Animate {
         let provenance = made::provenance(own, report.options.clone(), loaded.given(), fingerprints);
         let metadata = Metadata { provenance: Some(provenance), ..loaded.metadata.clone() };
         let mut writer = ClipWriter::create(&path, frames, metadata, self.write_options())?;
-        let output = first.domain();
-        let (mut counts, mut written) = (Vec::new(), 0);
-        let making = (first, flows, body, options);
-        let made = self.each(session, (loaded, textures), making, (frames, &mut counts), &mut |plane| {
+        begun.lead(&mut writer)?;
+        // A frame that was written after the last checkpoint is written once more.
+        let no_clobber = session.global.no_clobber && !self.kept.is_resumed();
+        let (mut counts, mut written) = (begun.counts(), 0);
+        let making = (begun, flows, body, (output, options));
+        let mut take = |plane, animator: &Animator<'_>, counts: &[Value]| {
             let Some((path, bytes)) = writer.encoded(&plane)? else { return Ok(()) };
             if written == 0 {
                 forget(&writer)?;
             }
-            selvedge_io::write_bytes(&path, &bytes, session.global.no_clobber)?;
+            selvedge_io::write_bytes(&path, &bytes, no_clobber)?;
             written += 1;
+            // There is nothing to go on to after the last one.
+            if writer.taken() < frames {
+                begun::keep(kept, animator, (counts, &writer));
+            }
             Ok(())
-        });
+        };
+        let made = self.each(session, (loaded, textures), making, (frames, &mut counts), &mut take);
         if let Err(failure) = made {
             return Err(match session.watch.signal() {
-                Some(signal) if written == 0 => kept(session, signal, (&path, writer)).unwrap_or(failure),
+                Some(signal) if written == 0 => partial(session, signal, (&path, writer)).unwrap_or(failure),
                 signal => failure.among(signal.is_some(), "frame", written),
             });
         }
@@ -84,25 +96,29 @@ impl Animate {
         &self,
         session: &Session<'_>,
         (loaded, textures): (&ExemplarSet, &[Exemplars<2>]),
-        (first, flows, body, options): (SourceMap<2>, &Flows, Option<&Body>, &Animation),
+        (begun, flows, body, (output, options)): (Begun, &Flows, Option<&Body>, (Domain<2>, &Animation)),
         (frames, counts): (u32, &mut Vec<Value>),
-        taken: &mut dyn FnMut(Plane<2>) -> Result<(), Failure>,
+        taken: &mut Taken<'_>,
     ) -> Result<(), Failure> {
         let payload: Vec<&Plane<2>> = loaded.payload.iter().collect();
         let quiet = Quiet(&session.watch);
         let run = Run { observer: &quiet, ..session.run() };
-        let mut animator = Animator::new(&textures[0], first, options, &run)?;
-        for frame in 0..frames {
-            if self.close.is_some_and(|close| frame + close == frames) {
+        let texture = |frame: u32| &textures[frame as usize % textures.len()];
+        let there = counts.len() as u32;
+        let mut animator = begun.animator((texture(there.saturating_sub(1)), output), options, &run)?;
+        for frame in there..frames {
+            // What closes has to be told so again where it goes on.
+            if let Some(closing) = self.close.map(|close| frames - close)
+                && (frame == closing || (frame == there && closing < frame))
+            {
                 let within = |frame: u32| body.map(|body| body.at((frame + 1) % frames));
-                animator.close((frame..frames).map(|frame| (flows.after(frame), within(frame))), &run)?;
+                animator.close((closing..frames).map(|frame| (flows.after(frame), within(frame))), &run)?;
             }
-            let mut texture = &textures[0];
+            let texture = texture(frame);
             let mut count = json!({});
             if 0 < frame {
                 let within = body.map(|body| body.at(frame - 1));
                 if 1 < textures.len() {
-                    texture = &textures[frame as usize % textures.len()];
                     animator.turn_to(texture, &run)?;
                 }
                 let woven = animator.next(flows.after(frame - 1), within, &run)?;
@@ -115,7 +131,8 @@ impl Animate {
             // A frame of a clip names that frame alone.
             let shown = if textures.len() == 1 { payload.len() } else { frame as usize % textures.len() + 1 };
             let whole = animator.frame().render(&payload[..shown])?;
-            taken(if let Some(body) = body { body.shown(frame, whole)? } else { whole })?;
+            let whole = if let Some(body) = body { body.shown(frame, whole)? } else { whole };
+            taken(whole, &animator, counts)?;
             Observer::<2>::event(&session.watch, &Event::<2>::step("frames", u64::from(frame) + 1, u64::from(frames)));
         }
         Ok(())
@@ -123,18 +140,18 @@ impl Animate {
 }
 
 /// Writes the frames of a container that a signal ended, if that is wanted. Those of a sequence stand there by then.
-fn kept(session: &Session<'_>, signal: u8, (path, writer): (&Path, ClipWriter)) -> Option<Failure> {
+fn partial(session: &Session<'_>, signal: u8, (path, writer): (&Path, ClipWriter)) -> Option<Failure> {
     let is_file = path.as_os_str() != STREAM && !clips::is_pattern(path);
     if !session.global.keep_partial || !is_file || writer.taken() == 0 {
         return None;
     }
-    let partial = outputs::partial(path);
+    let file = outputs::partial(path);
     let written = writer.cut_short().map_err(Failure::from).and_then(|files| {
         let mut outputs = Outputs::default();
-        files.into_iter().for_each(|(_, bytes)| outputs.bytes(&partial, bytes));
+        files.into_iter().for_each(|(_, bytes)| outputs.bytes(&file, bytes));
         outputs.write(session)
     });
-    Some(written.err().unwrap_or_else(|| Failure::kept(signal, &partial)))
+    Some(written.err().unwrap_or_else(|| Failure::kept(signal, &file)))
 }
 
 /// Takes away what an earlier run said of frames by these names, before the first of them is replaced.

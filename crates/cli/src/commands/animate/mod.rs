@@ -1,5 +1,6 @@
 //! `selvedge animate`: a texture that flows. `[Kwatra05 4.1]`
 
+mod begun;
 mod body;
 mod bytes;
 mod checks;
@@ -14,13 +15,17 @@ use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Transform};
 use selvedge_io::clip::Rate;
 use selvedge_texture_optimization::{Animation, Options};
+use serde_json::{Value, json};
 
-use self::body::BodyArgs;
+use self::begun::Begun;
+use self::body::{Body, BodyArgs};
 use self::flow::{FlowArgs, Flows};
 use super::optimize::{Init, Levels, init, levels, typed};
 use crate::clips::{self, Encode};
 use crate::exemplars::ExemplarArgs;
 use crate::failure::{Failure, n, shown};
+use crate::kept::KeptArgs;
+use crate::loaded::ExemplarSet;
 use crate::memory::Resized;
 use crate::report::{Done, Report};
 use crate::session::Session;
@@ -37,6 +42,8 @@ const FRAMES: u32 = 60;
 #[command(mut_arg("exemplars", |arg| arg.help("Pictures of the texture; or one clip of it, as 'name.####.png', a folder \
     or a quoted glob: each frame is made of its next one, and after its last of its first again; '-' is standard input, \
     'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_arg("checkpoint", |arg| arg.help("Keep in this folder, after each frame of a sequence, what the next one \
+    follows from")))]
 #[command(mut_arg("mask", |arg| arg.help("Use an exemplar only where this picture is white. Give one for each \
     exemplar, in order, or 'none'; of a clip one for all of its frames, or one a frame as 'name.####.png'")))]
 pub(crate) struct Animate {
@@ -83,6 +90,8 @@ pub(crate) struct Animate {
     output: PathBuf,
     #[command(flatten)]
     encode: Encode,
+    #[command(flatten)]
+    kept: KeptArgs,
 }
 
 /// A map has the size of its own picture alone.
@@ -160,9 +169,17 @@ impl Animate {
         }
         let options = Animation { direction: flows.direction, ..options };
         let first = Options { schedule: init.suited(first.schedule), ..first };
-        let map = frames::first_frame(session, (&loaded, &textures[0]), output, (&beginning, &first))?;
-        let shown = (&loaded, &textures[..]);
-        let outputs = self.frames(session, shown, map, (&flows, body.as_ref(), frames, &options), &mut report)?;
+        let head = self.head(session, (&loaded, &flows, body.as_ref()), &report.options);
+        let begun = match Begun::read(&self.kept, &head)? {
+            Some(begun) => begun,
+            None => {
+                let texture = (&loaded, &textures[0]);
+                Begun::First(frames::first_frame(session, texture, output, (&beginning, &first))?)
+            }
+        };
+        let (begun, shown) = ((begun, &self.kept.open(session, head)?), (&loaded, &textures[..]));
+        let making = (output, &flows, body.as_ref(), frames, &options);
+        let outputs = self.frames(session, shown, begun, making, &mut report)?;
         session.watch.finish();
         let line = format!("{name}: {} of {w}x{h} px, in {:.2} s", n("frame", frames as usize), report.elapsed());
         Ok(Done::made(report, line, outputs))
@@ -183,7 +200,27 @@ impl Animate {
             .set("tile", Tile::of(output).map(crate::args::typed_name))
             .set("frames", frames)
             .set("init", init.typed())
-            .unless("encode", serde_json::Value::Null);
+            .without("checkpoint")
+            .without("resume")
+            .unless("encode", Value::Null);
         self.flow.used(self.input.used_if_any(used))
+    }
+
+    /// What frames follow from.
+    fn head(
+        &self,
+        session: &Session<'_>,
+        (loaded, flows, body): (&ExemplarSet, &Flows, Option<&Body>),
+        used: &Used,
+    ) -> Value {
+        let of_exemplars = loaded.all_fingerprints();
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "exemplar": of_exemplars.iter().map(|file| &*file.blake3).collect::<Vec<_>>().join(" "),
+            "flow": flows.fingerprint.as_ref().map(|file| &file.blake3),
+            "body": body.map(|body| &body.fingerprint.blake3),
+            "seed": session.global.seed(),
+            "options": used.command("animate", &[]),
+        })
     }
 }

@@ -10,7 +10,7 @@ use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, plan
 use serde_json::{Value, json};
 
 use super::choices::{reach, typed, typed_reach, volume};
-use super::kept::{Kept, KeptArgs};
+use super::kept::KeptWeave;
 use super::look::Shown;
 use super::modes::{ModeArg, Way};
 use super::still::Still;
@@ -20,6 +20,7 @@ use crate::clip_maps::ClipMaps;
 use crate::clips::{self, Clip, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
+use crate::kept::KeptArgs;
 use crate::report::Report;
 use crate::session::Session;
 use crate::used::Used;
@@ -114,7 +115,7 @@ impl WovenArgs {
         let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
         let options = self.options(way, seam)?;
         let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
-        let kept = self.kept.open(session, clip, &used)?;
+        let kept = KeptWeave::open(&self.kept, session, clip, &used)?;
         let Woven { result: map, stats, complete } = weave(session, &exemplars, (way, &kept, start), &options)
             .map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
@@ -177,7 +178,7 @@ fn begin(exemplars: &Exemplars<3>, clip: &Clip, maps: &ClipMaps, way: &Way) -> R
 fn weave(
     session: &Session<'_>,
     exemplars: &Exemplars<3>,
-    (way, kept, start): (&Way, &Kept<'_>, Option<Start<3>>),
+    (way, kept, start): (&Way, &KeptWeave<'_>, Option<Start<3>>),
     options: &Options<3>,
 ) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
     let run = session.run();
