@@ -27,7 +27,9 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let (samples, offered): (Bytes, Bytes) =
         (Bytes::of_samples(output, 1), exemplars.iter().map(|&e| Bytes::of_samples(e, 1)).sum());
     // Halved exemplars together are a third of them.
-    let sources = offered * (A_WORD * searched + 4 + channels + 2 * (searched - channels) + A_PLACE);
+    // What counts by use, and uses.
+    let place = A_PLACE + if options.spread == 0.0 { 0 } else { 8 + 4 };
+    let sources = offered * (A_WORD * searched + 4 + channels + 2 * (searched - channels) + place);
     let votes = samples * u64::from(CELLS * CELLS) * A_VOTE + samples * 8;
     let x = samples * (A_VALUE * channels + A_WORD * searched + 2 * (searched - channels) + solved);
     let all: Bytes = options.schedule.iter().map(|level| windows(output, *level)).max().unwrap_or_default();

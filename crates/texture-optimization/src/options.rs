@@ -55,6 +55,11 @@ pub struct Options {
     /// how near the output comes to it, plus this part of the mean; the less, the more complete. `None` takes whatever
     /// is nearest, as in the paper. From 0 to 100. Default: 0.2.
     pub complete: Option<f64>,
+    /// How evenly the exemplars' parts are used: this fraction is added to a neighborhood's error where its place was
+    /// found twice as often as places are in the mean, twice as much where three times as often, up to the whole error.
+    /// From 0 (whatever fits best, as in the paper) to 10. Each level looks among all places once more for it. Not with
+    /// [`Search::Reference`]. Default: 0: [`complete`](Self::complete) keeps an output from a few places already.
+    pub spread: f64,
     /// What the result is made of. Default: [`Finish::Coherent`].
     pub finish: Finish,
 }
@@ -68,6 +73,7 @@ impl Default for Options {
             iterations: 5,
             search: Search::Coherent,
             complete: Some(0.2),
+            spread: 0.0,
             finish: Finish::Coherent,
         }
     }
@@ -110,6 +116,7 @@ impl Options {
             let range = "0 (as complete as can be) to 100 (hardly)";
             return Err(CoreError::amount("a completeness", alpha, range).into());
         }
+        CoreError::within("spread", self.spread, 0.0..=10.0, "0 (whatever fits best) to 10")?;
         if self.iterations == 0 { Err(Error::Iterations) } else { Ok(()) }
     }
 }

@@ -140,6 +140,7 @@ impl<'a> Weaver<'a> {
     fn how(&self) -> How {
         How {
             alpha: self.options.complete,
+            spread: self.options.spread,
             coherent: self.options.search == Search::Coherent,
             differences: (self.options.gradient != 0.0).then(|| self.texture()),
         }

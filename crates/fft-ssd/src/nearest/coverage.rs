@@ -38,6 +38,12 @@ impl Coverage {
         Ok(Self { least: least.collect::<Result<_, _>>()? })
     }
 
+    /// One that is told, as [`least`](Self::least) tells it source by source: where errors shall count by something
+    /// else than what a picture lacks.
+    pub fn told(least: Vec<Vec<u64>>) -> Self {
+        Self { least }
+    }
+
     /// That of the windows of both.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
@@ -60,7 +66,7 @@ impl Coverage {
     /// Those of [`nearest`](super::nearest()).
     ///
     /// # Panics
-    /// If this is the coverage of other sources.
+    /// If this is the coverage of other sources, or of windows of another side.
     pub fn nearest(
         &self,
         picture: Field<'_>,

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, par};
+use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, Usage, par};
 use selvedge_fft_ssd::{Coverage, Field, Neighbor, Windows, nearest};
 
 use super::Found;
 use super::coherent::{Listed, changed, place};
+use super::evenness;
 use super::weights::fitting;
 use crate::Error;
 use crate::assignment::Place;
@@ -27,6 +28,8 @@ pub(crate) struct Exact<'a> {
     how: How,
     listed: Option<Listed<'a>>,
     before: Option<Before>,
+    /// What all searches so far found, where what is used often counts less.
+    uses: Option<Usage<2>>,
 }
 
 /// How a level is searched.
@@ -34,6 +37,8 @@ pub(crate) struct Exact<'a> {
 pub(crate) struct How {
     /// See [`Options::complete`](crate::Options::complete).
     pub(crate) alpha: Option<f64>,
+    /// See [`Options::spread`](crate::Options::spread).
+    pub(crate) spread: f64,
     /// Whether all places are asked but once.
     pub(crate) coherent: bool,
     /// Channels whose differences are compared as well: the exemplars have them after their own.
@@ -52,7 +57,16 @@ struct Before {
 
 impl<'a> Exact<'a> {
     pub(crate) fn new(exemplars: &'a Exemplars<2>, all: &'a Neighborhoods, how: How, simd: SimdLevel) -> Self {
-        Self { exemplars, weights: fitting(exemplars.weights(), all.size), all, simd, how, listed: None, before: None }
+        Self {
+            exemplars,
+            weights: fitting(exemplars.weights(), all.size),
+            all,
+            simd,
+            how,
+            listed: None,
+            before: None,
+            uses: None,
+        }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
@@ -69,6 +83,12 @@ impl<'a> Exact<'a> {
                 let refined = self.refined(&before, &seen)?;
                 coverage = before.coverage;
                 refined
+            }
+            (_, alpha) if self.how.spread != 0.0 => {
+                let all = alpha.map(|_| self.coverage(&seen, &whole)).transpose()?;
+                let found = self.evenly(&seen, whole, all.as_ref().zip(alpha))?;
+                coverage = all.filter(|_| self.how.coherent);
+                (found, self.all.len())
             }
             (_, Some(alpha)) => {
                 let all = self.coverage(&seen, &whole)?;
@@ -96,6 +116,7 @@ impl<'a> Exact<'a> {
         let places: Vec<Place> = neighbors.iter().map(place).collect();
         let distances = neighbors.iter().map(|n| n.error as f64 / self.compared()).collect();
         let moved = places.iter().enumerate().map(|(i, place)| known.get(i) != Some(place)).collect();
+        self.uses.iter_mut().for_each(|uses| places.iter().for_each(|p| uses.note(p.source as usize, p.at)));
         self.before = Some(Before { seen, neighbors, moved, coverage });
         Some(Found { places, distances, searched })
     }
@@ -149,14 +170,18 @@ impl<'a> Exact<'a> {
             .iter()
             .map(|s| Windows { side: self.all.size, step: 1 }.over(s.domain()).shape[1] as usize)
             .collect();
+        let times = |place: Place| match &self.uses {
+            Some(uses) => evenness::times(uses, place),
+            None => 1.0,
+        };
         let scores =
             before.coverage.as_ref().zip(self.how.alpha).map(|(coverage, alpha)| (coverage, coverage.added(alpha)));
         let score = |place: Place, error: u64| match scores {
             Some((coverage, added)) => {
                 let at = place.at[0] as usize * widths[place.source as usize] + place.at[1] as usize;
-                error as f64 / (coverage.least(place.source as usize)[at] as f64 + added)
+                times(place) * error as f64 / (coverage.least(place.source as usize)[at] as f64 + added)
             }
-            None => error as f64,
+            None => times(place) * error as f64,
         };
         let found = par::map_indexed(self.all.len(), |number| {
             if !changed[number] && !self.all.around(number).any(|other| before.moved[other]) {
@@ -263,6 +288,31 @@ impl<'a> Exact<'a> {
     ) -> Result<Vec<Option<Neighbor>>, Error> {
         let (sources, weights, simd) = (Field::all(self.exemplars), &self.weights, self.simd);
         self.by_runs(seen, whole, |field, windows| Ok(all.nearest(field, &sources, weights, windows, alpha, simd)?))
+    }
+
+    /// The same, or the nearest, where a place that was used often counts more: in the first search by what is found
+    /// without that.
+    fn evenly(
+        &mut self,
+        seen: &Grid<u8, 2>,
+        whole: [Range<usize>; 2],
+        by: Option<(&Coverage, f64)>,
+    ) -> Result<Vec<Option<Neighbor>>, Error> {
+        let uses = match self.uses.take() {
+            Some(uses) => uses,
+            None => {
+                let mut uses = Usage::new(self.exemplars, [self.all.size; 2], self.how.spread)?;
+                let found = match by {
+                    Some(by) => self.complete(seen, whole.clone(), by)?,
+                    None => self.part(seen, whole.clone())?,
+                };
+                found.iter().flatten().for_each(|f| uses.note(f.source as usize, f.position));
+                uses
+            }
+        };
+        let counted = evenness::counted(self.exemplars, self.all.size, by, &uses);
+        self.uses = Some(uses);
+        self.complete(seen, whole, (&counted, 0.0))
     }
 
     fn by_runs(

@@ -61,17 +61,19 @@ fn threads_and_instructions_change_nothing() {
     let plane = scales(40);
     let exemplars = exemplars(&plane);
     let output = Domain { shape: [50, 61], periodic: [false, true] };
-    let of = |threads: usize, simd| {
-        let options = Options { iterations: 4, ..Options::default() };
+    let of = |threads: usize, simd, spread: f64| {
+        let options = Options { iterations: 4, spread, ..Options::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let run = Run { simd, ..Run::seeded(5) };
         let woven = pool.install(|| optimize(&exemplars, output, &options, &run)).unwrap();
         (bytes(&woven.result, &plane), woven.result, woven.stats)
     };
-    let one = of(1, selvedge_core::SimdLevel::Auto);
-    assert_eq!(one.2.levels.len(), 6);
-    for (threads, simd) in [(2, selvedge_core::SimdLevel::Avx2), (3, selvedge_core::SimdLevel::Scalar)] {
-        assert!(of(threads, simd) == one, "{threads} threads");
+    for spread in [0.0, 0.2] {
+        let one = of(1, selvedge_core::SimdLevel::Auto, spread);
+        assert_eq!(one.2.levels.len(), 6);
+        for (threads, simd) in [(2, selvedge_core::SimdLevel::Avx2), (3, selvedge_core::SimdLevel::Scalar)] {
+            assert!(of(threads, simd, spread) == one, "{threads} threads, spread {spread}");
+        }
     }
 }
 
@@ -112,6 +114,40 @@ fn odd_samples_at_the_edges_are_mended() {
     let woven = optimize_from(&exemplars, &map, &Control::default(), &options, &Run::seeded(0)).unwrap();
     assert_ne!(bytes(&Optimized::Map(map), &plane), clean);
     assert_eq!(bytes(&woven.result, &plane), clean);
+}
+
+/// How uneven the use of an exemplar is: the mean deviation of how often each 8 by 8 samples of it show, in means.
+fn unevenness(exemplars: &Exemplars<2>, map: &SourceMap<2>, side: u32) -> f64 {
+    let mut uses = vec![0.0; (side / 8 * (side / 8)) as usize];
+    for at in map.domain().positions() {
+        let (_, [y, x]) = exemplars.locate(map.ids.get(0, at)).unwrap();
+        uses[(y / 8 * (side / 8) + x / 8) as usize] += 1.0;
+    }
+    let mean = map.domain().len() as f64 / uses.len() as f64;
+    uses.iter().map(|n: &f64| (n / mean - 1.0).abs()).sum::<f64>() / uses.len() as f64
+}
+
+#[test]
+fn a_spread_uses_the_exemplar_more_evenly_and_none_changes_nothing() {
+    let plane = scales(64);
+    let exemplars = exemplars(&plane);
+    let output = Domain { shape: [90, 104], periodic: [true, false] };
+    for (search, complete) in [(Search::Coherent, None), (Search::Exact, None), (Search::Coherent, Some(0.5))] {
+        let of = |spread: f64| {
+            let options = Options { iterations: 3, search, complete, spread, ..Options::default() };
+            optimize(&exemplars, output, &options, &Run::seeded(5)).unwrap()
+        };
+        let uneven = |spread: f64| {
+            let Optimized::Map(map) = of(spread).result else { panic!("its finish is a map") };
+            unevenness(&exemplars, &map, 64)
+        };
+        let (plain, some, more) = (uneven(0.0), uneven(0.3), uneven(3.0));
+        assert!(some < plain && more < 0.8 * plain, "{search:?} {complete:?}: {plain}, {some}, {more}");
+        // A spread that rounds to nothing.
+        assert!(of(0.0004).result == of(0.0).result);
+    }
+    let wrong = Options { spread: 10.5, ..Options::default() };
+    assert_eq!(wrong.validate().unwrap_err().to_string(), "spread is 10.5, which is out of range");
 }
 
 /// Cancels after so many looks.

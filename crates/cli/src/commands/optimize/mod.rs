@@ -59,6 +59,9 @@ pub(crate) struct Optimize {
     /// none takes whatever is nearest.
     #[arg(long, value_name = "A|none", default_value_t = Complete(Options::default().complete), value_parser = complete)]
     complete: Complete,
+    /// How evenly the exemplar is used: 0 takes whatever fits best.
+    #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
+    spread: f64,
     /// What the output is made of: samples of the exemplars, which makes it sharp and gives it a source map, or
     /// averages.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = FinishArg::Coherent)]
@@ -183,6 +186,7 @@ impl Optimize {
             schedule,
             iterations: self.iterations,
             complete: self.complete.0,
+            spread: self.spread,
             finish: self.finish.into(),
             robust: self.robust,
             gradient: self.gradient,

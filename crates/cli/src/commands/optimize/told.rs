@@ -19,7 +19,8 @@ impl Optimize {
         let used = loom
             .used()
             .set("schedule", typed(&options.schedule))
-            .set("complete", options.complete.map_or_else(|| Value::from("none"), Value::from));
+            .set("complete", options.complete.map_or_else(|| Value::from("none"), Value::from))
+            .unless("spread", 0.0);
         let used = self.control.used(loom, used);
         match &self.start {
             Some(_) => used.without("init"),
