@@ -1,6 +1,7 @@
 //! The nearest neighborhoods of the exemplars: the M-step. `[Kwatra05 3]`
 
 mod coherent;
+mod displaced;
 mod evenness;
 mod exact;
 mod reference;

@@ -1,12 +1,13 @@
-//! All places by displacement, on samples rounded to 8 bits.
+//! The search of a level, on samples rounded to 8 bits: all places where something changed, or what continues it.
 
 use std::ops::Range;
 
-use selvedge_core::{Domain, Exemplars, Grid, SimdLevel, Usage, par};
-use selvedge_fft_ssd::{Coverage, Field, Neighbor, Windows, nearest};
+use selvedge_core::{Exemplars, Grid, SimdLevel, Usage, par};
+use selvedge_fft_ssd::{Coverage, Neighbor, Windows};
 
 use super::Found;
 use super::coherent::{Listed, changed, place};
+use super::displaced::Displaced;
 use super::evenness;
 use super::weights::fitting;
 use crate::Error;
@@ -21,10 +22,7 @@ const PART: usize = 8;
 /// The search of one level. It remembers what it saw, since a neighborhood that did not change keeps its answer.
 #[derive(Debug)]
 pub(crate) struct Exact<'a> {
-    exemplars: &'a Exemplars<2>,
-    weights: Vec<u8>,
-    all: &'a Neighborhoods,
-    simd: SimdLevel,
+    places: Displaced<'a>,
     how: How,
     listed: Option<Listed<'a>>,
     before: Option<Before>,
@@ -57,16 +55,8 @@ struct Before {
 
 impl<'a> Exact<'a> {
     pub(crate) fn new(exemplars: &'a Exemplars<2>, all: &'a Neighborhoods, how: How, simd: SimdLevel) -> Self {
-        Self {
-            exemplars,
-            weights: fitting(exemplars.weights(), all.size),
-            all,
-            simd,
-            how,
-            listed: None,
-            before: None,
-            uses: None,
-        }
+        let places = Displaced { exemplars, weights: fitting(exemplars.weights(), all.size), all, simd };
+        Self { places, how, listed: None, before: None, uses: None }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
@@ -74,7 +64,7 @@ impl<'a> Exact<'a> {
     /// Time `O(changed samples * samples of the exemplars * channels)`, whatever the size.
     pub(crate) fn search(&mut self, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
         let seen = seen(x, self.how.differences)?;
-        let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
+        let whole = [0, 1].map(|a| 0..self.places.all.shape()[a]);
         let before = self.before.take();
         let known: Vec<Place> = before.iter().flat_map(|before| before.neighbors.iter().map(place)).collect();
         let mut coverage = None;
@@ -85,18 +75,18 @@ impl<'a> Exact<'a> {
                 refined
             }
             (_, alpha) if self.how.spread != 0.0 => {
-                let all = alpha.map(|_| self.coverage(&seen, &whole)).transpose()?;
+                let all = alpha.map(|_| self.places.coverage(&seen, &whole)).transpose()?;
                 let found = self.evenly(&seen, whole, all.as_ref().zip(alpha))?;
                 coverage = all.filter(|_| self.how.coherent);
-                (found, self.all.len())
+                (found, self.places.all.len())
             }
             (_, Some(alpha)) => {
-                let all = self.coverage(&seen, &whole)?;
-                let found = self.complete(&seen, whole, (&all, alpha))?;
+                let all = self.places.coverage(&seen, &whole)?;
+                let found = self.places.complete(&seen, whole, (&all, alpha))?;
                 coverage = self.how.coherent.then_some(all);
-                (found, self.all.len())
+                (found, self.places.all.len())
             }
-            (None, None) => (self.part(&seen, whole)?, self.all.len()),
+            (None, None) => (self.places.part(&seen, whole)?, self.places.all.len()),
             (Some(before), None) => {
                 self.again(&before.seen, &seen, before.neighbors.into_iter().map(Some).collect())?
             }
@@ -131,25 +121,25 @@ impl<'a> Exact<'a> {
     ) -> Result<Option<Found>, Error> {
         let seen = seen(x, self.how.differences)?;
         let listed = self.listed()?;
-        let found = par::map_indexed(self.all.len(), |number| {
+        let found = par::map_indexed(self.places.all.len(), |number| {
             let mut candidates = offered(number);
             candidates.retain(|place| listed.holds(*place));
             let best = listed.best(&seen, number, &candidates, |_, error| error as f64);
             best.filter(|best| best.error as f64 / self.compared() <= limit)
         });
         self.listed = Some(listed);
-        let columns = self.all.shape()[1];
+        let columns = self.places.all.shape()[1];
         let lacks = |part: &[Range<usize>; 2]| {
             part[0].clone().any(|y| part[1].clone().any(|x| found[y * columns + x].is_none()))
         };
-        let whole = [0, 1].map(|a| 0..self.all.shape()[a]);
+        let whole = [0, 1].map(|a| 0..self.places.all.shape()[a]);
         let mut parts: Vec<[Range<usize>; 2]> = self.parts().filter(lacks).collect();
         // Each part is searched with what lies around it: most of them cost more than all at once.
         if self.parts().count() < 2 * parts.len() {
             parts = vec![whole.clone()];
         }
         // What came is no better known to be complete than what is found anew.
-        let coverage = self.how.alpha.map(|_| self.coverage(&seen, &whole)).transpose()?;
+        let coverage = self.how.alpha.map(|_| self.places.coverage(&seen, &whole)).transpose()?;
         let (neighbors, searched) = self.some(&seen, parts, found, coverage.as_ref())?;
         Ok(self.noted(seen, neighbors, (&[], None), searched))
     }
@@ -157,18 +147,18 @@ impl<'a> Exact<'a> {
     fn listed(&mut self) -> Result<Listed<'a>, Error> {
         match self.listed.take() {
             Some(listed) => Ok(listed),
-            None => Ok(Listed::new(self.exemplars, self.weights.clone(), self.all)?),
+            None => Ok(Listed::new(self.places.exemplars, self.places.weights.clone(), self.places.all)?),
         }
     }
 
     /// What neighborhoods have that continue those around them, where these or the samples changed.
     fn refined(&mut self, before: &Before, seen: &Grid<u8, 2>) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
         let listed = self.listed()?;
-        let changed = changed(self.all, &before.seen, seen);
-        let sources = self.exemplars.sources();
+        let changed = changed(self.places.all, &before.seen, seen);
+        let sources = self.places.exemplars.sources();
         let widths: Vec<usize> = sources
             .iter()
-            .map(|s| Windows { side: self.all.size, step: 1 }.over(s.domain()).shape[1] as usize)
+            .map(|s| Windows { side: self.places.all.size, step: 1 }.over(s.domain()).shape[1] as usize)
             .collect();
         let times = |place: Place| match &self.uses {
             Some(uses) => evenness::times(uses, place),
@@ -183,8 +173,8 @@ impl<'a> Exact<'a> {
             }
             None => times(place) * error as f64,
         };
-        let found = par::map_indexed(self.all.len(), |number| {
-            if !changed[number] && !self.all.around(number).any(|other| before.moved[other]) {
+        let found = par::map_indexed(self.places.all.len(), |number| {
+            if !changed[number] && !self.places.all.around(number).any(|other| before.moved[other]) {
                 return (before.neighbors[number], false);
             }
             let candidates = listed.around(&before.neighbors, number);
@@ -197,8 +187,8 @@ impl<'a> Exact<'a> {
 
     /// What an error is divided by to be a mean: samples times the weights of channels.
     fn compared(&self) -> f64 {
-        let weights: f64 = self.weights.iter().map(|&w| f64::from(w)).sum();
-        f64::from(self.all.size) * f64::from(self.all.size) * weights
+        let weights: f64 = self.places.weights.iter().map(|&w| f64::from(w)).sum();
+        f64::from(self.places.all.size) * f64::from(self.places.all.size) * weights
     }
 
     /// The same after some samples changed.
@@ -220,10 +210,10 @@ impl<'a> Exact<'a> {
         mut neighbors: Vec<Option<Neighbor>>,
         coverage: Option<&Coverage>,
     ) -> Result<(Vec<Option<Neighbor>>, usize), Error> {
-        let columns = self.all.shape()[1];
+        let columns = self.places.all.shape()[1];
         let found = par::map_indexed(parts.len(), |i| match coverage.zip(self.how.alpha) {
-            Some(by) => self.complete(seen, parts[i].clone(), by),
-            None => self.part(seen, parts[i].clone()),
+            Some(by) => self.places.complete(seen, parts[i].clone(), by),
+            None => self.places.part(seen, parts[i].clone()),
         });
         let mut searched = 0;
         for (part, found) in parts.into_iter().zip(found) {
@@ -237,57 +227,20 @@ impl<'a> Exact<'a> {
     }
 
     fn parts(&self) -> impl Iterator<Item = [Range<usize>; 2]> + use<> {
-        let [rows, columns] = self.all.shape();
+        let [rows, columns] = self.places.all.shape();
         let along = |n: usize| (0..n).step_by(PART).map(move |from| from..n.min(from + PART));
         along(rows).flat_map(move |y| along(columns).map(move |x| [y.clone(), x]))
     }
 
     /// Whether any sample of a part's neighborhoods changed.
     fn changed(&self, before: &Grid<u8, 2>, seen: &Grid<u8, 2>, part: &[Range<usize>; 2]) -> bool {
-        let covered = [0, 1].map(|a| self.covered(a, &part[a]));
-        let shape = self.all.domain.shape;
+        let covered = [0, 1].map(|a| self.places.covered(a, &part[a]));
+        let shape = self.places.all.domain.shape;
         (0..seen.channels()).any(|c| {
-            let at = |y: u32, x: u32| self.all.domain.index([y % shape[0], x % shape[1]]);
+            let at = |y: u32, x: u32| self.places.all.domain.index([y % shape[0], x % shape[1]]);
             let rows = covered[0].clone();
             rows.flat_map(|y| covered[1].clone().map(move |x| at(y, x))).any(|i| before.plane(c)[i] != seen.plane(c)[i])
         })
-    }
-
-    /// Samples that some neighborhoods of an axis hold.
-    fn covered(&self, axis: usize, part: &Range<usize>) -> Range<u32> {
-        let firsts = &self.all.firsts[axis];
-        firsts[part.start]..firsts[part.end - 1] + self.all.size
-    }
-
-    /// The nearest of the neighborhoods in some rows and columns: all that are evenly spaced at once, those that are
-    /// flush with an edge by themselves.
-    fn part(&self, seen: &Grid<u8, 2>, part: [Range<usize>; 2]) -> Result<Vec<Option<Neighbor>>, Error> {
-        let (sources, weights) = (Field::all(self.exemplars), &self.weights);
-        self.by_runs(seen, part, |field, windows| Ok(nearest(field, &sources, weights, windows, self.simd)?))
-    }
-
-    /// How near all neighborhoods come to the places of the exemplars.
-    fn coverage(&self, seen: &Grid<u8, 2>, whole: &[Range<usize>; 2]) -> Result<Coverage, Error> {
-        let (sources, weights) = (Field::all(self.exemplars), &self.weights);
-        let mut all: Option<Coverage> = None;
-        for run in self.runs(whole) {
-            let cut = self.covering(seen, &run)?;
-            let field = Field::new(cut.as_ref().unwrap_or(seen));
-            let here = Coverage::of(field, &sources, weights, self.windows(), self.simd)?;
-            all = Some(all.map_or(here.clone(), |all| all.and(&here)));
-        }
-        Ok(all.expect("there are neighborhoods"))
-    }
-
-    /// The nearest by their scores, for which all must be known.
-    fn complete(
-        &self,
-        seen: &Grid<u8, 2>,
-        whole: [Range<usize>; 2],
-        (all, alpha): (&Coverage, f64),
-    ) -> Result<Vec<Option<Neighbor>>, Error> {
-        let (sources, weights, simd) = (Field::all(self.exemplars), &self.weights, self.simd);
-        self.by_runs(seen, whole, |field, windows| Ok(all.nearest(field, &sources, weights, windows, alpha, simd)?))
     }
 
     /// The same, or the nearest, where a place that was used often counts more: in the first search by what is found
@@ -301,80 +254,19 @@ impl<'a> Exact<'a> {
         let uses = match self.uses.take() {
             Some(uses) => uses,
             None => {
-                let mut uses = Usage::new(self.exemplars, [self.all.size; 2], self.how.spread)?;
+                let mut uses = Usage::new(self.places.exemplars, [self.places.all.size; 2], self.how.spread)?;
                 let found = match by {
-                    Some(by) => self.complete(seen, whole.clone(), by)?,
-                    None => self.part(seen, whole.clone())?,
+                    Some(by) => self.places.complete(seen, whole.clone(), by)?,
+                    None => self.places.part(seen, whole.clone())?,
                 };
                 found.iter().flatten().for_each(|f| uses.note(f.source as usize, f.position));
                 uses
             }
         };
-        let counted = evenness::counted(self.exemplars, self.all.size, by, &uses);
+        let counted = evenness::counted(self.places.exemplars, self.places.all.size, by, &uses);
         self.uses = Some(uses);
-        self.complete(seen, whole, (&counted, 0.0))
+        self.places.complete(seen, whole, (&counted, 0.0))
     }
-
-    fn by_runs(
-        &self,
-        seen: &Grid<u8, 2>,
-        part: [Range<usize>; 2],
-        search: impl Fn(Field<'_>, Windows) -> Result<Grid<Option<Neighbor>, 2>, Error>,
-    ) -> Result<Vec<Option<Neighbor>>, Error> {
-        let width = part[1].len();
-        let mut all = vec![None; part[0].len() * width];
-        for run in self.runs(&part) {
-            let cut = self.covering(seen, &run)?;
-            let found = search(Field::new(cut.as_ref().unwrap_or(seen)), self.windows())?.into_vec();
-            for (row, found) in run[0].clone().zip(found.chunks(run[1].len())) {
-                let to = (row - part[0].start) * width + run[1].start - part[1].start;
-                all[to..to + run[1].len()].copy_from_slice(found);
-            }
-        }
-        Ok(all)
-    }
-
-    fn windows(&self) -> Windows {
-        Windows { side: self.all.size, step: self.all.step() }
-    }
-
-    /// Rows and columns that are evenly spaced.
-    fn runs(&self, part: &[Range<usize>; 2]) -> Vec<[Range<usize>; 2]> {
-        let [rows, columns] = [0, 1].map(|a| self.even(a, part[a].clone()));
-        rows.iter().flat_map(|y| columns.iter().map(move |x| [y.clone(), x.clone()])).collect()
-    }
-
-    /// Neighborhoods of an axis in runs that are evenly spaced.
-    fn even(&self, axis: usize, part: Range<usize>) -> Vec<Range<usize>> {
-        let (firsts, last) = (&self.all.firsts[axis], part.end - 1);
-        if part.start < last && firsts[last] - firsts[last - 1] != self.all.step() {
-            vec![part.start..last, last..last + 1]
-        } else {
-            vec![part]
-        }
-    }
-
-    /// What neighborhoods that are evenly spaced cover of a picture; `None` if these are all of it.
-    fn covering(&self, seen: &Grid<u8, 2>, run: &[Range<usize>; 2]) -> Result<Option<Grid<u8, 2>>, Error> {
-        if (0..2).all(|a| run[a].len() == self.all.firsts[a].len()) {
-            return Ok(None);
-        }
-        let covered = [0, 1].map(|a| self.covered(a, &run[a]));
-        cropped(seen, covered, self.all.domain).map(Some)
-    }
-}
-
-/// A part of a picture, around its periodic axes.
-fn cropped(seen: &Grid<u8, 2>, [rows, columns]: [Range<u32>; 2], domain: Domain<2>) -> Result<Grid<u8, 2>, Error> {
-    let part = Domain::open([rows.len() as u32, columns.len() as u32]);
-    let mut out = Grid::try_filled(part, seen.channels(), 0)?;
-    for c in 0..seen.channels() {
-        for (to, at) in out.plane_mut(c).iter_mut().zip(part.positions()) {
-            let [y, x] = [(rows.start + at[0]) % domain.shape[0], (columns.start + at[1]) % domain.shape[1]];
-            *to = seen.get(c, [y, x]);
-        }
-    }
-    Ok(out)
 }
 
 #[cfg(test)]
