@@ -275,7 +275,7 @@ mod tests {
     use crate::falloff::Falloff;
     use crate::search::reference::Measure;
     use crate::testing::{exemplars, output};
-    use selvedge_core::{Rng, Seed};
+    use selvedge_core::{Domain, Rng, Seed};
 
     fn noise(rng: &mut Rng, domain: Domain<2>) -> Grid<f64, 2> {
         let samples = (0..domain.len() * 2).map(|_| f64::from(rng.below(256))).collect();
