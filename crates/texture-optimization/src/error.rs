@@ -95,6 +95,9 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
+    /// A tree that is to find anything but what is near.
+    #[error("a tree finds what is near, neither what the output lacks nor what it uses evenly")]
+    Tree,
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -107,9 +110,12 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Size { .. } | Self::Scale { .. } | Self::Schedule | Self::NothingFixed | Self::Iterations => {
-                ErrorKind::Option
-            }
+            Self::Size { .. }
+            | Self::Scale { .. }
+            | Self::Schedule
+            | Self::NothingFixed
+            | Self::Tree
+            | Self::Iterations => ErrorKind::Option,
             Self::NothingFits { .. }
             | Self::Masked { .. }
             | Self::Control { .. }
@@ -140,6 +146,7 @@ impl Error {
             Self::MapShape { .. } => "give a map of the output's size".into(),
             Self::FlowShape { .. } => "give a flow of the output's size".into(),
             Self::FlowValue { .. } => "mark it as unknown".into(),
+            Self::Tree => "leave completeness and evenness out".into(),
             Self::Checkpoint { .. } => "begin again without it".into(),
             Self::Holes { .. } => "fill them first".into(),
             Self::Core(error) => error.remedy(),

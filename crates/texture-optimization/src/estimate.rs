@@ -3,7 +3,7 @@
 use selvedge_core::{Bytes, Domain};
 
 use crate::neighborhoods::CELLS;
-use crate::{Level, Options};
+use crate::{Level, Options, Search};
 
 /// Bytes of a channel of a sample of the output: the average twice while it is brought into order, and rounded twice.
 const A_VALUE: u64 = 2 * 8 + 2;
@@ -16,6 +16,9 @@ const A_PLACE: u64 = 2 * 12 + 2 * 8 + 40;
 const A_VOTE: u64 = 2 * 8;
 /// Bytes for each neighborhood: its places before and now, distances, weights, answers.
 const A_NEIGHBORHOOD: u64 = 160;
+
+/// Means of a tree at most: of a hundred leaves four times as many for clusters of uneven sizes, and their parents.
+const NODES: u64 = 600;
 
 /// An upper bound of the bytes that [`optimize`](crate::optimize()) holds beside the exemplars' features: from shapes
 /// of the exemplars, feature channels, and the output.
@@ -33,7 +36,12 @@ pub fn estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, opt
     let votes = samples * u64::from(CELLS * CELLS) * A_VOTE + samples * 8;
     let x = samples * (A_VALUE * channels + A_WORD * searched + 2 * (searched - channels) + solved);
     let all: Bytes = options.schedule.iter().map(|level| windows(output, *level)).max().unwrap_or_default();
-    sources + votes + x + all * A_NEIGHBORHOOD
+    let largest = options.schedule.iter().map(|level| level.size).max().unwrap_or_default();
+    let tree = match options.search {
+        Search::Tree => offered * 32 + Bytes(NODES * 4 * searched) * u64::from(largest).pow(2),
+        _ => Bytes(0),
+    };
+    sources + votes + x + all * A_NEIGHBORHOOD + tree
 }
 
 /// Neighborhoods of a level at most.

@@ -28,7 +28,7 @@
 //! `DESIGN.md` tells why the crate is made as it is, and what each default is worth.
 //!
 //! # Current state
-//! Sections 3 and 4 of the paper but for the tree, which the exact search replaces.
+//! Sections 3 and 4 of the paper; an exact search stands where it has a tree, which is there to compare with.
 //!
 //! # Features
 //! `rayon` (default): averages and searches run on the caller's pool; the output is the same either way.

@@ -17,6 +17,10 @@ pub enum Search {
     /// its edges as well.
     #[default]
     Coherent,
+    /// The paper's: a tree of clusters, of which a neighborhood asks the nearest leaf. It finds something near, on few
+    /// pictures what is nearest, and is slower than [`Search::Exact`]; with neither [`Options::complete`] nor
+    /// [`Options::spread`]. For comparison.
+    Tree,
     /// The definition: all positions, on unrounded samples, with the fall-off that averages use. Without
     /// [`Options::complete`] the robust energy never rises then. Slow: for tests and small pictures.
     Reference,
@@ -96,7 +100,8 @@ impl Options {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Iterations`], and of the core
+    /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Iterations`],
+    /// [`Error::Tree`], and of the core
     /// [`Amount`](CoreError::Amount).
     pub fn validate(&self) -> Result<(), Error> {
         self.schedule.iter().try_for_each(|&level| check(level))?;
@@ -117,6 +122,9 @@ impl Options {
             return Err(CoreError::amount("a completeness", alpha, range).into());
         }
         CoreError::within("spread", self.spread, 0.0..=10.0, "0 (whatever fits best) to 10")?;
+        if self.search == Search::Tree && (self.complete.is_some() || self.spread != 0.0) {
+            return Err(Error::Tree);
+        }
         if self.iterations == 0 { Err(Error::Iterations) } else { Ok(()) }
     }
 }

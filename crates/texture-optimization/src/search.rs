@@ -5,6 +5,7 @@ mod displaced;
 mod evenness;
 mod exact;
 mod reference;
+mod tree;
 mod weights;
 
 pub(crate) use coherent::Listed;

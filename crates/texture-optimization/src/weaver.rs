@@ -142,6 +142,7 @@ impl<'a> Weaver<'a> {
             alpha: self.options.complete,
             spread: self.options.spread,
             coherent: self.options.search == Search::Coherent,
+            tree: self.options.search == Search::Tree,
             differences: (self.options.gradient != 0.0).then(|| self.texture()),
         }
     }
@@ -188,7 +189,7 @@ impl<'a> Weaver<'a> {
         };
         let found = match (self.options.search, came) {
             (Search::Coherent, Some(came)) => came.search(self, exact, x)?,
-            (Search::Exact | Search::Coherent, _) => exact.search(x)?,
+            (Search::Exact | Search::Coherent | Search::Tree, _) => exact.search(x)?,
             (Search::Reference, _) => self.measure(self.exemplars, &self.falloff).search(x, self.options.complete),
         };
         let mut found = found.ok_or_else(|| self.masked())?;

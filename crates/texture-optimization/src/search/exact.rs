@@ -9,6 +9,7 @@ use super::Found;
 use super::coherent::{Listed, changed, place};
 use super::displaced::Displaced;
 use super::evenness;
+use super::tree::Tree;
 use super::weights::fitting;
 use crate::Error;
 use crate::assignment::Place;
@@ -25,6 +26,7 @@ pub(crate) struct Exact<'a> {
     places: Displaced<'a>,
     how: How,
     listed: Option<Listed<'a>>,
+    tree: Option<Tree>,
     before: Option<Before>,
     /// What all searches so far found, where what is used often counts less.
     uses: Option<Usage<2>>,
@@ -39,6 +41,8 @@ pub(crate) struct How {
     pub(crate) spread: f64,
     /// Whether all places are asked but once.
     pub(crate) coherent: bool,
+    /// Whether a tree is asked for what is near.
+    pub(crate) tree: bool,
     /// Channels whose differences are compared as well: the exemplars have them after their own.
     pub(crate) differences: Option<usize>,
 }
@@ -56,7 +60,7 @@ struct Before {
 impl<'a> Exact<'a> {
     pub(crate) fn new(exemplars: &'a Exemplars<2>, all: &'a Neighborhoods, how: How, simd: SimdLevel) -> Self {
         let places = Displaced { exemplars, weights: fitting(exemplars.weights(), all.size), all, simd };
-        Self { places, how, listed: None, before: None, uses: None }
+        Self { places, how, listed: None, tree: None, before: None, uses: None }
     }
 
     /// For each neighborhood the nearest of the exemplars, the first of equal ones; `None` if there is none.
@@ -69,6 +73,7 @@ impl<'a> Exact<'a> {
         let known: Vec<Place> = before.iter().flat_map(|before| before.neighbors.iter().map(place)).collect();
         let mut coverage = None;
         let (neighbors, searched) = match (before, self.how.alpha) {
+            _ if self.how.tree => (self.by_tree(&seen)?, self.places.all.len()),
             (Some(before), _) if self.how.coherent => {
                 let refined = self.refined(&before, &seen)?;
                 coverage = before.coverage;
@@ -142,6 +147,16 @@ impl<'a> Exact<'a> {
         let coverage = self.how.alpha.map(|_| self.places.coverage(&seen, &whole)).transpose()?;
         let (neighbors, searched) = self.some(&seen, parts, found, coverage.as_ref())?;
         Ok(self.noted(seen, neighbors, (&[], None), searched))
+    }
+
+    /// What a tree finds, which is made first.
+    fn by_tree(&mut self, seen: &Grid<u8, 2>) -> Result<Vec<Option<Neighbor>>, Error> {
+        let listed = self.listed()?;
+        let Displaced { exemplars, weights, all, .. } = &self.places;
+        let tree = self.tree.get_or_insert_with(|| Tree::new(exemplars, weights, all.size));
+        let found = par::map_indexed(all.len(), |number| tree.nearest((all, number), seen, &listed));
+        self.listed = Some(listed);
+        Ok(found)
     }
 
     fn listed(&mut self) -> Result<Listed<'a>, Error> {

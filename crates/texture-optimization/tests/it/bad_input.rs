@@ -3,7 +3,7 @@
 use selvedge_core::{
     Domain, ErrorKind, Exemplars, Grid, Guidance, Guide, Limits, Plane, Role, Run, Samples, SourceMap,
 };
-use selvedge_texture_optimization::{Control, Error, Level, Options, Plan, Wanted, optimize, optimize_from};
+use selvedge_texture_optimization::{Control, Error, Level, Options, Plan, Search, Wanted, optimize, optimize_from};
 
 fn exemplars(shape: [u32; 2]) -> Exemplars<2> {
     let domain = Domain::open(shape);
@@ -35,6 +35,7 @@ fn options_out_of_range_are_named_with_their_numbers() {
     let complete = refused(Options { complete: Some(-0.5), ..Options::default() });
     assert_eq!(complete.to_string(), "a completeness of -0.5 is out of range");
     assert_eq!(refused(Options { iterations: 0, ..Options::default() }), Error::Iterations);
+    assert_eq!(refused(Options { search: Search::Tree, ..Options::default() }), Error::Tree);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use selvedge_core::{
     Domain, Exemplars, Grid, Guidance, Guide, Limits, Origin, Run, Seed, Source, SourceMap, Transform,
 };
 use selvedge_testkit::memory;
-use selvedge_texture_optimization::{Control, Error, Finish, Level, Options, Wanted, estimate, optimize_from};
+use selvedge_texture_optimization::{Control, Error, Finish, Level, Options, Search, Wanted, estimate, optimize_from};
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
 
@@ -27,6 +27,8 @@ fn cases() -> Vec<Case> {
         case(64, 128, &quick),
         case(96, 200, &Options { finish: Finish::Average, ..quick.clone() }),
         case(64, 160, &gradient),
+        case(64, 128, &Options { spread: 1.0, ..quick.clone() }),
+        case(64, 128, &Options { search: Search::Tree, complete: None, ..quick.clone() }),
         Case { steered: true, ..case(64, 160, &quick) },
         Case { steered: true, ..case(64, 128, &gradient) },
     ]

@@ -93,6 +93,8 @@ choices!(SearchArg for Search {
     Exact,
     /// All places once a level.
     Coherent,
+    /// The paper's tree, which finds something near: with --complete none, to compare with.
+    Tree,
 });
 
 impl Method for Optimize {

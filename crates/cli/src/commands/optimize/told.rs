@@ -86,6 +86,7 @@ pub(in crate::commands) fn failure(loaded: &ExemplarSet, error: Error) -> Failur
             let remedy = format!("use --size {least} or more, or a smaller size in --schedule, such as 1:4");
             Failure::from(error).remedy(remedy)
         }
+        Error::Tree => Failure::from(error).remedy("add --complete none, and leave --spread out"),
         Error::Masked { .. } => loaded.about(Failure::from(error)),
         _ => Failure::from(error),
     }
