@@ -137,6 +137,26 @@ impl ClipInput {
         })
     }
 
+    /// Hands on each frame, says what is odd about them, and notes the clip in the report, as [`read`](Self::read) does.
+    pub(crate) fn each(
+        mut self,
+        session: &Session<'_>,
+        report: &mut Report,
+        taken: &mut dyn FnMut(Plane<2>) -> Result<(), Failure>,
+    ) -> Result<Fingerprint, Failure> {
+        while let Some(frame) = self.reader.next()? {
+            session.check_signal()?;
+            taken(frame)?;
+        }
+        for warning in self.reader.warnings() {
+            session.warn(self.reader.path(), warning);
+        }
+        let fingerprint = self.reader.fingerprint();
+        session.expect(&fingerprint)?;
+        report.inputs.push(self.noted(Some(&fingerprint.blake3)));
+        Ok(fingerprint)
+    }
+
     /// Reads all frames, says what is odd about them, and notes them in the report.
     pub(crate) fn read(mut self, session: &Session<'_>, report: &mut Report) -> Result<Clip, Failure> {
         session.check_signal()?;

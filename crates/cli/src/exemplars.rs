@@ -200,6 +200,11 @@ impl Headers {
         self.matched.iter().flat_map(|matched| &matched.infos)
     }
 
+    /// Bytes of exemplars that were read already: a stream, or frames of a container.
+    pub(crate) fn held_bytes(&self) -> Bytes {
+        self.inputs.iter().map(Input::held).sum()
+    }
+
     /// What making them even takes beside them.
     pub(crate) fn light_bytes(&self, sources: &[Domain<2>]) -> Bytes {
         self.light.memory(&self.infos, sources, self.channels())

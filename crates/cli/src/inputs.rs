@@ -18,12 +18,17 @@ use crate::stdio::{self, STREAM};
 pub(crate) struct Input {
     pub(crate) path: PathBuf,
     stream: Option<Vec<u8>>,
+    /// Whether it is a frame of a container, which is told of as a whole.
+    is_part: bool,
 }
 
 impl Input {
     /// Looks at a name; nothing is read but a stream.
     pub(crate) fn new(session: &Session<'_>, path: &Path) -> Result<Self, Failure> {
         let budget = session.limits.memory;
+        if let Some(frame) = session.held(path) {
+            return Ok(Self { path: path.to_path_buf(), stream: Some(frame), is_part: true });
+        }
         let stream = if path.as_os_str() == STREAM {
             Some(read_stream(path, std::io::stdin().lock(), budget)?)
         } else if is_pipe(path) {
@@ -32,7 +37,12 @@ impl Input {
         } else {
             None
         };
-        Ok(Self { path: path.to_path_buf(), stream })
+        Ok(Self { path: path.to_path_buf(), stream, is_part: false })
+    }
+
+    /// Bytes of what was read already.
+    pub(crate) fn held(&self) -> Bytes {
+        Bytes(self.stream.as_ref().map_or(0, Vec::len) as u64)
     }
 
     /// The bytes of a stream; `None` for a file.
@@ -60,6 +70,9 @@ impl Input {
             Some(bytes) => selvedge_io::decode(bytes, &self.path, options),
             None => selvedge_io::read(&self.path, options),
         }?;
+        if self.is_part {
+            return Ok(picture);
+        }
         session.expect(&fingerprint(&self.path, &picture))?;
         for warning in &picture.warnings {
             session.warn(&self.path, &warning.of(&self.path));

@@ -1,5 +1,6 @@
 //! The surroundings of one command.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -27,6 +28,8 @@ pub(crate) struct Session<'a> {
     inputs: Arc<Mutex<Vec<PathBuf>>>,
     /// The marks of what was read, where some are expected.
     marks: Arc<Mutex<Vec<String>>>,
+    /// Frames of containers, as files by names of their own.
+    frames: Arc<Mutex<BTreeMap<PathBuf, Vec<u8>>>>,
 }
 
 impl<'a> Session<'a> {
@@ -40,6 +43,7 @@ impl<'a> Session<'a> {
             typed,
             inputs: Arc::default(),
             marks: Arc::default(),
+            frames: Arc::default(),
         }
     }
 
@@ -52,8 +56,8 @@ impl<'a> Session<'a> {
         held: u64,
     ) -> Session<'g> {
         let limits = Limits { memory: self.limits.memory.saturating_sub(held), ..self.limits };
-        let (inputs, marks) = (self.inputs.clone(), self.marks.clone());
-        Session { global, watch: self.watch.clone(), limits, options, typed, inputs, marks }
+        let (inputs, marks, frames) = (self.inputs.clone(), self.marks.clone(), self.frames.clone());
+        Session { global, watch: self.watch.clone(), limits, options, typed, inputs, marks, frames }
     }
 
     /// The first option of these that was typed, as it is typed.
@@ -70,6 +74,16 @@ impl<'a> Session<'a> {
     /// All that the run reads, as far as it is known.
     pub(crate) fn inputs(&self) -> Vec<PathBuf> {
         self.inputs.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Holds a frame of a container as a file that is read from there, once.
+    pub(crate) fn hold(&self, path: PathBuf, bytes: Vec<u8>) {
+        self.frames.lock().unwrap_or_else(PoisonError::into_inner).insert(path, bytes);
+    }
+
+    /// Hands out what is held by this name.
+    pub(crate) fn held(&self, path: &Path) -> Option<Vec<u8>> {
+        self.frames.lock().unwrap_or_else(PoisonError::into_inner).remove(path)
     }
 
     /// Refuses a file that is none of those of `--expect`.

@@ -3,6 +3,7 @@
 use std::fs;
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
 use selvedge_io::{Metadata, WriteOptions};
 
 use crate::program::{Folder, fixtures};
@@ -102,6 +103,7 @@ fn frames_follow_one_file_or_one_each_and_are_made_again() {
 fn a_clip_as_exemplar_goes_on_while_it_flows() {
     let folder = Folder::new("animate-clip");
     // Frames of a clip that are unlike each other: each frame that is made has the samples of its own one alone.
+    let mut packed = ClipWriter::create("all.png", 3, Metadata::default(), ClipWriteOptions::default()).unwrap();
     for (number, from) in [(1, 0_u8), (2, 85), (3, 170)] {
         let noise: Vec<u8> =
             (0..48 * 40_u32).map(|i| from + (i.wrapping_mul(2_654_435_761) >> 25) as u8 % 80).collect();
@@ -109,6 +111,7 @@ fn a_clip_as_exemplar_goes_on_while_it_flows() {
         let plane = Plane::new(Role::Color, samples);
         let path = folder.path(format!("in.{number}.png"));
         selvedge_io::write(path, &plane, &Metadata::default(), &WriteOptions::default()).unwrap();
+        packed.encoded(&plane).unwrap();
     }
     let line = "animate in.#.png --flow uniform --speed 1.5 --size 40x32 --init quilt --seed 3";
     let made = folder.run(&format!("{line} -o {{stem}}-out.#.png --frames 5 --json")).done().json();
@@ -123,6 +126,20 @@ fn a_clip_as_exemplar_goes_on_while_it_flows() {
     assert_eq!(fs::read(folder.path("again.4.png")).unwrap(), fs::read(folder.path("in-out.4.png")).unwrap());
     let dry = folder.run(&format!("{line} -o dry.#.png --json --dry-run")).done().json();
     assert_eq!(dry["options"]["frames"], 3, "as many as the clip has");
+    // The same in one file.
+    fs::write(folder.path("all.png"), &packed.ended().unwrap()[0].1).unwrap();
+    let line_of_packed = line.replace("in.#.png", "all.png");
+    let made = folder.run(&format!("{line_of_packed} -o {{stem}}-out.#.png --frames 5 --json")).done().json();
+    let inputs = made["inputs"].as_array().unwrap();
+    assert_eq!((inputs.len(), &inputs[0]["path"], &inputs[0]["frames"]), (1, &"all.png".into(), &3.into()));
+    let read = |name: &str| selvedge_io::read(folder.path(name), &Default::default()).unwrap().plane;
+    for frame in 1..=5 {
+        assert!(read(&format!("all-out.{frame}.png")) == read(&format!("in-out.{frame}.png")), "{frame}");
+    }
+    folder.run("again all-out.4.png -o packed.#.png --look-in @").done();
+    assert_eq!(fs::read(folder.path("packed.4.png")).unwrap(), fs::read(folder.path("all-out.4.png")).unwrap());
+    let beside = "all.png': is a clip, beside 1 exemplar; give the clip alone";
+    folder.run(&format!("{line_of_packed} @/weave.png -o no.#.png")).refused(2, &[beside]);
     let refused = [
         ("--frames 10 --close 3", "--close after 10 frames, where a clip of 3 has not come around; use --frames 12"),
         ("@/weave.png", "in.#.png': is a clip, beside 1 exemplar; give the clip alone"),

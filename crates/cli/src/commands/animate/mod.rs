@@ -20,6 +20,7 @@ use serde_json::{Value, json};
 use self::begun::Begun;
 use self::body::{Body, BodyArgs};
 use self::flow::{FlowArgs, Flows};
+use self::moving::Moving;
 use super::optimize::{Init, Levels, init, levels, typed};
 use crate::clips::{self, Encode};
 use crate::exemplars::ExemplarArgs;
@@ -39,9 +40,9 @@ const FRAMES: u32 = 60;
 
 /// Options of `animate`.
 #[derive(Args, Clone, Debug)]
-#[command(mut_arg("exemplars", |arg| arg.help("Pictures of the texture; or one clip of it, as 'name.####.png', a folder \
-    or a quoted glob: each frame is made of its next one, and after its last of its first again; '-' is standard input, \
-    'a.exr[R,G,B]' chooses channels or a layer")))]
+#[command(mut_arg("exemplars", |arg| arg.help("Pictures of the texture; or one clip of it, as 'name.####.png', a folder, \
+    a quoted glob or one file of frames (GIF, APNG, y4m, mp4, ...): each frame is made of its next one, and after its \
+    last of its first again; '-' is standard input, 'a.exr[R,G,B]' chooses channels or a layer")))]
 #[command(mut_arg("checkpoint", |arg| arg.help("Keep in this folder, after each frame of a sequence, what the next one \
     follows from")))]
 #[command(mut_arg("mask", |arg| arg.help("Use an exemplar only where this picture is white. Give one for each \
@@ -112,13 +113,15 @@ impl Animate {
         self.flow.validate()?;
         let (first, options) = (Options::default(), self.options()?);
         let (files, masks) = (self.flow.files()?, self.body.files()?);
-        let clip = moving::frames(&self.input)?;
-        let input = clip.as_ref().unwrap_or(&self.input);
-        let read: Vec<PathBuf> = input.files().into_iter().chain(files.iter().chain(&masks).cloned()).collect();
+        let clip = Moving::found(session, &self.input, &mut report)?;
+        let input = clip.as_ref().map_or(&self.input, |clip| &clip.frames);
+        let container = clip.iter().filter(|clip| clip.is_packed()).map(|_| self.input.exemplars[0].clone());
+        let others = files.iter().chain(&masks).cloned().chain(container);
+        let read: Vec<PathBuf> = input.files().into_iter().chain(others).collect();
         inputs::check_streams(&read)?;
         let headers = input.look(session, None)?;
-        clip.iter().try_for_each(|clip| moving::check(clip, &headers))?;
-        let period = clip.as_ref().map(|clip| clip.exemplars.len() as u32);
+        clip.iter().try_for_each(|clip| moving::check(&clip.frames, &headers))?;
+        let period = clip.as_ref().map(|clip| clip.frames.exemplars.len() as u32);
         let flows = self.flow.read(&files, &session.limits)?;
         if flows.as_ref().is_some_and(Flows::is_unknown) {
             session.warn(&files[0], &"no vector of the flow is known: nothing will move");
@@ -145,7 +148,7 @@ impl Animate {
         };
         let mut loaded = headers.load(session, &[Transform::IDENTITY], &mut report)?;
         let textures = match &clip {
-            Some(_) => moving::each(&self.input, &mut loaded)?,
+            Some(clip) => clip.each(&self.input, &mut loaded)?,
             None => vec![loaded.exemplars.clone()],
         };
         let body = self.body.read(session, &masks, (output, frames), &mut report)?;
