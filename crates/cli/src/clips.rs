@@ -137,7 +137,7 @@ impl ClipInput {
         })
     }
 
-    /// Hands on each frame, says what is odd about them, and notes the clip in the report, as [`read`](Self::read) does.
+    /// Hands on each frame, says what is odd about them, and notes the clip in the report, as [`read`](Self::read).
     pub(crate) fn each(
         mut self,
         session: &Session<'_>,

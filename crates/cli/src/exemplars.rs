@@ -49,7 +49,7 @@ pub(crate) struct ExemplarArgs {
 
 /// Exemplars of which the headers were read.
 pub(crate) struct Headers {
-    inputs: Vec<Input>,
+    pub(crate) inputs: Vec<Input>,
     /// One each.
     masks: Vec<Option<Input>>,
     matched: Vec<Matched>,
@@ -198,11 +198,6 @@ impl Headers {
     /// Headers of planes that decide beside the exemplars.
     pub(crate) fn matched_infos(&self) -> impl Iterator<Item = &Info> {
         self.matched.iter().flat_map(|matched| &matched.infos)
-    }
-
-    /// Bytes of exemplars that were read already: a stream, or frames of a container.
-    pub(crate) fn held_bytes(&self) -> Bytes {
-        self.inputs.iter().map(Input::held).sum()
     }
 
     /// What making them even takes beside them.

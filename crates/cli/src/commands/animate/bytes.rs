@@ -9,6 +9,7 @@ use selvedge_texture_optimization::{
 
 use super::Animate;
 use crate::exemplars::Headers;
+use crate::inputs::Input;
 use crate::memory;
 
 /// Bytes of a run by when they are held.
@@ -43,7 +44,8 @@ impl Animate {
         let layout = self.layout(headers);
         let (channels, depth, features) = (layout.channels(), headers.depth, headers.channels());
         let kept = memory::pictures(&headers.infos, channels, depth) + memory::masks(&headers.mask_infos);
-        let reading = memory::reading(headers.infos.iter().chain(&headers.mask_infos)) + headers.held_bytes();
+        let held: Bytes = headers.inputs.iter().map(Input::held).sum();
+        let reading = memory::reading(headers.infos.iter().chain(&headers.mask_infos)) + held;
         let making = memory::making(&sources, features) + headers.light_bytes(&sources);
         let flows = Bytes::of_samples(output, 9) * u64::from(known) + self.body.bytes(output, masks);
         let closing = self.close.map_or(Bytes(0), |frames| closing_bytes(output, frames));
