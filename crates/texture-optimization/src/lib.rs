@@ -69,7 +69,7 @@ pub use control::{Control, Wanted};
 pub use error::Error;
 pub use estimate::estimate;
 pub use flow::{
-    Animation, Animator, Checkpoint, Field, FrameStats, Motion, Shown, animation_estimate, checkpoint_bytes,
+    Animation, Animator, Beside, Checkpoint, Field, FrameStats, Motion, Shown, animation_estimate, checkpoint_bytes,
     closing_bytes,
 };
 pub use level::Level;

@@ -18,24 +18,35 @@ pub struct Shown {
     pub completeness: f64,
 }
 
-impl Shown {
-    /// Of a whole map of these exemplars. Constant exemplars are as sharp as anything that shows them.
+/// Exemplars that frames are held beside.
+#[derive(Clone, Copy, Debug)]
+pub struct Beside<'e> {
+    exemplars: &'e Exemplars<2>,
+    own: Contrast,
+}
+
+impl<'e> Beside<'e> {
+    /// Time `O(exemplars)`.
+    pub fn new(exemplars: &'e Exemplars<2>) -> Self {
+        Self { exemplars, own: Contrast::of_exemplars(exemplars) }
+    }
+
+    /// What a whole map of these exemplars shows. Constant exemplars are as sharp as anything that shows them.
     ///
     /// # Errors
     /// No memory.
     ///
     /// # Complexity
-    /// Time `O(output + exemplars)`, space `O(exemplars / 64)`.
-    pub fn of(exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<Self, Error> {
-        let own = Contrast::of_exemplars(exemplars);
-        let made = Contrast::of_map(exemplars, map);
-        let sharpness = if own.sum == 0.0 { 1.0 } else { made.mean() / own.mean() };
-        Ok(Self { sharpness, completeness: completeness(exemplars, map)? })
+    /// Time `O(output)`, space `O(exemplars / 64)`.
+    pub fn shown(&self, map: &SourceMap<2>) -> Result<Shown, Error> {
+        let made = Contrast::of_map(self.exemplars, map);
+        let sharpness = if self.own.sum == 0.0 { 1.0 } else { made.mean() / self.own.mean() };
+        Ok(Shown { sharpness, completeness: completeness(self.exemplars, map)? })
     }
 }
 
 /// Weighted differences between neighbours.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Contrast {
     sum: f64,
     pairs: u64,
@@ -105,17 +116,18 @@ mod tests {
         let exemplars = Exemplars::of(&[std::slice::from_ref(&plane)]).unwrap();
         let mut map = SourceMap::unassigned(&exemplars, Domain::open([32, 40])).unwrap();
         map.ids.plane_mut(0).iter_mut().zip(0..).for_each(|(id, i)| *id = SampleId::new(i));
-        let copy = Shown::of(&exemplars, &map).unwrap();
+        let beside = Beside::new(&exemplars);
+        let copy = beside.shown(&map).unwrap();
         assert_eq!(copy, Shown { sharpness: 1.0, completeness: 1.0 });
         // One sample all over, and the upper left square alone.
         map.ids.plane_mut(0).fill(SampleId::new(0));
-        let flat = Shown::of(&exemplars, &map).unwrap();
+        let flat = beside.shown(&map).unwrap();
         assert_eq!(flat, Shown { sharpness: 0.0, completeness: 1.0 / 20.0 });
         // Every second row from elsewhere: torn.
         for at in map.domain().positions() {
             map.ids.set(0, at, SampleId::new(if at[0] % 2 == 0 { at[1] } else { 16 * 40 + (at[1] + 20) % 40 }));
         }
-        let torn = Shown::of(&exemplars, &map).unwrap();
+        let torn = beside.shown(&map).unwrap();
         assert!(1.0 < torn.sharpness && torn.completeness == 10.0 / 20.0, "{torn:?}");
     }
 }

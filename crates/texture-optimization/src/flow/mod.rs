@@ -13,5 +13,5 @@ mod trust;
 pub use animator::{Animation, Animator, FrameStats, animation_estimate, closing_bytes};
 pub(crate) use carry::Carried;
 pub use checkpoint::{Checkpoint, checkpoint_bytes};
-pub use drift::Shown;
+pub use drift::{Beside, Shown};
 pub use fields::{Field, Motion};

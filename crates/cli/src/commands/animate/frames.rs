@@ -5,7 +5,7 @@ use std::path::Path;
 use selvedge_core::{Domain, Event, Exemplars, Observer, Plane, Render as _, Run, SourceMap};
 use selvedge_io::Metadata;
 use selvedge_io::clip::ClipWriter;
-use selvedge_texture_optimization::{Animation, Animator, FrameStats, Optimized, Options, Plan, Shown};
+use selvedge_texture_optimization::{Animation, Animator, Beside, FrameStats, Optimized, Options, Plan};
 use serde_json::{Value, json};
 
 use super::begun::{self, Begun};
@@ -104,6 +104,7 @@ impl Animate {
         let quiet = Quiet(&session.watch);
         let run = Run { observer: &quiet, ..session.run() };
         let texture = |frame: u32| &textures[frame as usize % textures.len()];
+        let mut beside = vec![None; textures.len()];
         let there = counts.len() as u32;
         let mut animator = begun.animator((texture(there.saturating_sub(1)), output), options, &run)?;
         for frame in there..frames {
@@ -124,7 +125,8 @@ impl Animate {
                 let woven = animator.next(flows.after(frame - 1), within, &run)?;
                 count = self::count(&woven.stats);
             }
-            let shown = Shown::of(texture, animator.frame())?;
+            let own = beside[frame as usize % textures.len()].get_or_insert_with(|| Beside::new(texture));
+            let shown = own.shown(animator.frame())?;
             (count["sharpness"], count["completeness"]) = (shown.sharpness.into(), shown.completeness.into());
             counts.push(count);
             session.check_signal()?;
