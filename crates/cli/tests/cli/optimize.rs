@@ -43,7 +43,18 @@ fn a_dry_run_tells_what_would_be_done_and_the_options_make_it_again() {
     assert_eq!(dry["options"], made["options"]);
     assert_eq!(made["stats"]["levels"].as_array().map(Vec::len), Some(2), "{made}");
     let init = made["options"]["init"].as_str().unwrap().to_owned();
-    assert!(["quilt", "graphcut"].contains(&init.as_str()), "{init}");
+    assert_eq!(init, "graphcut");
+    let left_open = |options: &str| {
+        let run = folder.run(&format!("optimize @/scales.png --size 48x40 -o dry.png --json --dry-run {options}"));
+        let options = run.done().json()["options"].clone();
+        ["init", "schedule", "complete"].map(|name| options[name].to_string().replace('"', ""))
+    };
+    let all = "4:8,2:16,2:8,1:32,1:16,1:8";
+    assert_eq!(left_open(""), ["graphcut", "1:16,1:8", "none"]);
+    assert_eq!(left_open("--complete 0.5"), ["graphcut", "1:16,1:8", "0.5"]);
+    assert_eq!(left_open("--schedule 1:32"), ["graphcut", "1:32", "none"]);
+    assert_eq!(left_open("--init quilt"), ["quilt", all, "0.2"]);
+    assert_eq!(left_open("--init random --search tree"), ["random", all, "none"]);
     folder.run(&format!("{line} -o b.png --init {init}")).done();
     assert_eq!(std::fs::read(folder.path("a.png")).unwrap(), std::fs::read(folder.path("b.png")).unwrap());
     assert!(!folder.path("dry.png").exists());

@@ -153,7 +153,7 @@ impl Animate {
         };
         let body = self.body.read(session, &masks, (output, frames), &mut report)?;
         report.stage("read");
-        let init = self.init.chosen(&textures[0])?;
+        let init = self.init.chosen();
         let beginning = init.planned(&textures[0], output, &session.run())?;
         let needed = need.with(beginning.bytes());
         memory::check_fixed(&session.limits, needed)?;
@@ -171,7 +171,7 @@ impl Animate {
             return Ok(Done::would(report, line, vec![outputs::planned_clip(&path, output.shape, Some(frames))]));
         }
         let options = Animation { direction: flows.direction, ..options };
-        let first = Options { schedule: init.suited(first.schedule), ..first };
+        let first = init.suited(first);
         let head = self.head(session, (&loaded, &flows, body.as_ref()), &report.options);
         let begun = match Begun::read(&self.kept, &head)? {
             Some(begun) => begun,

@@ -1,7 +1,5 @@
 //! Schedules as they are typed: `4:8,2:16,1:32`, a resolution and a size each; and how complete the output becomes.
 
-use std::fmt;
-
 use selvedge_texture_optimization::Level;
 
 use crate::values::Auto;
@@ -35,22 +33,14 @@ pub(in crate::commands) fn typed(levels: &[Level]) -> String {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Complete(pub(super) Option<f64>);
 
-pub(super) fn complete(text: &str) -> Result<Complete, Wrong> {
+pub(super) fn complete(text: &str) -> Result<Auto<Complete>, Wrong> {
     match text {
-        "none" => Ok(Complete(None)),
+        "auto" => Ok(Auto(None)),
+        "none" => Ok(Auto(Some(Complete(None)))),
         _ => text
             .parse()
-            .map(|v| Complete(Some(v)))
-            .map_err(|_| Wrong::new(format!("'{text}' is no completeness"), "write a number from 0 on, or none")),
-    }
-}
-
-impl fmt::Display for Complete {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Some(alpha) => write!(f, "{alpha}"),
-            None => f.write_str("none"),
-        }
+            .map(|v| Auto(Some(Complete(Some(v)))))
+            .map_err(|_| Wrong::new(format!("'{text}' is no completeness"), "write a number from 0 on, none or auto")),
     }
 }
 

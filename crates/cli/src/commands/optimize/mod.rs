@@ -37,15 +37,15 @@ pub(crate) struct Optimize {
     #[command(flatten)]
     sizing: Sizing,
     /// What is optimised, at the resolution where the schedule begins: auto, quilt, graphcut, random, or a source map
-    /// of the same exemplars. auto is a graph cut of exemplars that repeat themselves, of others a quilt.
+    /// of the same exemplars. auto is a graph cut.
     #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = init)]
     init: Init,
     /// Polish a source map of the same exemplars: what of the schedule is at full resolution.
     #[arg(long, value_name = "MAP.exr", value_hint = ValueHint::FilePath, conflicts_with = "init")]
     start: Option<PathBuf>,
     /// Resolutions and sizes of neighborhoods from coarse to fine, or auto: 4:8 is 8 px at a fourth of the resolution.
-    /// What does not fit is left out. auto is 4:8,2:16,2:8,1:32,1:16,1:8, and of that full resolution alone where a
-    /// graph cut placed everything already, and nothing is wanted or followed.
+    /// What does not fit is left out. auto is 4:8,2:16,2:8,1:32,1:16,1:8, and 1:16,1:8 where a graph cut placed
+    /// everything already, and nothing is wanted or followed.
     #[arg(long, value_name = "SCALE:SIZE,...|auto", default_value = "auto", value_parser = schedule)]
     schedule: Auto<Levels>,
     /// Iterations at a level, if it does not settle before.
@@ -56,9 +56,9 @@ pub(crate) struct Optimize {
     #[arg(long, value_enum, value_name = "HOW", default_value_t = SearchArg::Coherent)]
     search: SearchArg,
     /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly,
-    /// none takes whatever is nearest.
-    #[arg(long, value_name = "A|none", default_value_t = Complete(Options::default().complete), value_parser = complete)]
-    complete: Complete,
+    /// none takes whatever is nearest. auto is 0.2, and none where --schedule auto has 1:16,1:8, and of a tree.
+    #[arg(long, value_name = "A|none|auto", default_value = "auto", value_parser = complete)]
+    complete: Auto<Complete>,
     /// How evenly the exemplar is used: 0 takes whatever fits best.
     #[arg(long, value_name = "S", default_value_t = Options::default().spread)]
     spread: f64,
@@ -126,7 +126,7 @@ impl Method for Optimize {
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (control, read, loom) = (self.control.read(loom, &self.weaving)?, loom.start_map()?, &*loom);
         let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
-        let init = self.init().chosen(exemplars)?;
+        let init = self.init().chosen();
         let options = self.options_from(&init);
         let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
         let (sources, channels) = loom.sources();
@@ -171,11 +171,16 @@ impl Optimize {
         self.start.clone().map_or_else(|| self.init.clone(), Init::Map)
     }
 
-    /// The options where it is known what it starts from.
+    /// The options where it is known what it starts from: what was typed is as it was typed.
     fn options_from(&self, init: &Init) -> Options {
         let options = self.options();
-        let is_open = self.schedule.0.is_none() && !self.control.steers();
-        if is_open { Options { schedule: init.suited(options.schedule), ..options } } else { options }
+        if self.control.steers() {
+            return options;
+        }
+        let suited = init.suited(options.clone());
+        let schedule = if self.schedule.0.is_none() { suited.schedule } else { options.schedule };
+        let complete = if self.complete.0.is_none() { suited.complete } else { options.complete };
+        Options { schedule, complete, ..options }
     }
 
     fn options(&self) -> Options {
@@ -184,15 +189,17 @@ impl Optimize {
         if self.start.is_some() {
             schedule.retain(|level| level.scale == 1);
         }
+        let search: Search = self.search.into();
+        let usual = Options::default().complete.filter(|_| search != Search::Tree);
         Options {
             schedule,
             iterations: self.iterations,
-            complete: self.complete.0,
+            complete: self.complete.0.map_or(usual, |typed| typed.0),
             spread: self.spread,
             finish: self.finish.into(),
             robust: self.robust,
             gradient: self.gradient,
-            search: self.search.into(),
+            search,
         }
     }
 }
