@@ -86,12 +86,17 @@ impl<const D: usize> SeamCosts<D> {
         Ok(costs)
     }
 
+    /// The features of a sample, channel by channel.
+    #[inline]
+    pub fn features(&self, id: SampleId) -> &[u8] {
+        let channels = self.weights.len();
+        &self.features[id.get() as usize * channels..][..channels]
+    }
+
     /// `|a - b|`, scaled and rounded up.
     #[inline]
     pub fn norm(&self, a: SampleId, b: SampleId) -> u32 {
-        let c = self.weights.len();
-        let of = |id: SampleId| &self.features[id.get() as usize * c..][..c];
-        let squares = of(a).iter().zip(of(b)).zip(&self.weights);
+        let squares = self.features(a).iter().zip(self.features(b)).zip(&self.weights);
         let sum: u64 = squares.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum();
         let square = sum * u64::from(Self::SCALE).pow(2);
         // Exact: a correctly rounded root of an integer below 2^52 is never on the wrong side of another integer.

@@ -37,6 +37,12 @@ pub enum Error {
     /// No jump was given.
     #[error("there is no jump to be cut")]
     NoJumps,
+    /// A frame of a clip that is read again could not be had.
+    #[error("frame {frame} of the clip cannot be read")]
+    Unread {
+        /// Its number.
+        frame: u32,
+    },
     /// A jump that is not in the clip.
     #[error("a clip of {frames} frames has no jump back from frame {from} to frame {to}")]
     Jump {
@@ -157,6 +163,7 @@ impl Error {
             Self::Period { frames, .. } => {
                 return format!("ask for a loop of at most {frames} frames, or give a longer clip");
             }
+            Self::Unread { .. } => "leave the clip's files as they are during the run",
             Self::NoJumps => "give at least one jump",
             Self::Jump { frames, .. } => return format!("give frames below {frames}, the later one first"),
             Self::Surface { .. } => "use the surface of a loop of this clip, with the same jump",

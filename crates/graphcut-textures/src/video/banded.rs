@@ -5,9 +5,10 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Source, Window, par, try_vec};
+use selvedge_core::{Bytes, Domain, Grid, Source, Window, par, try_vec};
 use selvedge_maxflow::{BinaryEnergy, MaxflowError, PairwiseTerm};
 
+use super::sides::Sides;
 use super::transition::{Stretches, cut_failed};
 use crate::error::Error;
 
@@ -22,22 +23,22 @@ const STRIP: u32 = 32;
 /// By pixel, before which frames of the window it may jump, counted within it: the first, and the last.
 type Band = Vec<Range<u32>>;
 
-/// The clip with frames of half the size, of half of that, and so on, as far as there is anything to halve.
-pub(super) fn smaller(exemplars: &Exemplars<3>, levels: u32) -> Result<Vec<Exemplars<3>>, Error> {
-    let mut all: Vec<Exemplars<3>> = Vec::new();
+/// The frames around a jump, the same of half the size, of half of that, and so on, as far as there is anything to
+/// halve.
+pub(super) fn sizes(sides: Sides, levels: u32) -> Result<Vec<Sides>, Error> {
+    let mut all = vec![sides];
     for _ in 1..levels {
-        let last = all.last().unwrap_or(exemplars);
-        let clip = &last.sources()[0];
-        if clip.domain().shape[1..].iter().any(|&side| side < 32) {
+        let last = &all[all.len() - 1];
+        if last.both.sources()[0].domain().shape[1..].iter().any(|&side| side < 32) {
             break;
         }
-        all.push(Exemplars::from_sources(vec![halved(clip)?], exemplars.weights().to_vec())?);
+        all.push(last.smaller()?);
     }
     Ok(all)
 }
 
 /// Frames of half the size: means of two by two samples; of an odd side the last one is left out.
-fn halved(clip: &Source<3>) -> Result<Source<3>, Error> {
+pub(super) fn halved(clip: &Source<3>) -> Result<Source<3>, Error> {
     let [frames, height, width] = clip.domain().shape;
     let mut features = Grid::try_filled(Domain::open([frames, height / 2, width / 2]), clip.features.channels(), 0_u8)?;
     let (from, to) = (width as usize, (width / 2) as usize);

@@ -1,14 +1,29 @@
 //! How alike frames are.
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, Source, par};
+use std::ops::Range;
 
-use super::the_clip;
+use selvedge_core::{Bytes, Domain, Run, Source, par};
+
+use super::footage::{Footage, neighbours, parts, the_clip};
 use crate::error::Error;
 use crate::squares::squares;
 
 /// Options of [`FrameDistances::new`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct DistanceOptions {}
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DistanceOptions {
+    /// Frames that are held at once, and compared with all that come after them, read again for each such part of the
+    /// clip. It changes nothing but memory and time. At least 1. Default: all.
+    pub held: u32,
+}
+
+impl Default for DistanceOptions {
+    fn default() -> Self {
+        Self { held: u32::MAX }
+    }
+}
+
+/// Frames that are compared with those that are held, at once.
+const PASSING: u32 = 8;
 
 /// Sums of squared differences between all frames of a clip, exact.
 ///
@@ -35,34 +50,38 @@ impl FrameDistances {
     ///
     /// # Errors
     /// [`Error::OneClip`] unless there is exactly one source, [`Error::Frames`] unless it has 2 to 65,535 frames,
-    /// [`Error::Cancelled`], and what [`Limits::admit`](selvedge_core::Limits::admit) refuses of 16 bytes a pair of
-    /// frames.
+    /// [`Error::Cancelled`], what the frames are refused by, and what [`Limits::admit`](selvedge_core::Limits::admit)
+    /// refuses of 16 bytes a pair of frames.
     ///
     /// # Complexity
-    /// Time `O(frames^2 samples)`, space `O(frames^2)`.
-    pub fn new(exemplars: &Exemplars<3>, _options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
-        let clip = the_clip(exemplars)?;
-        let [n, height, width] = clip.domain().shape;
-        let pixels = height as usize * width as usize;
-        let used =
-            |v: &Grid<bool, 3>| (0..pixels).map(|i| v.plane(0)[i..].iter().step_by(pixels).any(|v| *v)).collect();
-        let used = clip.valid.as_deref().map_or(Vec::new(), used);
-        let frames = Frames { clip, weights: exemplars.weights(), used };
-        run.limits.admit(Domain::open([n, height, width]), Self::bytes(n))?;
-        let row = |i: usize| {
-            if run.observer.cancelled() {
-                return None;
+    /// Time `O(frames^2 samples)`, space `O(frames^2)` beside the frames that are [held](DistanceOptions::held).
+    pub fn new(clip: &(impl Footage + ?Sized), options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
+        let domain = the_clip(clip)?;
+        let [n, height, width] = domain.shape;
+        run.limits.admit(domain, Self::bytes(n))?;
+        let measure = Measure { weights: clip.weights(), used: used(clip, domain)? };
+        let mut later: Vec<Vec<u64>> = (0..n).map(|i| Vec::with_capacity((n - 1 - i) as usize)).collect();
+        for part in parts(0..n, options.held) {
+            let held = clip.stretch(part.clone())?;
+            let mut compare = |others: Range<u32>, that: &Source<3>| {
+                let row = |i: usize| {
+                    let after = (part.start + i as u32 + 1).max(others.start)..others.end;
+                    let other = |j: u32| measure.frames((&held, i), (that, (j - others.start) as usize));
+                    (!run.observer.cancelled()).then(|| after.map(other).collect::<Vec<u64>>())
+                };
+                let rows = par::map_indexed(part.len(), row).into_iter().collect::<Option<Vec<_>>>();
+                let rows = later[part.start as usize..].iter_mut().zip(rows.ok_or(Error::Cancelled)?);
+                rows.for_each(|(all, more)| all.extend(more));
+                Ok::<_, Error>(())
+            };
+            compare(part.clone(), &held)?;
+            for others in parts(part.end..n, PASSING) {
+                compare(others.clone(), &*clip.stretch(others)?)?;
             }
-            Some((i + 1..n as usize).map(|j| frames.distance(i, j)).collect())
-        };
-        let later = par::map_indexed(n as usize - 1, row).into_iter().collect::<Option<Vec<Vec<u64>>>>();
-        let mut distances = Self {
-            frames: n,
-            samples: u64::from(height) * u64::from(width),
-            later: later.ok_or(Error::Cancelled)?,
-            closes: false,
-        };
-        distances.closes = distances.steps_close() && frames.blocks_close();
+        }
+        let samples = u64::from(height) * u64::from(width);
+        let mut distances = Self { frames: n, samples, later, closes: false };
+        distances.closes = distances.steps_close() && measure.blocks_close(clip)?;
         Ok(distances)
     }
 
@@ -113,45 +132,55 @@ impl FrameDistances {
 /// in smaller blocks the camera's noise would count as a jump.
 const BLOCK: usize = 16;
 
-/// The frames of a clip, to be compared.
-struct Frames<'a> {
-    clip: &'a Source<3>,
+/// By pixel of a masked clip, whether any frame may use it; of others none.
+fn used(clip: &(impl Footage + ?Sized), domain: Domain<3>) -> Result<Vec<bool>, Error> {
+    let pixels = domain.strides()[0];
+    let mut used = Vec::new();
+    for part in parts(0..domain.shape[0], PASSING) {
+        let Some(valid) = &clip.stretch(part)?.valid else { return Ok(Vec::new()) };
+        used.resize(pixels, false);
+        let frames = valid.plane(0).chunks(pixels);
+        frames.for_each(|frame| used.iter_mut().zip(frame).for_each(|(used, valid)| *used |= valid));
+    }
+    Ok(used)
+}
+
+/// How frames are compared.
+struct Measure<'a> {
     weights: &'a [u8],
-    /// By pixel of a masked clip, whether any frame may use it.
+    /// See [`used`].
     used: Vec<bool>,
 }
 
-impl Frames<'_> {
-    fn samples(&self) -> usize {
-        let [_, height, width] = self.clip.domain().shape;
-        height as usize * width as usize
-    }
+/// A frame: what holds it, and its number there.
+type Frame<'a> = (&'a Source<3>, usize);
 
-    /// A part of a frame.
-    fn part(&self, channel: usize, frame: usize, from: usize, len: usize) -> &[u8] {
-        &self.clip.features.plane(channel)[frame * self.samples() + from..][..len]
-    }
+/// A part of a frame.
+fn part<'a>((clip, t): Frame<'a>, channel: usize, from: usize, len: usize) -> &'a [u8] {
+    &clip.features.plane(channel)[t * clip.domain().strides()[0] + from..][..len]
+}
 
-    fn distance(&self, a: usize, b: usize) -> u64 {
-        self.difference(a, b, 0, self.samples())
+impl Measure<'_> {
+    fn frames(&self, a: Frame<'_>, b: Frame<'_>) -> u64 {
+        self.difference(a, b, 0, a.0.domain().strides()[0])
     }
 
     /// The sum of squared differences over samples that stand side by side.
-    fn difference(&self, a: usize, b: usize, from: usize, len: usize) -> u64 {
+    fn difference(&self, a: Frame<'_>, b: Frame<'_>, from: usize, len: usize) -> u64 {
+        let pixels = a.0.domain().strides()[0];
         let weighed = self.weights.iter().enumerate();
-        if self.clip.valid.is_none() {
-            let of =
-                |(c, &w): (usize, &u8)| squares(self.part(c, a, from, len), self.part(c, b, from, len)) * u64::from(w);
+        if self.used.is_empty() {
+            let of = |(c, &w): (usize, &u8)| squares(part(a, c, from, len), part(b, c, from, len)) * u64::from(w);
             return weighed.map(of).sum();
         }
         let most: u64 = self.weights.iter().map(|&w| u64::from(w) * 255 * 255).sum();
-        let valid = |frame: usize, i: usize| {
-            self.clip.valid.as_deref().is_none_or(|v| v.plane(0)[frame * self.samples() + from + i])
+        let valid = |(clip, t): Frame<'_>, i: usize| {
+            clip.valid.as_deref().is_none_or(|valid| valid.plane(0)[t * pixels + from + i])
         };
         let sample = |i: usize| match (valid(a, i), valid(b, i)) {
             (true, true) => {
                 let of = |(c, &w): (usize, &u8)| {
-                    let [here, there] = [a, b].map(|frame| self.part(c, frame, from, len)[i]);
+                    let [here, there] = [a, b].map(|frame| part(frame, c, from + i, 1)[0]);
                     u64::from(here.abs_diff(there)).pow(2) * u64::from(w)
                 };
                 self.weights.iter().enumerate().map(of).sum()
@@ -165,25 +194,32 @@ impl Frames<'_> {
     /// In no block the step over the end is more than a fourth larger than the largest inside. (Of a clip that is a
     /// period of itself the step over the end is the largest of a block by chance, one time in as many as there are
     /// frames.)
-    fn blocks_close(&self) -> bool {
-        let [frames, height, width] = self.clip.domain().shape.map(|n| n as usize);
-        let block = |a: usize, b: usize, y: usize, x: usize| -> u64 {
+    fn blocks_close(&self, clip: &(impl Footage + ?Sized)) -> Result<bool, Error> {
+        let [frames, height, width] = the_clip(clip)?.shape;
+        let (height, width) = (height as usize, width as usize);
+        let corners = (0..height).step_by(BLOCK).flat_map(|y| (0..width).step_by(BLOCK).map(move |x| (y, x)));
+        let corners: Vec<(usize, usize)> = corners.collect();
+        let block = |a: Frame<'_>, b: Frame<'_>, (y, x): (usize, usize)| -> u64 {
             let rows = y..(y + BLOCK).min(height);
             rows.map(|row| self.difference(a, b, row * width + x, BLOCK.min(width - x))).sum()
         };
-        let corners = || (0..height).step_by(BLOCK).flat_map(|y| (0..width).step_by(BLOCK).map(move |x| (y, x)));
-        corners().all(|(y, x)| {
-            let inside = (1..frames).map(|t| block(t - 1, t, y, x)).max().unwrap_or(0);
-            let grain = (BLOCK * BLOCK) as u64;
-            block(frames - 1, 0, y, x) <= (inside + grain) * 25 / 16
-        })
+        let mut inside = vec![0_u64; corners.len()];
+        neighbours(clip, |a, b| {
+            let steps = inside.iter_mut().zip(&corners);
+            steps.for_each(|(most, at)| *most = block(a, b, *at).max(*most));
+        })?;
+        let (first, last) = (clip.stretch(0..1)?, clip.stretch(frames - 1..frames)?);
+        let grain = (BLOCK * BLOCK) as u64;
+        let closes =
+            |(at, most): (&(usize, usize), u64)| block((&last, 0), (&first, 0), *at) <= (most + grain) * 25 / 16;
+        Ok(corners.iter().zip(inside).all(closes))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selvedge_core::{Origin, Seed, Transform};
+    use selvedge_core::{Exemplars, Grid, Origin, Seed, Transform};
 
     #[test]
     fn a_clip_closes_where_steps_over_its_end_are_usual() {

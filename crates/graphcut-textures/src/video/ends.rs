@@ -2,7 +2,7 @@
 
 use selvedge_core::{Domain, Error as CoreError, Exemplars, Grid, SampleId, SourceMap, Start, reserve};
 
-use super::the_clip;
+use super::footage::the_clip;
 use crate::error::Error;
 
 /// Frames with which a clip begins and ends: what is between them goes on from the ones and into the others, so that it
@@ -25,7 +25,7 @@ impl Ends {
     /// [`Error::OneClip`], [`Error::Frames`]; [`Error::Core`] unless there are 1 to all but one of the clip's frames,
     /// and if memory is short.
     pub fn of_clip(exemplars: &Exemplars<3>, frames: u32) -> Result<Self, Error> {
-        let [all, height, width] = the_clip(exemplars)?.domain().shape;
+        let [all, height, width] = the_clip(exemplars)?.shape;
         CoreError::within("keep", frames, 1.0..=f64::from(all - 1), "1 to all but one of the clip's frames")?;
         let (first, pixels) = ((all - frames) / 2, height * width);
         let mut ids = Vec::new();

@@ -2,16 +2,15 @@
 
 use std::ops::Range;
 
-use selvedge_core::{
-    Bytes, Domain, Error as CoreError, Event, Exemplars, Run, SeamMeasure, SourceMap, SourceTable, Woven,
-};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Event, Run, SeamMeasure, SourceMap, SourceTable, Woven};
 
-use super::banded::{MOST_LEVELS, smaller, tiled};
+use super::banded::{MOST_LEVELS, sizes, tiled};
+use super::footage::{Footage, the_clip};
 use super::jumps::Jump;
+use super::sides::Sides;
 use super::steps::{Closure, Usual, over_surface};
 use super::surface::Surface;
-use super::the_clip;
-use super::transition::{Transition, transition, window};
+use super::transition::{Stretches, Transition, transition, window};
 use crate::error::Error;
 
 /// Options of [`looped`].
@@ -50,9 +49,9 @@ impl Loop {
     ///
     /// # Errors
     /// [`Error::OneClip`], [`Error::Frames`], and those of [`Surface::check`].
-    pub fn new(exemplars: &Exemplars<3>, jump: Jump, surface: Surface) -> Result<Self, Error> {
-        surface.check(&jump, the_clip(exemplars)?.domain())?;
-        Ok(Self { jump, surface, table: exemplars.table().clone() })
+    pub fn new(clip: &(impl Footage + ?Sized), jump: Jump, surface: Surface) -> Result<Self, Error> {
+        surface.check(&jump, the_clip(clip)?)?;
+        Ok(Self { jump, surface, table: clip.table().clone() })
     }
 
     /// The loop, `[period, height, width]`, without end in time: its first frame is the one that the jump leads to.
@@ -61,6 +60,27 @@ impl Loop {
     /// [`Error::Core`] if memory is short.
     pub fn map(&self) -> Result<SourceMap<3>, Error> {
         self.surface.map(&self.jump, &self.table)
+    }
+
+    /// The same frame by frame, for clips of which only some are held: the frames of the clip that frame `t` of the
+    /// loop shows, at most two, and its map, of which they are the sources in this order.
+    ///
+    /// # Errors
+    /// [`Error::Core`] if memory is short.
+    pub fn frame(&self, t: u32) -> Result<(Vec<u32>, SourceMap<2>), Error> {
+        self.surface.frame_map(&self.jump, t)
+    }
+
+    /// How much the loop's steps over its seam exceed what is usual in the clip.
+    ///
+    /// # Errors
+    /// Those of [`Usual::read`].
+    pub fn closure(&self, clip: &(impl Footage + ?Sized)) -> Result<Closure, Error> {
+        let times = self.surface.time.plane(0);
+        let ends = |end: Option<&u16>| end.map_or(0, |&end| u32::from(end));
+        let sides = Sides::read(clip, &self.jump, ends(times.iter().min())..ends(times.iter().max()))?;
+        let around = Stretches::new(&sides, SeamMeasure::Difference)?;
+        Ok(Usual::read(clip)?.closure(over_surface(&around, &self.surface).into_iter()))
     }
 }
 
@@ -110,8 +130,9 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
     let side = Bytes::of_samples(frames(options.window.saturating_add(4)), 2 * channels as u64 + 1 + 12);
     let whole = Bytes::of_samples(frames(options.window), 56);
     let cut = if options.levels == 1 { whole } else { whole.min(tiled(frames(options.window))) };
-    // All smaller clips together are a third of the clip.
-    let smaller = Bytes::of_samples(clip, channels as u64 + 1) * u64::from(1 < options.levels);
+    // All smaller frames together are a third.
+    let smaller = Bytes::of_samples(frames(options.window.saturating_add(4)), 2 * channels as u64)
+        * u64::from(1 < options.levels);
     // By pixel what is shown, between which frames it may change, and how often it does.
     Bytes(A_RUN) + side * 2 + cut + smaller + Bytes::of_samples(frames(1), 64 + 40) + Usual::bytes(clip)
 }
@@ -146,34 +167,31 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
 /// The answer follows from exemplars, jumps and options. Of jumps that are as good the first is taken. If the
 /// run is cancelled, it is the best so far, and a straight seam over the first jump if there is none.
 pub fn looped(
-    exemplars: &Exemplars<3>,
+    clip: &(impl Footage + ?Sized),
     jumps: &[Jump],
     options: &LoopOptions,
     run: &Run<'_, 3>,
 ) -> Result<Woven<Loop, LoopStats>, Error> {
-    let features = &the_clip(exemplars)?.features;
-    let [frames, height, width] = features.domain().shape;
+    let domain = the_clip(clip)?;
+    let [frames, height, width] = domain.shape;
     let first = jumps.first().ok_or(Error::NoJumps)?;
     jumps.iter().try_for_each(|jump| jump.check(frames))?;
-    let clip = Domain::open([frames, height, width]);
-    run.limits.admit(clip, estimate(clip, exemplars.channels(), options))?;
+    run.limits.admit(domain, estimate(domain, clip.weights().len(), options))?;
     CoreError::within("levels", options.levels, 1.0..=f64::from(MOST_LEVELS), "1 to 5")?;
-    let usual = Usual::of(features).ok_or(Error::Frames { frames })?;
-    let coarser = smaller(exemplars, options.levels)?;
-    let sizes: Vec<&Exemplars<3>> = std::iter::once(exemplars).chain(&coarser).collect();
+    let usual = Usual::read(clip)?;
     let mut stats = LoopStats::default();
     let mut best = Surface::flat(first, [height, width])?;
     let mut complete = true;
     for (number, jump) in jumps.iter().enumerate() {
         let window = window(jump, frames, options.window);
-        if let Some(trial) = stats.tried.get(stats.chosen).filter(|_| options.jumps <= number) {
-            if number == options.jumps && trial.closure.is_best() {
-                break;
-            }
-            // One that is seen more even where each block jumps when that is best for it.
-            if !trial.closure.may_yield(usual.least_block(features, jump.period(), &window)) {
-                continue;
-            }
+        let extra = stats.tried.get(stats.chosen).filter(|_| options.jumps <= number);
+        if number == options.jumps && extra.is_some_and(|trial| trial.closure.is_best()) {
+            break;
+        }
+        let sides = Sides::read(clip, jump, window.clone())?;
+        // One that is seen more even where each block jumps when that is best for it.
+        if extra.is_some_and(|trial| !trial.closure.may_yield(usual.least_block(&sides))) {
+            continue;
         }
         let same = |tried: &&Trial| tried.jump.period() == jump.period() && tried.window == window;
         if let Some(tried) = stats.tried.iter().find(same) {
@@ -181,7 +199,8 @@ pub fn looped(
             stats.tried.push(Trial { jump: *jump, ..tried.clone() });
             continue;
         }
-        let cut = match transition(&sizes, jump, window.clone(), options.seam, &|| run.observer.cancelled()) {
+        let sizes = sizes(sides, options.levels)?;
+        let (cut, around) = match transition(sizes, options.seam, &|| run.observer.cancelled()) {
             Ok(cut) => cut,
             Err(error) if error.is_cancelled() => {
                 complete = false;
@@ -189,7 +208,7 @@ pub fn looped(
             }
             Err(error) => return Err(error),
         };
-        let closure = usual.closure(over_surface(features, &cut.surface, jump.period()).into_iter());
+        let closure = usual.closure(over_surface(&around, &cut.surface).into_iter());
         let Transition { surface, price, straight, shift } = cut;
         let tried = Trial { jump: *jump, window, price, straight, shift, closure };
         if stats.tried.get(stats.chosen).is_none_or(|best| tried.is_better(best)) {
@@ -199,5 +218,5 @@ pub fn looped(
         run.observer.event(&Event::step("transition", number as u64 + 1, jumps.len() as u64));
     }
     let jump = stats.tried.get(stats.chosen).map_or(*first, |trial| trial.jump);
-    Ok(Woven { result: Loop { jump, surface: best, table: exemplars.table().clone() }, stats, complete })
+    Ok(Woven { result: Loop { jump, surface: best, table: clip.table().clone() }, stats, complete })
 }

@@ -39,9 +39,11 @@
 mod banded;
 mod distances;
 mod ends;
+mod footage;
 mod jumps;
 mod looping;
 mod play;
+mod sides;
 mod steps;
 mod still;
 mod surface;
@@ -49,23 +51,10 @@ mod transition;
 
 pub use distances::{DistanceOptions, FrameDistances};
 pub use ends::Ends;
+pub use footage::Footage;
 pub use jumps::{Jump, JumpOptions};
 pub use looping::{Loop, LoopOptions, LoopStats, Trial, estimate, looped};
 pub use play::walk;
 pub use steps::{CLOSES, Closure, Step, Usual, median, over_seams, step};
 pub use still::{estimate_still, hold_still};
 pub use surface::Surface;
-
-use selvedge_core::{Exemplars, Source};
-
-use crate::error::Error;
-
-/// The one clip that is looped.
-fn the_clip(exemplars: &Exemplars<3>) -> Result<&Source<3>, Error> {
-    let [clip] = exemplars.sources() else { return Err(Error::OneClip { found: exemplars.sources().len() }) };
-    let [frames, height, width] = clip.domain().shape;
-    if frames < 2 || u32::from(u16::MAX) < frames || height == 0 || width == 0 {
-        return Err(Error::Frames { frames });
-    }
-    Ok(clip)
-}

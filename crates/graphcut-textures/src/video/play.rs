@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, Run, SampleId, SourceMap, reserve};
 
+use super::footage::the_clip;
 use super::looping::Loop;
-use super::the_clip;
 use crate::error::Error;
 
 /// Plays a clip from its first frame for so many frames, and jumps again and again, each time by one of some loops,
@@ -22,7 +22,7 @@ use crate::error::Error;
 /// # Determinism
 /// Jump number `i` is drawn from `"video/walk"`, `i`.
 pub fn walk(exemplars: &Exemplars<3>, loops: &[Loop], frames: u32, run: &Run<'_, 3>) -> Result<SourceMap<3>, Error> {
-    let clip = the_clip(exemplars)?.domain();
+    let clip = the_clip(exemplars)?;
     let [_, height, width] = clip.shape;
     let output = Domain::open([frames, height, width]);
     if loops.is_empty() {

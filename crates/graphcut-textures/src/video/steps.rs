@@ -1,10 +1,12 @@
 //! How much frames of a clip differ from their next ones: whether a loop closes.
 
-use std::ops::Range;
-
 use selvedge_core::{Bytes, Domain, Grid, SourceMap, par};
 
+use super::footage::{Footage, neighbours};
+use super::sides::Sides;
 use super::surface::Surface;
+use super::transition::Stretches;
+use crate::error::Error;
 
 /// Sides of the blocks that are looked at by themselves: a jump of a small thing is lost in the mean of a whole frame.
 const BLOCK: u32 = 16;
@@ -40,6 +42,14 @@ impl Step {
             }
         }
         Self { whole: blocks.iter().sum(), blocks }
+    }
+
+    /// From a frame of one clip to one of another.
+    fn between((from, a): (&Grid<u8, 3>, usize), (to, b): (&Grid<u8, 3>, usize)) -> Self {
+        let [_, height, width] = from.domain().shape;
+        let n = height as usize * width as usize;
+        let both = |c: usize| (&from.plane(c)[a * n..][..n], &to.plane(c)[b * n..][..n]);
+        Self::of([height, width], (0..from.channels()).map(both))
     }
 }
 
@@ -94,28 +104,23 @@ impl Closure {
 /// # Panics
 /// If there is no such frame.
 pub fn step(features: &Grid<u8, 3>, a: u32, b: u32) -> Step {
-    let [_, height, width] = features.domain().shape;
-    let n = height as usize * width as usize;
-    let frame = |c: usize, t: u32| &features.plane(c)[t as usize * n..][..n];
-    Step::of([height, width], (0..features.channels()).map(|c| (frame(c, a), frame(c, b))))
+    Step::between((features, a as usize), (features, b as usize))
 }
 
-/// The steps of a loop over its seam: one for each time at which any pixel jumps.
-pub(super) fn over_surface(features: &Grid<u8, 3>, surface: &Surface, period: u32) -> Vec<Step> {
-    let [_, height, width] = features.domain().shape;
-    let (n, ends) = (height as usize * width as usize, surface.time.plane(0));
+/// The steps of a loop over its seam: one for each time at which any pixel jumps, all of them in the window.
+pub(super) fn over_surface(around: &Stretches, surface: &Surface) -> Vec<Step> {
+    let (period, ends) = (around.period, surface.time.plane(0));
     let mut times: Vec<u32> = ends.iter().map(|&end| u32::from(end) % period).collect();
     times.sort_unstable();
     times.dedup();
-    let shown = |channel: &[u8], frame: u32| -> Vec<u8> {
+    let shown = |channel: usize, frame: u32| -> Vec<u8> {
         let pixels = ends.iter().enumerate();
-        pixels.map(|(i, &end)| channel[Surface::frame(end, period, frame) as usize * n + i]).collect()
+        pixels.map(|(p, &end)| around.shown(Surface::frame(end, period, frame), p)[channel]).collect()
     };
     par::map_indexed(times.len(), |i| {
-        let channels = (0..features.channels()).map(|c| features.plane(c));
         // The frame before the jump, and the one after it.
-        let both = channels.map(|v| (shown(v, times[i] + period - 1), shown(v, times[i] + period)));
-        Step::of([height, width], both)
+        let both = |c: usize| (shown(c, times[i] + period - 1), shown(c, times[i] + period));
+        Step::of(surface.time.domain().shape, (0..around.channels).map(both))
     })
 }
 
@@ -135,20 +140,35 @@ impl Usual {
     /// Of all steps of a clip but the one from its end to its begin; `None` for fewer than two frames.
     pub fn of(features: &Grid<u8, 3>) -> Option<Self> {
         let frames = features.domain().shape[0];
-        let steps: Vec<Step> = (1..frames).map(|t| step(features, t - 1, t)).collect();
+        Self::of_steps(&(1..frames).map(|t| step(features, t - 1, t)).collect::<Vec<_>>())
+    }
+
+    /// The same of a clip that passes by frame by frame.
+    ///
+    /// # Errors
+    /// [`Error::OneClip`], [`Error::Frames`], and what the frames are refused by.
+    pub fn read(clip: &(impl Footage + ?Sized)) -> Result<Self, Error> {
+        let mut steps = Vec::new();
+        neighbours(clip, |(a, i), (b, j)| steps.push(Step::between((&a.features, i), (&b.features, j))))?;
+        Self::of_steps(&steps).ok_or(Error::Frames { frames: 1 })
+    }
+
+    fn of_steps(steps: &[Step]) -> Option<Self> {
         let first = steps.first()?;
         let whole = percentile(steps.iter().map(|step| step.whole).collect());
         let block = |i: usize| percentile(steps.iter().map(|step| step.blocks[i]).collect());
         Some(Self(Step { whole, blocks: (0..first.blocks.len()).map(block).collect() }))
     }
 
-    /// The step of the worst block over a jump beside what is usual, where each block jumps before that frame of a
+    /// The step of the worst block over a jump beside what is usual, where each block jumps before that frame of the
     /// window, or after the last, before which it steps least.
-    pub(super) fn least_block(&self, features: &Grid<u8, 3>, period: u32, window: &Range<u32>) -> f64 {
-        let times = window.end + 1 - window.start;
+    pub(super) fn least_block(&self, sides: &Sides) -> f64 {
+        let times = sides.window.end + 1 - sides.window.start;
+        let [_, height, width] = sides.both.sources()[0].domain().shape;
         let steps = par::map_indexed(times as usize, |i| {
-            let next = window.start + i as u32;
-            step(features, next - 1, next - period)
+            let next = sides.window.start + i as u32;
+            let both = |c: usize| (sides.frame(0, c, next - 1), sides.frame(1, c, next - sides.period));
+            Step::of([height, width], (0..sides.both.channels()).map(both))
         });
         let least = |i: usize| steps.iter().map(|step| step.blocks[i]).min().unwrap_or(0);
         let blocks = self.0.blocks.iter().enumerate().map(|(i, usual)| beside(least(i), *usual));

@@ -5,7 +5,7 @@ use selvedge_core::{
 };
 use selvedge_expansion::{Frame, Holes, Pin, Scratch, expand};
 
-use super::the_clip;
+use super::footage::the_clip;
 use crate::error::Error;
 
 /// An upper bound of the bytes that [`hold_still`] holds besides the clip's features and the map: two maps, prices of
@@ -42,7 +42,7 @@ pub fn hold_still(
     seam: SeamMeasure,
     run: &Run<'_, 3>,
 ) -> Result<SourceMap<3>, Error> {
-    let [frames, height, width] = the_clip(exemplars)?.domain().shape;
+    let [frames, height, width] = the_clip(exemplars)?.shape;
     let pixels = height * width;
     CoreError::within("still", frame, 0.0..=f64::from(frames - 1), "a frame of the clip")?;
     for found in [mask.domain().shape, [map.domain().shape[1], map.domain().shape[2]]] {

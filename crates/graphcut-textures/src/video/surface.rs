@@ -1,6 +1,6 @@
 //! When each pixel jumps.
 
-use selvedge_core::{Domain, Grid, SampleId, SourceMap, SourceTable, reserve};
+use selvedge_core::{Domain, Grid, Origin, SampleId, SourceMap, SourceTable, Transform, reserve};
 
 use super::jumps::Jump;
 use crate::error::Error;
@@ -52,6 +52,22 @@ impl Surface {
     pub(super) fn frame(end: u16, period: u32, frame: u32) -> u32 {
         let first = u32::from(end) - period;
         first + (i64::from(frame) - i64::from(first)).rem_euclid(period.into()) as u32
+    }
+
+    /// Frame `t` of that loop: the frames of the clip that it shows, and its map over these.
+    pub(super) fn frame_map(&self, jump: &Jump, t: u32) -> Result<(Vec<u32>, SourceMap<2>), Error> {
+        let (domain, times) = (self.time.domain(), self.time.plane(0));
+        let shown = |&end: &u16| Self::frame(end, jump.period(), jump.to + t);
+        let mut frames: Vec<u32> = times.iter().map(shown).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        let origin = |(number, _)| (Origin { exemplar: number, transform: Transform::IDENTITY }, domain);
+        let table = SourceTable::new((0..).zip(&frames).map(origin).collect())?;
+        let source = |end: &u16| frames.iter().position(|&frame| frame == shown(end)).unwrap_or(0);
+        let mut ids = Vec::new();
+        reserve(&mut ids, domain.len())?;
+        ids.extend(times.iter().zip(0..).map(|(end, pixel)| SampleId::new(table.first(source(end)) + pixel)));
+        Ok((frames, SourceMap::new(Grid::from_vec(domain, 1, ids)?, table)?))
     }
 
     /// The loop that begins at the frame to which the jump leads.

@@ -6,10 +6,11 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Domain, Exemplars, Grid, SampleId, SeamCosts, SeamMeasure, Source, try_vec};
+use selvedge_core::{Domain, Grid, SampleId, SeamCosts, SeamMeasure, try_vec};
 use selvedge_maxflow::MaxflowError;
 
 use super::jumps::Jump;
+use super::sides::Sides;
 use super::surface::Surface;
 use crate::error::Error;
 
@@ -39,6 +40,8 @@ pub(super) fn window(jump: &Jump, frames: u32, window: u32) -> Range<u32> {
 pub(super) struct Stretches {
     costs: SeamCosts<3>,
     pub(super) frames: Range<u32>,
+    pub(super) period: u32,
+    pub(super) channels: usize,
     /// By stretch, number of the first sample of the window's first frame.
     first: [i64; 2],
     pub(super) pixels: usize,
@@ -47,32 +50,31 @@ pub(super) struct Stretches {
 }
 
 impl Stretches {
-    fn new(exemplars: &Exemplars<3>, jump: &Jump, frames: Range<u32>, seam: SeamMeasure) -> Result<Self, Error> {
-        let clip = &exemplars.sources()[0];
-        let [all, height, width] = clip.domain().shape;
-        let pixels = height as usize * width as usize;
-        // Two more frames on either side: the seam's other side, and what its gradient looks at.
-        let stretch = |by: u32| {
-            let (start, end) = ((frames.start - by).saturating_sub(2), (frames.end - by + 2).min(all));
-            (start, cut_out(clip, start..end))
-        };
-        let both = [stretch(0), stretch(jump.period())];
-        let starts = [both[0].0, both[1].0];
-        let sources = both.into_iter().map(|(_, source)| source).collect::<Result<Vec<_>, _>>()?;
-        let sides = Exemplars::from_sources(sources, exemplars.weights().to_vec())?;
+    pub(super) fn new(sides: &Sides, seam: SeamMeasure) -> Result<Self, Error> {
+        let [_, height, width] = sides.both.sources()[0].domain().shape;
+        let (pixels, frames) = (height as usize * width as usize, sides.window.clone());
         let of = |i: usize| {
-            let by = if i == 0 { 0 } else { jump.period() };
-            let frame = i64::from(frames.start) - i64::from(by) - i64::from(starts[i]);
-            i64::from(sides.table().first(i)) + frame * pixels as i64
+            let by = if i == 0 { 0 } else { sides.period };
+            let frame = i64::from(frames.start) - i64::from(by) - i64::from(sides.first[i]);
+            i64::from(sides.both.table().first(i)) + frame * pixels as i64
         };
         let first = [of(0), of(1)];
         let shape = [frames.end - frames.start, height, width];
-        Ok(Self { costs: SeamCosts::new(&sides, seam)?, frames, first, pixels, shape })
+        let (period, channels) = (sides.period, sides.both.channels());
+        Ok(Self { costs: SeamCosts::new(&sides.both, seam)?, frames, period, channels, first, pixels, shape })
     }
 
     /// The sample of a side at a node of the window; nodes before and after it are the frames around it.
     fn sample(&self, side: usize, node: i64) -> SampleId {
         SampleId::new((self.first[side] + node) as u32)
+    }
+
+    /// The features of a pixel at a frame of the clip, in the window or a period earlier, or beside one of them.
+    #[inline]
+    pub(super) fn shown(&self, frame: u32, pixel: usize) -> &[u8] {
+        let earlier = frame + 1 < self.frames.start;
+        let at = i64::from(frame) - i64::from(self.frames.start) + i64::from(self.period) * i64::from(earlier);
+        self.costs.features(self.sample(earlier.into(), at * self.pixels as i64 + pixel as i64))
     }
 
     /// The price of a change between two neighbours.
@@ -113,30 +115,29 @@ impl Stretches {
     }
 }
 
-/// Cuts a jump: by a clip and, if there are any, by smaller ones, each of frames of half the size, whose surface says
-/// where that of the one before it is looked for.
+/// Cuts a jump: by the frames around it and, if there are any, by smaller ones, each of half the size, whose surface
+/// says where that of the one before it is looked for. Answers with what was cut, too.
 ///
 /// # Errors
 /// [`Error::Core`] and [`Error::Cut`].
 pub(super) fn transition(
-    sizes: &[&Exemplars<3>],
-    jump: &Jump,
-    frames: Range<u32>,
+    mut sizes: Vec<Sides>,
     seam: SeamMeasure,
     cancelled: &(dyn Fn() -> bool + Sync),
-) -> Result<Transition, Error> {
+) -> Result<(Transition, Stretches), Error> {
     if cancelled() {
         return Err(Error::Cancelled);
     }
     let mut coarser: Option<([u32; 2], Vec<u32>)> = None;
     let mut shift = 0;
-    for exemplars in sizes.iter().skip(1).rev() {
-        let stretches = Stretches::new(exemplars, jump, frames.clone(), seam)?;
+    for sides in sizes.drain(1..).rev() {
+        let stretches = Stretches::new(&sides, seam)?;
         let found = stretches.surface(coarser.take(), cancelled)?;
         shift = shift.max(found.1);
         coarser = Some(([stretches.shape[1], stretches.shape[2]], found.0));
     }
-    let stretches = Stretches::new(sizes[0], jump, frames, seam)?;
+    let stretches = Stretches::new(&sizes[0], seam)?;
+    drop(sizes);
     let (straight, price) = stretches.straight();
     let mut shown = try_vec(stretches.pixels, straight)?;
     let mut found = price;
@@ -152,23 +153,9 @@ pub(super) fn transition(
     let [_, height, width] = stretches.shape;
     let time = shown.into_iter().map(|n| (stretches.frames.start + n) as u16).collect();
     let surface = Surface { time: Grid::from_vec(Domain::open([height, width]), 1, time)? };
-    Ok(Transition { surface, price: found.min(price), straight: price, shift })
+    Ok((Transition { surface, price: found.min(price), straight: price, shift }, stretches))
 }
 
 pub(super) fn cut_failed(error: MaxflowError) -> Error {
     selvedge_expansion::Error::from(error).into()
-}
-
-/// Some frames of a clip, whatever of them is valid: a loop shows all of its frames.
-fn cut_out(clip: &Source<3>, frames: Range<u32>) -> Result<Source<3>, Error> {
-    let [_, height, width] = clip.domain().shape;
-    let pixels = height as usize * width as usize;
-    let channels = clip.features.channels();
-    let domain = Domain::open([frames.end - frames.start, height, width]);
-    let mut features = Grid::try_filled(domain, channels, 0_u8)?;
-    for c in 0..channels {
-        let from = &clip.features.plane(c)[frames.start as usize * pixels..frames.end as usize * pixels];
-        features.plane_mut(c).copy_from_slice(from);
-    }
-    Ok(Source { features, valid: None, origin: clip.origin })
 }

@@ -7,6 +7,7 @@ mod closing;
 mod common;
 mod constraints;
 mod defaults;
+mod footage;
 mod levels;
 mod memory;
 mod strokes;
