@@ -121,20 +121,14 @@ impl ClipInput {
         Err(Failure::new(3, what).about(self.reader.path()).remedy("give a pass of the same frames"))
     }
 
+    /// What its frames come from.
+    pub(crate) fn into_reader(self) -> ClipReader {
+        self.reader
+    }
+
     /// Its entry in the report's inputs; what it holds is not known before it was read.
     pub(crate) fn noted(&self, blake3: Option<&str>) -> Value {
-        let info = self.info();
-        json!({
-            "path": selvedge_io::path_text(self.path()),
-            "frames": info.frames,
-            "width": info.width,
-            "height": info.height,
-            "channels": info.channels,
-            "depth": info.depth.name(),
-            "rate": info.rate.map(|rate| rate.to_string()),
-            "container": info.container,
-            "blake3": blake3,
-        })
+        noted(self.path(), self.info(), blake3)
     }
 
     /// Hands on each frame, says what is odd about them, and notes the clip in the report, as [`read`](Self::read).
@@ -171,6 +165,21 @@ impl ClipInput {
         report.inputs.push(self.noted(Some(&fingerprint.blake3)));
         Ok(Clip { path, info, plane, fingerprint, frames })
     }
+}
+
+/// The entry of a clip in the report's inputs.
+pub(crate) fn noted(path: &Path, info: &ClipInfo, blake3: Option<&str>) -> Value {
+    json!({
+        "path": selvedge_io::path_text(path),
+        "frames": info.frames,
+        "width": info.width,
+        "height": info.height,
+        "channels": info.channels,
+        "depth": info.depth.name(),
+        "rate": info.rate.map(|rate| rate.to_string()),
+        "container": info.container,
+        "blake3": blake3,
+    })
 }
 
 /// True for what is wrong with a clip, and for one that is too large.

@@ -40,6 +40,7 @@ mod page;
 mod pairs;
 mod paper;
 mod planes;
+mod reel;
 mod repairing;
 mod report;
 mod roles;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use selvedge_core::{Depth, Plane};
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Rate};
@@ -91,13 +92,17 @@ pub(crate) fn check_held(
 }
 
 /// Files that are made, to be written once all of them are.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Outputs {
     made: Vec<OutputFile>,
+    /// Where frames of clips are put beside their names as they come: whether names may not be taken, and what is read.
+    beside: Option<(bool, Vec<PathBuf>)>,
+    /// Those that were.
+    staged: Mutex<Vec<StagedFile<'static>>>,
     quality: Option<u8>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct OutputFile {
     path: PathBuf,
     bytes: Vec<u8>,
@@ -113,6 +118,11 @@ impl Outputs {
     /// None yet; JPEG files will have this quality.
     pub(crate) fn with_quality(quality: Option<u8>) -> Self {
         Self { quality, ..Self::default() }
+    }
+
+    /// None yet; frames of clips will not be held, but lie beside their names as soon as they are made.
+    pub(crate) fn beside(session: &Session<'_>) -> Self {
+        Self { beside: Some((session.global.no_clobber, session.inputs())), ..Self::default() }
     }
 
     /// Adds a picture for eyes, in the format of its name.
@@ -166,8 +176,15 @@ impl Outputs {
         for t in 0..frames {
             let plane = frame(t)?;
             size = plane.domain().shape;
-            if let Some((path, bytes)) = writer.encoded(&plane)? {
-                self.made.push(OutputFile { path, bytes, size: None, told: Vec::new(), clip: Some(Value::Null) });
+            let Some((path, bytes)) = writer.encoded(&plane)? else { continue };
+            match &self.beside {
+                Some((no_clobber, inputs)) => {
+                    let staged = StagedFile::owned(path, bytes, *no_clobber, inputs)?;
+                    self.staged.get_mut().unwrap_or_else(PoisonError::into_inner).push(staged);
+                }
+                None => {
+                    self.made.push(OutputFile { path, bytes, size: None, told: Vec::new(), clip: Some(Value::Null) });
+                }
             }
         }
         self.clip_end(path, writer, (size, frames), (rate, period))
@@ -207,6 +224,8 @@ impl Outputs {
     /// Adds all that others have made.
     pub(crate) fn extend(&mut self, others: Self) {
         self.made.extend(others.made);
+        let staged = others.staged.into_inner().unwrap_or_else(PoisonError::into_inner);
+        self.staged.get_mut().unwrap_or_else(PoisonError::into_inner).extend(staged);
     }
 
     /// Bytes of all of them.
@@ -245,7 +264,8 @@ impl Outputs {
             self.made.iter().partition(|m| m.path.as_os_str() == STREAM);
         let (no_clobber, inputs) = (session.global.no_clobber, session.inputs());
         let staged = files.iter().map(|made| StagedFile::beside(&made.path, &made.bytes, no_clobber, &inputs));
-        let mut staged = staged.collect::<Result<Vec<_>, _>>()?;
+        let mut staged = staged.collect::<Result<Vec<StagedFile<'_>>, _>>()?;
+        staged.splice(0..0, std::mem::take(&mut *self.staged.lock().unwrap_or_else(PoisonError::into_inner)));
         let streamed = streams.iter().try_for_each(|made| stdio::picture(&made.bytes));
         streamed.map_err(|e| Failure::of_stream(&e))?;
         staged.iter_mut().try_for_each(StagedFile::send)?;

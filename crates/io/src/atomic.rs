@@ -5,6 +5,7 @@
 //! that belong together take their names while their folders are locked, so that those of two runs do not mix. Folders
 //! that are missing are made when names are taken: until then a part lies in the first folder above that there is.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
@@ -15,7 +16,9 @@ mod parts;
 
 pub(crate) use self::parts::Part;
 pub use self::parts::remove_parts;
-use self::parts::{Disk, FINISHED, Steps, create_part, folder, forget, is_missing, link_then_remove, parts, sweep};
+use self::parts::{
+    Disk, FINISHED, LOCKED, Steps, create_part, folder, forget, is_missing, link_then_remove, parts, sweep,
+};
 use crate::error::{Error, LeftFile, LostFolder, Problem, WriteProtected};
 use crate::identity::{Identity, dangling, identity, input_at};
 
@@ -124,8 +127,10 @@ fn locked_folders<'p>(folders: impl Iterator<Item = &'p Path>) -> Vec<File> {
 /// staged first and finished then, so that a full disk leaves none of them. Dropped, it leaves nothing.
 #[derive(Debug)]
 pub struct StagedFile<'a> {
-    path: &'a Path,
-    bytes: &'a [u8],
+    path: Cow<'a, Path>,
+    /// What a device or a pipe is to have, or a caller holds.
+    bytes: Cow<'a, [u8]>,
+    len: u64,
     no_clobber: bool,
     part: Option<Part>,
     /// Whether a device or a pipe has its bytes.
@@ -138,9 +143,13 @@ impl<'a> StagedFile<'a> {
     /// # Errors
     /// Those of [`write_bytes`].
     pub fn new(path: &'a Path, bytes: &'a [u8], no_clobber: bool) -> Result<Self, Error> {
-        let part = stage(&Disk, path, bytes, no_clobber);
-        let part = part.map_err(|e| Error::new(path, Problem::file_system(e, bytes.len() as u64)))?;
-        Ok(Self { path, bytes, no_clobber, part, sent: false })
+        Self::of(path.into(), bytes.into(), no_clobber)
+    }
+
+    fn of(path: Cow<'a, Path>, bytes: Cow<'a, [u8]>, no_clobber: bool) -> Result<Self, Error> {
+        let (len, part) = (bytes.len() as u64, stage(&Disk, &path, &bytes, no_clobber));
+        let part = part.map_err(|e| Error::new(&path, Problem::file_system(e, len)))?;
+        Ok(Self { path, bytes, len, no_clobber, part, sent: false })
     }
 
     /// The same, unless the name leads to one of these files by now: what a run reads is not replaced, whatever became
@@ -149,11 +158,14 @@ impl<'a> StagedFile<'a> {
     /// # Errors
     /// Those of [`write_bytes`], and [`Problem::IsInput`].
     pub fn beside(path: &'a Path, bytes: &'a [u8], no_clobber: bool, inputs: &[PathBuf]) -> Result<Self, Error> {
-        let staged = Self::new(path, bytes, no_clobber)?;
-        let target = staged.part.as_ref().map_or(path, |part| &part.path);
+        Self::new(path, bytes, no_clobber)?.is_no_input(inputs)
+    }
+
+    fn is_no_input(self, inputs: &[PathBuf]) -> Result<Self, Error> {
+        let target = self.part.as_ref().map_or(&*self.path, |part| &part.path);
         match input_at(target, inputs) {
-            Some(input) => Err(Error::new(path, Problem::IsInput { input: input.clone() })),
-            None => Ok(staged),
+            Some(input) => Err(Error::new(&self.path, Problem::IsInput { input: input.clone() })),
+            None => Ok(self),
         }
     }
 
@@ -165,7 +177,8 @@ impl<'a> StagedFile<'a> {
     pub fn send(&mut self) -> Result<(), Error> {
         if self.part.is_none() && !self.sent {
             self.sent = true;
-            let sent = OpenOptions::new().write(true).open(self.path).and_then(|mut file| file.write_all(self.bytes));
+            let sent =
+                OpenOptions::new().write(true).open(&*self.path).and_then(|mut file| file.write_all(&self.bytes));
             sent.map_err(|e| self.problem(e))?;
         }
         Ok(())
@@ -236,7 +249,22 @@ impl<'a> StagedFile<'a> {
     }
 
     fn problem(&self, error: io::Error) -> Error {
-        Error::new(self.path, Problem::file_system(error, self.bytes.len() as u64))
+        Error::new(&self.path, Problem::file_system(error, self.len))
+    }
+}
+
+impl StagedFile<'static> {
+    /// As [`beside`](StagedFile::beside), of bytes that are let go once they are on the disk: of many files that are
+    /// made one after the other none is held.
+    ///
+    /// # Errors
+    /// Those of [`beside`](StagedFile::beside).
+    pub fn owned(path: PathBuf, bytes: Vec<u8>, no_clobber: bool, inputs: &[PathBuf]) -> Result<Self, Error> {
+        let mut staged = Self::of(path.into(), bytes.into(), no_clobber)?.is_no_input(inputs)?;
+        if staged.part.is_some() {
+            staged.bytes = Cow::Borrowed(&[]);
+        }
+        Ok(staged)
     }
 }
 
@@ -259,7 +287,7 @@ pub(crate) fn part_beside(path: &Path) -> io::Result<Part> {
     if cfg!(not(unix)) {
         let _ = file.unlock();
     }
-    Ok(Part { part, path: path.to_path_buf(), file })
+    Ok(Part { part, path: path.to_path_buf(), file: Some(file) })
 }
 
 /// Makes a part and takes it away again: what hinders the one hinders the file.
@@ -288,8 +316,12 @@ fn stage(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> io:
     }
     sweep(steps, &path);
     let (part, file) = create_part(steps, &path)?;
-    let mut part = Part { part, path, file };
-    write_part(steps, &mut part.file, bytes, existing.as_ref())?;
+    let mut part = Part { part, path, file: Some(file) };
+    let written = part.file.as_mut().map_or(Ok(()), |file| write_part(steps, file, bytes, existing.as_ref()));
+    written?;
+    if parts().as_ref().is_some_and(|parts| LOCKED < parts.len()) {
+        part.file = None;
+    }
     Ok(Some(part))
 }
 

@@ -32,5 +32,6 @@ mod transfer;
 mod turns;
 mod video;
 mod video_begun;
+mod video_read_again;
 mod video_told;
 mod words;

@@ -58,7 +58,7 @@ impl FrameDistances {
     pub fn new(clip: &(impl Footage + ?Sized), options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
         let domain = the_clip(clip)?;
         let [n, height, width] = domain.shape;
-        run.limits.admit(domain, Self::bytes(n))?;
+        run.limits.admit(Domain::open([n.min(options.held), height, width]), Self::bytes(n))?;
         let measure = Measure { weights: clip.weights(), used: used(clip, domain)? };
         let mut later: Vec<Vec<u64>> = (0..n).map(|i| Vec::with_capacity((n - 1 - i) as usize)).collect();
         for part in parts(0..n, options.held) {

@@ -176,7 +176,9 @@ pub fn looped(
     let [frames, height, width] = domain.shape;
     let first = jumps.first().ok_or(Error::NoJumps)?;
     jumps.iter().try_for_each(|jump| jump.check(frames))?;
-    run.limits.admit(domain, estimate(domain, clip.weights().len(), options))?;
+    // Caps are on what is held at once.
+    let held = Domain::open([frames.min(options.window.saturating_add(4)), height, width]);
+    run.limits.admit(held, estimate(domain, clip.weights().len(), options))?;
     CoreError::within("levels", options.levels, 1.0..=f64::from(MOST_LEVELS), "1 to 5")?;
     let usual = Usual::read(clip)?;
     let mut stats = LoopStats::default();

@@ -37,9 +37,13 @@ impl Steps for Disk {}
 pub(crate) struct Part {
     pub(super) part: PathBuf,
     pub(super) path: PathBuf,
-    /// Keeps the lock.
-    pub(super) file: File,
+    /// Keeps the lock; `None` beyond [`LOCKED`].
+    pub(super) file: Option<File>,
 }
+
+/// So many parts of a run are locked at once: a process may have some hundred files open. Others of its names are
+/// swept by a run that takes the same names meanwhile, and then none of the first run takes its own.
+pub(super) const LOCKED: usize = 100;
 
 impl Part {
     /// Where it lies.

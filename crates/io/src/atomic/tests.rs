@@ -69,7 +69,10 @@ impl Drop for Folder {
 
 fn replace(steps: &impl Steps, path: &Path, bytes: &[u8], no_clobber: bool) -> Result<(), Error> {
     let part = stage(steps, path, bytes, no_clobber).map_err(|e| Error::new(path, Problem::file_system(e, 0)))?;
-    finish_with(steps, vec![StagedFile { path, bytes, no_clobber, part, sent: false }])
+    finish_with(
+        steps,
+        vec![StagedFile { path: path.into(), bytes: bytes.into(), len: 3, no_clobber, part, sent: false }],
+    )
 }
 
 /// A file system without hard links.
@@ -87,7 +90,8 @@ fn names_are_kept_without_hard_links_too() {
     replace(&Unlinked, &path, b"old", true).unwrap();
     let part = stage(&Unlinked, &folder.path("b.png"), b"new", true).unwrap();
     fs::write(folder.path("b.png"), b"meanwhile").unwrap();
-    let staged = StagedFile { path: &folder.path("b.png"), bytes: b"new", no_clobber: true, part, sent: false };
+    let (other, bytes) = (folder.path("b.png").into(), b"new".into());
+    let staged = StagedFile { path: other, bytes, len: 3, no_clobber: true, part, sent: false };
     assert!(matches!(finish_with(&Unlinked, vec![staged]), Err(Error { problem: Problem::Exists, .. })));
     assert!(link_then_remove(&Unlinked, &path, &folder.path("b.png")).is_err(), "taken in the last moment");
     assert!(matches!(replace(&Unlinked, &path, b"new", true), Err(Error { problem: Problem::Exists, .. })));
@@ -329,8 +333,9 @@ fn a_folder_of_several_spellings_is_locked_once() {
     assert_eq!(locked_folders([folder.0.as_path(), &other, &folder.path(".")].into_iter()).len(), 1);
     let names = [folder.path("a"), other.join("b")];
     let staged = names.iter().map(|path| StagedFile {
-        path,
-        bytes: b"x",
+        path: path.into(),
+        bytes: b"x".into(),
+        len: 1,
         no_clobber: false,
         part: stage(&Disk, path, b"x", false).unwrap(),
         sent: false,

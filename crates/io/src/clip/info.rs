@@ -83,6 +83,10 @@ impl fmt::Display for Layout {
 pub(super) trait Frames {
     /// The next frame; `None` after the last.
     fn next(&mut self) -> Result<Option<Plane<2>>, Error>;
+    /// Passes over the next frame; false after the last.
+    fn skip(&mut self) -> Result<bool, Error> {
+        Ok(self.next()?.is_some())
+    }
     /// Goes back to the first frame.
     fn rewind(&mut self) -> Result<(), Error>;
     /// BLAKE3 of what was read, in hexadecimal: of the file, or of the hashes of the frames' files in order. Known

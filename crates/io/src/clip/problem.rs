@@ -146,6 +146,9 @@ pub enum ClipProblem {
         /// What the first frame has.
         first: String,
     },
+    /// A frame's file is another one than when it was read first.
+    #[error("has changed since it was read first")]
+    Changed,
     /// Fewer frames are written, or more, than were said.
     #[error("{found} frames were written where {expected} were announced")]
     Count {
@@ -214,6 +217,7 @@ impl ClipProblem {
             Self::Doubled { .. } => "move one of them away",
             Self::Foreign { .. } => "name the frames by a pattern, such as 'name.####.png'",
             Self::Differs { .. } => "give frames of one size, depth and layout",
+            Self::Changed => "leave the clip's files as they are while they are read",
             Self::Count { .. } => "please report it",
             Self::Samples { .. } => "use a smaller clip, or a range of its frames",
         }

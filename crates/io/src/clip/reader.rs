@@ -147,14 +147,32 @@ impl ClipReader {
         if self.read == self.info.frames {
             return Ok(None);
         }
-        self.read += 1;
-        loop {
-            self.place += 1;
-            let frame = self.frames.next()?;
-            if frame.is_none() || self.range.is_none_or(|range| range.holds(self.place)) {
-                return Ok(frame);
-            }
+        self.pass(self.read)?;
+        (self.read, self.place) = (self.read + 1, self.place + 1);
+        self.frames.next()
+    }
+
+    /// Goes to a frame, counted from 0, so that it is the next: of files that hold all frames by passing over those
+    /// before it.
+    ///
+    /// # Errors
+    /// Those of [`next`](Self::next).
+    pub fn seek(&mut self, frame: u32) -> Result<(), Error> {
+        if frame < self.read {
+            self.rewind()?;
         }
+        self.pass(frame)?;
+        self.read = frame.min(self.info.frames);
+        Ok(())
+    }
+
+    /// Passes over what comes before a frame, and of a range before its place.
+    fn pass(&mut self, frame: u32) -> Result<(), Error> {
+        let place = self.range.map_or(frame, |range| range.numbers().nth(frame as usize).unwrap_or(range.last) - 1);
+        while self.place < place && self.frames.skip()? {
+            self.place += 1;
+        }
+        Ok(())
     }
 
     /// Goes back to the first frame.

@@ -64,8 +64,10 @@ impl Frames for Sequence {
         self.at += 1;
         // Headers were compared, but files may change meanwhile, and GIF tells with its samples what it holds.
         self.layout.check(file, self.at as u32, &Layout::of(&picture.plane))?;
-        if self.hashes.len() < self.at {
-            self.hashes.push(picture.blake3);
+        match self.hashes.get(self.at - 1) {
+            Some(hash) if *hash != picture.blake3 => return Err(Error::new(file, ClipProblem::Changed)),
+            Some(_) => {}
+            None => self.hashes.push(picture.blake3),
         }
         for warning in picture.warnings {
             if !self.warnings.contains(&warning) {
@@ -73,6 +75,15 @@ impl Frames for Sequence {
             }
         }
         Ok(Some(picture.plane))
+    }
+
+    fn skip(&mut self) -> Result<bool, Error> {
+        // What was not read yet has no hash.
+        if self.at < self.hashes.len() {
+            self.at += 1;
+            return Ok(true);
+        }
+        Ok(self.next()?.is_some())
     }
 
     fn rewind(&mut self) -> Result<(), Error> {

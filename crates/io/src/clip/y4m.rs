@@ -270,6 +270,12 @@ impl Frames for Y4m {
         decoded.map_err(|p| Error::new(&self.path, p))
     }
 
+    fn skip(&mut self) -> Result<bool, Error> {
+        let passed =
+            try_vec(self.head.bytes(), 0_u8).map_err(Problem::Core).and_then(|mut buffer| self.raw(&mut buffer));
+        passed.map_err(|p| Error::new(&self.path, p))
+    }
+
     fn rewind(&mut self) -> Result<(), Error> {
         let start = SeekFrom::Start(self.start);
         self.input.seek(start).map(drop).map_err(|e| Error::new(&self.path, Problem::file_system(e, 0)))

@@ -213,3 +213,38 @@ fn what_a_longer_run_left_is_named_and_nothing_is_written_for_wrong_names() {
     assert!(matches!(kept.unwrap_err().problem, Problem::Exists));
     assert_eq!(written[0].role, Role::Color);
 }
+
+/// Every frame can be gone to, forwards and back, in files of all frames by passing over others.
+#[test]
+fn frames_are_found_by_their_numbers() {
+    let folder = Folder::new("seek");
+    let planes = frames(Depth::U8, 3, false, [9, 5, 4]);
+    for name in ["a.##.png", "a.png", "b.y4m"] {
+        let mut writer =
+            ClipWriter::create(folder.path(name), 9, Metadata::default(), ClipWriteOptions::default()).unwrap();
+        planes.iter().for_each(|plane| writer.frame(plane).unwrap());
+        writer.finish().unwrap();
+        for (range, all) in [(None, (0..9).collect::<Vec<u32>>()), (Some("2-8x3"), vec![1, 4, 7])] {
+            let range = range.map(|range| range.parse().unwrap());
+            let options = ClipOptions { range, ..ClipOptions::default() };
+            let mut reader = ClipReader::open(folder.path(name), &options).unwrap();
+            let plane = read_clip(&mut reader, &Limits::default()).unwrap();
+            let last = all.len() as u32 - 1;
+            for at in [last, 0, 1, 1, 2, 0, last, last - 1] {
+                reader.seek(at).unwrap();
+                let found = reader.next().unwrap().unwrap();
+                assert_eq!(found, frame_of(&plane, at).unwrap(), "{name} {range:?} {at}");
+                // Chroma comes back within a value.
+                assert!(name == "b.y4m" || found == planes[all[at as usize] as usize], "{name} {range:?} {at}");
+            }
+            reader.seek(last + 1).unwrap();
+            assert!(reader.next().unwrap().is_none(), "{name}");
+        }
+    }
+    let mut reader = ClipReader::open(folder.path("a.##.png"), &ClipOptions::default()).unwrap();
+    while reader.next().unwrap().is_some() {}
+    fs::copy(folder.path("a.03.png"), folder.path("a.05.png")).unwrap();
+    reader.seek(4).unwrap();
+    let error = reader.next().unwrap_err();
+    assert!(error.to_string().contains("a.05.png") && matches!(error.problem, Problem::Clip(ClipProblem::Changed)));
+}

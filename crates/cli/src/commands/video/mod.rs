@@ -9,7 +9,9 @@ mod kept;
 mod look;
 mod modes;
 mod read;
+mod reread;
 mod still;
+mod surfaces;
 mod told;
 mod transition;
 mod woven;
@@ -92,7 +94,7 @@ impl Video {
         others.extend(self.woven.files()?);
         let way = self.way(session, &clips[0], start.as_ref())?;
         self.write.check(session, &self.read, (&clips, &way), &others)?;
-        let (way, needed) = self.affordable(session, &clips, way)?;
+        let (way, needed, is_read_again) = self.affordable(session, &clips, way)?;
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
@@ -105,6 +107,9 @@ impl Video {
             report.inputs.extend(clips.iter().map(|clip| clip.noted(None)));
             let line = format!("{name}: would be {}, with about {needed} of memory", self.would(&clips[0], &way)?);
             return Ok(Done::would(report, line, self.write.planned(&self.read, &way, self.frames(&clips[0], &way)?)));
+        }
+        if is_read_again {
+            return self.reread(session, report, (clips, &way), used);
         }
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
@@ -122,20 +127,31 @@ impl Video {
         Ok(Done::made(report, line, outputs))
     }
 
-    /// The way and what it holds at once. A jump alone, where one may close and what would be woven in its place is too
-    /// large.
-    fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes), Failure> {
+    /// The way, what it holds at once, and whether the clip is read again instead of being held: a jump alone where one
+    /// may close and what would be woven in its place is too large, and no more than the frames around it where the clip
+    /// is too large as well.
+    fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes, bool), Failure> {
+        let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
         let needed = self.need(clips, &way)?;
-        if !way.or_woven || needed.0 <= session.limits.memory {
-            return Ok((way, needed));
+        if fits(&needed) || !way.jumps() {
+            return Ok((way, needed, false));
         }
         let alone = Way { or_woven: false, ..way.clone() };
-        let of_jump = self.need(clips, &alone)?;
-        if session.limits.memory < of_jump.0 {
-            return Ok((way, needed));
+        let of_jump = Some((self.need(clips, &alone)?, false)).filter(|(needed, _)| way.or_woven && fits(needed));
+        let of_frames =
+            || Some((self.need_of_frames(clips, &alone), true)).filter(|_| self.may_read_again(session, clips, &alone));
+        let Some((less, again)) = of_jump.or_else(of_frames) else { return Ok((way, needed, false)) };
+        if way.or_woven {
+            session
+                .detail(&format!("a jump is taken even if it does not close: to weave instead takes about {needed}"));
         }
-        session.detail(&format!("a jump is taken even if it does not close: to weave instead takes about {needed}"));
-        Ok((alone, of_jump))
+        if again {
+            session.detail(&format!(
+                "the clip is read again for each step: to hold it takes about {}",
+                self.need(clips, &alone)?
+            ));
+        }
+        Ok((alone, less, again))
     }
 
     /// Goes that way; weaves where no jump closes, if it may.
@@ -150,8 +166,7 @@ impl Video {
         let seam = self.transition.measure();
         if way.jumps() {
             let period = self.period(&way);
-            let used = told::of_mode(used.clone(), true).without("mode").unless("levels", 1);
-            let used = if way.play.is_some() { used } else { used.without("play").without("frames") };
+            let used = of_jump(used.clone(), &way);
             let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
             let Some(step) = step else { return Ok(made) };
@@ -165,6 +180,12 @@ impl Video {
         let woven = self.woven.made(session, clip, under, &self.write, used)?;
         Ok(better(refused, woven))
     }
+}
+
+/// Without the options that do nothing for a jump.
+fn of_jump(used: Used, way: &Way) -> Used {
+    let used = told::of_mode(used, true).without("mode").unless("levels", 1);
+    if way.play.is_some() { used } else { used.without("play").without("frames") }
 }
 
 /// What was woven, unless the jump that was refused for it steps less.

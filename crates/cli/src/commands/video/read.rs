@@ -46,12 +46,7 @@ impl ReadArgs {
 
     /// Looks at them: passes have the clip's frames, of which there are at least two.
     pub(super) fn open(&self, session: &Session<'_>, rate: Option<Rate>) -> Result<Vec<ClipInput>, Failure> {
-        let options = ClipOptions {
-            frame: inputs::options(session.limits, Role::Color, self.nonfinite),
-            range: self.range,
-            rate,
-            flipbook: self.from_flipbook.map(|book| Flipbook { pad: self.from_pad.unwrap_or(0), ..book }),
-        };
+        let options = self.options(session, rate);
         let open = |path: &PathBuf| ClipInput::open(session, path, &options);
         let clips = self.paths().map(open).collect::<Result<Vec<_>, _>>()?;
         clips[1..].iter().try_for_each(|pass| pass.check_like(&clips[0]))?;
@@ -60,6 +55,16 @@ impl ReadArgs {
             return Err(failure.about(&self.clip).remedy("give a clip of more frames"));
         }
         Ok(clips)
+    }
+
+    /// How they are read.
+    pub(super) fn options(&self, session: &Session<'_>, rate: Option<Rate>) -> ClipOptions {
+        ClipOptions {
+            frame: inputs::options(session.limits, Role::Color, self.nonfinite),
+            range: self.range,
+            rate,
+            flipbook: self.from_flipbook.map(|book| Flipbook { pad: self.from_pad.unwrap_or(0), ..book }),
+        }
     }
 
     /// The files of one of them.

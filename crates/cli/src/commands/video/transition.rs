@@ -1,21 +1,21 @@
 //! Loops of one clip: a jump back, at which each pixel makes the step when it is seen least. `[Kwatra03 7A]`
 
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
+use selvedge_core::{Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
 use selvedge_graphcut_textures::video::{
-    self, CLOSES, Closure, DistanceOptions, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats, Surface,
-    Trial, Usual, looped, over_seams,
+    self, CLOSES, Closure, DistanceOptions, Footage, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats,
+    Surface, Trial, Usual, looped, over_seams,
 };
-use selvedge_io::Format;
 use serde_json::{Value, json};
 
 use super::choices::{JumpArg, Period};
 use super::look::{Cut, Shown};
 use super::modes::{PlayArg, Way};
 use super::still::Still;
+use super::surfaces::{times, whole_numbers};
 use super::written::WriteArgs;
 use super::{ClipOutcome, fade};
 use crate::args::NonFiniteArg;
@@ -106,6 +106,11 @@ impl TransitionArgs {
         self.seams.measure()
     }
 
+    /// True for frames that are mixed.
+    pub(super) fn is_faded(&self) -> bool {
+        self.blend.is_some()
+    }
+
     /// A file that is read.
     pub(super) fn file(&self) -> Option<&PathBuf> {
         self.surface_from.as_ref()
@@ -155,28 +160,40 @@ impl TransitionArgs {
         } else {
             None
         };
+        let closes = distances.closes() && result.jump.period() == distances.frames();
+        let told = self.outcome((&result, &stats), (closure, closes), (way, write), used)?;
+        Ok(ClipOutcome { preview, map: Some(map), complete: woven.complete, ..told })
+    }
+
+    /// What came out of a loop, without its map.
+    pub(super) fn outcome(
+        &self,
+        (result, stats): (&Loop, &LoopStats),
+        (closure, closes): (Option<Closure>, bool),
+        (way, write): (&Way, &WriteArgs),
+        used: Used,
+    ) -> Result<ClipOutcome, Failure> {
         let period = result.jump.period();
-        let closes = distances.closes() && period == distances.frames();
         // A jump that is typed says the period.
         let used = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
         Ok(ClipOutcome {
             frames: period,
             loops: true,
             played: way.play.map(|_| way.output.shape[0]),
-            how: self.told(&result, &stats, closure.as_ref(), closes),
-            stats: told(&result, &stats, closure.as_ref(), closes),
+            how: self.told(result, stats, closure.as_ref(), closes),
+            stats: told(result, stats, closure.as_ref(), closes),
             options: used,
             surface: write.surface.as_ref().map(|path| times(&result.surface, path)).transpose()?,
-            preview,
-            map: Some(map),
+            preview: None,
+            map: None,
             mixed: None,
             step: closure.filter(|_| !closes).map(|closure| closure.whole),
-            complete: woven.complete,
+            complete: true,
         })
     }
 
     /// The jumps to cut: the one that was typed, or the best.
-    fn found(&self, distances: &FrameDistances, filled: Option<u32>) -> Result<Vec<Jump>, Failure> {
+    pub(super) fn found(&self, distances: &FrameDistances, filled: Option<u32>) -> Result<Vec<Jump>, Failure> {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
@@ -184,10 +201,10 @@ impl TransitionArgs {
     }
 
     /// Cuts the jumps, or takes a surface that was cut before.
-    fn looped(
+    pub(super) fn looped(
         &self,
         session: &Session<'_>,
-        exemplars: &Exemplars<3>,
+        clip: &impl Footage,
         jumps: &[Jump],
     ) -> Result<selvedge_core::Woven<Loop, LoopStats>, Failure> {
         if let Some(path) = &self.surface_from {
@@ -195,10 +212,10 @@ impl TransitionArgs {
             // Its entry stands in the options.
             let picture = Input::new(session, path)?.read(session, &options, &mut Report::new("video"))?;
             let time = whole_numbers(&picture.plane).map_err(|e| e.about(path))?;
-            let result = Loop::new(exemplars, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
+            let result = Loop::new(clip, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
             return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
         }
-        Ok(looped(exemplars, jumps, &self.options(), &session.run())?)
+        Ok(looped(clip, jumps, &self.options(), &session.run())?)
     }
 
     /// How jumps are cut.
@@ -363,28 +380,4 @@ pub(super) fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<G
         return Err(Failure::new(70, "features are 8 bits"));
     };
     Ok(output)
-}
-
-/// When each pixel jumps, as a picture: of floats where its file holds no whole numbers.
-fn times(surface: &Surface, path: &Path) -> Result<Plane<2>, Failure> {
-    let floats = Format::of_name(path) == Some(Format::Exr);
-    let time = &surface.time;
-    let samples = if floats { Samples::F32(time.map(f32::from)?) } else { Samples::U16(time.map(|v| v)?) };
-    Ok(Plane::new(Role::Scalar, samples))
-}
-
-/// The same, from a picture.
-fn whole_numbers(plane: &Plane<2>) -> Result<Grid<u16, 2>, Failure> {
-    let time: Vec<u16> = match &plane.samples {
-        Samples::U8(grid) => grid.plane(0).iter().map(|v| u16::from(*v)).collect(),
-        Samples::U16(grid) => grid.plane(0).to_vec(),
-        Samples::F32(grid) if grid.plane(0).iter().all(|&v| f32::from(v as u16) == v) => {
-            grid.plane(0).iter().map(|&v| v as u16).collect()
-        }
-        floats => {
-            let what = format!("has {} samples, which are no numbers of frames", floats.depth().name());
-            return Err(Failure::new(3, what).remedy("give the file that --surface wrote"));
-        }
-    };
-    Ok(Grid::from_vec(Domain::open(plane.domain().shape), 1, time)?)
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Depth, Plane, Render as _};
+use selvedge_graphcut_textures::video::Loop;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
 use selvedge_io::{Fingerprint, Format, Metadata, Provenance, WriteOptions};
 use serde_json::Value;
@@ -17,6 +18,7 @@ use crate::clips::{self, Clip, ClipInput, Encode};
 use crate::failure::{Failure, shown};
 use crate::options::option;
 use crate::outputs::{self, Outputs};
+use crate::reel::Reel;
 use crate::report::Report;
 use crate::session::Session;
 use crate::stdio::STREAM;
@@ -108,8 +110,8 @@ impl WriteArgs {
         self.flipbook.filter(|_| self.repeat == 1 && !self.closing_frame).map(Flipbook::cells)
     }
 
-    fn write_options(&self, clip: Option<&Clip>, period: Option<u32>) -> ClipWriteOptions {
-        let rate = self.rate.or(clip.and_then(|clip| clip.info.rate));
+    fn write_options(&self, rate: Option<Rate>, period: Option<u32>) -> ClipWriteOptions {
+        let rate = self.rate.or(rate);
         let flipbook = self.flipbook.map(|book| Flipbook { pad: self.pad.unwrap_or(0), ..book });
         ClipWriteOptions { frame: WriteOptions::default(), rate, period, flipbook, encode: self.encode.arguments() }
     }
@@ -159,10 +161,42 @@ impl WriteArgs {
         outputs::check(session, &written, &read)
     }
 
-    fn provenance(&self, session: &Session<'_>, clips: &[Clip], made: &ClipOutcome) -> Provenance {
-        let inputs: Vec<Fingerprint> = clips.iter().map(|clip| clip.fingerprint.clone()).collect();
+    fn provenance<'c>(
+        session: &Session<'_>,
+        clip: &PathBuf,
+        clips: impl Iterator<Item = &'c Fingerprint>,
+        made: &ClipOutcome,
+    ) -> Provenance {
         let own = ("video", session.global.seed());
-        made::provenance(own, made.options.clone(), std::slice::from_ref(&clips[0].path), inputs)
+        made::provenance(own, made.options.clone(), std::slice::from_ref(clip), clips.cloned().collect())
+    }
+
+    /// The files of a loop whose clip is read again: of each frame no more is held than it shows.
+    pub(super) fn reread(
+        &self,
+        session: &Session<'_>,
+        (reels, read): (&[Reel<'_>], &[Fingerprint]),
+        (made, looped): (&ClipOutcome, &Loop),
+    ) -> Result<Outputs, Failure> {
+        let provenance = Some(Self::provenance(session, &reels[0].path, read.iter(), made));
+        let mut outputs = Outputs::beside(session);
+        for reel in reels {
+            let metadata = Metadata { provenance: provenance.clone(), ..reel.info.metadata.clone() };
+            let options = self.write_options(reel.info.rate, made.loops.then_some(made.frames));
+            let mut frame = |t: u32| reel.of_loop(looped, t % made.frames);
+            outputs.clip(&self.name(&reel.path), self.count(made), &mut frame, (&metadata, options))?;
+        }
+        if let (Some(path), Some(plane)) = (&self.surface, &made.surface) {
+            let metadata = Metadata { provenance, ..Metadata::default() };
+            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
+        }
+        Ok(outputs)
+    }
+
+    /// Whether all that is written can be made of a few frames at once.
+    pub(super) fn needs_few_frames(&self) -> bool {
+        let whole = self.map.is_some() || self.preview.is_some() || self.report.is_some();
+        !whole && self.blending.is_none()
     }
 
     /// All files of a run.
@@ -173,7 +207,8 @@ impl WriteArgs {
         (clips, still): (&[Clip], Option<&Still>),
         made: &ClipOutcome,
     ) -> Result<Outputs, Failure> {
-        let provenance = made.complete.then(|| self.provenance(session, clips, made));
+        let read = clips.iter().map(|clip| &clip.fingerprint);
+        let provenance = made.complete.then(|| Self::provenance(session, &clips[0].path, read, made));
         let mut outputs = Outputs::default();
         let mut blended = match &made.map {
             // Other passes are copied: no blend of vectors is a vector.
@@ -193,7 +228,7 @@ impl WriteArgs {
             };
             let shown = rendered.as_ref().or(made.mixed.as_ref());
             let metadata = Metadata { provenance: provenance.clone(), ..clip.info.metadata.clone() };
-            let options = self.write_options(Some(clip), made.loops.then_some(made.frames));
+            let options = self.write_options(clip.info.rate, made.loops.then_some(made.frames));
             let mut frame = |t: u32| {
                 // What is kept of a run that was ended is written whole.
                 made.complete.then(|| session.check_signal()).transpose()?;
