@@ -1,5 +1,6 @@
 //! Clips as commands read and write them.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -12,7 +13,7 @@ use selvedge_io::{Fingerprint, Problem, ReadOptions};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, n};
-use crate::inputs::Input;
+use crate::inputs::{self, Input};
 use crate::memory;
 use crate::report::Report;
 use crate::session::Session;
@@ -37,6 +38,8 @@ impl Encode {
 /// A clip whose headers were read.
 pub(crate) struct ClipInput {
     reader: ClipReader,
+    /// Bytes of a stream.
+    held: u64,
 }
 
 /// A clip that was read whole.
@@ -71,7 +74,27 @@ impl ClipInput {
             Some(bytes) => ClipReader::of_bytes(bytes, path, options),
             None => ClipReader::open(path, options),
         };
-        Ok(Self { reader: reader? })
+        Ok(Self { reader: reader?, held: 0 })
+    }
+
+    /// The same; what a stream brings beyond an eighth of the budget is kept in a file beside a name.
+    pub(crate) fn spooled(
+        session: &Session<'_>,
+        path: &Path,
+        options: &ClipOptions,
+        beside: &Path,
+    ) -> Result<Self, Failure> {
+        let Some((start, mut rest)) = inputs::begun(path, session.limits.memory / 8)? else {
+            return Self::open(session, path, options);
+        };
+        if let (Some(rest), true) = (&mut rest, start.starts_with(b"YUV4MPEG2")) {
+            return Ok(Self { reader: ClipReader::of_stream((&start, rest), beside, path, options)?, held: 0 });
+        }
+        // Of other containers all bytes are held in any case.
+        let rest = rest.unwrap_or_else(|| Box::new(std::io::empty()));
+        let bytes = inputs::read_stream(path, start.as_slice().chain(rest), session.limits.memory)?;
+        let held = bytes.len() as u64;
+        Ok(Self { reader: ClipReader::of_bytes(bytes, path, options)?, held })
     }
 
     /// What has frames: a name that stands for them, or a file that holds several; `None` for a picture. Files of other
@@ -82,7 +105,9 @@ impl ClipInput {
         let is_foreign =
             extension.is_some_and(|e| ["mp4", "mov", "webm", "mkv", "avi"].iter().any(|foreign| e == *foreign));
         match ClipReader::open(path, &options) {
-            Ok(reader) if is_foreign || is_pattern(path) || 1 < reader.info().frames => Ok(Some(Self { reader })),
+            Ok(reader) if is_foreign || is_pattern(path) || 1 < reader.info().frames => {
+                Ok(Some(Self { reader, held: 0 }))
+            }
             // What no picture can be wrong by is told; else the picture says what is wrong with it.
             Err(e) if is_foreign || is_pattern(path) || is_of_clips(&e.problem) => Err(e.into()),
             _ => Ok(None),
@@ -103,6 +128,11 @@ impl ClipInput {
     pub(crate) fn domain(&self) -> Domain<3> {
         let info = self.info();
         Domain::open([info.frames, info.height, info.width])
+    }
+
+    /// Bytes that it holds before it is read.
+    pub(crate) fn held(&self) -> Bytes {
+        Bytes(self.held)
     }
 
     /// Bytes of its samples.

@@ -1,7 +1,7 @@
 //! Files and standard input, read once and noted in the report.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Grid, Limits, Plane, Role};
@@ -207,6 +207,21 @@ pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) ->
     Ok(())
 }
 
+/// What a stream begins with, up to so many bytes, and what follows them if there is more; `None` for a file.
+pub(crate) fn begun(path: &Path, most: u64) -> Result<Option<(Vec<u8>, Option<Box<dyn Read>>)>, Failure> {
+    let mut stream: Box<dyn Read> = if path.as_os_str() == STREAM {
+        Box::new(std::io::stdin())
+    } else if is_pipe(path) {
+        Box::new(File::open(path).map_err(|e| unreadable(path, &e))?)
+    } else {
+        return Ok(None);
+    };
+    let mut start = Vec::new();
+    stream.by_ref().take(most).read_to_end(&mut start).map_err(|e| unreadable(path, &e))?;
+    let more = start.len() as u64 == most;
+    Ok(Some((start, more.then_some(stream))))
+}
+
 /// Whether a name is that of a pipe, such as `/dev/stdin` behind another program.
 #[cfg(unix)]
 pub(crate) fn is_pipe(path: &Path) -> bool {
@@ -220,7 +235,7 @@ pub(crate) fn is_pipe(_: &Path) -> bool {
     false
 }
 
-fn read_stream(path: &Path, stream: impl std::io::Read, budget: u64) -> Result<Vec<u8>, Failure> {
+pub(crate) fn read_stream(path: &Path, stream: impl std::io::Read, budget: u64) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     stream.take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| unreadable(path, &e))?;
     if budget < bytes.len() as u64 {

@@ -117,7 +117,7 @@ impl<'a> Reel<'a> {
         let frame = Bytes(clip.bytes().0 / u64::from(frames.max(1)));
         let whole = matches!(clip.info().container.as_str(), "gif" | "apng" | "webp");
         let file = std::fs::metadata(clip.path()).map_or(0, |file| file.len());
-        frame * 12 + Bytes(2 * file) * u64::from(whole)
+        clip.held() + frame * 12 + Bytes(2 * file) * u64::from(whole)
     }
 }
 

@@ -70,6 +70,26 @@ fn what_needs_the_whole_clip_says_so() {
     assert_eq!(folder.names().len(), 41);
 }
 
+/// What a stream brings is kept in a file where it is much, and that is gone afterwards.
+#[test]
+fn streams_are_kept_beside_the_output() {
+    let folder = Folder::new("video-stream");
+    fire(&folder, "fire.##.png");
+    folder.run("video fire.##.png -o long.y4m --jump 30,11 --repeat 60 --quiet").done();
+    let loops = |stream: &str, name: &str, more: &str| {
+        let line = format!("video - -o {name} --mode transition --verbose {more}");
+        let mut command = folder.command();
+        command.args(line.split_whitespace()).stdin(fs::File::open(folder.path(stream)).unwrap());
+        let output = command.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && said.contains(AGAIN) != more.is_empty(), "{said}");
+    };
+    loops("long.y4m", "a.y4m", "");
+    loops("long.y4m", "b.y4m", "--max-memory 72MiB");
+    assert!(fs::read(folder.path("a.y4m")).unwrap() == fs::read(folder.path("b.y4m")).unwrap());
+    assert_eq!(folder.names().iter().filter(|name| !name.starts_with("fire")).count(), 3, "{:?}", folder.names());
+}
+
 /// Systems let a process open some hundred files, and a loop may have more frames.
 #[cfg(unix)]
 #[test]

@@ -1,7 +1,8 @@
 //! Reading clips, frame by frame.
 
 use std::fmt;
-use std::io::Read as _;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufReader, Cursor, Read, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -19,6 +20,7 @@ use super::range::Range;
 use super::rate::Rate;
 use super::sequence::Sequence;
 use super::y4m::Y4m;
+use crate::atomic::{Part, part_beside};
 use crate::error::{Error, Problem};
 use crate::name::file_of;
 use crate::read::{open, read_bytes};
@@ -47,6 +49,8 @@ pub struct ClipReader {
     /// Frames taken from it, and those that were wanted.
     place: u32,
     read: u32,
+    /// Where a stream is kept; gone with the reader.
+    _spool: Option<Part>,
 }
 
 impl ClipReader {
@@ -95,7 +99,7 @@ impl ClipReader {
         let (path, frame) = (path.as_ref(), &options.frame);
         let container = Container::of_content(&bytes);
         if container == Some(Container::Y4m) {
-            let (info, frames) = Y4m::open(path, Some(bytes), frame)?;
+            let (info, frames) = Y4m::open(path, Some(Box::new(Cursor::new(bytes))), frame)?;
             return Self::picked(path, info, Box::new(frames), options);
         }
         let file: Arc<[u8]> = bytes.into();
@@ -112,6 +116,33 @@ impl ClipReader {
         Self::picked(path, info, frames, options)
     }
 
+    /// Looks at a clip of y4m that is read once, of which `start` was read already: it is kept in a file beside a name
+    /// for as long as the reader lives.
+    ///
+    /// # Errors
+    /// [`Error`] that names the clip, or that name where it cannot be kept.
+    pub fn of_stream(
+        (start, rest): (&[u8], impl Read),
+        beside: &Path,
+        path: impl AsRef<Path>,
+        options: &ClipOptions,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref();
+        if Container::of_content(start) != Some(Container::Y4m) {
+            return Err(Error::new(path, no_clip(start)));
+        }
+        let len = start.len() as u64;
+        let kept = part_beside(beside).and_then(|part| {
+            let mut file = OpenOptions::new().write(true).open(part.file())?;
+            file.write_all(start)?;
+            io::copy(&mut { rest }, &mut file)?;
+            Ok((File::open(part.file())?, part))
+        });
+        let (file, part) = kept.map_err(|e| Error::new(beside, Problem::file_system(e, len)))?;
+        let (info, frames) = Y4m::open(path, Some(Box::new(BufReader::new(file))), &options.frame)?;
+        Ok(Self { _spool: Some(part), ..Self::picked(path, info, Box::new(frames), options)? })
+    }
+
     /// With the frames of a range alone: their places, from 1.
     fn picked(path: &Path, info: ClipInfo, frames: Box<dyn Frames>, options: &ClipOptions) -> Result<Self, Error> {
         let Some(range) = options.range else { return Ok(Self::new(path, info, frames, None, options.rate)) };
@@ -125,7 +156,7 @@ impl ClipReader {
 
     fn new(path: &Path, info: ClipInfo, frames: Box<dyn Frames>, range: Option<Range>, rate: Option<Rate>) -> Self {
         let info = ClipInfo { rate: rate.or(info.rate), ..info };
-        Self { path: path.to_path_buf(), info, frames, range, place: 0, read: 0 }
+        Self { path: path.to_path_buf(), info, frames, range, place: 0, read: 0, _spool: None }
     }
 
     /// What the clip is.

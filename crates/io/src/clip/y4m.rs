@@ -1,7 +1,7 @@
 //! YUV4MPEG2: raw frames of luma and chroma, as programs for clips hand them to each other. Mono, 4:2:0, 4:2:2
 //! and 4:4:4 of 8 to 16 bits, of limited or full range; what has more than 8 bits is read as 16.
 
-use std::io::{BufRead, BufReader, Cursor, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{BufRead, BufReader, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Association, Domain, Grid, Plane, Samples, try_vec};
@@ -133,14 +133,22 @@ impl Headline {
 }
 
 impl Y4m {
-    /// Opens a file, or takes the bytes of a stream.
-    pub(super) fn open(path: &Path, bytes: Option<Vec<u8>>, options: &ReadOptions) -> Result<(ClipInfo, Self), Error> {
-        Self::looked_at(path, bytes, options).map_err(|p| Error::new(path, p))
+    /// Opens a file, or takes what a stream has brought.
+    pub(super) fn open(
+        path: &Path,
+        stream: Option<Box<dyn Input>>,
+        options: &ReadOptions,
+    ) -> Result<(ClipInfo, Self), Error> {
+        Self::looked_at(path, stream, options).map_err(|p| Error::new(path, p))
     }
 
-    fn looked_at(path: &Path, bytes: Option<Vec<u8>>, options: &ReadOptions) -> Result<(ClipInfo, Self), Problem> {
-        let mut input: Box<dyn Input> = match bytes {
-            Some(bytes) => Box::new(Cursor::new(bytes)),
+    fn looked_at(
+        path: &Path,
+        stream: Option<Box<dyn Input>>,
+        options: &ReadOptions,
+    ) -> Result<(ClipInfo, Self), Problem> {
+        let mut input = match stream {
+            Some(stream) => stream,
             None => Box::new(BufReader::new(open(path)?.0)),
         };
         let system = |e| Problem::file_system(e, 0);

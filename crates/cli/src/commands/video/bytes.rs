@@ -13,7 +13,7 @@ impl Video {
     /// An upper bound of the memory of a run.
     pub(super) fn need(&self, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
         let (domain, info) = (clips[0].domain(), clips[0].info());
-        let kept: Bytes = clips.iter().map(ClipInput::bytes).sum();
+        let kept: Bytes = clips.iter().map(|clip| clip.held() + clip.bytes()).sum();
         let colors = info.channels - usize::from(info.alpha);
         let features = memory::sources(&[domain], colors);
         let mut work = Bytes(0);

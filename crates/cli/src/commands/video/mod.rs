@@ -89,7 +89,7 @@ impl Video {
         let mut others: Vec<_> = self.transition.file().into_iter().chain(self.still.file()).cloned().collect();
         inputs::check_streams(self.read.paths().chain(&others))?;
         self.write.check_names(self.read.paths().count())?;
-        let clips = self.read.open(session, self.write.rate)?;
+        let clips = self.read.open(session, self.write.rate, &self.write.beside())?;
         let start = self.woven.begun(session, &clips[0], &mut report)?;
         others.extend(self.woven.files()?);
         let way = self.way(session, &clips[0], start.as_ref())?;
@@ -141,15 +141,13 @@ impl Video {
         let of_frames =
             || Some((self.need_of_frames(clips, &alone), true)).filter(|_| self.may_read_again(session, clips, &alone));
         let Some((less, again)) = of_jump.or_else(of_frames) else { return Ok((way, needed, false)) };
-        if way.or_woven {
+        if way.or_woven && fits(&less) {
             session
                 .detail(&format!("a jump is taken even if it does not close: to weave instead takes about {needed}"));
         }
-        if again {
-            session.detail(&format!(
-                "the clip is read again for each step: to hold it takes about {}",
-                self.need(clips, &alone)?
-            ));
+        if again && fits(&less) {
+            let whole = self.need(clips, &alone)?;
+            session.detail(&format!("the clip is read again for each step: to hold it takes about {whole}"));
         }
         Ok((alone, less, again))
     }

@@ -44,10 +44,16 @@ impl ReadArgs {
         std::iter::once(&self.clip).chain(&self.with)
     }
 
-    /// Looks at them: passes have the clip's frames, of which there are at least two.
-    pub(super) fn open(&self, session: &Session<'_>, rate: Option<Rate>) -> Result<Vec<ClipInput>, Failure> {
+    /// Looks at them: passes have the clip's frames, of which there are at least two. What streams bring may be kept
+    /// beside a name.
+    pub(super) fn open(
+        &self,
+        session: &Session<'_>,
+        rate: Option<Rate>,
+        beside: &Path,
+    ) -> Result<Vec<ClipInput>, Failure> {
         let options = self.options(session, rate);
-        let open = |path: &PathBuf| ClipInput::open(session, path, &options);
+        let open = |path: &PathBuf| ClipInput::spooled(session, path, &options, beside);
         let clips = self.paths().map(open).collect::<Result<Vec<_>, _>>()?;
         clips[1..].iter().try_for_each(|pass| pass.check_like(&clips[0]))?;
         if clips[0].info().frames < 2 {

@@ -78,6 +78,12 @@ impl WriteArgs {
         self.report.as_deref().map_or(Ok(()), page::check)
     }
 
+    /// A name beside which a run may keep what it needs: that of its clip, or one among what passes.
+    pub(super) fn beside(&self) -> PathBuf {
+        let is_stream = self.output.as_os_str() == STREAM;
+        if is_stream { std::env::temp_dir().join("selvedge.y4m") } else { self.output.with_extension("y4m") }
+    }
+
     /// The name of a clip's output.
     fn name(&self, clip: &Path) -> PathBuf {
         names::of_plane(&self.output, &clips::plane_name(clip))
