@@ -15,7 +15,7 @@ use crate::error::Error;
 /// At the last of so many levels little is left of a frame.
 pub(super) const MOST_LEVELS: u32 = 5;
 /// Frames around what the smaller surface says, beyond how far it changes from pixel to pixel.
-const AROUND: u32 = 6;
+const AROUND: u32 = 12;
 /// Sides of tiles, and of the strips that are laid over their borders afterwards.
 const TILE: u32 = 128;
 const STRIP: u32 = 32;
@@ -29,7 +29,7 @@ pub(super) fn sizes(sides: Sides, levels: u32) -> Result<Vec<Sides>, Error> {
     let mut all = vec![sides];
     for _ in 1..levels {
         let last = &all[all.len() - 1];
-        if last.both.sources()[0].domain().shape[1..].iter().any(|&side| side < 32) {
+        if last.both.sources()[0].domain().shape[1..].iter().any(|&side| side < 64) {
             break;
         }
         all.push(last.smaller()?);

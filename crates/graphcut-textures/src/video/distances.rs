@@ -22,9 +22,6 @@ impl Default for DistanceOptions {
     }
 }
 
-/// Frames that are compared with those that are held, at once.
-const PASSING: u32 = 8;
-
 /// Sums of squared differences between all frames of a clip, exact.
 ///
 /// Differences are of features, channels weighed. A sample that may not be used in one of two frames, or in both,
@@ -75,7 +72,7 @@ impl FrameDistances {
                 Ok::<_, Error>(())
             };
             compare(part.clone(), &held)?;
-            for others in parts(part.end..n, PASSING) {
+            for others in parts(part.end..n, clip.together()) {
                 compare(others.clone(), &*clip.stretch(others)?)?;
             }
         }
@@ -136,7 +133,7 @@ const BLOCK: usize = 16;
 fn used(clip: &(impl Footage + ?Sized), domain: Domain<3>) -> Result<Vec<bool>, Error> {
     let pixels = domain.strides()[0];
     let mut used = Vec::new();
-    for part in parts(0..domain.shape[0], PASSING) {
+    for part in parts(0..domain.shape[0], clip.together()) {
         let Some(valid) = &clip.stretch(part)?.valid else { return Ok(Vec::new()) };
         used.resize(pixels, false);
         let frames = valid.plane(0).chunks(pixels);

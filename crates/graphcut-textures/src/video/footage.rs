@@ -7,9 +7,6 @@ use selvedge_core::{Domain, Exemplars, Grid, Source, SourceTable};
 
 use crate::error::Error;
 
-/// Frames that are looked at together where all of a clip pass by once.
-const TOGETHER: u32 = 8;
-
 /// A clip by its frames: held whole, as [`Exemplars`] are, or read again whenever some are asked for. A loop of one
 /// jump needs no more of it at once than frames around the jump, so that its memory follows from the window and not
 /// from the clip. Whoever hands the same frames over gets the same answers.
@@ -19,6 +16,11 @@ pub trait Footage {
 
     /// Weight of each feature channel.
     fn weights(&self) -> &[u8];
+
+    /// Frames that are asked for together where all of them pass by once: of what is held, all.
+    fn together(&self) -> u32 {
+        8
+    }
 
     /// The features of some frames, and which of their samples may be used.
     ///
@@ -34,6 +36,10 @@ impl Footage for Exemplars<3> {
 
     fn weights(&self) -> &[u8] {
         Self::weights(self)
+    }
+
+    fn together(&self) -> u32 {
+        u32::MAX
     }
 
     fn stretch(&self, frames: Range<u32>) -> Result<Cow<'_, Source<3>>, Error> {
@@ -85,7 +91,7 @@ pub(super) fn neighbours(
 ) -> Result<(), Error> {
     let frames = the_clip(clip)?.shape[0];
     let mut before: Option<Cow<'_, Source<3>>> = None;
-    for part in parts(0..frames, TOGETHER) {
+    for part in parts(0..frames, clip.together()) {
         let these = clip.stretch(part)?;
         let len = these.domain().shape[0] as usize;
         if let Some(before) = &before {
