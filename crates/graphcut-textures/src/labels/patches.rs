@@ -13,6 +13,8 @@ pub(super) struct Patches<'e, const D: usize> {
     codes: Codes,
     /// The weight of each value of a row of a patch, its samples side by side.
     weights: Vec<u32>,
+    /// The one weight of all channels, if they have the same.
+    even: Option<u32>,
     sources: Vec<Shown>,
 }
 
@@ -29,10 +31,11 @@ struct Shown {
 impl<'e, const D: usize> Patches<'e, D> {
     pub(super) fn new(exemplars: &'e Exemplars<D>, shape: [u32; D]) -> Result<Self, Error> {
         let weights = exemplars.weights().iter().map(|&w| u32::from(w));
-        let weights = weights.cycle().take(exemplars.channels() * shape[D - 1] as usize).collect();
+        let weights: Vec<u32> = weights.cycle().take(exemplars.channels() * shape[D - 1] as usize).collect();
+        let even = weights.first().copied().filter(|first| weights.iter().all(|w| w == first));
         let parts = Parts::of(shape, exemplars.table().len() as usize);
         let codes = Codes::of(&parts, exemplars.weights());
-        let mut patches = Self { exemplars, shape, parts, codes, weights, sources: Vec::new() };
+        let mut patches = Self { exemplars, shape, parts, codes, weights, even, sources: Vec::new() };
         for number in 0..exemplars.sources().len() {
             let shown = patches.shown(number)?;
             patches.sources.push(shown);
@@ -91,10 +94,14 @@ impl<'e, const D: usize> Patches<'e, D> {
     /// The error of a patch, unless it is more than the least so far.
     fn error(&self, shown: &Shown, start: usize, template: &Template<D>, least: u64) -> Option<u64> {
         let (first, width) = (start * self.exemplars.channels(), self.weights.len());
-        let parts = template.features.chunks_exact(width).zip(template.weights.chunks_exact(width));
+        let parts = template.features.chunks_exact(width).zip(template.mask.chunks_exact(width));
         let mut error = 0;
-        for (&row, (part, weights)) in shown.rows.iter().zip(parts) {
-            error += difference(&shown.features[first + row..][..width], part, weights);
+        for (&row, (part, mask)) in shown.rows.iter().zip(parts) {
+            let row = &shown.features[first + row..][..width];
+            error += match self.even {
+                Some(weight) => squares(row, part, mask) * u64::from(weight),
+                None => weighted(row, part, mask, &self.weights),
+            };
             if least < error {
                 return None;
             }
@@ -106,7 +113,7 @@ impl<'e, const D: usize> Patches<'e, D> {
     fn template(&self, map: &SourceMap<D>, at: [u32; D]) -> Template<D> {
         let (domain, channels, shape) = (map.domain(), self.exemplars.channels(), Domain::open(self.shape));
         let len = shape.len() * channels;
-        let (mut features, mut weights, mut origin) = (vec![0; len], vec![0; len], None);
+        let (mut features, mut mask, mut origin) = (vec![0; len], vec![0; len], None);
         let (mut sums, mut known) = (vec![0; self.parts.count() * channels], vec![0; self.parts.count()]);
         for (i, step) in shape.positions().enumerate() {
             let place = domain.step(at, step.map(|s| s as i32)).map(|p| map.ids.get(0, p));
@@ -115,7 +122,7 @@ impl<'e, const D: usize> Patches<'e, D> {
             let values = i * channels..(i + 1) * channels;
             let sample = &self.sources[source].features[first..][..channels];
             features[values.clone()].copy_from_slice(sample);
-            weights[values].copy_from_slice(&self.weights[..channels]);
+            mask[values].fill(u8::MAX);
             origin = origin.or_else(|| Some((source, std::array::from_fn(|a| from[a] as i32 - step[a] as i32))));
             let Some(part) = self.parts.at(step) else { continue };
             let of = sums[part..].iter_mut().step_by(self.parts.count());
@@ -123,35 +130,41 @@ impl<'e, const D: usize> Patches<'e, D> {
             known[part] += 1;
         }
         let whole = known.iter().map(|&known| known == self.parts.samples());
-        Template { features, weights, origin, wanted: Wanted::new(&self.codes, &sums, whole) }
+        Template { features, mask, origin, wanted: Wanted::new(&self.codes, &sums, whole) }
     }
 }
 
 /// What patches are compared with.
 struct Template<const D: usize> {
     features: Vec<u8>,
-    /// A weight for each value; 0 where nothing stands.
-    weights: Vec<u32>,
+    /// By value, all bits where something stands, and none where nothing does.
+    mask: Vec<u8>,
     /// The source of the first sample that stands, and where the box begins in it.
     origin: Option<(usize, [i32; D])>,
     /// The parts of which all samples stand.
     wanted: Wanted,
 }
 
-/// So many weighted squares fit into 32 bits, in which they are summed faster: 255^3 * 256 < 2^32.
+/// So many squares of bytes fit into 32 bits, in which they are summed faster: 255^2 * 256 < 2^32.
 const SUMMED: usize = 256;
 
-/// Weighted squared differences of two rows.
+/// Squared differences of two rows.
 #[inline]
-fn difference(a: &[u8], b: &[u8], weights: &[u32]) -> u64 {
-    let parts = a.chunks(SUMMED).zip(b.chunks(SUMMED)).zip(weights.chunks(SUMMED)).map(|((a, b), weights)| {
-        let squares = a.iter().zip(b).zip(weights).map(|((&a, &b), &w)| {
-            let d = u32::from(a.abs_diff(b));
-            d * d * w
+fn squares(a: &[u8], b: &[u8], mask: &[u8]) -> u64 {
+    let parts = a.chunks(SUMMED).zip(b.chunks(SUMMED)).zip(mask.chunks(SUMMED)).map(|((a, b), mask)| {
+        let squares = a.iter().zip(b).zip(mask).map(|((&a, &b), &mask)| {
+            let d = u32::from(a.abs_diff(b) & mask);
+            d.wrapping_mul(d)
         });
-        u64::from(squares.sum::<u32>())
+        u64::from(squares.fold(0, u32::wrapping_add))
     });
     parts.sum()
+}
+
+/// The same, each with a weight of its own.
+fn weighted(a: &[u8], b: &[u8], mask: &[u8], weights: &[u32]) -> u64 {
+    let both = a.iter().zip(b).zip(mask.iter().zip(weights));
+    both.map(|((&a, &b), (&mask, &w))| u64::from(u32::from(a.abs_diff(b) & mask).pow(2) * w)).sum()
 }
 
 /// By position, whether all of a box that starts there is set and lies inside.
