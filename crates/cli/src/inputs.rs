@@ -207,8 +207,11 @@ pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) ->
     Ok(())
 }
 
-/// What a stream begins with, up to so many bytes, and what follows them if there is more; `None` for a file.
-pub(crate) fn begun(path: &Path, most: u64) -> Result<Option<(Vec<u8>, Option<Box<dyn Read>>)>, Failure> {
+/// What a stream begins with, and what follows if there is more.
+pub(crate) type Begun = (Vec<u8>, Option<Box<dyn Read>>);
+
+/// The first bytes of a stream, so many at most; `None` for a file.
+pub(crate) fn begun(path: &Path, most: u64) -> Result<Option<Begun>, Failure> {
     let mut stream: Box<dyn Read> = if path.as_os_str() == STREAM {
         Box::new(std::io::stdin())
     } else if is_pipe(path) {

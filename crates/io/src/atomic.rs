@@ -158,10 +158,10 @@ impl<'a> StagedFile<'a> {
     /// # Errors
     /// Those of [`write_bytes`], and [`Problem::IsInput`].
     pub fn beside(path: &'a Path, bytes: &'a [u8], no_clobber: bool, inputs: &[PathBuf]) -> Result<Self, Error> {
-        Self::new(path, bytes, no_clobber)?.is_no_input(inputs)
+        Self::new(path, bytes, no_clobber)?.apart_from(inputs)
     }
 
-    fn is_no_input(self, inputs: &[PathBuf]) -> Result<Self, Error> {
+    fn apart_from(self, inputs: &[PathBuf]) -> Result<Self, Error> {
         let target = self.part.as_ref().map_or(&*self.path, |part| &part.path);
         match input_at(target, inputs) {
             Some(input) => Err(Error::new(&self.path, Problem::IsInput { input: input.clone() })),
@@ -260,7 +260,7 @@ impl StagedFile<'static> {
     /// # Errors
     /// Those of [`beside`](StagedFile::beside).
     pub fn owned(path: PathBuf, bytes: Vec<u8>, no_clobber: bool, inputs: &[PathBuf]) -> Result<Self, Error> {
-        let mut staged = Self::of(path.into(), bytes.into(), no_clobber)?.is_no_input(inputs)?;
+        let mut staged = Self::of(path.into(), bytes.into(), no_clobber)?.apart_from(inputs)?;
         if staged.part.is_some() {
             staged.bytes = Cow::Borrowed(&[]);
         }

@@ -79,7 +79,8 @@ pub(crate) fn dangling(path: &Path) -> PathBuf {
 
 /// The input that a name leads to.
 pub(crate) fn input_at<'i>(output: &Path, inputs: &'i [PathBuf]) -> Option<&'i PathBuf> {
-    inputs.iter().find(|input| same_file(output, file_of(input)))
+    let at = Destination::of(output);
+    inputs.iter().find(|input| Destination::of(file_of(input)) == at)
 }
 
 #[cfg(all(test, unix))]

@@ -5,10 +5,9 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Bytes, Domain, Grid, Source, Window, par, try_vec};
+use selvedge_core::{Bytes, Domain, Window, par, try_vec};
 use selvedge_maxflow::{BinaryEnergy, MaxflowError, PairwiseTerm};
 
-use super::sides::Sides;
 use super::transition::{Stretches, cut_failed};
 use crate::error::Error;
 
@@ -22,38 +21,6 @@ const STRIP: u32 = 32;
 
 /// By pixel, before which frames of the window it may jump, counted within it: the first, and the last.
 type Band = Vec<Range<u32>>;
-
-/// The frames around a jump, the same of half the size, of half of that, and so on, as far as there is anything to
-/// halve.
-pub(super) fn sizes(sides: Sides, levels: u32) -> Result<Vec<Sides>, Error> {
-    let mut all = vec![sides];
-    for _ in 1..levels {
-        let last = &all[all.len() - 1];
-        if last.both.sources()[0].domain().shape[1..].iter().any(|&side| side < 64) {
-            break;
-        }
-        all.push(last.smaller()?);
-    }
-    Ok(all)
-}
-
-/// Frames of half the size: means of two by two samples; of an odd side the last one is left out.
-pub(super) fn halved(clip: &Source<3>) -> Result<Source<3>, Error> {
-    let [frames, height, width] = clip.domain().shape;
-    let mut features = Grid::try_filled(Domain::open([frames, height / 2, width / 2]), clip.features.channels(), 0_u8)?;
-    let (from, to) = (width as usize, (width / 2) as usize);
-    for c in 0..clip.features.channels() {
-        let rows = clip.features.plane(c).chunks(from * height as usize).flat_map(|frame| frame.chunks_exact(2 * from));
-        for (out, rows) in features.plane_mut(c).chunks_mut(to).zip(rows) {
-            let (upper, lower) = rows.split_at(from);
-            for (out, (a, b)) in out.iter_mut().zip(upper.chunks(2).zip(lower.chunks(2))) {
-                let sum: u16 = a.iter().chain(b).map(|&v| u16::from(v)).sum();
-                *out = ((sum + 2) / 4) as u8;
-            }
-        }
-    }
-    Ok(Source { features, valid: None, origin: clip.origin })
-}
 
 /// An upper bound of what graphs take then: that of the smaller clip, or those of the tiles that threads cut at once.
 pub(super) fn tiled(window: Domain<3>) -> Bytes {

@@ -12,7 +12,8 @@ use crate::squares::squares;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DistanceOptions {
     /// Frames that are held at once, and compared with all that come after them, read again for each such part of the
-    /// clip. It changes nothing but memory and time. At least 1. Default: all.
+    /// clip. It changes nothing but memory and time. At least 1, and no more than may be held at all
+    /// ([`Limits::samples`](selvedge_core::Limits)). Default: all.
     pub held: u32,
 }
 
@@ -55,10 +56,12 @@ impl FrameDistances {
     pub fn new(clip: &(impl Footage + ?Sized), options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
         let domain = the_clip(clip)?;
         let [n, height, width] = domain.shape;
-        run.limits.admit(Domain::open([n.min(options.held), height, width]), Self::bytes(n))?;
+        let most = u32::try_from(run.limits.samples / domain.strides()[0] as u64).unwrap_or(u32::MAX);
+        let held = options.held.min(most).clamp(1, n);
+        run.limits.admit(Domain::open([held, height, width]), Self::bytes(n))?;
         let measure = Measure { weights: clip.weights(), used: used(clip, domain)? };
         let mut later: Vec<Vec<u64>> = (0..n).map(|i| Vec::with_capacity((n - 1 - i) as usize)).collect();
-        for part in parts(0..n, options.held) {
+        for part in parts(0..n, held) {
             let held = clip.stretch(part.clone())?;
             let mut compare = |others: Range<u32>, that: &Source<3>| {
                 let row = |i: usize| {

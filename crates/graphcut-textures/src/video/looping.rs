@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use selvedge_core::{Bytes, Domain, Error as CoreError, Event, Run, SeamMeasure, SourceMap, SourceTable, Woven};
 
-use super::banded::{MOST_LEVELS, sizes, tiled};
+use super::banded::{MOST_LEVELS, tiled};
 use super::footage::{Footage, the_clip};
 use super::jumps::Jump;
-use super::sides::Sides;
+use super::sides::{Sides, sizes};
 use super::steps::{Closure, Usual, over_surface};
 use super::surface::Surface;
 use super::transition::{Stretches, Transition, transition, window};

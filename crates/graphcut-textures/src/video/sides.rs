@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use selvedge_core::{Exemplars, Source};
+use selvedge_core::{Domain, Exemplars, Grid, Source};
 
-use super::banded::halved;
 use super::footage::{Footage, the_clip};
 use super::jumps::Jump;
 use crate::error::Error;
@@ -33,7 +32,7 @@ impl Sides {
     }
 
     /// The same with frames of half the size.
-    pub(super) fn smaller(&self) -> Result<Self, Error> {
+    fn smaller(&self) -> Result<Self, Error> {
         let sources = self.both.sources().iter().map(|side| halved(side)).collect::<Result<Vec<_>, _>>()?;
         let both = Exemplars::from_sources(sources, self.both.weights().to_vec())?;
         Ok(Self { both, window: self.window.clone(), ..*self })
@@ -45,4 +44,36 @@ impl Sides {
         let pixels = features.domain().strides()[0];
         &features.plane(channel)[(frame - self.first[side]) as usize * pixels..][..pixels]
     }
+}
+
+/// The frames around a jump, the same of half the size, of half of that, and so on, as far as there is anything to
+/// halve.
+pub(super) fn sizes(sides: Sides, levels: u32) -> Result<Vec<Sides>, Error> {
+    let mut all = vec![sides];
+    for _ in 1..levels {
+        let last = &all[all.len() - 1];
+        if last.both.sources()[0].domain().shape[1..].iter().any(|&side| side < 64) {
+            break;
+        }
+        all.push(last.smaller()?);
+    }
+    Ok(all)
+}
+
+/// Frames of half the size: means of two by two samples; of an odd side the last one is left out.
+fn halved(clip: &Source<3>) -> Result<Source<3>, Error> {
+    let [frames, height, width] = clip.domain().shape;
+    let mut features = Grid::try_filled(Domain::open([frames, height / 2, width / 2]), clip.features.channels(), 0_u8)?;
+    let (from, to) = (width as usize, (width / 2) as usize);
+    for c in 0..clip.features.channels() {
+        let rows = clip.features.plane(c).chunks(from * height as usize).flat_map(|frame| frame.chunks_exact(2 * from));
+        for (out, rows) in features.plane_mut(c).chunks_mut(to).zip(rows) {
+            let (upper, lower) = rows.split_at(from);
+            for (out, (a, b)) in out.iter_mut().zip(upper.chunks(2).zip(lower.chunks(2))) {
+                let sum: u16 = a.iter().chain(b).map(|&v| u16::from(v)).sum();
+                *out = ((sum + 2) / 4) as u8;
+            }
+        }
+    }
+    Ok(Source { features, valid: None, origin: clip.origin })
 }

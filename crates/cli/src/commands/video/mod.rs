@@ -128,8 +128,8 @@ impl Video {
     }
 
     /// The way, what it holds at once, and whether the clip is read again instead of being held: a jump alone where one
-    /// may close and what would be woven in its place is too large, and no more than the frames around it where the clip
-    /// is too large as well.
+    /// may close and what would be woven in its place is too large, and no more than the frames around it where the
+    /// clip is too large as well.
     fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes, bool), Failure> {
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
         let needed = self.need(clips, &way)?;

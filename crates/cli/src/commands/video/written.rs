@@ -1,12 +1,13 @@
 //! What `video` writes.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Depth, Plane, Render as _};
 use selvedge_graphcut_textures::video::Loop;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
-use selvedge_io::{Fingerprint, Format, Metadata, Provenance, WriteOptions};
+use selvedge_io::{Destination, Fingerprint, Format, Metadata, Provenance, WriteOptions};
 use serde_json::Value;
 
 use super::modes::Way;
@@ -143,8 +144,8 @@ impl WriteArgs {
             let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
             clips::check_held(&writer, (info.channels, info.alpha), info.depth, [height, width])?;
             let made = writer.files();
-            if let Some(input) = made.iter().find(|file| files.iter().any(|input| selvedge_io::same_file(file, input)))
-            {
+            let inputs: BTreeSet<Destination> = files.iter().map(|file| Destination::of(file)).collect();
+            if let Some(input) = made.iter().find(|file| inputs.contains(&Destination::of(file))) {
                 let failure = Failure::new(4, format!("is the same file as the input '{}'", shown(input)));
                 return Err(failure.about(input).remedy("choose another name"));
             }
