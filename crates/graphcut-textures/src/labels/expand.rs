@@ -29,9 +29,9 @@ use crate::labels::two::Two;
 /// tests say how often it is the least of all, and how far from it the worst case is.
 ///
 /// # Complexity
-/// With two labels and nothing that stands, one cut. Else a cut a label and sweep over the box of the positions that may change; boxes without a change since a label last
-/// failed there are skipped. Space: about 90 bytes a sample of the largest box, 8 of the output, and
-/// [`SeamCosts`](selvedge_core::SeamCosts).
+/// With two labels and nothing that stands, one cut. Else a cut a label and sweep over the box of the positions that
+/// may change; boxes without a change since a label last failed there are skipped. Space: about 90 bytes a sample of
+/// the largest box, 8 of the output, and [`SeamCosts`](selvedge_core::SeamCosts).
 ///
 /// # Events
 /// `"labels"` after each expansion that changed something, with the price of all seams and the map.

@@ -10,8 +10,8 @@ use crate::labels::options::LabelOptions;
 use crate::labels::prices::NONE;
 use crate::labels::sets::Sets;
 
-/// The cut between two labels. A node is a position; label 1 is the source's side, the smallest of all that are cheapest:
-/// where pictures agree the first shows.
+/// The cut between two labels. A node is a position; label 1 is the source's side, the smallest of all that are
+/// cheapest: where pictures agree the first shows.
 #[derive(Debug)]
 pub(super) struct Two<const D: usize> {
     energy: BinaryEnergy<D>,
