@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Encoder, Exemplars, Grid, Plane};
+use selvedge_core::{Encoder, Exemplars, Grid, Guide, Plane};
 use selvedge_io::{Fingerprint, Metadata};
 
 use crate::failure::Failure;
@@ -28,6 +28,12 @@ pub(crate) struct ExemplarSet {
 }
 
 impl ExemplarSet {
+    /// True if what a guide shows has holes where exemplars have none: no header tells.
+    pub(crate) fn has_fewer_holes(&self, guide: &Guide<2>) -> bool {
+        let has_holes = |of: &Exemplars<2>| of.validity().iter().any(Option::is_some);
+        has_holes(guide.exemplars()) && !has_holes(&self.exemplars)
+    }
+
     /// Names of what was given as exemplars.
     pub(crate) fn given(&self) -> &[PathBuf] {
         &self.paths[..self.given]

@@ -145,6 +145,14 @@ impl Loom<'_> {
         Ok(needed)
     }
 
+    /// Refuses a run that takes so many bytes more than was known before anything was read, where there is no room.
+    pub(crate) fn admit_more(&mut self, more: Bytes) -> Result<(), Failure> {
+        let needed = self.report.estimate.unwrap_or_default().saturating_add(more.0);
+        memory::check_fixed(&self.session.limits, Bytes(needed))?;
+        self.report.estimate = Some(needed);
+        Ok(())
+    }
+
     /// The output has another shape than was known before the exemplars were read. It is admitted again, with the
     /// method's `bytes` for it.
     pub(crate) fn lay(&mut self, shape: [u32; 2], bytes: impl Fn(Domain<2>) -> Bytes) -> Result<(), Failure> {

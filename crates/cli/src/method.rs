@@ -21,6 +21,11 @@ pub(crate) trait Method {
     /// feature channels, output. What follows from what they show is [admitted](Method::admit) by the plan.
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes;
 
+    /// What it takes on top of that where not all of the sources may be used.
+    fn masking(&self, _: &[Domain<2>], _channels: usize, _output: Domain<2>) -> Bytes {
+        Bytes(0)
+    }
+
     /// What choosing by what exemplars show takes, with masks or without, before the work.
     fn choosing(&self, _: &[Domain<2>], _: usize, _masked: bool) -> Bytes {
         Bytes(0)
@@ -39,7 +44,8 @@ pub(crate) trait Method {
     /// Runs the command.
     fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let estimate = |sources: &[_], channels, output, masked| {
-            self.bytes(sources, channels, output).then(self.choosing(sources, channels, masked))
+            let masking = if masked { self.masking(sources, channels, output) } else { Bytes(0) };
+            (self.bytes(sources, channels, output) + masking).then(self.choosing(sources, channels, masked))
         };
         let mut loom = self.setup(session)?.begin(session, &estimate)?;
         let PlannedRun { used, how, needed, counts, work } = self.plan(&mut loom)?;

@@ -26,6 +26,9 @@ pub struct Sizes<'a> {
     pub constraints: &'a [(usize, u32)],
     /// The output.
     pub output: Domain<2>,
+    /// Whether some samples of the sources, or of what lies under them, are not valid: searches around these keep
+    /// spectra of all sources.
+    pub holes: bool,
 }
 
 /// Bytes that a run takes beside exemplars and constraints; the most there are where it cannot be done.
@@ -51,10 +54,11 @@ pub(crate) fn bytes(sizes: &Sizes<'_>, options: &Options) -> Result<Bytes, Error
         let sizes = SearchSizes {
             sources: sizes.sources,
             weights: &weights,
-            holes: true,
+            holes: sizes.holes,
             template: [side; 2],
             samples: u64::from(2 * options.neighborhood + 1).pow(2),
-            noisy_masks: 1 < ratio,
+            // What stands of an output, or is asked for, has any shape.
+            noisy_masks: sizes.holes || 1 < ratio,
         };
         searching += selvedge_fft_ssd::estimate(&sizes, Placement::overlapping(1), &SearchOptions::default())?;
     }

@@ -4,6 +4,7 @@ use std::fs;
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 
+use crate::graphcut::write;
 use crate::program::{Folder, fixtures};
 
 const NUMBERS: &str =
@@ -252,5 +253,26 @@ fn the_report_shows_what_a_run_was_like_meanwhile() {
             said.json()["estimated_memory_bytes"].as_u64().unwrap()
         };
         assert!(needed("") + 80 * 60 * 6 < needed("--report page"), "{line}");
+    }
+}
+
+#[test]
+fn searches_around_holes_are_told_and_no_others() {
+    let folder = Folder::new("analogies-holes");
+    let value = |c: usize, [y, x]: [u32; 2]| ((y * 31 + x * 17 + c as u32 * 7) % 251) as u8;
+    let clear = |[y, x]: [u32; 2]| (20..60).contains(&y) && (30..80).contains(&x);
+    write(&folder, "a.png", [200, 220], 3, value);
+    write(&folder, "holes.png", [200, 220], 4, |c, at| if c < 3 { value(c, at) } else { u8::from(!clear(at)) * 255 });
+    write(&folder, "mask.png", [200, 220], 1, |_, at| if clear(at) { 0 } else { 255 });
+    write(&folder, "b.png", [120, 130], 3, value);
+    let told = |line: &str| {
+        let said = folder.run(&format!("{line} -o c.png --dry-run --json")).done().json();
+        said["estimated_memory_bytes"].as_u64().unwrap()
+    };
+    for line in ["analogy UNDER a.png b.png", "transfer a.png --guide UNDER b.png --method cms"] {
+        let whole = line.replace("UNDER", "a.png");
+        let least = told(&whole) + (1 << 20);
+        assert!(least < told(&format!("{whole} --mask mask.png")), "{line}: an exemplar with holes");
+        assert!(least < told(&line.replace("UNDER", "holes.png")), "{line}: what lies under it has holes");
     }
 }

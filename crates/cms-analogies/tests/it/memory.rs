@@ -13,6 +13,8 @@ struct Case {
     /// By constraint, how far apart its taps are.
     ratios: Vec<u32>,
     options: Options,
+    /// Whether a box of the exemplar is not valid.
+    holes: bool,
 }
 
 fn cases() -> Vec<Case> {
@@ -24,11 +26,15 @@ fn cases() -> Vec<Case> {
         output,
         ratios: ratios.to_vec(),
         options: options.clone(),
+        holes: false,
     };
+    let searched = case([320, 300], Domain::open([240, 300]), &[1, 1], &options);
     vec![
         case([300, 400], Domain::open([1100, 1200]), &[1], &drawn),
         case([300, 300], Domain::periodic([700, 800]), &[1, 2, 1], &drawn),
         case([220, 240], Domain::open([240, 300]), &[8], &Options { neighborhood: 7, ..options.clone() }),
+        Case { holes: true, ..case([320, 300], Domain::open([240, 300]), &[1, 1], &options) },
+        searched,
     ]
 }
 
@@ -40,7 +46,9 @@ fn measure(case: &Case) {
         Grid::from_vec(domain, channels, samples).unwrap()
     };
     let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let source = Source { features: noise(case.exemplar, 3), valid: None, origin };
+    let shown = case.exemplar.positions().map(|[y, x]| !(20..90).contains(&y) || !(30..70).contains(&x)).collect();
+    let valid = case.holes.then(|| Grid::from_vec(case.exemplar, 1, shown).unwrap().into());
+    let source = Source { features: noise(case.exemplar, 3), valid, origin };
     let exemplars = Exemplars::from_sources(vec![source], vec![1; 3]).unwrap();
     let constraint = |&ratio: &u32| {
         let guide = Guide::new(&exemplars, &[noise(case.exemplar, 1)], noise(case.output, 1)).unwrap();
@@ -59,7 +67,8 @@ fn runs_stay_within_their_estimates() {
     let check = |number: usize, held: u64| {
         let case = &cases[number];
         let constraints: Vec<_> = case.ratios.iter().map(|&ratio| (1, ratio)).collect();
-        let sizes = Sizes { sources: &[case.exemplar], channels: 3, constraints: &constraints, output: case.output };
+        let (sources, output) = (&[case.exemplar], case.output);
+        let sizes = Sizes { sources, channels: 3, constraints: &constraints, output, holes: case.holes };
         let estimate = estimate(&sizes, &case.options).0;
         println!("case {number}: held {held}, estimated {estimate}");
         assert!(held <= estimate, "case {number}: held {held} bytes, estimated {estimate}");

@@ -9,21 +9,26 @@ use crate::correspondence::What;
 use crate::failure::Failure;
 use crate::followed::MASKS;
 use crate::loom::Loom;
-use crate::memory;
 
 /// Bytes of a sample of the pictures that a constraint is made of: four channels of 16 bits, three of a map, its label,
 /// and where it shows anything.
 const OF_PICTURE: u64 = 8 + 3 + 1 + MASKS;
 
 impl Job<'_> {
-    /// The method's memory where its own constraint has so many channels.
-    pub(super) fn bytes_with(&self, own: usize, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+    /// The method's memory where its own constraint has so many channels, and some samples may not be used or all may.
+    pub(super) fn bytes_with(
+        &self,
+        (own, holes): (usize, bool),
+        sources: &[Domain<2>],
+        channels: usize,
+        output: Domain<2>,
+    ) -> Bytes {
         let constraints: Vec<_> = std::iter::once((own, self.ratio))
             .chain((0..self.knobs.guides.len()).map(|_| (3, 1)))
             .chain((0..self.derived).map(|_| (What::CHANNELS, 1)))
             .chain(self.frame.map(|_| (channels, 1)))
             .collect();
-        let sizes = Sizes { sources, channels, constraints: &constraints, output };
+        let sizes = Sizes { sources, channels, constraints: &constraints, output, holes };
         let orientations = self.knobs.turning(self.task).transforms().len();
         // Maps lie under every source, the pictures that they are made of under the exemplars, both under the output.
         let of = |domain: &Domain<2>, each: u64| Bytes::of_samples(*domain, each);
@@ -51,14 +56,9 @@ impl Job<'_> {
     }
 
     /// Refuses constraints of more channels than were known before anything was read, where there is no room for them.
-    pub(super) fn admit(&self, loom: &mut Loom<'_>, channels: usize) -> Result<(), Failure> {
-        let exemplars = &loom.loaded.exemplars;
-        let sources = exemplars.domains();
-        let of = |own| self.bytes_with(own, &sources, exemplars.channels(), loom.domain);
-        let known = loom.report.estimate.unwrap_or_default();
-        let needed = known.saturating_add(of(channels).0.saturating_sub(of(self.channels).0));
-        memory::check_fixed(&loom.session.limits, Bytes(needed))?;
-        loom.report.estimate = Some(needed);
-        Ok(())
+    pub(super) fn admit_channels(&self, loom: &mut Loom<'_>, channels: usize) -> Result<(), Failure> {
+        let (sources, features) = loom.sources();
+        let of = |own| self.bytes_with((own, false), &sources, features, loom.domain).0;
+        loom.admit_more(Bytes(of(channels).saturating_sub(of(self.channels))))
     }
 }

@@ -114,7 +114,12 @@ impl Method for Job<'_> {
     }
 
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-        self.bytes_with(self.channels, sources, channels, output)
+        self.bytes_with((self.channels, false), sources, channels, output)
+    }
+
+    fn masking(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let of = |holes| self.bytes_with((self.channels, holes), sources, channels, output);
+        Bytes(of(true).0.saturating_sub(of(false).0))
     }
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
@@ -130,6 +135,10 @@ impl Method for Job<'_> {
             let asked = ground::mask(loom, path)?;
             let asking = |c: Constraint| Ok(Constraint { guide: c.guide.asking(asked.map(|v| v)?)?, ..c });
             constraints = constraints.into_iter().map(asking).collect::<Result<_, Failure>>()?;
+        }
+        if constraints.iter().any(|c| loom.loaded.has_fewer_holes(&c.guide)) {
+            let (sources, channels) = loom.sources();
+            loom.admit_more(self.masking(&sources, channels, loom.domain))?;
         }
         let mut start = loom.start()?;
         if let Some((begun, shown)) = self.frame.map_or(Ok(None), |frame| frame.begun(loom))? {

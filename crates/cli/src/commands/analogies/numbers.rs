@@ -83,7 +83,7 @@ impl Numbers {
         let asked = Palette::of(&[&target])?;
         have.check(&asked, &target).map_err(|f| f.about(&self.target))?;
         if self.one_hot {
-            job.admit(loom, have.len())?;
+            job.admit_channels(loom, have.len())?;
         }
         maps.push(target);
         let files = sources.iter().map(PathBuf::as_path).chain(std::iter::once(self.target.as_path()));

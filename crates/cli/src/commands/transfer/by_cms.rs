@@ -28,9 +28,16 @@ impl Transfer {
         Ok(Setup { transforms: Turning { turn: true, mirror: false }.transforms(), ..setup })
     }
 
-    pub(super) fn bytes_of_labels(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+    /// What labels take, where some samples may not be used or all may.
+    pub(super) fn bytes_of_labels(
+        &self,
+        sources: &[Domain<2>],
+        channels: usize,
+        output: Domain<2>,
+        holes: bool,
+    ) -> Bytes {
         let guides = self.followed.channels();
-        let sizes = Sizes { sources, channels, constraints: &[(guides, 1)], output };
+        let sizes = Sizes { sources, channels, constraints: &[(guides, 1)], output, holes };
         let each = 2 * guides as u64 + 12 + self.followed.masks();
         let maps = sources.iter().chain(std::iter::once(&output)).map(|domain| Bytes::of_samples(*domain, each)).sum();
         let page = if self.weaving.report.is_some() { shown::bytes(output) } else { Bytes(0) };

@@ -102,12 +102,25 @@ impl Method for Transfer {
     fn bytes(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
         match self.method {
             By::Quilt => self.followed.bytes(sources, output, Bytes(0)),
-            By::Cms => self.bytes_of_labels(sources, channels, output),
+            By::Cms => self.bytes_of_labels(sources, channels, output, false),
         }
     }
 
+    fn masking(&self, sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
+        let of = |holes| match self.method {
+            By::Quilt => Bytes(0),
+            By::Cms => self.bytes_of_labels(sources, channels, output, holes),
+        };
+        Bytes(of(true).0.saturating_sub(of(false).0))
+    }
+
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
-        let (guide, loom) = (self.followed.guide(loom, &self.weaving)?, &*loom);
+        let guide = self.followed.guide(loom, &self.weaving)?;
+        if loom.loaded.has_fewer_holes(&guide) {
+            let (sources, channels) = loom.sources();
+            loom.admit_more(self.masking(&sources, channels, loom.domain))?;
+        }
+        let loom = &*loom;
         match self.method {
             By::Quilt => self.plan_blocks(loom, guide),
             By::Cms => self.plan_labels(loom, guide),
