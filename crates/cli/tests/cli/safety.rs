@@ -113,7 +113,7 @@ fn memory_that_is_refused_is_one_line_and_no_abort() {
     let folder = Folder::new("address-space");
     let mut refused = 0;
     // From what the program itself needs to what the run needs, in steps smaller than any of its large buffers.
-    for mib in (22..66).step_by(4) {
+    for mib in (26..70).step_by(4) {
         let format = ["out.png", "out.tiff", "out.webp", "out.jpg"][mib / 4 % 4];
         let line = format!(
             "quilt @/cobbles.png -o {format} --map map.exr --size 2000 --block 96 --stage random -j 1 --max-memory 9GiB"
