@@ -51,8 +51,8 @@ pub(crate) fn make(selvedge: &Path, folder: &str) -> Result<Banner, String> {
     let mut places: BTreeMap<char, Vec<u32>> = BTreeMap::new();
     WORD.chars().zip(0..).for_each(|(letter, at)| places.entry(letter).or_default().push(at));
     for (letter, at) in &places {
-        write(&file(&format!("{letter}-backdrop")), &part(&backdrop, [0, at[0] * CELL[1]])?)?;
-        write(&file(&format!("{letter}-stones")), &part(&stones, [10, 20 + 11 * at[0]])?)?;
+        write(&file(&format!("{letter}-backdrop")), &part(&backdrop, [0, at[0] * CELL[1]], CELL)?)?;
+        write(&file(&format!("{letter}-stones")), &part(&stones, [10, 20 + 11 * at[0]], CELL)?)?;
         write(&file(&format!("{letter}-strokes")), &strokes(&[(*letter, YELLOW)])?)?;
         let [below, above, strokes] = ["backdrop", "stones", "strokes"].map(|of| file(&format!("{letter}-{of}")));
         let colors = "--color #0000ff=1 --color #ffff00=2";
@@ -70,6 +70,21 @@ pub(crate) fn make(selvedge: &Path, folder: &str) -> Result<Banner, String> {
     run(selvedge, &line)?;
     let letter = ["S-stones", "S-backdrop", "S-strokes", "S"].map(file);
     Ok(Banner { letter, word: file("word") })
+}
+
+/// Two photographs that overlap, what is merged of them, and where the seam runs, in a folder below the root.
+/// `[Kwatra03 6B]`
+pub(crate) fn overlap(selvedge: &Path, folder: &str) -> Result<[String; 4], String> {
+    let [left, right] = ["left", "right"].map(|side| format!("fixtures/coffee/{side}.jpg"));
+    let [merged, explained, seam] =
+        ["coffee", "coffee-explained", "coffee-seam"].map(|of| format!("{folder}/{of}.png"));
+    run(selvedge, &format!("merge {left} {right} --at auto -o {merged} --explain {explained}"))?;
+    // Nothing of it is transparent; and the first of what explains a map is the picture under its seams.
+    let made = read(&merged)?;
+    let shape = made.domain().shape;
+    write(&merged, &part(&made, [0, 0], shape)?)?;
+    write(&seam, &part(&read(&explained)?, [0, 0], shape)?)?;
+    Ok([left, right, merged, seam])
 }
 
 /// Strokes of letters side by side, each in its colour, and black where any may show. Blue is the last column, so that
@@ -102,13 +117,14 @@ fn is_ink(letter: char, at: [i32; 2]) -> bool {
     (0..7).contains(&row) && (0..5).contains(&column) && rows.is_some_and(|r| r[row as usize] >> (4 - column) & 1 == 1)
 }
 
-/// A letter's cell of a picture.
-fn part(picture: &Plane<2>, start: [u32; 2]) -> Result<Plane<2>, String> {
+/// The colours of a part of a picture of 8 bits.
+fn part(picture: &Plane<2>, start: [u32; 2], shape: [u32; 2]) -> Result<Plane<2>, String> {
     let Samples::U8(from) = &picture.samples else { return Err("8 bits a sample, please".into()) };
     let at = |[y, x]: [u32; 2]| [start[0] + y, start[1] + x];
-    let cell = Domain::open(CELL);
-    let samples = (0..from.channels()).flat_map(|c| cell.positions().map(move |p| from.get(c, at(p)))).collect();
-    let grid = Grid::from_vec(cell, from.channels(), samples).map_err(|e| e.to_string())?;
+    let cell = Domain::open(shape);
+    let channels = picture.color_channels();
+    let samples = (0..channels).flat_map(|c| cell.positions().map(move |p| from.get(c, at(p)))).collect();
+    let grid = Grid::from_vec(cell, channels, samples).map_err(|e| e.to_string())?;
     Ok(Plane::new(Role::Color, Samples::U8(grid)))
 }
 
