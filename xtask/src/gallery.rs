@@ -52,8 +52,8 @@ pub(crate) fn run(args: &[String]) -> Outcome {
     }
     if args.is_empty() || args.iter().any(|name| name == "banner") {
         let Banner { letter, word } = banner::make(&selvedge, "target/gallery")?;
-        let overlap = banner::overlap(&selvedge, "target/gallery")?;
-        collage("merge", &[&letter[..], &["/".into()], &overlap].concat())?;
+        collage("merge", &letter)?;
+        collage("overlap", &banner::overlap(&selvedge, "target/gallery")?)?;
         collage("banner", &[word])?;
     }
     answers.retain(|(key, _)| rows.iter().any(|row| row.key() == *key));
