@@ -1,7 +1,7 @@
 //! A command that weaves, as a page of options: what it tells of itself, in the order in which it is asked. All else is
 //! one way for all of them: files, masks, budget, maps, reports, provenance.
 
-use selvedge_core::{Bytes, Domain};
+use selvedge_core::{Bytes, Domain, Guide};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -35,6 +35,16 @@ pub(crate) trait Method {
     fn admit(&self, loom: &Loom<'_>, own: &dyn Fn(Domain<2>) -> Bytes) -> Result<Bytes, Failure> {
         let (sources, channels) = loom.sources();
         loom.admit(&|output| own(output) + self.bytes(&sources, channels, output))
+    }
+
+    /// Refuses what holes of a guide take that the exemplars do not have, of which no header told, where there is no
+    /// room for it.
+    fn admit_holes(&self, loom: &mut Loom<'_>, guides: &[&Guide<2>]) -> Result<(), Failure> {
+        if !guides.iter().any(|guide| loom.loaded.has_fewer_holes(guide)) {
+            return Ok(());
+        }
+        let (sources, channels) = loom.sources();
+        loom.admit_more(self.masking(&sources, channels, loom.domain))
     }
 
     /// Reads what it needs besides the exemplars; all that is chosen before the work, which a dry run tells, and the

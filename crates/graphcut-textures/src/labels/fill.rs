@@ -25,10 +25,6 @@ use crate::labels::parts;
 use crate::labels::patches::boxes;
 use crate::options::Options;
 
-/// Offsets are found, and labels decided first, where the longest side is at most so long: there structures are seen
-/// whole, and the search is exact at no great cost. `[He12 3.1]` takes 800x600.
-const COARSE: u32 = 400;
-
 /// Labels are decided anew so many samples around seams when they are carried up a level: a seam that was best in means
 /// of two samples is best to within one of them.
 const BAND: u32 = 3;
@@ -183,7 +179,9 @@ fn levels<const D: usize>(
 ) -> Result<Vec<Level<D>>, Error> {
     let all = 0..exemplars.sources().len();
     let mut levels = vec![Level { exemplars: exemplars.only(all)?, standing, sources }];
-    while let Some(finest) = levels.last().filter(|l| l.standing.domain().shape.iter().any(|&n| COARSE < n)) {
+    while let Some(finest) =
+        levels.last().filter(|l| l.standing.domain().shape.iter().any(|&n| OffsetOptions::COARSE < n))
+    {
         let coarse = match finest.exemplars.coarser() {
             Err(CoreError::NothingValid) => break,
             other => other?,

@@ -136,10 +136,7 @@ impl Method for Job<'_> {
             let asking = |c: Constraint| Ok(Constraint { guide: c.guide.asking(asked.map(|v| v)?)?, ..c });
             constraints = constraints.into_iter().map(asking).collect::<Result<_, Failure>>()?;
         }
-        if constraints.iter().any(|c| loom.loaded.has_fewer_holes(&c.guide)) {
-            let (sources, channels) = loom.sources();
-            loom.admit_more(self.masking(&sources, channels, loom.domain))?;
-        }
+        self.admit_holes(loom, &constraints.iter().map(|c| &c.guide).collect::<Vec<_>>())?;
         let mut start = loom.start()?;
         if let Some((begun, shown)) = self.frame.map_or(Ok(None), |frame| frame.begun(loom))? {
             constraints.push(shown);

@@ -5,16 +5,13 @@ use selvedge_graphcut_textures::labels::{OffsetOptions, dominant_offsets};
 
 use crate::failure::Failure;
 
-/// They are looked for where the longer side is at most so long, as `fill` looks for them.
-const COARSE: u32 = 400;
-
 /// Those that are told to people.
 const TOLD: usize = 8;
 
 /// Pixels across and down, the most frequent first.
 pub(super) fn offsets(exemplars: &Exemplars<2>) -> Result<Vec<[i32; 2]>, Failure> {
     let (mut coarse, mut times) = (exemplars.only([0])?, 1);
-    while coarse.sources()[0].domain().shape.iter().any(|&n| COARSE < n) {
+    while coarse.sources()[0].domain().shape.iter().any(|&n| OffsetOptions::COARSE < n) {
         (coarse, times) = (coarse.coarser()?, 2 * times);
     }
     let mut map = SourceMap::unassigned(&coarse, coarse.sources()[0].domain())?;

@@ -116,10 +116,7 @@ impl Method for Transfer {
 
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let guide = self.followed.guide(loom, &self.weaving)?;
-        if loom.loaded.has_fewer_holes(&guide) {
-            let (sources, channels) = loom.sources();
-            loom.admit_more(self.masking(&sources, channels, loom.domain))?;
-        }
+        self.admit_holes(loom, &[&guide])?;
         let loom = &*loom;
         match self.method {
             By::Quilt => self.plan_blocks(loom, guide),
