@@ -1,6 +1,6 @@
 //! What a seam costs: the price of two patches meeting between neighbours, in integers.
 
-use crate::{Bytes, Error, Exemplars, SampleId, SourceMap, SourceTable, try_vec};
+use crate::{Bytes, Domain, Error, Exemplars, SampleId, SourceMap, SourceTable, try_vec};
 
 /// See [`SeamCosts::SCALE`].
 const SCALE: u32 = 16;
@@ -36,11 +36,13 @@ pub struct SeamCosts<const D: usize> {
     weights: Vec<u8>,
     /// Interleaved: all channels of a sample side by side, sources one after the other.
     features: Vec<u8>,
-    /// Per sample, bit `2 a` (`2 a + 1`): the next (previous) sample along axis `a` is a stride away and valid.
+    /// Per sample, bit `2 a` (`2 a + 1`): the next (previous) sample along axis `a` is a stride away and valid. Above
+    /// these the number of its source's [`strides`](Self::strides).
     links: Vec<u8>,
     /// The norm of one grey level in one channel, in the mean of the channels' weights.
     level: u32,
-    /// By source.
+    /// Those of the sources, each once, as far as links can number them: to ask for a sample's source takes longer than
+    /// all else that a price is made of.
     strides: Vec<[u32; D]>,
     /// By sample and axis; empty unless seams are weighed by gradients.
     gradients: Vec<[u32; D]>,
@@ -66,12 +68,12 @@ impl<const D: usize> SeamCosts<D> {
     /// [`Error::Allocation`].
     pub fn new(exemplars: &Exemplars<D>, measure: SeamMeasure) -> Result<Self, Error> {
         let table = exemplars.table().clone();
-        let strides = exemplars.sources().iter().map(|s| s.domain().strides().map(|s| s as u32)).collect();
+        let strides = numbered_strides(exemplars);
         let mut costs = Self {
             weights: exemplars.weights().to_vec(),
             level: grey_level(exemplars.weights()),
             features: interleaved(exemplars)?,
-            links: links(exemplars)?,
+            links: links(exemplars, &strides)?,
             strides,
             gradients: Vec::new(),
             table,
@@ -96,24 +98,41 @@ impl<const D: usize> SeamCosts<D> {
     /// `|a - b|`, scaled and rounded up.
     #[inline]
     pub fn norm(&self, a: SampleId, b: SampleId) -> u32 {
-        let squares = self.features(a).iter().zip(self.features(b)).zip(&self.weights);
-        let sum: u64 = squares.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum();
-        let square = sum * u64::from(Self::SCALE).pow(2);
+        let sum = match self.weights[..] {
+            // Grey and colours: what is known to be short is not gone through one by one.
+            [w] => self.squares(a, b, &[w]),
+            [v, w, x] => self.squares(a, b, &[v, w, x]),
+            _ => self.squares(a, b, &self.weights),
+        };
+        let square = (sum * u64::from(Self::SCALE).pow(2)) as i64;
         // Exact: a correctly rounded root of an integer below 2^52 is never on the wrong side of another integer.
-        // Without SSE 4.1 `ceil` is a call.
-        let root = (square as f64).sqrt() as u64;
-        (root + u64::from(root * root < square)) as u32
+        // Without SSE 4.1 `ceil` is a call, and numbers without a sign are converted in several steps.
+        let root = (square as f64).sqrt() as i64;
+        (root + i64::from(root * root < square)) as u32
+    }
+
+    /// The weighed sum of squared differences over channels of such weights, all there are.
+    #[inline(always)]
+    fn squares<W: AsRef<[u8]> + ?Sized>(&self, a: SampleId, b: SampleId, weights: &W) -> u64 {
+        let weights = weights.as_ref();
+        let of = |id: SampleId| &self.features[id.get() as usize * weights.len()..][..weights.len()];
+        let squares = of(a).iter().zip(of(b)).zip(weights);
+        squares.map(|((&a, &b), &w)| u64::from(a.abs_diff(b)).pow(2) * u64::from(w)).sum()
     }
 
     /// The sample that continues a patch in a direction: `2 a` forward, `2 a + 1` backward along axis `a`. `None` where
     /// the source ends or is masked.
     #[inline]
     pub fn continued(&self, id: SampleId, direction: usize) -> Option<SampleId> {
-        if self.links[id.get() as usize] >> direction & 1 == 0 {
+        let links = self.links[id.get() as usize];
+        if links >> direction & 1 == 0 {
             return self.wrapped(id, direction);
         }
-        let source = if self.strides.len() == 1 { 0 } else { self.table.source(id)? };
-        let stride = self.strides[source][direction / 2];
+        let number = usize::from((links & !VALID) >> (2 * D));
+        let stride = match self.strides.get(number) {
+            Some(strides) => strides[direction / 2],
+            None => strides_of(self.table.sources()[self.table.source(id)?].1)[direction / 2],
+        };
         Some(SampleId::new(if direction.is_multiple_of(2) { id.get() + stride } else { id.get() - stride }))
     }
 
@@ -227,14 +246,32 @@ fn interleaved<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<u8>, Erro
     Ok(features)
 }
 
-fn links<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<u8>, Error> {
+fn strides_of<const D: usize>(domain: Domain<D>) -> [u32; D] {
+    domain.strides().map(|s| s as u32)
+}
+
+/// The strides of sources, each once; the first few where there are more than links can number.
+fn numbered_strides<const D: usize>(exemplars: &Exemplars<D>) -> Vec<[u32; D]> {
+    let most = usize::from(!VALID >> (2 * D));
+    let mut numbered = Vec::new();
+    for source in exemplars.sources() {
+        let strides = strides_of(source.domain());
+        if numbered.len() < most && !numbered.contains(&strides) {
+            numbered.push(strides);
+        }
+    }
+    numbered
+}
+
+fn links<const D: usize>(exemplars: &Exemplars<D>, numbered: &[[u32; D]]) -> Result<Vec<u8>, Error> {
     let mut links = try_vec(exemplars.table().len() as usize, 0_u8)?;
     let mut first = 0;
     for source in exemplars.sources() {
         let (domain, strides) = (source.domain(), source.domain().strides());
+        let number = numbered.iter().position(|n| *n == strides_of(domain)).unwrap_or(numbered.len());
         let valid = |i: usize| source.valid.as_deref().is_none_or(|v| v.samples()[i]);
         for (i, at) in domain.positions().enumerate() {
-            let mut bits = if valid(i) { VALID } else { 0 };
+            let mut bits = if valid(i) { VALID } else { 0 } | (number as u8) << (2 * D);
             for axis in 0..D {
                 bits |= u8::from(at[axis] + 1 < domain.shape[axis] && valid(i + strides[axis])) << (2 * axis);
                 bits |= u8::from(0 < at[axis] && valid(i - strides[axis])) << (2 * axis + 1);
@@ -249,7 +286,7 @@ fn links<const D: usize>(exemplars: &Exemplars<D>) -> Result<Vec<u8>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Domain, Grid, Origin, Seed, Source, Transform};
+    use crate::{Grid, Origin, Seed, Source, Transform};
 
     fn exemplars(domain: Domain<2>, weights: &[u8], valid: Option<Vec<bool>>) -> Exemplars<2> {
         let mut rng = Seed(9).rng();
@@ -336,6 +373,29 @@ mod tests {
         assert_eq!(costs.continued(id(0), 0), None, "the sample below is masked");
         assert_eq!(costs.continued(id(7), 2), None, "so is the one around the border");
         assert_eq!(costs.continued(id(1), 1), None, "the source ends");
+    }
+
+    /// Sources of more shapes than links can number, of some axes periodic.
+    #[test]
+    fn patches_continue_in_every_source_as_its_table_says() {
+        fn check<const D: usize>(shapes: impl Iterator<Item = Domain<D>>) {
+            let source = |domain: Domain<D>| Source {
+                features: Grid::try_filled(domain, 1, 0).unwrap(),
+                valid: None,
+                origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
+            };
+            let e = Exemplars::from_sources(shapes.map(source).collect(), vec![1]).unwrap();
+            let costs = SeamCosts::new(&e, SeamMeasure::Difference).unwrap();
+            for sample in (0..e.table().len()).map(id) {
+                for direction in 0..2 * D {
+                    let forward = direction.is_multiple_of(2);
+                    let by = std::array::from_fn(|a| i32::from(a == direction / 2) * if forward { 1 } else { -1 });
+                    assert_eq!(costs.continued(sample, direction), e.step(sample, by), "{sample:?}, {direction}");
+                }
+            }
+        }
+        check((1..12).map(|n| Domain { shape: [2, n], periodic: [n % 2 == 0, n % 3 == 0] }));
+        check((1..5).map(|n| Domain { shape: [2, n, 6 - n], periodic: [false, n % 2 == 0, n == 3] }));
     }
 
     #[test]
