@@ -130,6 +130,10 @@ impl Scale {
         if samples == 0 {
             return 0;
         }
+        let missing = self.factor.checked_mul(error).and_then(|scaled| scaled.checked_mul(self.taps));
+        if let Some(scaled) = missing {
+            return scaled / samples;
+        }
         let whole = u128::from(self.factor) * u128::from(error) * u128::from(self.taps) / u128::from(samples);
         u64::try_from(whole).unwrap_or(u64::MAX)
     }

@@ -1,7 +1,7 @@
 //! One alpha-expansion: who of a label's window takes it. `[CMS IV-C step 3]`
 
-use selvedge_core::{Exemplars, Grid, Patch, SampleId, SeamCosts, Window, reserve, try_vec};
-use selvedge_expansion::{Frame, Holes, Pin, Prices, Quad, Scratch, expand};
+use selvedge_core::{Domain, Exemplars, Grid, Patch, SampleId, SeamCosts, Window, reserve, try_vec};
+use selvedge_expansion::{Frame, Holes, Pin, Prices, Proposal, Quad, Scratch, expand};
 
 use crate::agreement::of_label;
 use crate::boxes::Boxes;
@@ -11,11 +11,22 @@ use crate::labelling::Labelling;
 use crate::stats::Stats;
 use crate::uses::Uses;
 
-/// Tries labels. Its memory is used again.
+/// Tries labels: what one would change is found first, that of several beside each other, and laid then.
+#[derive(Clone, Copy)]
 pub(crate) struct Expansions<'a> {
     exemplars: &'a Exemplars<2>,
     fixed: Option<&'a Grid<bool, 2>>,
-    /// `A'` of the label, by place of the output; means something in its window.
+    /// No sample's pairwise prices can fall by more.
+    most_saved: i64,
+    pruning: bool,
+}
+
+/// Memory of a trial, used again.
+#[derive(Default)]
+pub(crate) struct Desk {
+    /// The place that offers begin with: that of the window's first row.
+    first: usize,
+    /// `A'` of the label, by place; means something in its window.
     offer: Vec<i32>,
     /// By place: true where the label could ever be taken.
     possible: Vec<bool>,
@@ -23,9 +34,22 @@ pub(crate) struct Expansions<'a> {
     scaled: Vec<u64>,
     costs: Vec<i32>,
     scratch: Scratch<2>,
-    /// No sample's pairwise prices can fall by more.
-    most_saved: i64,
-    pruning: bool,
+}
+
+/// A label that was tried.
+#[derive(Default)]
+pub(crate) struct Trial {
+    change: Option<Change>,
+    saturated: u64,
+    pruned: u64,
+}
+
+/// What it would change.
+struct Change {
+    frame: Frame<2>,
+    proposal: Proposal,
+    /// `A'` of the samples that take it, in order.
+    costs: Vec<i32>,
 }
 
 /// `A'` and `B`. `[CMS eq. 6]`
@@ -34,7 +58,7 @@ struct Both<'a> {
     uses: &'a Uses,
     standing: &'a [SampleId],
     own: &'a [i32],
-    offer: &'a [i32],
+    desk: &'a Desk,
 }
 
 impl Prices<2> for Both<'_> {
@@ -48,7 +72,8 @@ impl Prices<2> for Both<'_> {
         if !sample.is_assigned() {
             return DUMMY;
         }
-        let own = if self.standing[place] == sample { self.own[place] } else { self.offer[place] };
+        let own =
+            if self.standing[place] == sample { self.own[place] } else { self.desk.offer[place - self.desk.first] };
         own + self.uses.price(sample)
     }
 
@@ -63,80 +88,94 @@ impl Prices<2> for Both<'_> {
     }
 }
 
+impl Desk {
+    /// Lays what a window was priced with at its places, in room for the rows that it lies in, all where it goes around.
+    fn lay_out(&mut self, window: &Window<2>, output: Domain<2>) -> Result<(), Error> {
+        let wide = output.shape[1] as usize;
+        let rows = if output.periodic[0] { output.shape[0] } else { window.shape[0] };
+        self.first = if output.periodic[0] { 0 } else { window.start[0] as usize * wide };
+        let len = rows as usize * wide;
+        if self.offer.len() < len {
+            self.offer = Vec::new();
+            self.possible = Vec::new();
+            self.offer = try_vec(len, 0)?;
+            self.possible = try_vec(len, false)?;
+        }
+        for (place, &cost) in window.places(output).zip(&self.costs) {
+            if let Some(place) = place {
+                self.offer[place - self.first] = cost;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl<'a> Expansions<'a> {
-    pub(crate) fn new(
-        exemplars: &'a Exemplars<2>,
-        fixed: Option<&'a Grid<bool, 2>>,
-        samples: usize,
-        pruning: bool,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(exemplars: &'a Exemplars<2>, fixed: Option<&'a Grid<bool, 2>>, pruning: bool) -> Self {
         let weight: u32 = exemplars.weights().iter().map(|&w| u32::from(w)).sum();
         let norm = (f64::from(weight).sqrt() * 255.0 * f64::from(SeamCosts::<2>::SCALE)).ceil() as i64;
-        Ok(Self {
-            exemplars,
-            fixed,
-            offer: try_vec(samples, 0)?,
-            possible: try_vec(samples, false)?,
-            boxes: Boxes::default(),
-            scaled: Vec::new(),
-            costs: Vec::new(),
-            scratch: Scratch::default(),
-            // Four neighbours, and a seam is two norms.
-            most_saved: 4 * 2 * norm,
-            pruning,
-        })
+        // Four neighbours, and a seam is two norms.
+        Self { exemplars, fixed, most_saved: 4 * 2 * norm, pruning }
     }
 
-    /// Lays the label where that lowers `E'`, and answers what has changed. It may show at `at`, also where it is
-    /// longer than an output that goes around; `within` of an output that does not, no more is tried.
-    pub(crate) fn expand(
-        &mut self,
-        labelling: &mut Labelling<'_>,
+    /// The most samples that a label may have.
+    pub(crate) fn room(&self, output: Domain<2>) -> usize {
+        let sources = self.exemplars.sources().iter().map(|source| source.domain().shape);
+        let shared = |shape: [u32; 2]| shape[0].min(output.shape[0]) as usize * shape[1].min(output.shape[1]) as usize;
+        sources.map(shared).max().unwrap_or(0)
+    }
+
+    /// What a label would change. It may show at `at`, also where it is longer than an output that goes around;
+    /// `within` of an output that does not, no more is tried.
+    pub(crate) fn try_label(
+        &self,
+        labelling: &Labelling<'_>,
         patch: &Patch<2>,
         at: [u32; 2],
         within: Option<&Window<2>>,
-        stats: &mut Stats,
+        desk: &mut Desk,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Option<Window<2>>, Error> {
-        stats.expansions += 1;
-        let Some((window, saturated)) = self.offered(labelling, patch, at, within)? else { return Ok(None) };
-        stats.saturated += saturated;
-        let Some(window) = self.considered(labelling, patch, &window, stats)? else { return Ok(None) };
+    ) -> Result<Trial, Error> {
+        let mut trial = Trial::default();
+        let Some((window, saturated)) = self.priced(labelling, patch, at, within, desk)? else { return Ok(trial) };
+        trial.saturated = saturated;
+        desk.lay_out(&window, labelling.map.domain())?;
+        let Some(window) = self.considered(labelling, patch, &window, desk, &mut trial.pruned)? else {
+            return Ok(trial);
+        };
         let frame = Frame::of_patch(self.exemplars, &labelling.map, patch, &window)?;
-        let (fixed, possible) = (self.fixed, &self.possible);
         let pin = |place: usize| {
-            let kept = !possible[place] || fixed.is_some_and(|f| f.samples()[place] && labelling.own[place] != DUMMY);
-            kept.then_some(Pin::Old)
+            let fixed = self.fixed.is_some_and(|f| f.samples()[place] && labelling.own[place] != DUMMY);
+            (fixed || !desk.possible[place - desk.first]).then_some(Pin::Old)
         };
         let choices = frame.choices(Holes::Fill, pin)?;
+        let mut scratch = std::mem::take(&mut desk.scratch);
         let prices = Both {
             seams: &labelling.seams,
             uses: &labelling.uses,
             standing: labelling.map.ids.plane(0),
             own: &labelling.own,
-            offer: &self.offer,
+            desk,
         };
-        let proposal = expand(&frame, &choices, &prices, &mut self.scratch, cancelled)?;
-        stats.nodes += proposal.free as u64;
-        stats.truncated += proposal.truncated as u64;
-        // Uses were priced as they are; taking many samples of a part makes it dearer for each.
-        let priced = priced_uses(&labelling.uses, &frame, &proposal.taken);
-        let more = labelling.uses.growth(&frame, &proposal.taken)? - priced;
-        if proposal.filled == 0 && proposal.gain() <= more {
-            return Ok(None);
-        }
-        let changed = labelling.lay(&frame, &proposal.taken, |place| self.offer[place])?;
-        stats.improvements += u64::from(changed.is_some());
-        Ok(changed)
+        let proposal = expand(&frame, &choices, &prices, &mut scratch, cancelled);
+        desk.scratch = scratch;
+        let proposal = proposal?;
+        let taken = (0..proposal.taken.len()).filter(|&i| proposal.taken[i]);
+        let mut costs = Vec::new();
+        reserve(&mut costs, taken.clone().count())?;
+        costs.extend(taken.map(|i| desk.offer[frame.places[i] as usize - desk.first]));
+        trial.change = Some(Change { frame, proposal, costs });
+        Ok(trial)
     }
 
     /// Prices a label wherever it could show, in a window or everywhere; where that is, and how many were too large.
-    fn offered(
-        &mut self,
+    fn priced(
+        &self,
         labelling: &Labelling<'_>,
         patch: &Patch<2>,
         at: [u32; 2],
         within: Option<&Window<2>>,
+        desk: &mut Desk,
     ) -> Result<Option<(Window<2>, u64)>, Error> {
         let output = labelling.map.domain();
         let mut window = patch.footprint(self.exemplars, &Window::all(output));
@@ -153,30 +192,27 @@ impl<'a> Expansions<'a> {
         if window.is_empty() {
             return Ok(None);
         }
-        let saturated = of_label(&labelling.terms, patch, &window, &mut self.boxes, &mut self.scaled, &mut self.costs)?;
-        for (place, &cost) in window.places(output).zip(&self.costs) {
-            if let Some(place) = place {
-                self.offer[place] = cost;
-            }
-        }
+        let Desk { boxes, scaled, costs, .. } = desk;
+        let saturated = of_label(&labelling.terms, patch, &window, boxes, scaled, costs)?;
         Ok(Some((window, saturated)))
     }
 
     /// How much less all samples of a window that a label agrees with better would cost with it, whatever its seams.
     pub(crate) fn promise(
-        &mut self,
+        &self,
         labelling: &Labelling<'_>,
         patch: &Patch<2>,
         within: &Window<2>,
+        desk: &mut Desk,
     ) -> Result<i64, Error> {
         let at = within.start.map(|p| p.max(0) as u32);
-        let Some((window, _)) = self.offered(labelling, patch, at, Some(within))? else { return Ok(0) };
+        let Some((window, _)) = self.priced(labelling, patch, at, Some(within), desk)? else { return Ok(0) };
         let (output, standing) = (labelling.map.domain(), labelling.map.ids.plane(0));
         let price = |id: SampleId| i64::from(labelling.uses.price(id));
-        let places = window.places(output).zip(patch.samples(self.exemplars, &window));
-        let saved = places.filter_map(|(place, new)| {
+        let places = window.places(output).zip(&desk.costs).zip(patch.samples(self.exemplars, &window));
+        let saved = places.filter_map(|((place, &cost), new)| {
             let place = place.filter(|_| new.is_assigned())?;
-            let saved = i64::from(labelling.own[place]) - i64::from(self.offer[place]);
+            let saved = i64::from(labelling.own[place]) - i64::from(cost);
             Some((saved + price(standing[place]) - price(new)).max(0))
         });
         Ok(saved.sum())
@@ -189,15 +225,16 @@ impl<'a> Expansions<'a> {
     /// This is the first, coarsest step of the exact pruning in `selvedge-expansion`: it spares frames and norms of
     /// windows where next to nothing can happen.
     fn considered(
-        &mut self,
+        &self,
         labelling: &Labelling<'_>,
         patch: &Patch<2>,
         window: &Window<2>,
-        stats: &mut Stats,
+        desk: &mut Desk,
+        pruned: &mut u64,
     ) -> Result<Option<Window<2>>, Error> {
         let output = labelling.map.domain();
         let all = labelling.holes != 0 || !self.pruning;
-        let (mut low, mut high, mut left) = ([u32::MAX; 2], [0; 2], 0);
+        let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
         let mut defined = Vec::new();
         reserve(&mut defined, window.len())?;
         defined.extend(patch.samples(self.exemplars, window));
@@ -207,18 +244,18 @@ impl<'a> Expansions<'a> {
         for (i, (place, new)) in window.places(output).zip(defined).enumerate() {
             let Some(place) = place else { continue };
             let defined = new.is_assigned();
-            let excess = i64::from(self.offer[place]) - i64::from(labelling.own[place]);
+            let excess = i64::from(desk.offer[place - desk.first]) - i64::from(labelling.own[place]);
             let excess = excess + price(new) - price(standing[place]);
-            self.possible[place] = all || defined && excess <= self.most_saved;
-            if self.possible[place] {
+            let possible = all || defined && excess <= self.most_saved;
+            desk.possible[place - desk.first] = possible;
+            if possible {
                 let at = [i as u32 / wide, i as u32 % wide];
                 low = [0, 1].map(|a| low[a].min(at[a]));
                 high = [0, 1].map(|a| high[a].max(at[a] + 1));
             } else {
-                left += u64::from(defined);
+                *pruned += u64::from(defined);
             }
         }
-        stats.pruned += left;
         if low[0] == u32::MAX {
             return Ok(None);
         }
@@ -228,6 +265,28 @@ impl<'a> Expansions<'a> {
             start: [0, 1].map(|a| window.start[a] + start[a] as i32),
             shape: [0, 1].map(|a| end[a] - start[a]),
         }))
+    }
+}
+
+impl Trial {
+    /// Lays the label where that lowers `E'`, and answers what has changed. Nothing that the trial looked at may have
+    /// changed since.
+    pub(crate) fn lay(self, labelling: &mut Labelling<'_>, stats: &mut Stats) -> Result<Option<Window<2>>, Error> {
+        stats.expansions += 1;
+        stats.saturated += self.saturated;
+        stats.pruned += self.pruned;
+        let Some(Change { frame, proposal, costs }) = self.change else { return Ok(None) };
+        stats.nodes += proposal.free as u64;
+        stats.truncated += proposal.truncated as u64;
+        // Uses were priced as they are; taking many samples of a part makes it dearer for each.
+        let priced = priced_uses(&labelling.uses, &frame, &proposal.taken);
+        let more = labelling.uses.growth(&frame, &proposal.taken)? - priced;
+        if proposal.filled == 0 && proposal.gain() <= more {
+            return Ok(None);
+        }
+        let changed = labelling.lay(&frame, &proposal.taken, &costs)?;
+        stats.improvements += u64::from(changed.is_some());
+        Ok(changed)
     }
 }
 

@@ -7,8 +7,8 @@ use crate::agreement::{Term, of_label, of_sample};
 use crate::boxes::{Boxes, Taps};
 use crate::constraint::{DUMMY, price};
 use crate::error::Error;
-use crate::levels;
 use crate::options::Options;
+use crate::pieces;
 use crate::stats::Energy;
 use crate::uses::Uses;
 use crate::worst::{OF_HOLE, Worst};
@@ -71,7 +71,7 @@ impl<'a> Labelling<'a> {
 
     fn begin(&mut self, exemplars: &Exemplars<2>, map: &SourceMap<2>) -> Result<(), Error> {
         let output = map.domain();
-        let pieces = levels::pieces(map)?;
+        let pieces = pieces::of(map)?;
         let boxes: usize = pieces.iter().map(|piece| piece.window.len()).sum();
         if output.periodic == [false; 2] && boxes <= MOST_BOXES * output.len() {
             for piece in pieces {
@@ -112,19 +112,14 @@ impl<'a> Labelling<'a> {
         Energy { usage: self.uses.energy(), ..self.energy }
     }
 
-    /// Lays what of a frame was taken, of which `offer` tells the cost; the window that changed.
-    pub(crate) fn lay(
-        &mut self,
-        frame: &Frame<2>,
-        taken: &[bool],
-        offer: impl Fn(usize) -> i32,
-    ) -> Result<Option<Window<2>>, Error> {
+    /// Lays what of a frame was taken, each at its cost; the window that changed.
+    pub(crate) fn lay(&mut self, frame: &Frame<2>, taken: &[bool], costs: &[i32]) -> Result<Option<Window<2>>, Error> {
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-        for (i, _) in taken.iter().enumerate().filter(|(_, taken)| **taken) {
+        for ((i, _), &cost) in taken.iter().enumerate().filter(|(_, taken)| **taken).zip(costs) {
             let (at, place) = (frame.domain.position(i), frame.places[i] as usize);
             low = [0, 1].map(|a| low[a].min(at[a]));
             high = [0, 1].map(|a| high[a].max(at[a] + 1));
-            self.place(place, frame.new[i], offer(place));
+            self.place(place, frame.new[i], cost);
         }
         if low[0] == u32::MAX {
             return Ok(None);

@@ -3,12 +3,13 @@
 use std::sync::Mutex;
 
 use selvedge_core::{
-    Domain, Event, Exemplars, Grid, Guide, Observer, Origin, Plane, Role, Run, Samples, Source, SourceMap, Transform,
+    Domain, Event, Exemplars, Grid, Guide, Observer, Origin, Patch, Plane, Role, Run, Samples, Seed, Source, SourceMap,
+    Transform, Window,
 };
 
 use crate::agreement::{Term, of_sample};
 use crate::tests::{Case, case};
-use crate::{Constraint, Options, levels};
+use crate::{Constraint, Options, levels, pieces};
 
 /// The same with as many levels as there may be: nothing but the labelling it begins with is another.
 #[test]
@@ -62,6 +63,40 @@ fn levels_divide_every_ratio_or_are_divided_by_it() {
     // Two neighborhoods of 17 samples fit into 48, not into 24.
     assert_eq!(ratios(&[1], 8, None), [[1]]);
     assert_eq!(ratios(&[1], 1, Some(1)), Vec::<Vec<u32>>::new());
+}
+
+/// Of two pieces one of which may change what the other looks at, that which comes first is in an earlier group.
+#[test]
+fn groups_hold_pieces_that_do_not_touch_and_keep_the_order_of_others() {
+    let mut several = 0;
+    for seed in 0..200 {
+        let mut rng = Seed(seed).rng();
+        let output = Domain { shape: [40, 50], periodic: [seed % 2 == 0, seed % 3 == 0] };
+        let patch = Patch { source: 0, offset: [0, 0] };
+        let pieces: Vec<pieces::Piece> = (0..40)
+            .map(|_| {
+                let shape = [1 + rng.below(6), 1 + rng.below(9)];
+                let start = [rng.below(40 - shape[0]) as i32, rng.below(50 - shape[1]) as i32];
+                pieces::Piece { patch, window: Window { start, shape }, samples: 1 }
+            })
+            .collect();
+        let groups = pieces::groups(&pieces, output, 40 * 50).unwrap();
+        let group = |piece: usize| groups.iter().position(|group| group.contains(&piece)).unwrap();
+        for second in 0..pieces.len() {
+            for first in 0..second {
+                let seen = pieces[first].window.grown(output, [1; 2], [1; 2]);
+                let touch = seen.meets(&pieces[second].window, output);
+                assert!(!touch || group(first) < group(second), "{seed}: {first} and {second}");
+            }
+        }
+        assert_eq!(groups.iter().map(Vec::len).sum::<usize>(), pieces.len());
+        for group in groups.iter().filter(|group| 1 < group.len()) {
+            assert!(group.iter().map(|&p| pieces[p].window.len()).sum::<usize>() <= 1000);
+            assert!(group.iter().all(|&p| pieces[p].window.len() <= 2000 / 32 && pieces[p].window.shape[0] <= 5));
+        }
+        several += groups.iter().filter(|group| 1 < group.len()).count();
+    }
+    assert!(500 < several, "{several} groups of several");
 }
 
 /// What was told: a stage, an energy, a map, and what it shows.

@@ -4,9 +4,7 @@
 //! of the samples. A map that was carried up has its labels in steps of two samples, and seams to within as many: what
 //! is left to do is a sample of each offset, the course of seams, and detail.
 
-use std::collections::BTreeMap;
-
-use selvedge_core::{Domain, Exemplars, Patch, SourceMap, Window, reserve, try_vec};
+use selvedge_core::{Domain, Exemplars, SourceMap, Window};
 
 use crate::constraint::Constraint;
 use crate::error::Error;
@@ -16,16 +14,13 @@ use crate::options::Options;
 /// neighborhoods is larger than the exemplars that were looked at hold.
 pub(crate) const AUTO: u32 = 3;
 
-/// How far from what a label shows it may be taken when it is moved: twice what a sample of the coarser level is here.
-const WIDTH: u32 = 4;
-
 /// How far from the place that a label was searched for it may be taken at a finer level. At a coarser one all of its
 /// source was tried, and what it could have brought farther away is there. Expansions of whole sources take most of a
 /// run's time otherwise.
 const REACH: u32 = 32;
 
-/// Pieces of fewer samples are not moved: there are as many as there are of all others.
-pub(crate) const LEAST_MOVED: usize = 4;
+/// The samples that it is tried for.
+pub(crate) const AROUND: usize = (2 * REACH as usize + 1).pow(2);
 
 /// How often all pieces are offered their label a sample further, the one of eight ways that promises most. All eight
 /// take half as long again or twice as long, and find less: of the rock's arch, of brick, grass and sky, of bricks
@@ -92,60 +87,6 @@ pub(crate) fn whole(
         finer = Some(finer.as_ref().unwrap_or(map).finer(&level.exemplars, output)?);
     }
     Ok(finer.as_ref().unwrap_or(map).finer(exemplars, output)?)
-}
-
-/// A piece of an output that shows one label.
-pub(crate) struct Piece {
-    pub(crate) patch: Patch<2>,
-    /// The box around it and a little more; the whole output where that goes around.
-    pub(crate) window: Window<2>,
-    /// How many samples it has.
-    pub(crate) samples: usize,
-}
-
-/// The connected pieces of a map, in the order of their first samples; of an output that goes around, all of a label as
-/// one. A box around all that shows a label holds mostly others, which would be offered it in vain: of the rock's arch
-/// that took three quarters of a run.
-pub(crate) fn pieces(map: &SourceMap<2>) -> Result<Vec<Piece>, Error> {
-    let output = map.domain();
-    let is_open = output.periodic == [false; 2];
-    let patch_at = |at: [u32; 2]| {
-        let (source, from) = map.locate(at)?;
-        let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
-        Some(patch.wrapped(map.table.sources()[source].1, output))
-    };
-    let (mut reached, mut pieces) = (try_vec(output.len(), false)?, Vec::new());
-    let mut labels: BTreeMap<Patch<2>, usize> = BTreeMap::new();
-    let mut stack = Vec::new();
-    for first in output.positions() {
-        let Some(patch) = patch_at(first).filter(|_| !reached[output.index(first)]) else { continue };
-        let (mut low, mut high, mut samples) = (first, first, 0);
-        reached[output.index(first)] = true;
-        stack.push(first);
-        while let Some(at) = stack.pop() {
-            samples += 1;
-            (low, high) = ([0, 1].map(|a| low[a].min(at[a])), [0, 1].map(|a| high[a].max(at[a])));
-            let beside = [[-1, 0], [1, 0], [0, -1], [0, 1]].into_iter().filter_map(|by| output.step(at, by));
-            for next in beside {
-                if !reached[output.index(next)] && patch_at(next) == Some(patch) {
-                    reached[output.index(next)] = true;
-                    reserve(&mut stack, 1)?;
-                    stack.push(next);
-                }
-            }
-        }
-        let of = Window { start: low.map(|p| p as i32), shape: [0, 1].map(|a| high[a] - low[a] + 1) };
-        let window = if is_open { of.grown(output, [WIDTH; 2], [WIDTH; 2]) } else { Window::all(output) };
-        let known = if is_open { None } else { Some(*labels.entry(patch).or_insert(pieces.len())) };
-        match known.and_then(|known| pieces.get_mut(known)) {
-            Some(Piece { samples: all, .. }) => *all += samples,
-            None => {
-                reserve(&mut pieces, 1)?;
-                pieces.push(Piece { patch, window, samples });
-            }
-        }
-    }
-    Ok(pieces)
 }
 
 /// Where a label may be taken that was searched for a place of a finer level.

@@ -83,6 +83,7 @@ mod level_tests;
 mod levels;
 mod low;
 mod options;
+mod pieces;
 mod plan;
 mod ranking;
 mod sequence;

@@ -13,6 +13,9 @@ use crate::uses::Uses;
 /// What no label has.
 const NONE: u64 = u64::MAX;
 
+/// Labels whose least total is kept, so that the next best one is not looked for among all.
+const BLOCK: usize = 256;
+
 /// Finds labels. One is made for a run; after the first search of a size no large buffer is allocated.
 pub(crate) struct Ranking<'a> {
     exemplars: &'a Exemplars<2>,
@@ -23,6 +26,8 @@ pub(crate) struct Ranking<'a> {
     apart: u32,
     /// Of all sources, by sample number.
     totals: Vec<u64>,
+    /// The least of each block of totals.
+    least: Vec<u64>,
 }
 
 struct Search<'a> {
@@ -66,7 +71,8 @@ impl<'a> Ranking<'a> {
         }
         let (candidates, apart) = (options.candidates as usize, options.apart);
         let totals = try_vec(exemplars.table().len() as usize, NONE)?;
-        Ok(Self { exemplars, searches, half, candidates, apart, totals })
+        let least = try_vec(totals.len().div_ceil(BLOCK), NONE)?;
+        Ok(Self { exemplars, searches, half, candidates, apart, totals, least })
     }
 
     /// The best labels for a place, best first; that which stands there is left out.
@@ -154,16 +160,18 @@ impl<'a> Ranking<'a> {
 
     /// The least, then the least of those apart from it, and so on; of equal ones the first.
     fn best(&mut self, at: [u32; 2]) -> Vec<Patch<2>> {
+        let totals = &self.totals;
+        par::for_rows(&mut self.least, 64, |i, least| {
+            let blocks = totals[i * 64 * BLOCK..].chunks(BLOCK);
+            least.iter_mut().zip(blocks).for_each(|(least, block)| *least = least_of(block));
+        });
         let mut found = Vec::new();
         while found.len() < self.candidates {
-            let least = par::fold_blocks(
-                self.totals.len(),
-                1 << 14,
-                |range| range.map(|i| (self.totals[i], i)).min().unwrap_or((NONE, 0)),
-                |a, b| a.min(b),
-            );
-            let Some((_, best)) = least.filter(|&(total, _)| total != NONE) else { break };
-            let Some((source, from)) = self.exemplars.locate(SampleId::new(best as u32)) else { break };
+            let least = (0..self.least.len()).min_by_key(|&block| self.least[block]);
+            let Some(block) = least.filter(|&block| self.least[block] != NONE) else { break };
+            let best = self.totals[block * BLOCK..].iter().position(|&total| total == self.least[block]);
+            let best = SampleId::new((block * BLOCK + best.unwrap_or(0)) as u32);
+            let Some((source, from)) = self.exemplars.locate(best) else { break };
             found.push(Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) });
             self.exclude(source, from);
         }
@@ -177,13 +185,32 @@ impl<'a> Ranking<'a> {
         // No sample is farther than a source is long.
         let reach = self.apart.saturating_sub(1).min(domain.shape[0].max(domain.shape[1])) as i32;
         let disc = Window { start: from.map(|p| p as i32 - reach), shape: [2 * reach as u32 + 1; 2] };
+        let mut changed = usize::MAX;
         for (place, at) in disc.places(domain).zip(disc.local().positions()) {
             let square: u64 = at.iter().map(|&p| i64::from(p as i32 - reach).pow(2) as u64).sum();
             if let Some(place) = place.filter(|_| square < u64::from(self.apart.max(1)).pow(2)) {
                 self.totals[first + place] = NONE;
+                let block = (first + place) / BLOCK;
+                if block != changed {
+                    self.renew(changed);
+                    changed = block;
+                }
             }
         }
+        self.renew(changed);
     }
+
+    /// The least of a block, if there is such a one.
+    fn renew(&mut self, block: usize) {
+        if let Some(least) = self.least.get_mut(block) {
+            let end = self.totals.len().min((block + 1) * BLOCK);
+            *least = least_of(&self.totals[block * BLOCK..end]);
+        }
+    }
+}
+
+fn least_of(totals: &[u64]) -> u64 {
+    totals.iter().fold(NONE, |least, &total| least.min(total))
 }
 
 impl Search<'_> {
@@ -238,16 +265,31 @@ impl Search<'_> {
             let (p, side) = (p as i64 - half - i64::from(found.first[axis]), i64::from(domain.shape[axis]));
             (if domain.periodic[axis] { p.rem_euclid(side) } else { p }) as usize
         };
-        let start = place(y, 0) * found.shape[1] as usize;
-        let counts = self.costs.counts(number);
-        for (x, to) in row.iter_mut().enumerate() {
-            let i = start + place(x, 1);
-            let error = match self.costs.errors(number) {
-                Errors::Narrow(errors) => Some(errors[i]).filter(|&e| e != u32::MAX).map(u64::from),
-                Errors::Wide(errors) => Some(errors[i]).filter(|&e| e != u64::MAX),
-            };
-            let compared = counts.map_or(self.known, |c| u64::from(c[i])) + self.unasked;
-            *to = to.saturating_add(error.map_or(0, |e| self.scale.of(e, compared)));
+        let (start, x) = (place(y, 0) * found.shape[1] as usize, place(0, 1));
+        // Of a source that goes around, what comes before the first place is found behind the last one.
+        let (ahead, around) = row.split_at_mut(row.len() - x);
+        for (to, from) in [(ahead, start + x), (around, start)] {
+            let counts = self.costs.counts(number).map(|c| &c[from..from + to.len()]);
+            match self.costs.errors(number) {
+                Errors::Narrow(errors) => self.add(to, &errors[from..], counts, u32::MAX),
+                Errors::Wide(errors) => self.add(to, &errors[from..], counts, u64::MAX),
+            }
+        }
+    }
+
+    /// Adds errors, of which one means that nothing was compared.
+    fn add<E: Copy + PartialEq + Into<u64>>(&self, to: &mut [u64], errors: &[E], counts: Option<&[u32]>, none: E) {
+        let error = |e: E| if e == none { 0 } else { e.into() };
+        match counts {
+            None => {
+                let compared = self.known + self.unasked;
+                to.iter_mut().zip(errors).for_each(|(to, &e)| {
+                    *to = to.saturating_add(self.scale.of(error(e), compared));
+                });
+            }
+            Some(counts) => to.iter_mut().zip(errors).zip(counts).for_each(|((to, &e), &c)| {
+                *to = to.saturating_add(self.scale.of(error(e), u64::from(c) + self.unasked));
+            }),
         }
     }
 }
@@ -284,8 +326,9 @@ mod tests {
                 let best = (0..totals.len()).filter(free).min_by_key(|&p| (totals[p], p));
                 expected.extend(best);
             }
+            let least = vec![0; totals.len().div_ceil(BLOCK)];
             let mut ranking =
-                Ranking { exemplars: &exemplars, searches: Vec::new(), half: 0, candidates, apart, totals };
+                Ranking { exemplars: &exemplars, searches: Vec::new(), half: 0, candidates, apart, totals, least };
             let found: Vec<usize> =
                 ranking.best([0, 0]).iter().map(|p| domain.index(p.offset.map(|o| o.unsigned_abs()))).collect();
             assert_eq!(found, expected, "{domain:?} {apart}");

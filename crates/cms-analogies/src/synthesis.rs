@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_core::{Event, Exemplars, Grid, Patch, Run, SampleId, SourceMap, Start, Window, Within};
+use selvedge_core::{Event, Exemplars, Grid, Patch, Run, SampleId, SourceMap, Start, Window, Within, par};
 
 use crate::agreement::Term;
 use crate::constraint::{Constraint, unit};
 use crate::error::Error;
-use crate::expansion::Expansions;
+use crate::expansion::{Desk, Expansions, Trial};
 use crate::labelling::Labelling;
 use crate::levels;
 use crate::options::Options;
@@ -33,6 +33,8 @@ pub(crate) struct Weaver<'a, 'r> {
     run: &'r Run<'r, 2>,
     labelling: Labelling<'a>,
     expansions: Expansions<'a>,
+    /// One for each thread.
+    desks: Vec<Desk>,
     /// By place.
     tried: BTreeMap<usize, Tried>,
     /// By source, whether it may be used.
@@ -50,13 +52,13 @@ impl<'a, 'r> Weaver<'a, 'r> {
         run: &'r Run<'r, 2>,
         pruning: bool,
     ) -> Result<Self, Error> {
-        let samples = map.domain().len();
         Ok(Self {
             exemplars,
             options,
             run,
             labelling: Labelling::new(exemplars, terms, map, fixed, options)?,
-            expansions: Expansions::new(exemplars, fixed, samples, pruning)?,
+            expansions: Expansions::new(exemplars, fixed, pruning),
+            desks: std::iter::repeat_with(Desk::default).take(par::threads()).collect(),
             tried: BTreeMap::new(),
             allowed,
             is_carried: false,
@@ -88,38 +90,6 @@ impl<'a, 'r> Weaver<'a, 'r> {
         self.stats.model = self.labelling.energy();
         self.stats.truth = self.labelling.truth()?;
         Ok((self.labelling.map, self.stats))
-    }
-
-    /// Offers each label around every piece that shows it, as it is and then, so many times, moved by a sample.
-    fn settle(&mut self) -> Result<bool, Error> {
-        self.labelling.wait(true)?;
-        for round in 0..=levels::MOVES {
-            for piece in levels::pieces(&self.labelling.map)? {
-                if self.run.observer.cancelled() {
-                    return Ok(false);
-                }
-                let label = if round == 0 { Some(piece.patch) } else { self.moved(&piece)? };
-                if let Some(label) = label {
-                    self.expand(&label, piece.window.start.map(|p| p.max(0) as u32), Some(&piece.window))?;
-                }
-            }
-        }
-        self.labelling.wait(false)?;
-        Ok(true)
-    }
-
-    /// A piece's label moved by that sample which promises most; `None` where no move promises anything.
-    fn moved(&mut self, piece: &levels::Piece) -> Result<Option<Patch<2>>, Error> {
-        let (mut most, mut best) = (0, None);
-        for by in levels::ways().filter(|_| levels::LEAST_MOVED <= piece.samples) {
-            let offset = [0, 1].map(|a| piece.patch.offset[a] + by[a]);
-            let label = Patch { offset, ..piece.patch };
-            let promise = self.expansions.promise(&self.labelling, &label, &piece.window)?;
-            if most < promise {
-                (most, best) = (promise, Some(label));
-            }
-        }
-        Ok(best)
     }
 
     /// `[CMS IV-C]`
@@ -174,17 +144,22 @@ impl<'a, 'r> Weaver<'a, 'r> {
             }
         };
         self.tried.insert(place, Tried { labels: Vec::new(), is_idle: false });
-        // What is large was placed at a coarser level.
-        let around = self.is_carried.then(|| levels::around(at));
-        for i in 0..labels.len() {
-            if std::mem::take(&mut labels[i].1) {
-                let patch = labels[i].0;
-                let changed = self.expand(&patch, at, around.as_ref())?;
-                if let Some(changed) = changed {
+        let mut next = 0;
+        loop {
+            let some: Vec<usize> = (next..labels.len()).filter(|&i| labels[i].1).take(self.beside()).collect();
+            let Some(last) = some.last() else { break };
+            next = last + 1;
+            let patches: Vec<Patch<2>> = some.iter().map(|&i| labels[i].0).collect();
+            for (i, trial) in some.into_iter().zip(self.tried_beside(&patches, at)) {
+                labels[i].1 = false;
+                if let Some(changed) = self.lay(trial?)? {
                     // Only what others have changed makes it worth another try.
                     let others = labels.iter_mut().enumerate().filter(|(other, _)| *other != i);
                     others.for_each(|(_, label)| label.1 |= self.shows_in(&label.0, &changed));
                     self.forget(&changed);
+                    // What was tried beside it has not seen that.
+                    next = i + 1;
+                    break;
                 }
             }
         }
@@ -235,16 +210,26 @@ impl<'a, 'r> Weaver<'a, 'r> {
         }
     }
 
-    /// One expansion, told to whoever watches.
-    fn expand(
-        &mut self,
-        patch: &Patch<2>,
-        at: [u32; 2],
-        within: Option<&Window<2>>,
-    ) -> Result<Option<Window<2>>, Error> {
-        let cancelled = || self.run.observer.cancelled();
-        let (labelling, stats) = (&mut self.labelling, &mut self.stats);
-        let changed = self.expansions.expand(labelling, patch, at, within, stats, &cancelled)?;
+    /// How many labels are tried for a place at once: each takes memory for its window, which is small where labels
+    /// were carried up.
+    fn beside(&self) -> usize {
+        let room = self.expansions.room(self.labelling.map.domain());
+        if self.is_carried { (room / 2 / levels::AROUND).clamp(1, self.desks.len()) } else { 1 }
+    }
+
+    /// Tries labels for a place, as if each was the only one.
+    fn tried_beside(&mut self, labels: &[Patch<2>], at: [u32; 2]) -> Vec<Result<Trial, Error>> {
+        let (labelling, expansions, observer) = (&self.labelling, self.expansions, self.run.observer);
+        // What is large was placed at a coarser level.
+        let around = self.is_carried.then(|| levels::around(at));
+        par::map_with(&mut self.desks, labels.len(), |desk, i| {
+            expansions.try_label(labelling, &labels[i], at, around.as_ref(), desk, &|| observer.cancelled())
+        })
+    }
+
+    /// Lays what was tried, told to whoever watches.
+    fn lay(&mut self, trial: Trial) -> Result<Option<Window<2>>, Error> {
+        let changed = trial.lay(&mut self.labelling, &mut self.stats)?;
         if changed.is_some() && self.labelling.holes == 0 {
             self.tell()?;
         }
@@ -288,7 +273,9 @@ impl<'a, 'r> Weaver<'a, 'r> {
             drawn += 1;
             self.stats.searches += 1;
             let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
-            self.expand(&patch, at, None)?;
+            for trial in self.tried_beside(&[patch], at) {
+                self.lay(trial?)?;
+            }
         }
         Ok(true)
     }
@@ -354,5 +341,6 @@ pub(crate) fn allowed(exemplars: &Exemplars<2>, start: &Start<2>) -> Vec<bool> {
     (0..exemplars.sources().len()).map(|s| everywhere.is_none_or(|bits| bits >> s & 1 == 1)).collect()
 }
 
+mod settle;
 #[cfg(test)]
 mod tests;

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::agreement::of_sample;
+use crate::pieces;
 use crate::tests::{case, shown};
-use selvedge_core::{Domain, Grid, Origin, Seed, Source, Transform};
+use selvedge_core::{Domain, Grid, Guide, Origin, Seed, Source, Transform};
 
 /// The samples of a window are within so many steps of one of another, along both axes.
 fn is_near(output: Domain<2>, window: &Window<2>, at: [u32; 2], steps: u32) -> bool {
@@ -66,7 +67,7 @@ fn promises_are_what_agreement_alone_would_save() {
         let copy = SourceMap { ids: map.ids.clone(), table: map.table.clone() };
         let terms = Term::list(&case.exemplars, &case.constraints, &case.options);
         let labelling = Labelling::new(&case.exemplars, terms.clone(), copy, None, &case.options).unwrap();
-        let mut expansions = Expansions::new(&case.exemplars, None, output.len(), true).unwrap();
+        let expansions = Expansions::new(&case.exemplars, None, true);
         let source = rng.below(2) as usize;
         let offset = output.shape.map(|side| rng.below(side) as i32 - 2);
         let patch = Patch { source, offset };
@@ -80,8 +81,69 @@ fn promises_are_what_agreement_alone_would_save() {
         };
         let places = window.places(output).flatten().map(|place| output.position(place));
         let expected: i64 = places.filter_map(saved).sum();
-        assert_eq!(expansions.promise(&labelling, &patch, &window).unwrap(), expected, "{seed}");
+        assert_eq!(expansions.promise(&labelling, &patch, &window, &mut Desk::default()).unwrap(), expected, "{seed}");
         some += u32::from(0 < expected);
     }
     assert!(5 <= some, "{some} promised something");
+}
+
+/// Pieces that are settled beside each other, beside the same one after the other in their order.
+#[test]
+fn pieces_settled_beside_each_other_end_as_if_settled_one_after_the_other() {
+    let mut together = 0;
+    for seed in 0..4 {
+        let mut rng = Seed(seed).rng();
+        let (source, output) = (Domain::open([70, 90]), Domain::open([90, 100]));
+        let mut noise = |domain: Domain<2>| {
+            Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(256) as u8).collect()).unwrap()
+        };
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let exemplars =
+            Exemplars::from_sources(vec![Source { features: noise(source), valid: None, origin }], vec![1]).unwrap();
+        let guide = Guide::new(&exemplars, &[noise(source)], noise(output)).unwrap();
+        let constraints = [Constraint::new(guide)];
+        let options = Options { neighborhood: 1, ..Options::paper() };
+        // Blocks of random labels.
+        let mut begun = SourceMap::unassigned(&exemplars, output).unwrap();
+        let side = 3 + seed as u32;
+        let of: Vec<u32> = (0..900).map(|_| rng.below(40)).collect();
+        for at in output.positions() {
+            let by = of[(at[0] / side * 30 + at[1] / side) as usize % 900];
+            let from = [(at[0] + by) % source.shape[0], (at[1] + 3 * by) % source.shape[1]];
+            begun.ids.plane_mut(0)[output.index(at)] = exemplars.table().id(0, from);
+        }
+        let run = Run::seeded(0);
+        let weaver = || {
+            let terms = Term::list(&exemplars, &constraints, &options);
+            let map = SourceMap { ids: begun.ids.clone(), table: begun.table.clone() };
+            Weaver::new((&exemplars, terms), (map, None), &[true], &options, &run, true).unwrap()
+        };
+        let mut one = weaver();
+        one.labelling.wait(true).unwrap();
+        for round in 0..=levels::MOVES {
+            let pieces = pieces::of(&one.labelling.map).unwrap();
+            for number in 0..pieces.len() {
+                let trial = one.settled(round, &pieces, &[number]).remove(0).unwrap();
+                trial.map(|trial| one.lay(trial).unwrap());
+            }
+            let groups = pieces::groups(&pieces, output, one.expansions.room(output)).unwrap();
+            let mut all = groups.concat();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..pieces.len()), "each once");
+            together += groups.iter().filter(|group| 1 < group.len()).count();
+        }
+        for threads in [1, 2, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let several = pool.install(|| {
+                let mut weaver = weaver();
+                assert!(weaver.settle().unwrap());
+                weaver
+            });
+            assert_eq!(several.labelling.map, one.labelling.map, "{seed} {threads}");
+            assert_eq!(several.labelling.energy(), one.labelling.energy(), "{seed} {threads}");
+            let counts = |weaver: &Weaver<'_, '_>| (weaver.stats.expansions, weaver.stats.nodes, weaver.stats.pruned);
+            assert_eq!(counts(&several), counts(&one), "{seed} {threads}");
+        }
+    }
+    assert!(50 < together, "{together} groups of several pieces");
 }
