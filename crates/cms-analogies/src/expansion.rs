@@ -89,7 +89,7 @@ impl Prices<2> for Both<'_> {
 }
 
 impl Desk {
-    /// Lays what a window was priced with at its places, in room for the rows that it lies in, all where it goes around.
+    /// Lays what a window was priced with at its places, in room for the rows that it lies in, or all that go around.
     fn lay_out(&mut self, window: &Window<2>, output: Domain<2>) -> Result<(), Error> {
         let wide = output.shape[1] as usize;
         let rows = if output.periodic[0] { output.shape[0] } else { window.shape[0] };
