@@ -1,9 +1,11 @@
 //! How alike frames are.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use selvedge_core::{Bytes, Domain, Run, Source, par};
 
+use super::bounds::Bounded;
 use super::footage::{Footage, neighbours, parts, the_clip};
 use crate::error::Error;
 use crate::squares::squares;
@@ -28,20 +30,30 @@ impl Default for DistanceOptions {
 /// Differences are of features, channels weighed. A sample that may not be used in one of two frames, or in both,
 /// differs as much as samples can: what is masked there is shown all the same. A pixel that no frame may use does not
 /// count.
+///
+/// Of a clip of 300 frames or more that is held, and has no mask, frames are compared when that is asked for:
+/// [`best`](Self::best) asks for few of them, and answers what it does of all.
 #[derive(Clone, Debug)]
-pub struct FrameDistances {
+pub struct FrameDistances<'c> {
     frames: u32,
     /// Samples of a frame.
     samples: u64,
-    /// For each frame but the last, its distances to all later ones.
+    /// For each frame but the last, its distances to all later ones, or less.
     later: Vec<Vec<u64>>,
+    /// What knows more than these bounds.
+    exact: Option<Bounded<'c>>,
     closes: bool,
 }
 
-impl FrameDistances {
-    /// The bytes that distances of so many frames hold while they are ranked: 8 a pair, and a jump of 24 in a list.
-    pub fn bytes(frames: u32) -> Bytes {
-        Bytes(16) * u64::from(frames).saturating_mul(frames.into())
+/// From so many frames on bounds take less than all distances.
+const BOUNDED: u32 = 300;
+
+impl<'c> FrameDistances<'c> {
+    /// The bytes that distances of a clip hold while they are ranked: 8 a pair, a jump of 24 in a list, and what bounds
+    /// are made of.
+    pub fn bytes(clip: Domain<3>, channels: usize) -> Bytes {
+        let frames = clip.shape[0];
+        Bytes(16) * u64::from(frames).saturating_mul(frames.into()) + Bounded::bytes(clip, channels)
     }
 
     /// Compares all frames.
@@ -49,17 +61,42 @@ impl FrameDistances {
     /// # Errors
     /// [`Error::OneClip`] unless there is exactly one source, [`Error::Frames`] unless it has 2 to 65,535 frames,
     /// [`Error::Cancelled`], what the frames are refused by, and what [`Limits::admit`](selvedge_core::Limits::admit)
-    /// refuses of 16 bytes a pair of frames.
+    /// refuses of [what that takes](Self::bytes).
     ///
     /// # Complexity
-    /// Time `O(frames^2 samples)`, space `O(frames^2)` beside the frames that are [held](DistanceOptions::held).
-    pub fn new(clip: &(impl Footage + ?Sized), options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
+    /// Time `O(frames^2 samples)`, with bounds a 64th of it; space `O(frames^2)` beside the frames that are
+    /// [held](DistanceOptions::held).
+    pub fn new(clip: &'c (impl Footage + ?Sized), options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
+        Self::bounded_from(BOUNDED, clip, options, run)
+    }
+
+    /// The same with bounds from so many frames on.
+    fn bounded_from(
+        frames: u32,
+        clip: &'c (impl Footage + ?Sized),
+        options: &DistanceOptions,
+        run: &Run<'_, 3>,
+    ) -> Result<Self, Error> {
         let domain = the_clip(clip)?;
         let [n, height, width] = domain.shape;
         let most = u32::try_from(run.limits.samples / domain.strides()[0] as u64).unwrap_or(u32::MAX);
         let held = options.held.min(most).clamp(1, n);
-        run.limits.admit(Domain::open([held, height, width]), Self::bytes(n))?;
+        run.limits.admit(Domain::open([held, height, width]), Self::bytes(domain, clip.weights().len()))?;
         let measure = Measure { weights: clip.weights(), used: used(clip, domain)? };
+        let samples = u64::from(height) * u64::from(width);
+        let distances = Self { frames: n, samples, later: Vec::new(), exact: None, closes: false };
+        if frames <= n
+            && n <= held.min(clip.together())
+            && let Cow::Borrowed(whole) = clip.stretch(0..n)?
+            && whole.valid.is_none()
+        {
+            let bounded = Bounded::new(whole, clip.weights());
+            let later = bounded.all();
+            if run.observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            return Self { later, exact: Some(bounded), ..distances }.closing(clip, &measure);
+        }
         let mut later: Vec<Vec<u64>> = (0..n).map(|i| Vec::with_capacity((n - 1 - i) as usize)).collect();
         for part in parts(0..n, held) {
             let held = clip.stretch(part.clone())?;
@@ -79,10 +116,12 @@ impl FrameDistances {
                 compare(others.clone(), &*clip.stretch(others)?)?;
             }
         }
-        let samples = u64::from(height) * u64::from(width);
-        let mut distances = Self { frames: n, samples, later, closes: false };
-        distances.closes = distances.steps_close() && measure.blocks_close(clip)?;
-        Ok(distances)
+        Self { later, ..distances }.closing(clip, &measure)
+    }
+
+    /// The same, which knows whether the clip closes.
+    fn closing(self, clip: &(impl Footage + ?Sized), measure: &Measure<'_>) -> Result<Self, Error> {
+        Ok(Self { closes: self.steps_close() && measure.blocks_close(clip)?, ..self })
     }
 
     /// Frames of the clip.
@@ -100,6 +139,14 @@ impl FrameDistances {
     /// # Panics
     /// If there is no such frame.
     pub fn between(&self, a: u32, b: u32) -> u64 {
+        match &self.exact {
+            Some(exact) => exact.between(a, b),
+            None => self.least(a, b),
+        }
+    }
+
+    /// No more than that: known at once.
+    pub(super) fn least(&self, a: u32, b: u32) -> u64 {
         let (first, second) = (a.min(b) as usize, a.max(b) as usize);
         if first == second { 0 } else { self.later[first][second - first - 1] }
     }
@@ -146,10 +193,10 @@ fn used(clip: &(impl Footage + ?Sized), domain: Domain<3>) -> Result<Vec<bool>, 
 }
 
 /// How frames are compared.
-struct Measure<'a> {
-    weights: &'a [u8],
+pub(super) struct Measure<'a> {
+    pub(super) weights: &'a [u8],
     /// See [`used`].
-    used: Vec<bool>,
+    pub(super) used: Vec<bool>,
 }
 
 /// A frame: what holds it, and its number there.
@@ -161,7 +208,7 @@ fn part<'a>((clip, t): Frame<'a>, channel: usize, from: usize, len: usize) -> &'
 }
 
 impl Measure<'_> {
-    fn frames(&self, a: Frame<'_>, b: Frame<'_>) -> u64 {
+    pub(super) fn frames(&self, a: Frame<'_>, b: Frame<'_>) -> u64 {
         self.difference(a, b, 0, a.0.domain().strides()[0])
     }
 
@@ -219,7 +266,46 @@ impl Measure<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::video::JumpOptions;
     use selvedge_core::{Exemplars, Grid, Origin, Seed, Transform};
+
+    #[test]
+    fn few_frames_that_are_compared_tell_what_all_do() {
+        let mut closing = 0;
+        for seed in 0..60 {
+            let mut rng = Seed(seed).rng();
+            let [frames, height, width] = [12 + rng.below(20), 1 + rng.below(20), 1 + rng.below(20)];
+            let domain = Domain::open([frames, height, width]);
+            // Noise, what moves, what comes again, and what does not change.
+            let period = [frames, 9, 5, 1][seed as usize % 4];
+            let noise: Vec<u8> = (0..period * height * width * 2).map(|_| rng.below(256) as u8).collect();
+            let moves = |t: u32, x: u32| if (x + t) % 7 < 3 { 90 } else { 0 };
+            let shown = (0..2).flat_map(|c| domain.positions().map(move |at| (c, at)));
+            let samples = shown.map(|(c, [t, y, x])| {
+                let at = (((c * period + t % period) * height + y) * width + x) as usize;
+                noise[at] / 2 + if seed % 3 == 0 { moves(t, x) } else { 0 }
+            });
+            let features = Grid::from_vec(domain, 2, samples.collect()).unwrap();
+            let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+            let clip = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1, 3]).unwrap();
+            let from = |least| {
+                FrameDistances::bounded_from(least, &clip, &DistanceOptions::default(), &Run::seeded(0)).unwrap()
+            };
+            let (all, few) = (from(u32::MAX), from(2));
+            assert!(all.exact.is_none() && few.exact.is_some());
+            for (a, b) in (0..frames).flat_map(|a| (0..frames).map(move |b| (a, b))) {
+                assert_eq!(few.between(a, b), all.between(a, b));
+                assert!(few.least(a, b) <= all.between(a, b), "{a} {b}");
+            }
+            assert_eq!(few.closes(), all.closes());
+            closing += u32::from(all.closes());
+            for (taps, spread, count) in [(4, 4, 24), (1, 1, 1000), (2, 3, 8)] {
+                let options = JumpOptions { taps, spread, count, ..JumpOptions::default() };
+                assert_eq!(few.best(&options).unwrap(), all.best(&options).unwrap(), "seed {seed}, {taps} taps");
+            }
+        }
+        assert!(0 < closing);
+    }
 
     #[test]
     fn a_clip_closes_where_steps_over_its_end_are_usual() {

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 
 use selvedge_core::Error as CoreError;
 
+use super::bounds::Ordered;
 use super::distances::FrameDistances;
 use crate::error::Error;
 
@@ -87,7 +88,7 @@ impl JumpOptions {
     }
 }
 
-impl FrameDistances {
+impl FrameDistances<'_> {
     /// The jumps whose surroundings agree best, the best first.
     ///
     /// A jump from `i` to `j` is good if what would have come, `i + 1`, is like what comes, `j`, and the frames beside
@@ -100,7 +101,8 @@ impl FrameDistances {
     /// [`Range`](selvedge_core::Error::Range); [`Error::Period`] if the clip is shorter than the least period.
     ///
     /// # Complexity
-    /// `O(frames^2 log(frames))`.
+    /// `O(frames^2)`, and `O(log(frames))` for each jump that is as good as those that are answered; where frames are
+    /// compared when that is asked for, some frames for each of these.
     pub fn best(&self, options: &JumpOptions) -> Result<Vec<Jump>, Error> {
         let periods = options.periods(self.frames())?;
         let whole = Jump { from: self.frames() - 1, to: 0, error: self.mean(self.between(self.frames() - 1, 0), 1) };
@@ -111,29 +113,28 @@ impl FrameDistances {
             return Ok(vec![whole]);
         }
         let jumps = periods.flat_map(|period| (0..=self.frames() - period).map(move |to| (to + period - 1, to)));
-        let scored = jumps.filter_map(|(from, to)| Some(Jump { from, to, error: self.score(from, to, options.taps)? }));
-        let mut ranked: Vec<Jump> = scored.collect();
         // Of equal ones the longest loop, and of these the first.
-        ranked.sort_by(|a, b| {
-            a.error.total_cmp(&b.error).then_with(|| (Reverse(a.period()), a.to).cmp(&(Reverse(b.period()), b.to)))
-        });
+        let least = |from, to| self.score([from, to], options.taps, &|a, b| self.least(a, b));
+        let bounds = jumps.filter_map(|(from, to)| Some((least(from, to)?, (Reverse(from - to + 1), to))));
+        let mut ordered = Ordered::new(bounds);
+        let error = |&(Reverse(period), to): &(Reverse<u32>, u32)| {
+            let exact = self.score([to + period - 1, to], options.taps, &|a, b| self.between(a, b));
+            exact.expect("what has a bound has a value")
+        };
         let mut best: Vec<Jump> = Vec::new();
-        for jump in ranked {
-            let near = |other: &Jump| {
-                other.from.abs_diff(jump.from) < options.spread && other.to.abs_diff(jump.to) < options.spread
+        while best.len() < options.count {
+            let apart = |&(Reverse(period), to): &(Reverse<u32>, u32)| {
+                let near = |a: u32, b: u32| a.abs_diff(b) < options.spread;
+                !best.iter().any(|other| near(other.from, to + period - 1) && near(other.to, to))
             };
-            if !best.iter().any(near) {
-                best.push(jump);
-            }
-            if best.len() == options.count {
-                break;
-            }
+            let Some((error, (Reverse(period), to))) = ordered.next(apart, error) else { break };
+            best.push(Jump { from: to + period - 1, to, error });
         }
         Ok(if best.is_empty() { vec![whole] } else { best })
     }
 
-    /// The mean error of the pairs around a jump; `None` without any.
-    fn score(&self, from: u32, to: u32, taps: u32) -> Option<f64> {
+    /// The mean error of the pairs around a jump, of distances or of what is less; `None` without any.
+    fn score(&self, [from, to]: [u32; 2], taps: u32, between: &dyn Fn(u32, u32) -> u64) -> Option<f64> {
         let weights: &[u64] = match taps {
             1 => &[1],
             2 => &[1, 1],
@@ -145,11 +146,11 @@ impl FrameDistances {
         for (&w, k) in weights.iter().zip(-before..) {
             let [a, b] = [from + 1, to].map(|frame| i64::from(frame) + k);
             if 0 <= b && a < i64::from(self.frames()) {
-                (sum, weight) = (sum + w * self.between(a as u32, b as u32), weight + w);
+                (sum, weight) = (sum + w * between(a as u32, b as u32), weight + w);
             }
         }
         if weight == 0 && taps == 1 && 0 < to {
-            return Some(self.mean(self.between(from, to - 1), 1));
+            return Some(self.mean(between(from, to - 1), 1));
         }
         (0 < weight).then(|| self.mean(sum, weight))
     }
@@ -166,20 +167,21 @@ mod tests {
     use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, Transform};
 
     /// A clip of one pixel, and what it shows.
-    fn clip(seed: u64) -> (Vec<f64>, FrameDistances) {
+    fn clip(seed: u64) -> (Vec<f64>, Exemplars<3>) {
         let mut rng = Seed(seed).rng();
         let values: Vec<u8> = (0..14).map(|_| rng.below(256) as u8).collect();
         let shown = values.iter().map(|&v| f64::from(v)).collect();
         let features = Grid::from_vec(Domain::open([14, 1, 1]), 1, values).unwrap();
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
         let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
-        (shown, FrameDistances::new(&exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap())
+        (shown, exemplars)
     }
 
     #[test]
     fn jumps_are_ranked_by_the_frames_around_them_and_lie_apart() {
         for seed in 0..30 {
-            let (shown, distances) = clip(seed);
+            let (shown, exemplars) = clip(seed);
+            let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap();
             // The frame that would follow is compared with the one that does, and so on before and after.
             let score = |from: u32, to: u32| {
                 let (mut sum, mut weight) = (0.0, 0.0);

@@ -37,6 +37,7 @@
 //! ```
 
 mod banded;
+mod bounds;
 mod distances;
 mod ends;
 mod footage;

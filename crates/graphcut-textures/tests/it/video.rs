@@ -46,7 +46,7 @@ fn reversed(plane: &Plane<3>) -> Plane<3> {
     Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(grid.domain(), grid.channels(), samples).unwrap()))
 }
 
-fn distances(exemplars: &Exemplars<3>) -> FrameDistances {
+fn distances(exemplars: &Exemplars<3>) -> FrameDistances<'_> {
     FrameDistances::new(exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap()
 }
 
@@ -174,7 +174,8 @@ fn distances_are_those_of_the_definition() {
             valid: masked.then(|| Grid::from_vec(domain, 1, valid.clone()).unwrap()).map(Into::into),
             origin: Origin { exemplar: 0, transform: Transform::IDENTITY },
         };
-        let known = distances(&Exemplars::from_sources(vec![source], vec![3, 7]).unwrap());
+        let clip = Exemplars::from_sources(vec![source], vec![3, 7]).unwrap();
+        let known = distances(&clip);
         assert!((0..7).all(|a| known.between(a, a) == 0));
         for (a, b) in (0..7).flat_map(|a| (0..7).filter(move |b| *b != a).map(move |b| (a, b))) {
             let mut sum = 0;
@@ -295,7 +296,8 @@ fn what_cannot_loop_is_refused() {
     let two = of(&noise([2, 4, 4], 0));
     let jumps = distances(&two).best(&JumpOptions::default()).unwrap();
     assert_eq!((jumps.len(), jumps[0].period()), (1, 2), "there is no other");
-    let known = distances(&of(&noise([12, 4, 4], 0)));
+    let clip = of(&noise([12, 4, 4], 0));
+    let known = distances(&clip);
     let best = |options: JumpOptions| known.best(&options).unwrap_err();
     let options = JumpOptions::default();
     assert_eq!(

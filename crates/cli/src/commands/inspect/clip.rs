@@ -143,10 +143,13 @@ impl Look {
 /// An upper bound of what it takes: the clip, its features, and what is made of them.
 fn need(clip: &ClipInput) -> Bytes {
     let (domain, info) = (clip.domain(), clip.info());
-    let [frames, h, w] = domain.shape;
+    let [_, h, w] = domain.shape;
     let (frame, colors) = (Domain::open([h, w]), info.channels - usize::from(info.alpha));
     let looked = memory::picture(frame, info.channels, info.depth)
         + memory::sources(&[frame], colors)
         + selvedge_analysis::estimate_texture(frame, colors, info.alpha);
-    memory::PROGRAM + clip.bytes() + memory::sources(&[domain], colors) + FrameDistances::bytes(frames).max(looked)
+    memory::PROGRAM
+        + clip.bytes()
+        + memory::sources(&[domain], colors)
+        + FrameDistances::bytes(domain, colors).max(looked)
 }

@@ -39,7 +39,7 @@ pub(super) struct Shown<'a> {
 /// A loop of one jump.
 pub(super) struct Cut<'a> {
     pub(super) looped: &'a Loop,
-    pub(super) distances: &'a FrameDistances,
+    pub(super) distances: &'a FrameDistances<'a>,
     pub(super) jumps: &'a [Jump],
 }
 

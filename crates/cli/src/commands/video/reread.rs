@@ -52,7 +52,7 @@ impl Video {
     pub(super) fn need_of_frames(&self, clips: &[ClipInput], way: &Way) -> Bytes {
         let (domain, info) = (clips[0].domain(), clips[0].info());
         let colors = info.channels - usize::from(info.alpha);
-        let work = video::estimate(domain, colors, &self.transition.options()) + FrameDistances::bytes(domain.shape[0]);
+        let work = video::estimate(domain, colors, &self.transition.options()) + FrameDistances::bytes(domain, colors);
         let readers: Bytes = clips.iter().map(Reel::bytes).sum();
         let frames = self.write.written(way.most(domain)[0]).max(domain.shape[0]);
         let file = |clip: &ClipInput| Bytes(clip.bytes().0 / u64::from(domain.shape[0]) * u64::from(frames) * 2);

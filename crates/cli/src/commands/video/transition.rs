@@ -193,7 +193,7 @@ impl TransitionArgs {
     }
 
     /// The jumps to cut: the one that was typed, or the best.
-    pub(super) fn found(&self, distances: &FrameDistances, filled: Option<u32>) -> Result<Vec<Jump>, Failure> {
+    pub(super) fn found(&self, distances: &FrameDistances<'_>, filled: Option<u32>) -> Result<Vec<Jump>, Failure> {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
