@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
+use selvedge_core::{Bytes, Domain};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -19,7 +20,7 @@ pub(crate) struct KeptArgs {
     /// Keep what was woven so far in this folder, every ten seconds and when a signal ends the run.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     checkpoint: Option<PathBuf>,
-    /// Go on from what --checkpoint kept in this folder: the clip is the same as if the run had not ended.
+    /// Go on from what --checkpoint kept in this folder: the output is the same as if the run had not ended.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     resume: Option<PathBuf>,
 }
@@ -49,6 +50,22 @@ impl KeptArgs {
     /// Whether it goes on from another run.
     pub(crate) fn is_resumed(&self) -> bool {
         self.resume.is_some()
+    }
+
+    /// Refuses several sizes of what is woven: what is kept is what stands at one.
+    pub(crate) fn check_levels(&self, levels: Option<u32>) -> Result<(), Failure> {
+        match levels {
+            Some(2..) if self.is_asked() => {
+                let what = "--checkpoint and --resume are for runs at one size";
+                Err(Failure::new(2, what).remedy("use --levels 1, or leave them out"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What keeping what was woven of an output takes.
+    pub(crate) fn bytes<const D: usize>(&self, output: Domain<D>) -> Bytes {
+        if self.is_asked() { Bytes::of_samples(output, 12) + Bytes(1 << 20) } else { Bytes(0) }
     }
 
     /// What there is to go on from, as `read` takes it; a run that followed from anything else than `head`, and what

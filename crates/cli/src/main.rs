@@ -23,6 +23,7 @@ mod ground;
 mod harmonise;
 mod inputs;
 mod kept;
+mod kept_weave;
 mod light;
 mod lists;
 mod loaded;

@@ -275,6 +275,35 @@ fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
 }
 
 #[test]
+fn a_picture_that_was_ended_goes_on_to_the_same_bytes() {
+    let line = "graphcut @/stars.png -o out.png --size 300x280 --region 20 --refine 200 --seed 4 --map m.exr";
+    let folder = Folder::new("picture-resumed");
+    folder.run(&format!("{line} --quiet")).done();
+    let whole = folder.files();
+    let folder = Folder::new("picture-resumed-after");
+    let (child, mut stderr) = begun(&folder, &format!("{line} --checkpoint kept --progress json"));
+    for _ in 0..60 {
+        stderr.read_line(&mut String::new()).unwrap();
+    }
+    send(&child, "-INT");
+    ended(child, stderr).refused(130, &["interrupted"]);
+    assert!(folder.names().contains(&"kept".to_owned()), "{:?}", folder.names());
+    for (from, to, said) in [
+        ("--seed 4", "--seed 5", "of another seed, 4"),
+        ("--refine 200", "--refine 9", "of another options"),
+        ("@/stars.png", "@/scales.png", "of another set of inputs"),
+    ] {
+        folder.run(&format!("{} --resume kept", line.replace(from, to))).refused(3, &["kept/checkpoint", said]);
+    }
+    folder.run(&format!("{line} --levels 2 --resume kept")).refused(2, &["runs at one size"]);
+    folder.run(&format!("{line} --resume kept --quiet -j 1")).done();
+    for name in ["out.png", "m.exr"] {
+        let name = std::path::Path::new(name);
+        assert!(folder.files()[name] == whole[name], "{name:?}");
+    }
+}
+
+#[test]
 fn frames_that_flow_go_on_to_the_same_bytes() {
     let line =
         "animate @/scales.png -o out.#.png --flow vortex --frames 7 --close 3 --size 40x32 --init quilt --seed 3";

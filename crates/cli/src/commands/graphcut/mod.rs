@@ -18,6 +18,8 @@ use crate::course::{self, Film};
 use crate::failure::{Failure, n};
 use crate::fuse_keep::FuseKeep;
 use crate::ground::StartArgs;
+use crate::kept::KeptArgs;
+use crate::kept_weave::KeptWeave;
 use crate::loom::Loom;
 use crate::method::{Method, PlannedRun};
 use crate::options::Seams;
@@ -62,7 +64,7 @@ pub(crate) struct Graphcut {
     refining: Refining,
     /// At how many sizes the map is solved, each half of the one before, or auto: as many as leave 192 px of exemplars
     /// and 4 of structures. From the second on, only what lies near seams is decided again. What starts from a map or a
-    /// picture, or follows scales, has one.
+    /// picture, follows scales, or is kept by --checkpoint, has one.
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = count())]
     levels: Auto<u32>,
     /// The paper to the letter: whole exemplars, the first that is drawn: --reach all --variety 0 --apart 0 --tries 1
@@ -71,6 +73,8 @@ pub(crate) struct Graphcut {
     paper: bool,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    kept: KeptArgs,
     #[command(flatten)]
     repairing: Repairing,
     #[command(flatten)]
@@ -90,6 +94,7 @@ fn reach(text: &str) -> Option<[u32; 2]> {
 
 impl Method for Graphcut {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
+        self.kept.check_levels(self.levels.0)?;
         self.options().validate()?;
         self.sources.validate(self.weaving.input.exemplars.len(), self.start.backdrop().is_some())?;
         let mut setup = Setup::on("graphcut", &self.weaving, self.sizing, &self.start, session)?;
@@ -102,7 +107,7 @@ impl Method for Graphcut {
         // A bit for each source at each place.
         let field = if self.sources.have_field() { Bytes::of_samples(output, 8) } else { self.start.bytes(output) };
         let film = if self.is_filmed() { course::memory(sources, channels, output) } else { Bytes(0) };
-        field + film + self.repairing.bytes(sources, channels, output)
+        field + film + self.kept.bytes(output) + self.repairing.bytes(sources, channels, output)
     }
 
     fn choosing(&self, sources: &[Domain<2>], channels: usize, masked: bool) -> Bytes {
@@ -114,7 +119,11 @@ impl Method for Graphcut {
         let (start, loom) = (self.sources.start(loom)?, &*loom);
         let (options, exemplars, session) = (self.options(), &loom.loaded.exemplars, loom.session);
         let planned = plan(exemplars, loom.domain, start.sources.as_ref(), &options, &session.limits);
-        let plan = planned.and_then(|plan| plan.on(&start)).map_err(|e| told::failure(loom, e))?;
+        let mut plan = planned.and_then(|plan| plan.on(&start)).map_err(|e| told::failure(loom, e))?;
+        let is_kept_small = self.kept.is_asked() && 1 < plan.settings.levels;
+        if is_kept_small {
+            plan.settings.levels = 1;
+        }
         let needed = self.admit(loom, &|output| plan.bytes_of(output))?;
         let settings = plan.settings;
         let ([height, width], placement) = (settings.region, name_of(settings.placement));
@@ -123,12 +132,16 @@ impl Method for Graphcut {
             "from about {patches} patches and at most {}, for regions of {width}x{height} px, {placement} placement",
             n("refinement", refinements as usize)
         );
-        Ok(PlannedRun::new(self.used(loom, &settings), how, move || {
+        let used = self.used(loom, &settings, is_kept_small);
+        let command = used.command("graphcut", &[]);
+        Ok(PlannedRun::new(used, how, move || {
+            let inputs = loom.report.inputs.iter().map(|input| input["blake3"].clone()).collect();
+            let checkpoint = KeptWeave::open(&self.kept, session, ("set of inputs", inputs), &command)?;
             let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| self.repairing.is_on()));
             let film = self.is_filmed().then(|| Film::of_seams(&session.watch, exemplars, options.seam)).transpose()?;
             let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);
             let run = Run { observer, ..session.run() };
-            let woven = plan.weave(start, &run).map_err(|e| told::failure(loom, e))?;
+            let woven = checkpoint.weave(&plan, start, &run).map_err(|e| told::failure(loom, e))?;
             told::warn_of_small(loom, settings.region);
             let course = film.map(|film| film.course(&woven.result, &woven.stats.energy, woven.stats.settings.levels));
             let untouched = self.start.backdrop().is_some() && woven.stats.patches == 0;

@@ -10,10 +10,12 @@ use crate::used::Used;
 use crate::values::{counts, name_of, sides_typed};
 
 impl Graphcut {
-    /// The options as used.
-    pub(super) fn used(&self, loom: &Loom<'_>, settings: &Settings<2>) -> Used {
+    /// The options as used; with one size where another would be chosen.
+    pub(super) fn used(&self, loom: &Loom<'_>, settings: &Settings<2>, has_one: bool) -> Used {
         let used = loom
             .used()
+            .without("checkpoint")
+            .without("resume")
             .set("placement", name_of(settings.placement))
             .set("region", sides_typed(settings.region))
             .set("reach", sides_typed(settings.reach))
@@ -24,7 +26,7 @@ impl Graphcut {
             .unless("stutter", name_of(Stutter::Never))
             .set("levels", settings.levels);
         // Most have one, and would choose it again; where it was asked for, another might be chosen.
-        let chosen = self.levels.0.is_none();
+        let chosen = self.levels.0.is_none() && !has_one;
         self.sources.used(self.refining.used(if chosen { used.unless("levels", 1) } else { used }))
     }
 }

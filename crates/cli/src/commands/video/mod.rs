@@ -5,7 +5,6 @@ mod bytes;
 mod checks;
 mod choices;
 mod fade;
-mod kept;
 mod look;
 mod modes;
 mod read;

@@ -10,7 +10,6 @@ use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, plan
 use serde_json::{Value, json};
 
 use super::choices::{reach, typed, typed_reach, volume};
-use super::kept::KeptWeave;
 use super::look::Shown;
 use super::modes::{ModeArg, Way};
 use super::still::Still;
@@ -21,6 +20,7 @@ use crate::clips::{self, Clip, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
 use crate::kept::KeptArgs;
+use crate::kept_weave::KeptWeave;
 use crate::report::Report;
 use crate::session::Session;
 use crate::used::Used;
@@ -115,7 +115,8 @@ impl WovenArgs {
         let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
         let options = self.options(way, seam)?;
         let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
-        let kept = KeptWeave::open(&self.kept, session, clip, &used)?;
+        let hash = clip.fingerprint.blake3.clone().into();
+        let kept = KeptWeave::open(&self.kept, session, ("clip", hash), &used.command("video", &[]))?;
         let Woven { result: map, stats, complete } = weave(session, &exemplars, (way, &kept, start), &options)
             .map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
@@ -159,7 +160,7 @@ impl WovenArgs {
     pub(super) fn bytes(&self, clip: Domain<3>, channels: usize, way: &Way, options: &Options<3>) -> Bytes {
         let [frames, height, width] = way.output.shape;
         let output = Domain { shape: [frames.saturating_add(way.keep), height, width], ..way.output };
-        let kept = if self.kept.is_asked() { Bytes::of_samples(output, 12) + Bytes(1 << 20) } else { Bytes(0) };
+        let kept = self.kept.bytes(output);
         let start = if self.start.is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
         estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6) + kept + start
     }
@@ -178,13 +179,13 @@ fn begin(exemplars: &Exemplars<3>, clip: &Clip, maps: &ClipMaps, way: &Way) -> R
 fn weave(
     session: &Session<'_>,
     exemplars: &Exemplars<3>,
-    (way, kept, start): (&Way, &KeptWeave<'_>, Option<Start<3>>),
+    (way, kept, start): (&Way, &KeptWeave<'_, 3>, Option<Start<3>>),
     options: &Options<3>,
 ) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
     let run = session.run();
     let planned = |start: Start<3>| {
         let plan = plan(exemplars, start.map.domain(), None, options, &run.limits)?;
-        kept.weave(&plan, start)
+        kept.weave(&plan, start, &run)
     };
     if way.keep == 0 {
         return planned(start.map_or_else(|| Start::empty(exemplars, way.output), Ok)?);
