@@ -72,8 +72,12 @@ fn of_largest<const D: usize>(
             size = 0;
         }
     }
-    let valid = valid.map(Grid::<bool, D>::coarser).transpose()?;
-    let coarse = of_largest(&features.coarser()?, valid.as_ref(), weights, longer.map(|n| n / 2))?;
+    let (coarse, valid) = (features.coarser()?, valid.map(Grid::<bool, D>::coarser).transpose()?);
+    if coarse.domain() == features.domain() {
+        // Frames of a clip that are a single sample.
+        return Ok(size);
+    }
+    let coarse = of_largest(&coarse, valid.as_ref(), weights, longer.map(|n| n / 2))?;
     Ok(size.max(coarse.saturating_mul(2)))
 }
 

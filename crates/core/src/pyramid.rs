@@ -3,15 +3,38 @@
 //! Sample `c` of a coarser level stands for the samples `2 c` and `2 c + 1` along each axis. Around a periodic axis of
 //! odd length the last one stands for the last and the first sample. At the end of an open one, a source leaves the odd
 //! sample out, since a coarse sample must stand for a whole block that can be copied, while an output has one coarse
-//! sample more, so that everything is covered. Only an axis of a single sample stays.
+//! sample more, so that everything is covered. An axis of a single sample stays, and so does time: a clip of half the
+//! size has frames of half the size, as many as before ([`Domain::halves`]).
 
 use crate::{Domain, Error, Exemplars, Grid, Source, SourceMap};
 
 impl<const D: usize> Domain<D> {
+    /// True for axes that have half as many samples at half the size: all but the time of clips. A frame less is a step
+    /// of what moves, which cannot be made up for.
+    pub const fn halves(axis: usize) -> bool {
+        D != 3 || 0 < axis
+    }
+
+    /// Lengths along each axis after so many halvings.
+    pub fn halved(sides: [u32; D], times: u32) -> [u32; D] {
+        std::array::from_fn(|a| if Self::halves(a) { sides[a] >> times } else { sides[a] })
+    }
+
     /// The domain of half the size that covers an output of this one.
     #[must_use]
     pub fn coarser(self) -> Self {
-        Self { shape: self.shape.map(|side| side.div_ceil(2)), ..self }
+        let half = |a: usize| if Self::halves(a) { self.shape[a].div_ceil(2) } else { self.shape[a] };
+        Self { shape: std::array::from_fn(half), ..self }
+    }
+
+    /// The coarse sample that stands for one of this domain.
+    fn above(at: [u32; D]) -> [u32; D] {
+        Self::halved(at, 1)
+    }
+
+    /// The first of the samples that a coarse one stands for.
+    fn below(at: [u32; D]) -> [u32; D] {
+        std::array::from_fn(|a| if Self::halves(a) { 2 * at[a] } else { at[a] })
     }
 }
 
@@ -19,16 +42,21 @@ impl<const D: usize> Domain<D> {
 fn within<const D: usize>(source: Domain<D>) -> Domain<D> {
     let half = |a: usize| {
         let side = source.shape[a];
-        if source.periodic[a] { side.div_ceil(2) } else { (side / 2).max(side.min(1)) }
+        match Domain::<D>::halves(a) {
+            false => side,
+            true if source.periodic[a] => side.div_ceil(2),
+            true => (side / 2).max(side.min(1)),
+        }
     };
     Domain { shape: std::array::from_fn(half), ..source }
 }
 
 /// The samples that a coarser one stands for, by their place in a buffer; those beyond the end are left out.
 fn finer<const D: usize>(domain: Domain<D>, coarse: [u32; D]) -> impl Iterator<Item = usize> {
-    (0..1_u32 << D).filter_map(move |corner| {
-        let by = std::array::from_fn(|a| (corner >> (D - 1 - a) & 1) as i32);
-        domain.step(coarse.map(|p| 2 * p), by).map(|at| domain.index(at))
+    let axes = (0..D).filter(|&a| Domain::<D>::halves(a)).count();
+    (0..1_u32 << axes).filter_map(move |corner| {
+        let by = |a: usize| if Domain::<D>::halves(a) { (corner >> (D - 1 - a) & 1) as i32 } else { 0 };
+        domain.step(Domain::below(coarse), std::array::from_fn(by)).map(|at| domain.index(at))
     })
 }
 
@@ -139,10 +167,11 @@ impl<const D: usize> SourceMap<D> {
         let mut map = Self::unassigned(exemplars, output)?;
         let table = &map.table;
         for (id, at) in map.ids.plane_mut(0).iter_mut().zip(output.positions()) {
-            let Some((source, coarse)) = self.locate(at.map(|p| p / 2)) else { continue };
+            let Some((source, coarse)) = self.locate(Domain::above(at)) else { continue };
             let domain = table.sources()[source].1;
+            let (first, block) = (Domain::below(coarse), Domain::below(Domain::above(at)));
             // A single sample along an axis stands for itself.
-            let along = |a: usize| domain.nearest(a, i64::from(2 * coarse[a] + at[a] % 2));
+            let along = |a: usize| domain.nearest(a, i64::from(first[a] + at[a] - block[a]));
             *id = table.id(source, std::array::from_fn(along));
         }
         Ok(map)
@@ -163,10 +192,11 @@ impl<const D: usize> SourceMap<D> {
         let mut map = Self::unassigned(coarse, self.domain().coarser())?;
         let domain = map.domain();
         for (id, at) in map.ids.plane_mut(0).iter_mut().zip(domain.positions()) {
-            let Some((source, fine)) = self.locate(at.map(|p| 2 * p)) else { continue };
+            let Some((source, fine)) = self.locate(Domain::below(at)) else { continue };
             let shape = sources[source].1.shape;
+            let above = Domain::above(fine);
             // The odd sample at a source's end has none that stands for it; the one before does.
-            *id = map.table.id(source, std::array::from_fn(|a| (fine[a] / 2).min(shape[a] - 1)));
+            *id = map.table.id(source, std::array::from_fn(|a| above[a].min(shape[a] - 1)));
         }
         Ok(map)
     }
@@ -217,6 +247,9 @@ mod tests {
     fn block<const D: usize>(fine: Domain<D>, coarse: [u32; D]) -> Vec<[u32; D]> {
         let covers = |p: [u32; D]| {
             (0..D).all(|a| {
+                if !Domain::<D>::halves(a) {
+                    return p[a] == coarse[a];
+                }
                 let [one, two] = [2 * coarse[a], 2 * coarse[a] + 1];
                 p[a] == one || p[a] == if fine.periodic[a] { two % fine.shape[a] } else { two }
             })
@@ -253,7 +286,7 @@ mod tests {
         let finer = map.finer(&fine, output).unwrap();
         assert_eq!(finer.domain(), output);
         for at in output.positions() {
-            let (below, above) = (finer.locate(at), map.locate(at.map(|p| p / 2)));
+            let (below, above) = (finer.locate(at), map.locate(Domain::halved(at, 1)));
             assert_eq!(below.is_some(), above.is_some());
             let (Some((source, p)), Some((coarse_source, c))) = (below, above) else { continue };
             assert_eq!(source, coarse_source);

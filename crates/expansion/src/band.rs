@@ -25,20 +25,30 @@ impl<const D: usize> Frame<D> {
         is_seam: impl Fn(usize, SampleId, SampleId) -> bool,
     ) -> Result<(), Error> {
         assert_eq!(choices.len(), self.old.len(), "one choice a sample");
+        keep_far(choices, &self.near_seams(width, is_seam)?);
+        Ok(())
+    }
+
+    /// True for samples up to `width` from a seam of what stands.
+    pub(crate) fn near_seams(
+        &self,
+        width: u32,
+        is_seam: impl Fn(usize, SampleId, SampleId) -> bool,
+    ) -> Result<Vec<bool>, Error> {
         let mut near = self.seams(is_seam)?;
+        if !near.contains(&true) {
+            return Ok(near);
+        }
         let mut from = try_vec(near.len(), false)?;
         for axis in 0..D {
             from.copy_from_slice(&near);
             widen(self.domain, axis, width, &from, &mut near);
         }
-        for (choice, _) in choices.iter_mut().zip(&near).filter(|(c, near)| **c == Choice::Free && !**near) {
-            *choice = Choice::Old;
-        }
-        Ok(())
+        Ok(near)
     }
 
     /// True for samples beside a seam of what stands.
-    pub(crate) fn seams(&self, is_seam: impl Fn(usize, SampleId, SampleId) -> bool) -> Result<Vec<bool>, Error> {
+    fn seams(&self, is_seam: impl Fn(usize, SampleId, SampleId) -> bool) -> Result<Vec<bool>, Error> {
         let mut beside = try_vec(self.old.len(), false)?;
         for axis in 0..D {
             for (s, t) in self.pairs(axis) {
@@ -49,6 +59,13 @@ impl<const D: usize> Frame<D> {
             }
         }
         Ok(beside)
+    }
+}
+
+/// Takes their choice from samples that are not near seams.
+pub(crate) fn keep_far(choices: &mut [Choice], near: &[bool]) {
+    for (choice, _) in choices.iter_mut().zip(near).filter(|(c, near)| **c == Choice::Free && !**near) {
+        *choice = Choice::Old;
     }
 }
 

@@ -7,9 +7,9 @@ use selvedge_maxflow::MaxflowError;
 
 use crate::error::Error;
 
-/// Moves whole patches of a map by one sample along any axes where the price of all seams falls, one after the other in
-/// the order in which they come; answers with how much it fell. Patches with a `fixed` sample, or one that would leave
-/// what is valid of its source, stay.
+/// Moves whole patches of a map by one sample along any of the axes that are `free` where the price of all seams falls,
+/// one after the other in the order in which they come; answers with how much it fell. Patches with a `fixed` sample, or
+/// one that would leave what is valid of its source, stay.
 ///
 /// A map that was solved at half the size has its offsets in steps of two samples. Along a line that goes on from one
 /// patch into the next, the odd ones fit as often.
@@ -24,7 +24,7 @@ pub fn shift<const D: usize>(
     exemplars: &Exemplars<D>,
     map: &mut SourceMap<D>,
     costs: &SeamCosts<D>,
-    fixed: Option<&Grid<bool, D>>,
+    (free, fixed): ([bool; D], Option<&Grid<bool, D>>),
     cancelled: &dyn Fn() -> bool,
 ) -> Result<i64, Error> {
     let asked = || if cancelled() { Err(Error::Cut(MaxflowError::Cancelled)) } else { Ok(()) };
@@ -42,7 +42,7 @@ pub fn shift<const D: usize>(
         let ids = map.ids.plane(0);
         let price = |by: [i32; D]| labels.price(exemplars, costs, ids, of, by);
         let Some(before) = price([0; D]) else { continue };
-        let mut moves: Vec<(i64, [i32; D])> = ways().filter_map(|by| Some((price(by)?, by))).collect();
+        let mut moves: Vec<(i64, [i32; D])> = ways(free).filter_map(|by| Some((price(by)?, by))).collect();
         moves.retain(|(after, _)| *after < before);
         moves.sort_unstable();
         let whole = moves.into_iter().find_map(|(after, by)| Some((after, labels.moved(exemplars, ids, label, by)?)));
@@ -54,9 +54,10 @@ pub fn shift<const D: usize>(
     Ok(gain)
 }
 
-/// One sample along any axes, in a fixed order.
-fn ways<const D: usize>() -> impl Iterator<Item = [i32; D]> {
-    Domain::open([3; D]).positions().map(|p| p.map(|p| p as i32 - 1)).filter(|by| *by != [0; D])
+/// One sample along any free axes, in a fixed order.
+fn ways<const D: usize>(free: [bool; D]) -> impl Iterator<Item = [i32; D]> {
+    let all = Domain::open([3; D]).positions().map(|p| p.map(|p| p as i32 - 1)).filter(|by| *by != [0; D]);
+    all.filter(move |by| (0..D).all(|a| free[a] || by[a] == 0))
 }
 
 /// The sample `by` away, if it is valid.

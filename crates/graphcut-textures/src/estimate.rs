@@ -41,7 +41,7 @@ pub fn estimate<const D: usize>(
     let of = |levels| at_levels(sources, channels, output, options, levels, unknown);
     let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
     let most = options.levels.map_or(levels(largest, u32::MAX, output), |some| asked(largest, some));
-    let run = if options.free.contains(&false) { of(1) } else { (1..=most).map(of).max().unwrap_or_default() };
+    let run = (1..=most).map(of).max().unwrap_or_default();
     measuring(sources, channels, true, options).then(run)
 }
 
@@ -58,7 +58,7 @@ pub fn measuring<const D: usize>(sources: &[Domain<D>], channels: usize, masked:
     let by_regions = options.region.is_none();
     let lies_apart = options.apart.is_none() && by_regions && options.placement != Placement::Random;
     let largest = sources.iter().map(|s| shortest(s.shape)).max().unwrap_or(0);
-    let by_levels = options.levels.is_none() && 1 < levels(largest, u32::MAX, Domain::open([u32::MAX; D]));
+    let by_levels = D != CLIP && options.levels.is_none() && 1 < levels(largest, u32::MAX, Domain::open([u32::MAX; D]));
     let of = |source: &Domain<D>| {
         let picture = Domain::open([source.shape[D.saturating_sub(2)], source.shape[D.saturating_sub(1)]]);
         if D != CLIP && (lies_apart || options.placement == Placement::Auto) {
@@ -88,8 +88,9 @@ pub(crate) fn at_levels<const D: usize>(
         whole = whole.coarser();
         coarse += small.iter().map(|s| Bytes::of_samples(*s, channels as u64 + 1)).sum();
     }
-    let region = options.region.map(|sides| sides.map(|n| (n >> (levels - 1)).max(1)));
-    let reach = options.reach.map(|sides| sides.map(|n| n >> (levels - 1)));
+    let halved = |sides: [u32; D]| Domain::halved(sides, levels - 1);
+    let region = options.region.map(|sides| halved(sides).map(|n| n.max(1)));
+    let reach = options.reach.map(halved);
     let run = of_one(&small, channels, whole, &Options { region, reach, ..*options }, known);
     let carrying = if levels == 1 { Bytes(0) } else { carrying(sources, output) };
     coarse + run.max(carrying)

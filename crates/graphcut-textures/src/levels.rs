@@ -3,7 +3,7 @@
 //! Searches and cuts pay for samples, and most of what they decide can be seen at half the size: which part of an
 //! exemplar lies where, and about where it ends. So the smallest level is a run of the method by itself. Of each finer
 //! one, all samples are exact copies again ([`SourceMap::finer`]); what is left to it is a sample of each patch's
-//! offset ([`shift`]) and the course of the seams, in a band ([`settle`]).
+//! offset ([`shift`]) and the course of the seams, in a band ([`settle`]). Of clips frames are halved, and stay as many.
 
 use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, SourceMap, Start, Within, Woven};
 use selvedge_expansion::{Pins, settle, shift};
@@ -83,7 +83,7 @@ fn near_seams<const D: usize>(
 ) -> Result<(i64, bool), Error> {
     let costs = SeamCosts::new(exemplars, options.seam)?;
     let cancelled = || run.observer.cancelled();
-    let decided = shift(exemplars, map, &costs, None, &cancelled)
+    let decided = shift(exemplars, map, &costs, (options.free, None), &cancelled)
         .and_then(|_| settle(exemplars, map, &costs, Pins::default(), WIDTH, &cancelled, told));
     let complete = match decided {
         Err(error) if error.is_cancelled() => false,

@@ -94,7 +94,9 @@ pub struct Options<const D: usize> {
     /// At how many sizes the map is solved, each half of the one before: 1 as the paper does, at most 8, and no more
     /// than leave an exemplar of 16 samples a side, and half of what a mask leaves of each at each of them. More apply
     /// to outputs that begin empty. Default: for pictures, as many as leave exemplars of 192 samples a side and
-    /// structures of 4, so that smaller ones have 1.
+    /// structures of 4, so that smaller ones have 1; for clips, whose frames are halved and stay as many, as many as
+    /// leave frames of 24 samples a side and regions of 7. Along axes that are not free an output is halved while its
+    /// sides are even.
     pub levels: Option<u32>,
 }
 

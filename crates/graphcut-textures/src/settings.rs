@@ -136,14 +136,14 @@ impl<const D: usize> Settings<D> {
             Stutter::Auto => Stutter::Never,
             chosen => chosen,
         };
-        let levels = sizes(exemplars, output, &measured, options)?;
+        let levels = sizes(exemplars, output, (&measured, sides), options)?;
         let region = sides;
         Ok(Self { placement, regularity, is_orderly, region, reach, variety, apart, stutter, levels, scale, longest })
     }
 
     /// The same at the size of these exemplars, the coarsest.
     pub(crate) fn coarser(&self, exemplars: &Exemplars<D>, options: &Options<D>) -> Self {
-        let small = |sides: [u32; D]| sides.map(|n| n >> (self.levels - 1));
+        let small = |sides: [u32; D]| Domain::halved(sides, self.levels - 1);
         let (region, reach) = (small(self.region).map(|n| n.max(1)), small(self.reach));
         let apart = self.apart >> (self.levels - 1);
         let (scale, longest) = (options.randomness * variance(exemplars), small(self.longest));

@@ -108,3 +108,27 @@ fn a_dry_run_tells_frames_and_sizes_as_they_will_be() {
     assert!(outputs.iter().all(|o| o["width"] == 64 && o["height"] == 48), "{pictures}");
     assert!(folder.names().is_empty());
 }
+
+#[test]
+fn what_is_woven_tells_at_how_many_sizes_and_a_jump_has_one() {
+    let folder = Folder::new("video-levels");
+    let levels = |options: &str| {
+        folder.run(&format!("video {FIRE} -o out.y4m --json {options}")).done().json()["options"]["levels"].clone()
+    };
+    for (options, expected) in [
+        ("--mode temporal --frames 50", 2),
+        ("--mode temporal --frames 50 --levels 1", 1),
+        ("--mode temporal --frames 50 --levels 3", 2),
+        ("--mode temporal --frames 50 --loop fixed", 1),
+        ("--mode temporal --frames 50 --checkpoint kept", 1),
+        ("--mode temporal --frames 50 --paper", 1),
+        ("--mode spacetime --size 56x60x20 --region 20x20x8", 2),
+    ] {
+        assert_eq!(levels(&format!("{options} --refine 1")), expected, "{options}");
+    }
+    assert_eq!(levels("--mode transition --jumps 1"), Value::Null, "one size does nothing more than none");
+    let line = format!("video {FIRE} -o out.y4m --mode temporal");
+    folder.run(&format!("{line} --levels 2 --checkpoint kept")).refused(2, &["runs at one size", "--levels 1"]);
+    folder.run(&format!("{line} --levels 2 --loop fixed")).refused(2, &["cannot be solved at 2 levels"]);
+    folder.run(&format!("{line} --levels 6")).refused(2, &["'6' is no number of sizes"]);
+}

@@ -72,6 +72,7 @@ fn tiles_cover_an_output_once_and_none_of_a_group_touch() {
 
 #[test]
 fn a_seam_along_the_border_of_tiles_leaves_it() {
+    const TILE: u32 = tile_side::<1>();
     // Two patches that agree at two samples alone, inside of a tile that holds but one of them.
     let (cheap, second) = (TILE as usize + 6, TILE as usize + 30);
     let mut rng = Seed(1).rng();

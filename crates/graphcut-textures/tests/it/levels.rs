@@ -174,3 +174,57 @@ fn where_a_carried_map_closes_its_seam_is_priced() {
     let [tiled, open]: [i64; 2] = [closed, Domain::open(closed.shape)].map(sum);
     assert!(tiled * 4 < open * 3, "{tiled} tiled, {open} where ends meet by chance");
 }
+
+/// Clips that loop, moved in time alone and along all axes.
+fn looped_clips() -> [(Exemplars<3>, Domain<3>, Options<3>); 2] {
+    let e = of(&blobs([20, 48, 56], 9));
+    let looped = |shape| Domain { shape, periodic: [true, false, false] };
+    let options = Options { refine: Some(4), ..Options::default() };
+    let in_time = Options { free: [true, false, false], ..options };
+    [(e.clone(), looped([31, 48, 56]), in_time), (e, looped([24, 60, 66]), options)]
+}
+
+#[test]
+fn clips_are_halved_in_space_alone_and_do_not_depend_on_threads() {
+    for (e, output, options) in looped_clips() {
+        let options = Options { levels: Some(2), ..options };
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| graphcut(&e, output, &options, &Run::seeded(5)).unwrap())
+        };
+        let one = on(1);
+        assert_eq!((one.stats.settings.levels, one.stats.settled.len(), one.result.holes()), (2, 1, 0));
+        assert!([2, 3].into_iter().all(|threads| on(threads).result == one.result));
+        let moved = output.positions().filter(|&at| one.result.locate(at).unwrap().1[1..] != at[1..]).count();
+        assert_eq!(moved == 0, !options.free[1], "{:?}", options.free);
+        let times = output.positions().map(|at| one.result.locate(at).unwrap().1[0] + output.shape[0] - at[0]);
+        assert!(times.collect::<std::collections::BTreeSet<_>>().iter().any(|by| by % 2 == 1), "of single frames");
+    }
+}
+
+#[test]
+fn levels_of_clips_cost_little_in_seams() {
+    for (e, output, options) in looped_clips() {
+        let costs = SeamCosts::new(&e, options.seam).unwrap();
+        let price = |levels, seed| {
+            let options = Options { levels: Some(levels), ..options };
+            costs.total(&graphcut(&e, output, &options, &Run::seeded(seed)).unwrap().result)
+        };
+        let of = |levels| (0..3).map(|seed| price(levels, seed)).sum::<i64>();
+        let [one, two] = [of(1), of(2)];
+        assert!(two < one * 5 / 4, "{one} at one size, {two} at two, moved along {:?}", options.free);
+    }
+}
+
+#[test]
+fn what_moves_in_time_alone_has_a_sample_for_each_at_every_size() {
+    let levels = |height: u32| {
+        let e = of(&blobs([12, height, 96], 3));
+        let output = Domain::open([20, height, 96]);
+        let options = Options { free: [true, false, false], refine: Some(0), ..Options::default() };
+        let plan = |levels| plan(&e, output, None, &Options { levels, ..options }, &Limits::default()).unwrap();
+        assert_eq!(graphcut(&e, output, &options, &Run::seeded(1)).unwrap().result.holes(), 0);
+        [None, Some(3)].map(|asked| plan(asked).settings.levels)
+    };
+    assert_eq!([96, 98, 97].map(levels), [[3, 3], [2, 2], [1, 1]]);
+}

@@ -24,7 +24,7 @@ impl Video {
             work += Bytes::of_samples(domain, 2) * u64::from(way.play.is_some());
         }
         if way.weaves() {
-            let options = self.woven.options(way, self.transition.measure())?;
+            let options = self.woven.options(way, self.transition.measure(), self.transition.levels())?;
             // Beside a jump that was refused: its map and pictures.
             let refused = if way.jumps() { Bytes::of_samples(domain, 6) } else { Bytes(0) };
             work = work.max(self.woven.bytes(domain, colors, way, &options) + refused);

@@ -50,8 +50,8 @@ pub(crate) struct Video {
     #[command(flatten)]
     woven: WovenArgs,
     /// The paper to the letter: whole clips, the first that is drawn, a window of 60 frames around a jump: --reach all
-    /// --variety 0 --tries 1 --window 60 --seam gradient. With '--loop fixed' it keeps 10 frames, as is the default of
-    /// clips of 30.
+    /// --variety 0 --tries 1 --window 60 --seam gradient --levels 1. With '--loop fixed' it keeps 10 frames, as is the
+    /// default of clips of 30.
     #[arg(long)]
     paper: bool,
     #[command(flatten)]
@@ -163,7 +163,7 @@ impl Video {
         let seam = self.transition.measure();
         if way.jumps() {
             let period = self.period(&way);
-            let used = of_jump(used.clone(), &way);
+            let used = of_jump(used.clone(), &way, self.transition.levels());
             let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
             let Some(step) = step else { return Ok(made) };
@@ -173,15 +173,15 @@ impl Video {
         let [frames, height, width] = way.output.shape;
         let used = told::of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
         let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
-        let under = Under { way: &way, seam, still, start };
+        let under = Under { way: &way, seam, levels: self.transition.levels(), still, start };
         let woven = self.woven.made(session, clip, under, &self.write, used)?;
         Ok(better(refused, woven))
     }
 }
 
 /// Without the options that do nothing for a jump.
-fn of_jump(used: Used, way: &Way) -> Used {
-    let used = told::of_mode(used, true).without("mode").unless("levels", 1);
+fn of_jump(used: Used, way: &Way, levels: Option<u32>) -> Used {
+    let used = told::of_mode(used, true).without("mode").set("levels", levels.unwrap_or(1)).unless("levels", 1);
     if way.play.is_some() { used } else { used.without("play").without("frames") }
 }
 

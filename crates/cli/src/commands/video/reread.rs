@@ -32,7 +32,7 @@ impl Video {
     ) -> Result<Done, Failure> {
         let options = self.read.options(session, self.write.rate);
         let reels = clips.into_iter().map(|clip| Reel::new(session, clip, &options)).collect::<Result<Vec<_>, _>>()?;
-        let used = of_jump(used, way);
+        let used = of_jump(used, way, self.transition.levels());
         let period = self.period(way);
         let (made, looped) = self.transition.reread(session, &reels[0], (way, period), &self.write, used)?;
         session.watch.finish();

@@ -46,8 +46,8 @@ impl Video {
 
 /// Options that do nothing without a jump.
 pub(super) fn of_jumps() -> Vec<String> {
-    // Seams have a price either way.
-    names_of::<TransitionArgs>().into_iter().filter(|name| name != "seam").collect()
+    // Seams have a price, and are looked for at several sizes, either way.
+    names_of::<TransitionArgs>().into_iter().filter(|name| !["seam", "levels"].contains(&&**name)).collect()
 }
 
 /// Options that do nothing for what is cut at a jump.

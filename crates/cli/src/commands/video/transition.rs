@@ -26,6 +26,7 @@ use crate::options::{Seams, option};
 use crate::report::Report;
 use crate::session::Session;
 use crate::used::Used;
+use crate::values::{Auto, auto, parsed};
 
 /// Frames around a jump, as in the paper.
 const WINDOW: u32 = 60;
@@ -61,10 +62,13 @@ pub(super) struct TransitionArgs {
     /// times as many.
     #[arg(long, value_name = "N", default_value_t = JUMPS, value_parser = clap::value_parser!(u32).range(1..=1000))]
     jumps: u32,
-    /// At how many sizes the seam is looked for, each of frames half as wide and high as the one before; from the
-    /// second on only near what was found. 1 finds the cheapest seam; 2 takes less memory and is mostly near it.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=5))]
-    levels: u32,
+    /// At how many sizes seams are looked for, 1 to 5, each of frames half as wide and high as the one before; from the
+    /// second on only near what was found. Of a jump 1 finds the cheapest seam, 2 takes less memory and is mostly near
+    /// it. auto: 1 for a jump; for what is woven as many as leave 24 px of frames and 7 of regions, but 1 where it goes
+    /// on from a map or a checkpoint, may be gone on from, or begins and ends with the same frames.
+    #[arg(long, value_name = "N|auto", default_value = "auto",
+        value_parser = auto("number of sizes", "write 1 to 5, or auto", levels))]
+    levels: Auto<u32>,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
     #[arg(long, value_name = "LAST,FIRST", conflicts_with = "period")]
     jump: Option<JumpArg>,
@@ -79,7 +83,17 @@ pub(super) struct TransitionArgs {
     blend: Option<u32>,
 }
 
+/// Sizes of frames.
+fn levels(text: &str) -> Option<u32> {
+    parsed(text).filter(|levels| (1..=5).contains(levels))
+}
+
 impl TransitionArgs {
+    /// At how many sizes seams are looked for, where that is typed.
+    pub(super) fn levels(&self) -> Option<u32> {
+        self.levels.0
+    }
+
     /// True if the loop's length is said.
     pub(super) fn says_period(&self) -> bool {
         self.period.0.is_some() || self.jump.is_some()
@@ -220,7 +234,12 @@ impl TransitionArgs {
 
     /// How jumps are cut.
     pub(super) fn options(&self) -> LoopOptions {
-        LoopOptions { window: self.window, seam: self.seams.measure(), jumps: self.jumps as usize, levels: self.levels }
+        LoopOptions {
+            window: self.window,
+            seam: self.seams.measure(),
+            jumps: self.jumps as usize,
+            levels: self.levels.0.unwrap_or(1),
+        }
     }
 
     /// Cuts all jumps, and walks from one to the next.

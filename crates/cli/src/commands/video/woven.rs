@@ -57,6 +57,8 @@ pub(super) struct WovenArgs {
 pub(super) struct Under<'a> {
     pub(super) way: &'a Way,
     pub(super) seam: SeamMeasure,
+    /// At how many sizes, where that is typed.
+    pub(super) levels: Option<u32>,
     pub(super) still: Option<&'a Still>,
     /// Maps that it goes on from.
     pub(super) start: Option<&'a ClipMaps>,
@@ -86,14 +88,16 @@ impl WovenArgs {
     }
 
     /// As the library takes them.
-    pub(super) fn options(&self, way: &Way, seam: SeamMeasure) -> Result<Options<3>, Failure> {
+    pub(super) fn options(&self, way: &Way, seam: SeamMeasure, levels: Option<u32>) -> Result<Options<3>, Failure> {
+        self.kept.check_levels(levels)?;
+        let begins_empty = self.start.is_none() && way.keep == 0 && !self.kept.is_asked();
         let options = Options {
             placement: self.placement.into(),
             free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
             seam,
             region: self.region.0,
             reach: self.reach.0,
-            levels: Some(1),
+            levels: levels.or((!begins_empty).then_some(1)),
             ..self.drawing.of(self.refining.of(Options::default()))
         };
         options.validate()?;
@@ -109,14 +113,18 @@ impl WovenArgs {
         write: &WriteArgs,
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
-        let Under { way, seam, still, start } = under;
+        let Under { way, seam, levels, still, start } = under;
         let about = |failure: Failure| failure.about(&clip.path);
         let exemplars = clip.exemplars()?;
         let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
-        let options = self.options(way, seam)?;
+        let options = self.options(way, seam, levels)?;
         let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
-        let hash = clip.fingerprint.blake3.clone().into();
-        let kept = KeptWeave::open(&self.kept, session, ("clip", hash), &used.command("video", &[]))?;
+        let kept = KeptWeave::open(
+            &self.kept,
+            session,
+            ("clip", clip.fingerprint.blake3.clone().into()),
+            &used.command("video", &[]),
+        )?;
         let Woven { result: map, stats, complete } = weave(session, &exemplars, (way, &kept, start), &options)
             .map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
@@ -138,7 +146,8 @@ impl WovenArgs {
             .set("placement", name_of(stats.settings.placement))
             .set("region", typed(stats.settings.region))
             .set("reach", typed_reach(stats.settings.reach))
-            .set("variety", stats.settings.variety);
+            .set("variety", stats.settings.variety)
+            .set("levels", stats.settings.levels);
         let used = self.refining.used(used);
         Ok(ClipOutcome {
             frames: map.domain().shape[0],
@@ -261,6 +270,10 @@ fn how(way: &Way, output: Domain<3>, stats: &Stats<3>, motion: &Motion) -> Strin
 /// Counts of a run.
 fn told(way: &Way, stats: &Stats<3>, motion: &Motion) -> Value {
     let mut all = counts!(stats, patches, refinements, improvements, cuts, cut_nodes, energy);
+    // Energies are those of the smallest of several sizes.
+    if 1 < stats.settings.levels {
+        (all["levels"], all["settled"]) = (stats.settings.levels.into(), json!(stats.settled));
+    }
     all["regularity"] = stats.settings.regularity.into();
     all["mode"] = name_of(way.mode).into();
     all["why"] = json!(way.why);
