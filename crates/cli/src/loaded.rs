@@ -30,8 +30,7 @@ pub(crate) struct ExemplarSet {
 impl ExemplarSet {
     /// True if what a guide shows has holes where exemplars have none: no header tells.
     pub(crate) fn has_fewer_holes(&self, guide: &Guide<2>) -> bool {
-        let has_holes = |of: &Exemplars<2>| of.validity().iter().any(Option::is_some);
-        has_holes(guide.exemplars()) && !has_holes(&self.exemplars)
+        guide.exemplars().is_masked() && !self.exemplars.is_masked()
     }
 
     /// Names of what was given as exemplars.

@@ -11,11 +11,6 @@ use crate::options::Options;
 use crate::stats::Stats;
 use crate::synthesis;
 
-/// True if some samples may not be used.
-fn has_holes(exemplars: &Exemplars<2>) -> bool {
-    exemplars.validity().iter().any(Option::is_some)
-}
-
 /// A run that was checked, and is then woven.
 #[derive(Debug)]
 pub struct Plan<'a> {
@@ -49,7 +44,7 @@ impl<'a> Plan<'a> {
             channels: exemplars.channels(),
             constraints: &constraints.iter().map(|c| (c.guide.weights().len(), c.ratio)).collect::<Vec<_>>(),
             output,
-            holes: has_holes(exemplars) || constraints.iter().any(|c| has_holes(c.guide.exemplars())),
+            holes: exemplars.is_masked() || constraints.iter().any(|c| c.guide.exemplars().is_masked()),
         };
         let needed = bytes(&sizes, options)?;
         run.limits.admit(output, needed)?;
