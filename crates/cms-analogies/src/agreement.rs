@@ -70,6 +70,12 @@ impl<'a> Term<'a> {
         }
     }
 
+    /// Whether a sample may be used: not where what lies under it is masked.
+    #[inline]
+    pub(crate) fn uses(&self, source: usize, index: usize) -> bool {
+        self.constraint.guide.exemplars().sources()[source].valid.as_deref().is_none_or(|valid| valid.samples()[index])
+    }
+
     /// The error of what stands at a place, packed; 0 where it is a missing tap.
     pub(crate) fn standing(&self, place: usize, id: SampleId) -> u64 {
         let guide = &self.constraint.guide;
@@ -124,8 +130,7 @@ impl Run {
     }
 }
 
-/// `A'` of a label for each sample of a window, into `costs`; how many were too large. Where the label is not defined
-/// it means nothing.
+/// `A'` of a label for each sample of a window, into `costs`. Where the label is not defined it means nothing.
 pub(crate) fn of_label(
     terms: &[Term<'_>],
     patch: &Patch<2>,
@@ -133,7 +138,7 @@ pub(crate) fn of_label(
     boxes: &mut Boxes,
     scaled: &mut Vec<u64>,
     costs: &mut Vec<i32>,
-) -> Result<u64, Error> {
+) -> Result<(), Error> {
     scaled.clear();
     reserve(scaled, window.len())?;
     scaled.resize(window.len(), 0);
@@ -144,12 +149,21 @@ pub(crate) fn of_label(
     costs.clear();
     reserve(costs, window.len())?;
     costs.extend(scaled.iter().map(|&s| price(s)));
-    Ok(costs.iter().filter(|&&c| c == MOST_AGREEMENT).count() as u64)
+    for term in terms.iter().filter(|term| term.constraint.guide.exemplars().is_masked()) {
+        let under = patch.places(term.constraint.guide.exemplars().sources()[patch.source].domain(), window);
+        let unused = under.map(|place| place.is_some_and(|place| !term.uses(patch.source, place)));
+        costs.iter_mut().zip(unused).filter(|(_, unused)| *unused).for_each(|(cost, _)| *cost = MOST_AGREEMENT);
+    }
+    Ok(())
 }
 
 /// `A'` of one sample at one place, by its definition: for maps that a run begins with. `[CMS IV-B3]`
 pub(crate) fn of_sample(terms: &[Term<'_>], exemplars: &Exemplars<2>, at: [u32; 2], id: SampleId) -> i32 {
     let Some((source, from)) = exemplars.locate(id) else { return crate::constraint::DUMMY };
+    let index = (id.get() - exemplars.table().first(source)) as usize;
+    if !terms.iter().all(|term| term.uses(source, index)) {
+        return MOST_AGREEMENT;
+    }
     let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
     let window = Window { start: at.map(|p| p as i32), shape: [1, 1] };
     let one = |term: &Term<'_>| {

@@ -234,3 +234,25 @@ fn outputs_spread_over_what_agrees_alike() {
     let (without, with) = (noisy(0.0), noisy(0.4));
     assert!(without < 0.25 && 0.4 < with && with < 0.6, "{without} {with}");
 }
+
+#[test]
+fn what_is_masked_under_an_exemplar_never_shows() {
+    let mut rng = Seed(8).rng();
+    let (source, output) = (Domain::open([30, 40]), Domain::open([48, 44]));
+    let mut noise = |domain: Domain<2>| {
+        Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(256) as u8).collect()).unwrap()
+    };
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let exemplars =
+        Exemplars::from_sources(vec![Source { features: noise(source), valid: None, origin }], vec![1]).unwrap();
+    let known = |[y, x]: [u32; 2]| !(6..24).contains(&y) || !(8..30).contains(&x);
+    let mask = Grid::from_vec(source, 1, source.positions().map(known).collect()).unwrap();
+    let guide = Guide::new(&exemplars, &[noise(source)], noise(output)).unwrap().knowing(&[Some(mask)]).unwrap();
+    let constraints = [Constraint::new(guide)];
+    for (neighborhood, levels, random_labels) in [(1, Some(1), None), (2, None, None), (0, Some(1), Some(30))] {
+        let options = Options { neighborhood, levels, random_labels, ..Options::paper() };
+        let woven = analogy(&exemplars, &constraints, &options, &Run::seeded(0)).unwrap();
+        let shown = |at| woven.result.locate(at).is_some_and(|(_, from)| known(from));
+        assert!(output.positions().all(shown), "{neighborhood} {levels:?} {random_labels:?}");
+    }
+}

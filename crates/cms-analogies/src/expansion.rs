@@ -5,11 +5,14 @@ use selvedge_expansion::{Frame, Holes, Pin, Prices, Proposal, Quad, Scratch, exp
 
 use crate::agreement::of_label;
 use crate::boxes::Boxes;
-use crate::constraint::DUMMY;
+use crate::constraint::{DUMMY, MOST_AGREEMENT};
 use crate::error::Error;
 use crate::labelling::Labelling;
 use crate::stats::Stats;
 use crate::uses::Uses;
+
+/// What is offered nowhere: more than anything costs.
+const NEVER: i32 = i32::MAX;
 
 /// Tries labels: what one would change is found first, that of several beside each other, and laid then.
 #[derive(Clone, Copy)]
@@ -24,8 +27,9 @@ pub(crate) struct Expansions<'a> {
 /// Memory of a trial, used again.
 #[derive(Default)]
 pub(crate) struct Desk {
-    /// The place that offers begin with: that of the window's first row.
+    /// The place that offers begin with, that of the window's first row, and how many there are.
     first: usize,
+    all: usize,
     /// `A'` of the label, by place; means something in its window.
     offer: Vec<i32>,
     /// By place: true where the label could ever be taken.
@@ -72,8 +76,7 @@ impl Prices<2> for Both<'_> {
         if !sample.is_assigned() {
             return DUMMY;
         }
-        let own =
-            if self.standing[place] == sample { self.own[place] } else { self.desk.offer[place - self.desk.first] };
+        let own = if self.standing[place] == sample { self.own[place] } else { self.desk.offer[self.desk.at(place)] };
         own + self.uses.price(sample)
     }
 
@@ -89,12 +92,12 @@ impl Prices<2> for Both<'_> {
 }
 
 impl Desk {
-    /// Lays what a window was priced with at its places, in room for the rows that it lies in, or all that go around.
+    /// Lays what a window was priced with at its places, in room for the rows that it lies in.
     fn lay_out(&mut self, window: &Window<2>, output: Domain<2>) -> Result<(), Error> {
-        let wide = output.shape[1] as usize;
-        let rows = if output.periodic[0] { output.shape[0] } else { window.shape[0] };
-        self.first = if output.periodic[0] { 0 } else { window.start[0] as usize * wide };
-        let len = rows as usize * wide;
+        let [rows, wide] = [window.shape[0], output.shape[1]].map(|n| n as usize);
+        self.first = window.start[0].rem_euclid(output.shape[0].max(1) as i32) as usize * wide;
+        self.all = output.len();
+        let len = rows * wide;
         if self.offer.len() < len {
             self.offer = Vec::new();
             self.possible = Vec::new();
@@ -103,10 +106,17 @@ impl Desk {
         }
         for (place, &cost) in window.places(output).zip(&self.costs) {
             if let Some(place) = place {
-                self.offer[place - self.first] = cost;
+                let there = self.at(place);
+                self.offer[there] = cost;
             }
         }
         Ok(())
+    }
+
+    /// Where the offer to a place of the window's rows stands: rows that go around follow the last one.
+    #[inline]
+    fn at(&self, place: usize) -> usize {
+        if place < self.first { place + self.all - self.first } else { place - self.first }
     }
 }
 
@@ -125,8 +135,8 @@ impl<'a> Expansions<'a> {
         sources.map(shared).max().unwrap_or(0)
     }
 
-    /// What a label would change. It may show at `at`, also where it is longer than an output that goes around;
-    /// `within` of an output that does not, no more is tried.
+    /// What a label would change. It may show at `at`, also where it is longer than an output that goes around; in the
+    /// label's own turn, no more is tried than `within`.
     pub(crate) fn try_label(
         &self,
         labelling: &Labelling<'_>,
@@ -137,16 +147,19 @@ impl<'a> Expansions<'a> {
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Trial, Error> {
         let mut trial = Trial::default();
-        let Some((window, saturated)) = self.priced(labelling, patch, at, within, desk)? else { return Ok(trial) };
-        trial.saturated = saturated;
+        let Some(window) = self.priced(labelling, patch, at, within, desk)? else { return Ok(trial) };
         desk.lay_out(&window, labelling.map.domain())?;
-        let Some(window) = self.considered(labelling, patch, &window, desk, &mut trial.pruned)? else {
+        let Some(window) = self.considered(labelling, patch, &window, desk, &mut trial)? else {
             return Ok(trial);
         };
-        let frame = Frame::of_patch(self.exemplars, &labelling.map, patch, &window)?;
+        let mut frame = Frame::of_patch(self.exemplars, &labelling.map, patch, &window)?;
+        if labelling.is_masked {
+            // On the ring nothing is offered.
+            frame.allow(|place| desk.offer.get(desk.at(place)).is_none_or(|&cost| cost != NEVER));
+        }
         let pin = |place: usize| {
             let fixed = self.fixed.is_some_and(|f| f.samples()[place] && labelling.own[place] != DUMMY);
-            (fixed || !desk.possible[place - desk.first]).then_some(Pin::Old)
+            (fixed || !desk.possible[desk.at(place)]).then_some(Pin::Old)
         };
         let choices = frame.choices(Holes::Fill, pin)?;
         let mut scratch = std::mem::take(&mut desk.scratch);
@@ -163,12 +176,12 @@ impl<'a> Expansions<'a> {
         let taken = (0..proposal.taken.len()).filter(|&i| proposal.taken[i]);
         let mut costs = Vec::new();
         reserve(&mut costs, taken.clone().count())?;
-        costs.extend(taken.map(|i| desk.offer[frame.places[i] as usize - desk.first]));
+        costs.extend(taken.map(|i| desk.offer[desk.at(frame.places[i] as usize)]));
         trial.change = Some(Change { frame, proposal, costs });
         Ok(trial)
     }
 
-    /// Prices a label wherever it could show, in a window or everywhere; where that is, and how many were too large.
+    /// Prices a label wherever it could show, in a window or everywhere; where that is.
     fn priced(
         &self,
         labelling: &Labelling<'_>,
@@ -176,9 +189,12 @@ impl<'a> Expansions<'a> {
         at: [u32; 2],
         within: Option<&Window<2>>,
         desk: &mut Desk,
-    ) -> Result<Option<(Window<2>, u64)>, Error> {
+    ) -> Result<Option<Window<2>>, Error> {
         let output = labelling.map.domain();
-        let mut window = patch.footprint(self.exemplars, &Window::all(output));
+        let around = within.copied().unwrap_or_else(|| Window::all(output));
+        let footprint = patch.footprint(self.exemplars, &around);
+        let shared = within.map(|within| footprint.shared(within));
+        let Some(mut window) = shared.unwrap_or(Some(footprint)) else { return Ok(None) };
         let wide = window;
         for a in (0..2).filter(|&a| output.periodic[a] && output.shape[a] < wide.shape[a]) {
             // Once around, with the place that it was chosen for as near to the middle as it goes.
@@ -187,14 +203,12 @@ impl<'a> Expansions<'a> {
             window.shape[a] = output.shape[a];
         }
         let window = window.inside(output);
-        let shared = within.filter(|_| output.periodic == [false; 2]).map(|within| window.shared(within));
-        let Some(window) = shared.unwrap_or(Some(window)) else { return Ok(None) };
         if window.is_empty() {
             return Ok(None);
         }
         let Desk { boxes, scaled, costs, .. } = desk;
-        let saturated = of_label(&labelling.terms, patch, &window, boxes, scaled, costs)?;
-        Ok(Some((window, saturated)))
+        of_label(&labelling.terms, patch, &window, boxes, scaled, costs)?;
+        Ok(Some(window))
     }
 
     /// How much less all samples of a window that a label agrees with better would cost with it, whatever its seams.
@@ -205,8 +219,11 @@ impl<'a> Expansions<'a> {
         within: &Window<2>,
         desk: &mut Desk,
     ) -> Result<i64, Error> {
-        let at = within.start.map(|p| p.max(0) as u32);
-        let Some((window, _)) = self.priced(labelling, patch, at, Some(within), desk)? else { return Ok(0) };
+        let Some(window) =
+            self.priced(labelling, patch, first_of(within, labelling.map.domain()), Some(within), desk)?
+        else {
+            return Ok(0);
+        };
         let (output, standing) = (labelling.map.domain(), labelling.map.ids.plane(0));
         let price = |id: SampleId| i64::from(labelling.uses.price(id));
         let places = window.places(output).zip(&desk.costs).zip(patch.samples(self.exemplars, &window));
@@ -230,30 +247,31 @@ impl<'a> Expansions<'a> {
         patch: &Patch<2>,
         window: &Window<2>,
         desk: &mut Desk,
-        pruned: &mut u64,
+        trial: &mut Trial,
     ) -> Result<Option<Window<2>>, Error> {
         let output = labelling.map.domain();
         let all = labelling.holes != 0 || !self.pruning;
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-        let mut defined = Vec::new();
-        reserve(&mut defined, window.len())?;
-        defined.extend(patch.samples(self.exemplars, window));
         let standing = labelling.map.ids.plane(0);
         let price = |id: SampleId| i64::from(labelling.uses.price(id));
         let wide = window.shape[1].max(1);
-        for (i, (place, new)) in window.places(output).zip(defined).enumerate() {
+        for (i, (place, new)) in window.places(output).zip(patch.samples(self.exemplars, window)).enumerate() {
             let Some(place) = place else { continue };
-            let defined = new.is_assigned();
-            let excess = i64::from(desk.offer[place - desk.first]) - i64::from(labelling.own[place]);
+            let (there, defined) = (desk.at(place), new.is_assigned() && labelling.may_show(new));
+            trial.saturated += u64::from(defined && desk.offer[there] == MOST_AGREEMENT);
+            if !defined {
+                desk.offer[there] = NEVER;
+            }
+            let excess = i64::from(desk.offer[there]) - i64::from(labelling.own[place]);
             let excess = excess + price(new) - price(standing[place]);
             let possible = all || defined && excess <= self.most_saved;
-            desk.possible[place - desk.first] = possible;
+            desk.possible[there] = possible;
             if possible {
                 let at = [i as u32 / wide, i as u32 % wide];
                 low = [0, 1].map(|a| low[a].min(at[a]));
                 high = [0, 1].map(|a| high[a].max(at[a] + 1));
             } else {
-                *pruned += u64::from(defined);
+                trial.pruned += u64::from(defined);
             }
         }
         if low[0] == u32::MAX {
@@ -288,6 +306,11 @@ impl Trial {
         stats.improvements += u64::from(changed.is_some());
         Ok(changed)
     }
+}
+
+/// The position that a window begins with.
+pub(crate) fn first_of(window: &Window<2>, output: Domain<2>) -> [u32; 2] {
+    [0, 1].map(|a| window.start[a].rem_euclid(output.shape[a].max(1) as i32) as u32)
 }
 
 /// What a proposal was told that uses would grow by.

@@ -20,6 +20,9 @@ const SAMPLES: usize = 12_000;
 /// would be compared grows with the square of its samples. About two seconds.
 const MOST: u64 = 1 << 32;
 
+/// Differences of so many grey levels are those of compression and rounding, however flat what lies under exemplars is:
+/// flat labels asked for by a file that was compressed with losses would all be like nothing.
+const LEAST_LIMIT: f64 = 4.0;
 /// Of this share of its own neighborhoods the nearest other one is no farther than the limit.
 const SHARE: f64 = 0.99;
 
@@ -129,7 +132,7 @@ fn compared(guide: &Guide<2>, allowed: &[bool], side: u32, factor: u32) -> Resul
     let (windows, weights) = (Windows { side, step: side }, guide.weights());
     let taps = f64::from(side) * f64::from(side) * weights.iter().map(|&w| f64::from(w)).sum::<f64>().max(1.0);
     let root = |error: u64| (error as f64 / taps).sqrt();
-    let known = limit(&firsts, weights, windows)?.map(root);
+    let known = limit(&firsts, weights, windows)?.map(|error| root(error).max(LEAST_LIMIT));
     let limit = known.unwrap_or(f64::INFINITY);
     let target = Field { features: guide.target(), valid: guide.asked() };
     let fields: Vec<Field<'_>> = sources.iter().map(|source| Field::of(source)).collect();

@@ -32,6 +32,8 @@ pub(crate) struct Labelling<'a> {
     /// Whether match errors wait: nobody asks for the worst place.
     waits: bool,
     pub(crate) holes: usize,
+    /// Whether some of what lies under exemplars is masked.
+    pub(crate) is_masked: bool,
     energy: Energy,
     pub(crate) uses: Uses,
     /// Half of the neighborhood whose seams count, at least 1: a sample alone has none, and no place would be bad for
@@ -58,6 +60,7 @@ impl<'a> Labelling<'a> {
             worst: Worst::new(output, fixed)?,
             waits: false,
             holes: samples,
+            is_masked: terms.iter().any(|term| term.constraint.guide.exemplars().is_masked()),
             energy: Energy { agreement: i64::from(DUMMY) * samples as i64, boundary: 0, usage: 0 },
             uses: Uses::new(exemplars, samples, options.spread)?,
             half: options.neighborhood.max(1),
@@ -105,6 +108,13 @@ impl<'a> Labelling<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether a sample may show: not where something that lies under it is masked.
+    pub(crate) fn may_show(&self, id: SampleId) -> bool {
+        let Some(source) = self.map.table.source(id).filter(|_| self.is_masked) else { return true };
+        let index = (id.get() - self.map.table.first(source)) as usize;
+        self.terms.iter().all(|term| term.uses(source, index))
     }
 
     /// `E'` of what stands. `[CMS eq. 6]`

@@ -41,6 +41,34 @@ fn levels_end_with_whole_outputs_of_no_higher_energy() {
     assert!(20 <= several && 20 <= lower, "{several} levels, {lower} of 40 no higher");
 }
 
+/// Large enough for several labels of a place to be tried together.
+#[test]
+fn labels_of_a_place_tried_beside_each_other_end_as_if_one_after_the_other() {
+    let mut rng = Seed(5).rng();
+    let (source, output) = (Domain::open([150, 140]), Domain::open([140, 150]));
+    let mut noise = |domain: Domain<2>| {
+        let blocks: Vec<u8> = (0..2000).map(|_| rng.below(256) as u8).collect();
+        let of = |[y, x]: [u32; 2]| blocks[(y / 4 * 41 + x / 4) as usize % 2000];
+        Grid::from_vec(domain, 1, domain.positions().map(of).collect()).unwrap()
+    };
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    let exemplars =
+        Exemplars::from_sources(vec![Source { features: noise(source), valid: None, origin }], vec![1]).unwrap();
+    let guide = Guide::new(&exemplars, &[noise(source)], noise(output)).unwrap();
+    let constraints = [Constraint::new(guide)];
+    let options = Options { neighborhood: 1, levels: Some(2), tolerance: Some(60.0), ..Options::paper() };
+    let woven = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| crate::analogy(&exemplars, &constraints, &options, &Run::seeded(0))).unwrap()
+    };
+    let one = woven(1);
+    assert!(20 < one.stats.searches && 100 < one.stats.expansions, "{:?}", one.stats.searches);
+    for threads in [2, 3] {
+        let several = woven(threads);
+        assert_eq!((several.result, several.stats), (woven(1).result, one.stats.clone()), "{threads}");
+    }
+}
+
 #[test]
 fn levels_divide_every_ratio_or_are_divided_by_it() {
     let domain = Domain::open([96, 96]);
@@ -63,6 +91,40 @@ fn levels_divide_every_ratio_or_are_divided_by_it() {
     // Two neighborhoods of 17 samples fit into 48, not into 24.
     assert_eq!(ratios(&[1], 8, None), [[1]]);
     assert_eq!(ratios(&[1], 1, Some(1)), Vec::<Vec<u32>>::new());
+}
+
+/// Each piece lies in its window, also where it goes around, and windows are no larger than that takes.
+#[test]
+fn pieces_that_go_around_have_windows_that_do() {
+    let mut around = 0;
+    for seed in 0..60 {
+        let mut rng = Seed(seed).rng();
+        let output = Domain { shape: [30, 36], periodic: [seed % 2 == 0, seed % 3 == 0] };
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let features = Grid::try_filled(Domain::open([70, 80]), 1, 0).unwrap();
+        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+        let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
+        // Boxes of labels, shifted so that some lie across the border.
+        let by = [rng.below(30), rng.below(36)];
+        for at in output.positions() {
+            let turned = [0, 1].map(|a| if output.periodic[a] { (at[a] + by[a]) % output.shape[a] } else { at[a] });
+            let label = [turned[0] / 6, turned[1] / 9].map(|n| 5 * n);
+            let from = [0, 1].map(|a| turned[a] + label[a]);
+            map.ids.plane_mut(0)[output.index(at)] = exemplars.table().id(0, from);
+        }
+        let pieces = pieces::of(&map).unwrap();
+        assert_eq!(pieces.iter().map(|piece| piece.samples).sum::<usize>(), output.len());
+        for piece in &pieces {
+            let shown = piece.patch.samples(&exemplars, &piece.window);
+            let same = piece.window.places(output).zip(shown);
+            let same = same.filter(|(place, id)| place.is_some_and(|place| map.ids.plane(0)[place] == *id)).count();
+            let wraps = (0..2).any(|a| piece.window.start[a] < 0 || (output.shape[a] as i32) < piece.window.end(a));
+            around += u32::from(wraps);
+            assert!(piece.samples <= same, "{seed}: {same} of {} samples", piece.samples);
+            assert!(piece.window.len() <= (6 + 8) * (9 + 8), "{seed}: {:?}", piece.window);
+        }
+    }
+    assert!(100 < around, "{around} go around");
 }
 
 /// Of two pieces one of which may change what the other looks at, that which comes first is in an earlier group.

@@ -43,8 +43,8 @@
 //!
 //! # Coarse to fine
 //! With [`levels`](Options::levels) the output is solved at a fraction of the size first. Of brick, grass and sky by
-//! numbers (256 x 256 samples, `K` 2, `N` 4) the energy ends at .66e9 with three levels and 2.39e9 with one, in 5.1 and
-//! 5.7 s of processor time. With a [`spread`](Options::spread) no part of an exemplar shows over and over.
+//! numbers (256 x 256 samples, `K` 2, `N` 4) the energy ends at .88e9 with three levels and 1.00e9 with one, in .9 and
+//! 6.5 s of processor time. With a [`spread`](Options::spread) no part of an exemplar shows over and over.
 //!
 //! # Low resolution
 //! Taps of a constraint that is `r` times coarser lie `r` samples apart, so that `N` counts its samples. Reaching as

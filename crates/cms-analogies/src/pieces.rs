@@ -1,7 +1,5 @@
 //! The pieces of an output, each of which shows one label, and which of them can be settled beside each other.
 
-use std::collections::BTreeMap;
-
 use selvedge_core::{Domain, Patch, SourceMap, Window, reserve, try_vec};
 
 use crate::error::Error;
@@ -21,54 +19,48 @@ const MOST_ROWS: u32 = 8;
 
 /// A piece of an output that shows one label.
 pub(crate) struct Piece {
+    /// In the turn that the window is in.
     pub(crate) patch: Patch<2>,
-    /// The box around it and a little more; the whole output where that goes around.
+    /// The box around it and a little more, once around an axis at most.
     pub(crate) window: Window<2>,
     /// How many samples it has.
     pub(crate) samples: usize,
 }
 
-/// The connected pieces of a map, in the order of their first samples; of an output that goes around, all of a label as
-/// one. A box around all that shows a label holds mostly others, which would be offered it in vain: of the rock's arch
-/// that took three quarters of a run.
+/// The connected pieces of a map, in the order of their first samples. A box around all that shows a label holds mostly
+/// others, which would be offered it in vain: of the rock's arch that took three quarters of a run.
 pub(crate) fn of(map: &SourceMap<2>) -> Result<Vec<Piece>, Error> {
     let output = map.domain();
-    let is_open = output.periodic == [false; 2];
-    let patch_at = |at: [u32; 2]| {
+    // In a turn of the output: an exemplar that is longer than what goes around shows other samples in each.
+    let patch_at = |at: [u32; 2], turn: [i32; 2]| {
         let (source, from) = map.locate(at)?;
-        let patch = Patch { source, offset: [0, 1].map(|a| at[a] as i32 - from[a] as i32) };
-        Some(patch.wrapped(map.table.sources()[source].1, output))
+        let patch = Patch { source, offset: [0, 1].map(|a| turn[a] - from[a] as i32) };
+        Some(patch.wrapped(map.table.sources()[source].1, Domain::open(output.shape)))
     };
-    let (mut reached, mut pieces) = (try_vec(output.len(), false)?, Vec::new());
-    let mut labels: BTreeMap<Patch<2>, usize> = BTreeMap::new();
-    let mut stack = Vec::new();
+    let (mut reached, mut pieces, mut stack) = (try_vec(output.len(), false)?, Vec::new(), Vec::new());
     for first in output.positions() {
-        let Some(patch) = patch_at(first).filter(|_| !reached[output.index(first)]) else { continue };
-        let (mut low, mut high, mut samples) = (first, first, 0);
+        let begun = first.map(|p| p as i32);
+        let Some(patch) = patch_at(first, begun).filter(|_| !reached[output.index(first)]) else { continue };
+        let (mut low, mut high, mut samples) = (begun, begun, 0);
         reached[output.index(first)] = true;
-        stack.push(first);
-        while let Some(at) = stack.pop() {
+        stack.push((first, begun));
+        while let Some((at, turn)) = stack.pop() {
             samples += 1;
-            (low, high) = ([0, 1].map(|a| low[a].min(at[a])), [0, 1].map(|a| high[a].max(at[a])));
-            let beside = [[-1, 0], [1, 0], [0, -1], [0, 1]].into_iter().filter_map(|by| output.step(at, by));
-            for next in beside {
-                if !reached[output.index(next)] && patch_at(next) == Some(patch) {
+            (low, high) = ([0, 1].map(|a| low[a].min(turn[a])), [0, 1].map(|a| high[a].max(turn[a])));
+            for by in [[-1, 0], [1, 0], [0, -1], [0, 1]] {
+                let Some(next) = output.step(at, by) else { continue };
+                let turn = [0, 1].map(|a| turn[a] + by[a]);
+                if !reached[output.index(next)] && patch_at(next, turn) == Some(patch) {
                     reached[output.index(next)] = true;
                     reserve(&mut stack, 1)?;
-                    stack.push(next);
+                    stack.push((next, turn));
                 }
             }
         }
-        let of = Window { start: low.map(|p| p as i32), shape: [0, 1].map(|a| high[a] - low[a] + 1) };
-        let window = if is_open { of.grown(output, [WIDTH; 2], [WIDTH; 2]) } else { Window::all(output) };
-        let known = if is_open { None } else { Some(*labels.entry(patch).or_insert(pieces.len())) };
-        match known.and_then(|known| pieces.get_mut(known)) {
-            Some(Piece { samples: all, .. }) => *all += samples,
-            None => {
-                reserve(&mut pieces, 1)?;
-                pieces.push(Piece { patch, window, samples });
-            }
-        }
+        // Where a source goes around as well, some go around more than once.
+        let of = Window { start: low, shape: [0, 1].map(|a| output.shape[a].min((high[a] - low[a] + 1) as u32)) };
+        reserve(&mut pieces, 1)?;
+        pieces.push(Piece { patch, window: of.grown(output, [WIDTH; 2], [WIDTH; 2]), samples });
     }
     Ok(pieces)
 }

@@ -8,7 +8,6 @@ use crate::constraint::{Scale, unit};
 use crate::error::Error;
 use crate::labelling::Labelling;
 use crate::options::Options;
-use crate::uses::Uses;
 
 /// What no label has.
 const NONE: u64 = u64::MAX;
@@ -110,7 +109,7 @@ impl<'a> Ranking<'a> {
         for search in &mut self.searches {
             search.run()?;
         }
-        self.sum(allowed, &labelling.uses)?;
+        self.sum(allowed, labelling)?;
         let standing = labelling.map.ids.get(0, at);
         if standing.is_assigned() {
             self.totals[standing.get() as usize] = NONE;
@@ -131,7 +130,8 @@ impl<'a> Ranking<'a> {
     }
 
     /// `Imprv` of every sample of every source at the place, [`NONE`] where it is not valid.
-    fn sum(&mut self, allowed: &[bool], uses: &Uses) -> Result<(), Error> {
+    fn sum(&mut self, allowed: &[bool], labelling: &Labelling<'_>) -> Result<(), Error> {
+        let uses = &labelling.uses;
         let taps = u64::from(2 * self.half + 1).pow(2);
         for (number, source) in self.exemplars.sources().iter().enumerate() {
             let domain = source.domain();
@@ -151,8 +151,12 @@ impl<'a> Ranking<'a> {
                     let number = |x: usize| first + y * wide + x;
                     row.iter_mut().enumerate().for_each(|(x, to)| *to += taps * uses.scaled_of(number(x)));
                 }
-                let excluded = |x: usize| valid.is_some_and(|v| !v[y * wide + x]);
-                row.iter_mut().enumerate().filter(|(x, _)| excluded(*x)).for_each(|(_, to)| *to = NONE);
+                let masked = |x: usize| valid.is_some_and(|v| !v[y * wide + x]);
+                let excluded =
+                    |x: usize| masked(x) || !labelling.may_show(SampleId::new((first + y * wide + x) as u32));
+                if valid.is_some() || labelling.is_masked {
+                    row.iter_mut().enumerate().filter(|(x, _)| excluded(*x)).for_each(|(_, to)| *to = NONE);
+                }
             });
         }
         Ok(())

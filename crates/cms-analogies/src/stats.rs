@@ -27,15 +27,17 @@ pub struct Stats {
     pub expansions: u64,
     /// Those of them that changed the output.
     pub improvements: u64,
-    /// Samples that could have taken a label, over all expansions.
+    /// Samples that had a choice, over all expansions.
     pub nodes: u64,
-    /// Those of them for which costs alone told that they would not.
+    /// Samples beside these that a label was defined for, but that its agreement alone ruled out.
     pub pruned: u64,
     /// Terms that were lowered so that a cut could be made: 0 where seams are a metric.
     pub truncated: u64,
     /// Costs of a sample that were too large to be told apart.
     pub saturated: u64,
-    /// `E'` when everything was covered, and after each expansion that changed something. `[CMS eq. 6]`
+    /// `E'` when everything was covered, and after each expansion that changed something, in the order in which they
+    /// were laid: labels of which none touches another are laid one after the other, but found beside each other.
+    /// `[CMS eq. 6]`
     pub energy: Vec<i64>,
     /// `E'` at the end, what was minimised. `[CMS eq. 6]`
     pub model: Energy,

@@ -15,6 +15,7 @@ use crate::ranking::Ranking;
 use crate::stats::Stats;
 
 /// Labels that were searched for a place and did not help; they are the answer until something near the place changes.
+/// (With a [spread](Options::spread) what shows elsewhere counts as well, a little: that is not asked again.)
 struct Tried {
     /// Each with whether something has changed where it could show since it was tried.
     labels: Vec<(Patch<2>, bool)>,
@@ -267,7 +268,7 @@ impl<'a, 'r> Weaver<'a, 'r> {
             let at = output.position(hole.unwrap_or_else(|| rng.below(output.len() as u32) as usize));
             let id = SampleId::new(rng.below(self.exemplars.table().len()));
             let Some((source, from)) = self.exemplars.locate(id) else { continue };
-            if !self.allowed[source] || valid[source].is_some_and(|v| !v.get(0, from)) {
+            if !self.allowed[source] || valid[source].is_some_and(|v| !v.get(0, from)) || !self.labelling.may_show(id) {
                 continue;
             }
             drawn += 1;

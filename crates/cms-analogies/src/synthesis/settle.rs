@@ -4,7 +4,7 @@ use selvedge_core::{Patch, par};
 
 use super::Weaver;
 use crate::error::Error;
-use crate::expansion::{Desk, Expansions, Trial};
+use crate::expansion::{Desk, Expansions, Trial, first_of};
 use crate::labelling::Labelling;
 use crate::levels;
 use crate::pieces::{self, LEAST_MOVED, Piece};
@@ -49,7 +49,7 @@ impl Weaver<'_, '_> {
             let Piece { patch, window, .. } = &pieces[group[i]];
             let label = if round == 0 { Some(*patch) } else { moved(labelling, expansions, &pieces[group[i]], desk)? };
             let Some(label) = label else { return Ok(None) };
-            let at = window.start.map(|p| p.max(0) as u32);
+            let at = first_of(window, labelling.map.domain());
             expansions.try_label(labelling, &label, at, Some(window), desk, &|| observer.cancelled()).map(Some)
         })
     }
