@@ -27,6 +27,9 @@ use crate::weaving::Weaving;
 /// levels along the flow, with 0.1 by 0.12 and with 1 by 0.06, and follow their guides to within 3.58, 3.74 and 3.90.
 const TEMPORAL: f64 = 0.1;
 
+/// The most that any constraint may weigh.
+const MOST_TEMPORAL: f64 = 10_000.0;
+
 /// Of the size that vectors are to have.
 const FRAMES_HAVE: &str = "the frames have";
 /// Options that a single picture has no use for.
@@ -205,9 +208,9 @@ impl<'a> Sequence<'a> {
     /// Lists the files, and refuses frames that do not belong together, before the first is made.
     fn of(of: &'a Typed<'a>, session: &Session<'_>, target: &Path) -> Result<Self, Failure> {
         let (args, knobs) = (of.sequence, of.knobs);
-        if !args.temporal.is_finite() || args.temporal < 0.0 {
+        if !(0.0..=MOST_TEMPORAL).contains(&args.temporal) {
             let what = format!("a temporal weight of {} is none", args.temporal);
-            return Err(Failure::new(2, what).remedy("use a number from 0 on"));
+            return Err(Failure::new(2, what).remedy(format!("use --temporal 0 to {MOST_TEMPORAL}")));
         }
         if !knobs.start.files().is_empty() {
             let what = "frames go on from each other, and --start, --over and --fixed are of one picture";

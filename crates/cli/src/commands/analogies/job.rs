@@ -7,7 +7,7 @@ use selvedge_core::{Bytes, Domain};
 
 use super::frames::Frame;
 use super::palette::Palette;
-use super::told::{failure, outcome};
+use super::told::{failure, outcome, warn_of_saturation};
 use super::{Knobs, Task, fit, shown};
 use crate::failure::{Failure, n};
 use crate::ground;
@@ -67,6 +67,15 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// What brings what is followed nearer to what lies under the exemplars.
+    fn alike(&self) -> &'static str {
+        match self.name {
+            "numbers" => "of the same colours",
+            "detail" => "of the same light, and reduced by the same --kernel",
+            _ => "analogy has --luminance",
+        }
+    }
+
     /// The name of `--mapped`.
     fn mapped(&self) -> Option<PathBuf> {
         self.knobs.mapped.as_ref().map(|path| names::of_plane(path, &self.weaving.input.exemplars[0]))
@@ -147,13 +156,11 @@ impl Method for Job<'_> {
         let plan = Plan::new(exemplars, constraints, &self.options, &run).map_err(|e| self.small(loom, e))?;
         let seen = &plan.constraints()[..followed.len()];
         let fits = fitness_from(exemplars, seen, &start, &self.options).map_err(failure)?;
-        followed
-            .iter()
-            .zip(&fits)
-            .for_each(|(path, fit)| fit::warn(loom.session, path, fit, "analogy has --luminance"));
+        followed.iter().zip(&fits).for_each(|(path, fit)| fit::warn(loom.session, path, fit, self.alike()));
         let how = format!("under {}", n("constraint", plan.constraints().len()));
         Ok(PlannedRun::new(self.used(loom), how, move || {
             let (woven, course) = shown::woven(loom, &plan, &start, palette.as_ref())?;
+            warn_of_saturation(loom.session, &woven.stats, self.first);
             self.frame.map_or(Ok(()), |frame| frame.keep(&woven.result))?;
             let mapped = || shown::mapped(&plan.constraints()[0], &woven.result, palette.as_ref());
             let mapped = self.mapped().map(|path| Ok((path, mapped()?)));

@@ -74,13 +74,15 @@ impl Palette {
         self.colors.len()
     }
 
-    /// Refuses colours that are wanted in a map but not there, unless they are mixtures at borders. Between maps of
-    /// more colours than labels nothing is refused: there a colour is as near as it is.
+    /// Refuses colours that are wanted in a map but not there, unless they are mixtures at borders; of maps of more
+    /// colours than labels, unless they are mixtures of any two.
     pub(super) fn check(&self, wanted: &Self, map: &Grid<u8, 2>) -> Result<(), Failure> {
         let is_missing = |color: &Color| self.colors.iter().all(|(own, _)| NEAR < apart(*own, *color));
+        let is_exact = self.is_exact && wanted.is_exact;
+        let is_mixed = |color| if is_exact { self.mixes(color, map) } else { self.is_between_any(color) };
         let missing: Vec<&(Color, usize)> =
-            wanted.colors.iter().filter(|(color, _)| is_missing(color) && !self.mixes(*color, map)).collect();
-        if missing.is_empty() || !self.is_exact || !wanted.is_exact {
+            wanted.colors.iter().filter(|(color, _)| is_missing(color) && !is_mixed(*color)).collect();
+        if missing.is_empty() {
             return Ok(());
         }
         let what = format!(
@@ -90,6 +92,12 @@ impl Palette {
             self.listed()
         );
         Err(Failure::new(3, what).remedy("use the colours of --labels in --target"))
+    }
+
+    /// True for a colour that lies between those of two labels.
+    fn is_between_any(&self, mixture: Color) -> bool {
+        let pairs = |a: usize| (a + 1..self.len()).map(move |b| [a, b]);
+        (0..self.len()).flat_map(pairs).any(|pair| is_between(mixture, pair.map(|label| self.color(label))))
     }
 
     /// True for a colour that a map has nowhere but between two labels, and that lies between theirs: smoothing makes
@@ -224,6 +232,29 @@ mod tests {
         assert!(!asks(&[&[red; 6][..], &[green], &[blue; 6]].concat()), "on the border, and between no others");
         assert!(!asks(&[&[red; 6][..], &[mixed; 9], &[blue; 6]].concat()), "a region of its own");
         assert!(!asks(&[&[mixed][..], &[blue; 12]].concat()), "at the border of one label");
+    }
+
+    #[test]
+    fn of_compressed_maps_colours_are_missing_too() {
+        let (red, blue, green) = ([250, 0, 0], [0, 0, 250], [0, 250, 0]);
+        // More colours than labels: noise, and mixtures of all shares.
+        let noisy = |colors: [Color; 2]| {
+            let noise = |color: Color, i: usize| color.map(|v| v.saturating_add((i % 9) as u8).saturating_sub(4));
+            let mixed = |i: usize| {
+                std::array::from_fn(|c| {
+                    ((usize::from(colors[0][c]) * (99 - i) + usize::from(colors[1][c]) * i) / 99) as u8
+                })
+            };
+            let flat = colors.into_iter().flat_map(|color| (0..500).map(move |i| noise(color, i)));
+            map(&flat.chain((0..100).map(mixed)).collect::<Vec<_>>())
+        };
+        let have = Palette::of(&[&noisy([red, blue])]).unwrap();
+        let asks = |colors: [Color; 2]| {
+            let asked = noisy(colors);
+            have.check(&Palette::of(&[&asked]).unwrap(), &asked)
+        };
+        assert!(!have.is_exact && asks([blue, red]).is_ok() && asks([red, [128, 0, 128]]).is_ok());
+        assert!(asks([red, green]).unwrap_err().message.starts_with("no label of the exemplar has the colour #0"));
     }
 
     #[test]

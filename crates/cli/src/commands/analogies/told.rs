@@ -1,11 +1,14 @@
 //! What runs of constrained synthesis tell: errors with their remedies, and counts.
 
+use std::path::Path;
+
 use selvedge_cms_analogies::{Energy, Stats};
 use selvedge_core::{SourceMap, Woven};
 use serde_json::Value;
 
 use crate::failure::{Failure, n};
 use crate::outcome::Outcome;
+use crate::session::Session;
 use crate::values::counts;
 
 /// Errors with the options that mend them.
@@ -13,13 +16,26 @@ pub(in crate::commands) fn failure(error: selvedge_cms_analogies::Error) -> Fail
     use selvedge_cms_analogies::Error;
     let remedy = match &error {
         Error::Neighborhood { .. } => Some("use a smaller -N, or larger pictures"),
-        Error::Core(selvedge_core::Error::Range { option: "weight", .. }) => Some("change --weight, or -K"),
+        Error::Core(selvedge_core::Error::Range { option: "weight", .. }) => {
+            Some("change --weight, or -K: weights are 0 to 10000, times K as well")
+        }
         _ => None,
     };
     let failure = Failure::from(error);
     match remedy {
         Some(remedy) => failure.remedy(remedy),
         None => failure,
+    }
+}
+
+/// Says that costs were too large to be told apart, if some were.
+pub(in crate::commands) fn warn_of_saturation(session: &Session<'_>, stats: &Stats, target: &Path) {
+    if stats.saturated != 0 {
+        let prices = n("price", stats.saturated as usize);
+        session.warn(
+            target,
+            &format!("{prices} of agreement as large as there are, and so alike: use a smaller -K or -N"),
+        );
     }
 }
 

@@ -4,7 +4,7 @@ use selvedge_cms_analogies::{Constraint, Options, Plan, Sizes, estimate, fitness
 use selvedge_core::{Bytes, Domain, Guide, Start};
 
 use super::{OF_BLOCKS, Transfer};
-use crate::commands::analogies::told::{failure, outcome};
+use crate::commands::analogies::told::{failure, outcome, warn_of_saturation};
 use crate::commands::analogies::{fit, shown};
 use crate::failure::Failure;
 use crate::loom::Loom;
@@ -63,6 +63,7 @@ impl Transfer {
         let used = OF_BLOCKS.into_iter().fold(used, Used::without);
         Ok(PlannedRun::new(used, "by labels", move || {
             let (woven, course) = shown::woven(loom, &plan, &start, None)?;
+            warn_of_saturation(loom.session, &woven.stats, &followed);
             let mut outcome = Outcome { course, ..outcome(woven) };
             outcome.stats["fitness"] = std::iter::once(fit::json(&fit)).collect();
             if loom.is_explained() {
