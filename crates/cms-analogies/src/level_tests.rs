@@ -65,7 +65,7 @@ fn labels_of_a_place_tried_beside_each_other_end_as_if_one_after_the_other() {
     assert!(20 < one.stats.searches && 100 < one.stats.expansions, "{:?}", one.stats.searches);
     for threads in [2, 3] {
         let several = woven(threads);
-        assert_eq!((several.result, several.stats), (woven(1).result, one.stats.clone()), "{threads}");
+        assert!(several.result == one.result && several.stats == one.stats, "{threads}");
     }
 }
 
