@@ -15,6 +15,10 @@ const NEAR: u8 = 40;
 /// guess: smooth maps have mixtures above it, and are compared as they are (see `MOST`).
 const RARE: usize = 100;
 
+/// There, a colour that is not to be had is refused if one sample of so many has it: compression at borders makes
+/// smaller parts of colours that no label has. A guess.
+const LARGE: usize = 20;
+
 /// Smoothed borders are mixtures so many samples away from what they part, at most: compression smears them by a few.
 const BORDER: u32 = 3;
 
@@ -75,13 +79,17 @@ impl Palette {
     }
 
     /// Refuses colours that are wanted in a map but not there, unless they are mixtures at borders; of maps of more
-    /// colours than labels, unless they are mixtures of any two.
+    /// colours than labels those of a large part of it, unless they are mixtures of any two.
     pub(super) fn check(&self, wanted: &Self, map: &Grid<u8, 2>) -> Result<(), Failure> {
         let is_missing = |color: &Color| self.colors.iter().all(|(own, _)| NEAR < apart(*own, *color));
         let is_exact = self.is_exact && wanted.is_exact;
-        let is_mixed = |color| if is_exact { self.mixes(color, map) } else { self.is_between_any(color) };
+        let is_small = |count: usize| count.saturating_mul(LARGE) < map.domain().len();
+        let is_spared = |&(color, count): &(Color, usize)| match is_exact {
+            true => self.mixes(color, map),
+            false => is_small(count) || self.is_between_any(color),
+        };
         let missing: Vec<&(Color, usize)> =
-            wanted.colors.iter().filter(|(color, _)| is_missing(color) && !is_mixed(*color)).collect();
+            wanted.colors.iter().filter(|found| is_missing(&found.0) && !is_spared(found)).collect();
         if missing.is_empty() {
             return Ok(());
         }
