@@ -67,7 +67,7 @@ impl Stretches {
     }
 
     /// The surface of half the size, and the frames around it.
-    pub(super) fn near(&self, [height, width]: [u32; 2], times: &[u32]) -> Result<(Vec<u32>, Band), Error> {
+    fn near(&self, [height, width]: [u32; 2], times: &[u32]) -> Result<(Vec<u32>, Band), Error> {
         let [frames, h, w] = self.shape;
         let (mut shown, mut band) = (try_vec(self.pixels, 0)?, Vec::with_capacity(self.pixels));
         let picture = Domain::open([h, w]);

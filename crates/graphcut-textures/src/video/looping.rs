@@ -1,6 +1,5 @@
 //! Loops of one jump.
 
-use std::cmp::Ordering;
 use std::ops::Range;
 
 use selvedge_core::{Bytes, Domain, Error as CoreError, Event, Run, SeamMeasure, SourceMap, SourceTable, Woven};
@@ -11,7 +10,7 @@ use super::jumps::Jump;
 use super::sides::{Sides, sizes};
 use super::steps::{Closure, Usual, over_surface};
 use super::surface::Surface;
-use super::transition::{Cut, Stretches, Transition, transition, window};
+use super::transition::{Stretches, Transition, transition, window};
 use crate::error::Error;
 
 /// Options of [`looped`].
@@ -105,18 +104,7 @@ pub struct Trial {
 impl Trial {
     /// True if its seam is noticed less than another's, or as much and cheaper.
     fn is_better(&self, other: &Self) -> bool {
-        self.order(other).is_lt()
-    }
-
-    /// The better one first.
-    fn order(&self, other: &Self) -> Ordering {
-        let of = |trial: &Self| (trial.closure.excess(), trial.price);
-        of(self).partial_cmp(&of(other)).unwrap_or(Ordering::Equal)
-    }
-
-    /// True if it parts the same frames at the same times.
-    fn is_of(&self, period: u32, window: &Range<u32>) -> bool {
-        self.jump.period() == period && self.window == *window
+        (self.closure.excess(), self.price) < (other.closure.excess(), other.price)
     }
 }
 
@@ -127,51 +115,6 @@ pub struct LoopStats {
     pub tried: Vec<Trial>,
     /// The number of the one that was taken.
     pub chosen: usize,
-}
-
-/// Frames of so many pixels are large: of these jumps are tried at half the size, and the best few cut as they are.
-const LARGE: u64 = 1 << 16;
-const BEST: usize = 2;
-
-impl LoopStats {
-    /// The numbers of the best of what was cut, the best first, and each once.
-    fn best(&self, count: usize) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.tried.len()).collect();
-        order.sort_by(|&a, &b| self.tried[a].order(&self.tried[b]));
-        let mut best: Vec<usize> = Vec::new();
-        for number in order {
-            let trial = &self.tried[number];
-            let same = |&other: &usize| self.tried[other].is_of(trial.jump.period(), &trial.window);
-            if best.len() < count && !best.iter().any(same) {
-                best.push(number);
-            }
-        }
-        best
-    }
-}
-
-/// What cuts jumps.
-struct Cutting<'a> {
-    usual: &'a Usual,
-    options: &'a LoopOptions,
-    run: &'a Run<'a, 3>,
-}
-
-impl Cutting<'_> {
-    /// A jump that is cut, and its surface; `None` where the run was cancelled.
-    fn cut(&self, jump: Jump, sides: Sides, how: Cut) -> Result<Option<(Trial, Surface)>, Error> {
-        let Self { options, run, .. } = self;
-        let (window, least) = (sides.window.clone(), if how == Cut::Rough { 2 } else { 1 });
-        let sizes = sizes(sides, options.levels.max(least))?;
-        match transition(sizes, (options.seam, how), &|| run.observer.cancelled()) {
-            Ok((Transition { surface, price, straight, shift }, around)) => {
-                let closure = self.usual.closure(over_surface(&around, &surface).into_iter());
-                Ok(Some((Trial { jump, window, price, straight, shift, closure }, surface)))
-            }
-            Err(error) if error.is_cancelled() => Ok(None),
-            Err(error) => Err(error),
-        }
-    }
 }
 
 /// What a run takes however small it is: allocations are given whole pages, and some stay with the allocator. With 64
@@ -203,9 +146,6 @@ pub fn estimate(clip: Domain<3>, channels: usize, options: &LoopOptions) -> Byte
 /// [`CLOSES`](super::CLOSES)) and of blocks of 16 x 16 pixels. It is better if the largest step exceeds that by less,
 /// of whole frames first; of those that are as good, the one whose seam costs least is taken. Prices alone do not tell:
 /// a seam of few frames, where the clip has no more beside a jump, is cheap, and seen.
-///
-/// Of frames of 65,536 pixels or more, jumps are tried by the surface of frames of half the size, and the best two are
-/// cut again. Prices and steps are those of what was cut last.
 ///
 /// Each pixel jumps once a period. All samples are copied whether they are valid or not: a loop shows all of its
 /// frames.
@@ -244,9 +184,6 @@ pub fn looped(
     let mut stats = LoopStats::default();
     let mut best = Surface::flat(first, [height, width])?;
     let mut complete = true;
-    let is_large = LARGE <= u64::from(height) * u64::from(width) && BEST < jumps.len();
-    let of_all = if is_large { Cut::Rough } else { Cut::Fine };
-    let cutting = Cutting { usual: &usual, options, run };
     for (number, jump) in jumps.iter().enumerate() {
         let window = window(jump, frames, options.window);
         let extra = stats.tried.get(stats.chosen).filter(|_| options.jumps <= number);
@@ -258,34 +195,29 @@ pub fn looped(
         if extra.is_some_and(|trial| !trial.closure.may_yield(usual.least_block(&sides))) {
             continue;
         }
-        if let Some(tried) = stats.tried.iter().find(|tried| tried.is_of(jump.period(), &window)) {
+        let same = |tried: &&Trial| tried.jump.period() == jump.period() && tried.window == window;
+        if let Some(tried) = stats.tried.iter().find(same) {
+            // The same frames to be parted at the same times.
             stats.tried.push(Trial { jump: *jump, ..tried.clone() });
             continue;
         }
-        let Some((tried, surface)) = cutting.cut(*jump, sides, of_all)? else {
-            complete = false;
-            break;
+        let sizes = sizes(sides, options.levels)?;
+        let (cut, around) = match transition(sizes, options.seam, &|| run.observer.cancelled()) {
+            Ok(cut) => cut,
+            Err(error) if error.is_cancelled() => {
+                complete = false;
+                break;
+            }
+            Err(error) => return Err(error),
         };
+        let closure = usual.closure(over_surface(&around, &cut.surface).into_iter());
+        let Transition { surface, price, straight, shift } = cut;
+        let tried = Trial { jump: *jump, window, price, straight, shift, closure };
         if stats.tried.get(stats.chosen).is_none_or(|best| tried.is_better(best)) {
             (best, stats.chosen) = (surface, stats.tried.len());
         }
         stats.tried.push(tried);
         run.observer.event(&Event::step("transition", number as u64 + 1, jumps.len() as u64));
-    }
-    if is_large && complete {
-        let mut chosen = None::<usize>;
-        for number in stats.best(BEST) {
-            let Trial { jump, window, .. } = stats.tried[number].clone();
-            let Some((tried, surface)) = cutting.cut(jump, Sides::read(clip, &jump, window)?, Cut::Fine)? else {
-                complete = false;
-                break;
-            };
-            if chosen.is_none_or(|best| tried.is_better(&stats.tried[best])) {
-                (best, chosen) = (surface, Some(number));
-            }
-            stats.tried[number] = tried;
-        }
-        stats.chosen = chosen.unwrap_or(stats.chosen);
     }
     let jump = stats.tried.get(stats.chosen).map_or(*first, |trial| trial.jump);
     Ok(Woven { result: Loop { jump, surface: best, table: clip.table().clone() }, stats, complete })

@@ -115,14 +115,6 @@ impl Stretches {
     }
 }
 
-/// How finely a jump is cut.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Cut {
-    /// As the smallest frames have it: no cut of larger ones.
-    Rough,
-    Fine,
-}
-
 /// Cuts a jump: by the frames around it and, if there are any, by smaller ones, each of half the size, whose surface
 /// says where that of the one before it is looked for. Answers with what was cut, too.
 ///
@@ -130,7 +122,7 @@ pub(super) enum Cut {
 /// [`Error::Core`] and [`Error::Cut`].
 pub(super) fn transition(
     mut sizes: Vec<Sides>,
-    (seam, cut): (SeamMeasure, Cut),
+    seam: SeamMeasure,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<(Transition, Stretches), Error> {
     if cancelled() {
@@ -150,10 +142,7 @@ pub(super) fn transition(
     let mut shown = try_vec(stretches.pixels, straight)?;
     let mut found = price;
     if !stretches.frames.is_empty() {
-        let (best, by) = match (cut, coarser) {
-            (Cut::Rough, Some((size, times))) => (stretches.near(size, &times)?.0, 0),
-            (_, coarser) => stretches.surface(coarser, cancelled)?,
-        };
+        let (best, by) = stretches.surface(coarser, cancelled)?;
         shift = shift.max(by);
         found = stretches.total(&best);
         // Prices that were shortened may mislead, and so may a smaller clip.

@@ -70,27 +70,6 @@ fn clips_that_are_read_again_loop_as_those_that_are_held() {
 }
 
 #[test]
-fn of_large_frames_the_best_two_jumps_are_cut_as_they_are() {
-    let (clip, run) = (of(&changing([24, 256, 257], 3, 4)), Run::seeded(0));
-    let options = LoopOptions { window: 6, ..LoopOptions::default() };
-    let jumps = [jump(15, 4), jump(18, 6), jump(12, 3), jump(20, 2)];
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| looped(&clip, &jumps, &options, &run).unwrap())
-    };
-    let all = on(1);
-    let again = looped(&Read::new(&clip, 10), &jumps, &options, &run).unwrap();
-    for other in [on(2), on(3), again] {
-        assert_eq!((&other.result, &other.stats), (&all.result, &all.stats));
-    }
-    // Alone, a jump is cut as it is.
-    let alone = jumps.map(|jump| looped(&clip, &[jump], &options, &run).unwrap());
-    let fine = (0..jumps.len()).filter(|&number| alone[number].stats.tried[0] == all.stats.tried[number]).count();
-    assert_eq!(fine, 2);
-    assert_eq!(alone[all.stats.chosen].result, all.result);
-}
-
-#[test]
 fn frames_of_a_loop_are_those_of_its_map() {
     for (frames, of_jump, window) in [(40, jump(31, 10), 12), (24, jump(15, 8), 60), (9, jump(8, 0), 60)] {
         let clip = of(&changing([frames, 9, 8], 4, 2));
