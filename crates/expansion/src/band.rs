@@ -35,16 +35,18 @@ impl<const D: usize> Frame<D> {
         width: u32,
         is_seam: impl Fn(usize, SampleId, SampleId) -> bool,
     ) -> Result<Vec<bool>, Error> {
-        let mut near = self.seams(is_seam)?;
-        if !near.contains(&true) {
-            return Ok(near);
-        }
-        let mut from = try_vec(near.len(), false)?;
+        let seams = self.seams(is_seam)?;
+        if seams.contains(&true) { self.near(seams, width) } else { Ok(seams) }
+    }
+
+    /// True for samples up to `width` from what is marked.
+    pub(crate) fn near(&self, mut marked: Vec<bool>, width: u32) -> Result<Vec<bool>, Error> {
+        let mut from = try_vec(marked.len(), false)?;
         for axis in 0..D {
-            from.copy_from_slice(&near);
-            widen(self.domain, axis, width, &from, &mut near);
+            from.copy_from_slice(&marked);
+            widen(self.domain, axis, width, &from, &mut marked);
         }
-        Ok(near)
+        Ok(marked)
     }
 
     /// True for samples beside a seam of what stands.
