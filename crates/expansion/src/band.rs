@@ -35,8 +35,7 @@ impl<const D: usize> Frame<D> {
         width: u32,
         is_seam: impl Fn(usize, SampleId, SampleId) -> bool,
     ) -> Result<Vec<bool>, Error> {
-        let seams = self.seams(is_seam)?;
-        if seams.contains(&true) { self.near(seams, width) } else { Ok(seams) }
+        self.near(self.seams(is_seam)?, width)
     }
 
     /// True for samples up to `width` from what is marked.
@@ -50,7 +49,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// True for samples beside a seam of what stands.
-    fn seams(&self, is_seam: impl Fn(usize, SampleId, SampleId) -> bool) -> Result<Vec<bool>, Error> {
+    pub(crate) fn seams(&self, is_seam: impl Fn(usize, SampleId, SampleId) -> bool) -> Result<Vec<bool>, Error> {
         let mut beside = try_vec(self.old.len(), false)?;
         for axis in 0..D {
             for (s, t) in self.pairs(axis) {

@@ -43,8 +43,8 @@ pub struct Pins<'a, const D: usize> {
 /// [`Error::Cut`]: no memory, or `cancelled`: the map is whole then; [`Error::Core`]: no memory.
 ///
 /// # Complexity
-/// Time: two cuts a patch over each tile of 64 samples a side, of clips 32, that a seam crosses. Tiles that do not touch
-/// are decided on the caller's pool.
+/// Time: two cuts a patch over each tile of 64 samples a side, of clips 32, that a seam crosses. Tiles that do not
+/// touch are decided on the caller's pool.
 ///
 /// # Determinism
 /// The map does not depend on the number of threads.
@@ -106,16 +106,17 @@ impl<const D: usize> Sweep<'_, D> {
     fn tile(&self, tile: &Window<D>, scratch: &mut Scratch<D>) -> Result<Option<(Frame<D>, i64)>, Error> {
         let nothing = std::iter::repeat_n(SampleId::UNASSIGNED, tile.len());
         let mut frame = Frame::new(self.map, tile, nothing)?;
-        let near = |frame: &Frame<D>| frame.near_seams(self.width, |axis, s, t| self.is_seam(axis, s, t));
-        let mut band = near(&frame)?;
-        if !band.contains(&true) {
+        let is_seam = |axis, s, t| self.is_seam(axis, s, t);
+        let seams = frame.seams(is_seam)?;
+        if !seams.contains(&true) {
             return Ok(None);
         }
+        let mut band = frame.near(seams, self.width)?;
         let mut gain = 0;
         for patch in self.map.patches(&frame.window) {
             let fell = self.offer(&patch, tile, (&mut frame, &band), scratch)?;
             if 0 < fell {
-                (gain, band) = (gain + fell, near(&frame)?);
+                (gain, band) = (gain + fell, frame.near_seams(self.width, is_seam)?);
             }
         }
         Ok((0 < gain).then_some((frame, gain)))

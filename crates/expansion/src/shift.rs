@@ -8,8 +8,8 @@ use selvedge_maxflow::MaxflowError;
 use crate::error::Error;
 
 /// Moves whole patches of a map by one sample along any of the axes that are `free` where the price of all seams falls,
-/// one after the other in the order in which they come; answers with how much it fell. Patches with a `fixed` sample, or
-/// one that would leave what is valid of its source, stay.
+/// one after the other in the order in which they come; answers with how much it fell. Patches with a `fixed` sample,
+/// or one that would leave what is valid of its source, stay.
 ///
 /// A map that was solved at half the size has its offsets in steps of two samples. Along a line that goes on from one
 /// patch into the next, the odd ones fit as often.

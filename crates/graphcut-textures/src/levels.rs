@@ -3,7 +3,8 @@
 //! Searches and cuts pay for samples, and most of what they decide can be seen at half the size: which part of an
 //! exemplar lies where, and about where it ends. So the smallest level is a run of the method by itself. Of each finer
 //! one, all samples are exact copies again ([`SourceMap::finer`]); what is left to it is a sample of each patch's
-//! offset ([`shift`]) and the course of the seams, in a band ([`settle`]). Of clips frames are halved, and stay as many.
+//! offset ([`shift`]) and the course of the seams, in a band ([`settle`]). Of clips frames are halved, and stay as
+//! many.
 
 use selvedge_core::{Domain, Event, Exemplars, Run, SeamCosts, SourceMap, Start, Within, Woven};
 use selvedge_expansion::{Pins, settle, shift};

@@ -5,16 +5,14 @@ use std::collections::BinaryHeap;
 
 use selvedge_core::{Bytes, Domain, Source, par};
 
-use super::distances::Measure;
-
 /// Sides of the boxes.
 const BOX: u32 = 8;
 
 /// A clip of frames that are compared when they are asked for.
 #[derive(Clone, Debug)]
 pub(super) struct Bounded<'c> {
-    clip: &'c Source<3>,
-    weights: &'c [u8],
+    pub(super) clip: &'c Source<3>,
+    pub(super) weights: &'c [u8],
     /// By frame, channel and box, sums of what it holds.
     sums: Vec<u16>,
     /// Sums of a frame.
@@ -50,14 +48,8 @@ impl<'c> Bounded<'c> {
         Self { clip, weights, sums, of_frame: rows * columns * weights.len() }
     }
 
-    /// What two frames differ by.
-    pub(super) fn between(&self, a: u32, b: u32) -> u64 {
-        let measure = Measure { weights: self.weights, used: Vec::new() };
-        measure.frames((self.clip, a as usize), (self.clip, b as usize))
-    }
-
-    /// No more than two frames differ by: of samples whose sums differ by `d`, the squares of differences add up to `d^2 / n`
-    /// or more, where a box has `n`, and none has more than a whole one.
+    /// No more than two frames differ by: of samples whose sums differ by `d`, the squares of differences add up to
+    /// `d^2 / n` or more, where a box has `n`, and none has more than a whole one.
     fn least(&self, a: u32, b: u32) -> u64 {
         let [a, b] = [a, b].map(|t| &self.sums[t as usize * self.of_frame..][..self.of_frame]);
         let boxes = (self.of_frame / self.weights.len().max(1)).max(1);

@@ -140,7 +140,9 @@ impl<'c> FrameDistances<'c> {
     /// If there is no such frame.
     pub fn between(&self, a: u32, b: u32) -> u64 {
         match &self.exact {
-            Some(exact) => exact.between(a, b),
+            Some(Bounded { clip, weights, .. }) => {
+                Measure { weights, used: Vec::new() }.frames((clip, a as usize), (clip, b as usize))
+            }
             None => self.least(a, b),
         }
     }
@@ -193,10 +195,10 @@ fn used(clip: &(impl Footage + ?Sized), domain: Domain<3>) -> Result<Vec<bool>, 
 }
 
 /// How frames are compared.
-pub(super) struct Measure<'a> {
-    pub(super) weights: &'a [u8],
+struct Measure<'a> {
+    weights: &'a [u8],
     /// See [`used`].
-    pub(super) used: Vec<bool>,
+    used: Vec<bool>,
 }
 
 /// A frame: what holds it, and its number there.
@@ -208,7 +210,7 @@ fn part<'a>((clip, t): Frame<'a>, channel: usize, from: usize, len: usize) -> &'
 }
 
 impl Measure<'_> {
-    pub(super) fn frames(&self, a: Frame<'_>, b: Frame<'_>) -> u64 {
+    fn frames(&self, a: Frame<'_>, b: Frame<'_>) -> u64 {
         self.difference(a, b, 0, a.0.domain().strides()[0])
     }
 

@@ -67,7 +67,8 @@ pub(super) struct TransitionArgs {
     /// it. auto: 1 for a jump; for what is woven as many as leave 24 px of frames and 7 of regions, but 1 where it goes
     /// on from a map or a checkpoint, may be gone on from, or begins and ends with the same frames.
     #[arg(long, value_name = "N|auto", default_value = "auto",
-        value_parser = auto("number of sizes", "write 1 to 5, or auto", levels))]
+        value_parser = auto("number of sizes", "write 1 to 5, or auto",
+            |text| parsed::<u32>(text).filter(|n| (1..=5).contains(n))))]
     levels: Auto<u32>,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
     #[arg(long, value_name = "LAST,FIRST", conflicts_with = "period")]
@@ -81,11 +82,6 @@ pub(super) struct TransitionArgs {
     #[arg(long, value_name = "FRAMES", conflicts_with_all = ["surface_from", "with", "surface", "preview"])]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=65_534))]
     blend: Option<u32>,
-}
-
-/// Sizes of frames.
-fn levels(text: &str) -> Option<u32> {
-    parsed(text).filter(|levels| (1..=5).contains(levels))
 }
 
 impl TransitionArgs {
