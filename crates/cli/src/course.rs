@@ -45,6 +45,8 @@ pub(crate) struct Words {
     pub(crate) heading: &'static str,
     /// What falls.
     pub(crate) energy: &'static str,
+    /// When it is told first.
+    pub(crate) begun: &'static str,
     /// A step by its number, and several of them.
     pub(crate) steps: [&'static str; 2],
     /// What a picture is called, and how all of them are read.
@@ -60,6 +62,7 @@ const SEAMS: Words = Words {
     counts: false,
     heading: "Seams",
     energy: "The price of all seams",
+    begun: " once everything was covered",
     steps: ["refinement", "refinements"],
     shows: "Seam costs",
     legend: "What seams cost where: black is nothing, white what all but a fiftieth of them cost at most",
@@ -85,6 +88,8 @@ struct Step {
     /// The step's number, from 1; 0 is before the first.
     number: u64,
     energy: i64,
+    /// What it is called, if not by its number.
+    name: Option<String>,
     picture: Plane<2>,
 }
 
@@ -126,7 +131,7 @@ impl<'w> Film<'w> {
             if reel.steps.len() == MOST {
                 reel.thin();
             }
-            reel.steps.extend((self.draw)(map).map(|picture| Step { number, energy, picture }));
+            reel.steps.extend((self.draw)(map).map(|picture| Step { number, energy, name: None, picture }));
         }
         reel.changes += 1;
     }
@@ -136,7 +141,7 @@ impl<'w> Film<'w> {
         let mut reel = self.reel.into_inner().unwrap_or_else(PoisonError::into_inner);
         let is_new = |last: i64| reel.steps.last().is_some_and(|step| step.energy != last);
         if let Some((number, energy)) = reel.last.filter(|(_, last)| is_new(*last)) {
-            reel.steps.extend((self.draw)(map).map(|picture| Step { number, energy, picture }));
+            reel.steps.extend((self.draw)(map).map(|picture| Step { number, energy, name: None, picture }));
         }
         let changes = energy.windows(2).filter(|two| two[0] != two[1]).count() as u64;
         Course { words: self.words, energy: energy.to_vec(), levels, changes, steps: reel.steps }
@@ -237,9 +242,20 @@ pub(crate) fn pictures(output: Domain<2>, each: u64) -> Bytes {
 }
 
 impl Course {
+    /// Of a run with an energy after each step, and pictures of some of them by their numbers from 0, with what they
+    /// are called.
+    pub(crate) fn new(words: &'static Words, energy: Vec<i64>, pictures: Vec<(usize, String, Plane<2>)>) -> Self {
+        let step = |(number, name, picture): (usize, String, Plane<2>)| {
+            let energy = energy.get(number).copied().unwrap_or(0);
+            Step { number: number as u64, energy, name: Some(name), picture }
+        };
+        let (steps, changes) = (pictures.into_iter().map(step).collect(), energy.len() as u64);
+        Self { words, energy, levels: 1, changes, steps }
+    }
+
     /// The curve and the pictures, for the page.
     pub(crate) fn html(&self) -> Result<String, Failure> {
-        let Words { heading, energy, steps: [step, steps], shows, legend, of_all, .. } = self.words;
+        let Words { heading, energy, begun, steps: [step, steps], shows, legend, of_all, .. } = self.words;
         let (done, changes) = (self.energy.len().saturating_sub(1), self.changes);
         let (first, last) = (self.energy.first().unwrap_or(&0), self.energy.last().unwrap_or(&0));
         let of_them = if self.words.counts { String::new() } else { format!(", {changes} of which changed something") };
@@ -249,13 +265,13 @@ impl Course {
             (format!(" at 1/{} of the size", 1 << (self.levels - 1)), "; below are those of the whole size", "")
         };
         let mut html = format!(
-            "<h2>{heading}</h2>\n<figure>{}<figcaption>{energy}{size}, from {first} once everything was covered to \
-             {last} after {done} {steps}{of_them}{below}</figcaption></figure>\n\
+            "<h2>{heading}</h2>\n<figure>{}<figcaption>{energy}{size}, from {first}{begun} to {last} after {done} {steps}{of_them}{below}</figcaption></figure>\n\
              <p>{legend}{of_all}.</p>\n<div class=\"steps\">\n",
             self.curve()
         );
-        for Step { number, energy, picture } in &self.steps {
+        for Step { number, energy, name, picture } in &self.steps {
             let when = match (self.levels, number) {
+                _ if name.is_some() => name.clone().unwrap_or_default(),
                 (1, 0) => "covered".to_owned(),
                 (1, n) => format!("{step} {n}"),
                 _ => "at the whole size".to_owned(),

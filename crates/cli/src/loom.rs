@@ -97,7 +97,7 @@ fn opaque(mut plane: Plane<2>, map: &SourceMap<2>) -> Plane<2> {
 /// Some methods answer with averages, which no map describes.
 fn averaged() -> Failure {
     let what = "samples were averaged, so that there is no source map to write or to explain";
-    Failure::new(2, what).remedy("leave --map, --explain and --report out")
+    Failure::new(2, what).remedy("leave --map and --explain out")
 }
 
 impl Loom<'_> {
@@ -282,9 +282,9 @@ impl Loom<'_> {
         }
         // Of a partial result there is nothing to explain.
         let explains = complete && self.is_explained();
-        let explain = || explain(woven.as_map().ok_or_else(averaged)?, &plane);
-        let explained = explains.then(explain).transpose()?;
-        if let (Some(path), Some(explained)) = (&self.written.explain, &explained) {
+        let explained = woven.as_map().filter(|_| explains).map(|map| explain(map, &plane)).transpose()?;
+        if let Some(path) = self.written.explain.as_ref().filter(|_| complete) {
+            let explained = explained.as_ref().ok_or_else(averaged)?;
             let pictures = &beside.pictures;
             let all = if pictures.is_empty() { None } else { Some(sheet::below(explained, pictures)?) };
             outputs.view(path, all.as_ref().unwrap_or(explained), &told())?;
@@ -300,10 +300,10 @@ impl Loom<'_> {
             outputs.map(&name(path), &MapFile::new(map, self.loaded.fingerprints.clone(), told()))?;
         }
         self.report.stage("encode");
-        if let (Some(folder), Some(explained), Some(made)) = (&self.written.report, &explained, &provenance) {
+        if let (Some(folder), Some(made)) = (&self.written.report, &provenance) {
             let course = course.as_ref().map_or(Ok(String::new()), Course::html)?;
             let course = course + &page::gallery(beside.heading, &beside.pictures)?;
-            let page = self.page((&made.command, &how), &outputs, &[&plane, explained], &course)?;
+            let page = self.page((&made.command, &how), &outputs, (&plane, explained.as_ref()), &course)?;
             outputs.bytes(&page::file(folder), page.into_bytes());
         }
         Ok(outputs)
@@ -338,7 +338,7 @@ impl Loom<'_> {
         &self,
         (command, how): (&str, &str),
         outputs: &Outputs,
-        [picture, explained]: &[&Plane<2>; 2],
+        (picture, explained): (&Plane<2>, Option<&Plane<2>>),
         course: &str,
     ) -> Result<String, Failure> {
         let threads = rayon::current_num_threads();
@@ -357,9 +357,11 @@ impl Loom<'_> {
             stats.retain(|name, _| !matches!(name.as_str(), "energy" | "candidates"));
         }
         let names: Vec<String> = self.loaded.paths.iter().map(|path| format!("Exemplar {}", shown(path))).collect();
-        let mut pictures = vec![("The output", *picture), (what, *explained)];
-        pictures.extend(names.iter().map(String::as_str).zip(&self.loaded.payload));
-        page::page(&run, command, &pictures, &(page::swatches(&LEGEND) + course))
+        let exemplars = names.iter().map(String::as_str).zip(&self.loaded.payload);
+        let made = [("The output", picture)].into_iter().chain(explained.map(|explained| (what, explained)));
+        let pictures: Vec<_> = made.chain(exemplars).collect();
+        let legend = explained.map_or_else(String::new, |_| page::swatches(&LEGEND));
+        page::page(&run, command, &pictures, &(legend + course))
     }
 
     /// How the picture was made: nothing that differs between equal runs.

@@ -57,6 +57,7 @@ mod picture;
 mod robust;
 mod schedule;
 mod search;
+mod so_far;
 mod stats;
 #[cfg(test)]
 mod testing;

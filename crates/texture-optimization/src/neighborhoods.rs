@@ -1,6 +1,6 @@
 //! Which neighborhoods there are: a grid a fourth of their size apart. `[Kwatra05 3]`
 
-use selvedge_core::{Domain, Grid, Source};
+use selvedge_core::{Domain, Error, Grid, Source};
 
 use crate::falloff::Falloff;
 
@@ -37,6 +37,11 @@ impl Neighborhoods {
     /// Rows and columns of neighborhoods.
     pub(crate) fn shape(&self) -> [usize; 2] {
         [self.firsts[0].len(), self.firsts[1].len()]
+    }
+
+    /// A value of each as they lie.
+    pub(crate) fn laid(&self, values: &[f64]) -> Result<Grid<f32, 2>, Error> {
+        Grid::from_vec(Domain::open(self.shape().map(|n| n as u32)), 1, values.iter().map(|&v| v as f32).collect())
     }
 
     pub(crate) fn len(&self) -> usize {

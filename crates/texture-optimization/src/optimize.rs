@@ -105,7 +105,9 @@ impl<'e> Plan<'e> {
             let halvings = level.halvings();
             let here = (self.schedule.exemplars(self.exemplars, halvings), schedule::at(self.output, halvings));
             let level_of = (level, number, self.schedule.steps(number, self.options.iterations));
-            let weaver = Weaver::new(&self.options, here, level_of, wishes.get(halvings), run);
+            let finer = |map| self.finer(map, halvings);
+            let mut weaver = Weaver::new(&self.options, here, level_of, wishes.get(halvings), run);
+            weaver.finer = Some(&finer);
             let begun = x.map(|x| self.to_level(x, level)).transpose()?;
             let ended = weaver.run(begun, came.filter(|_| halvings == 0), &mut stats)?;
             if number + 1 == self.schedule.levels.len() || !ended.complete {
@@ -147,6 +149,15 @@ impl<'e> Plan<'e> {
         Ok(x)
     }
 
+    /// A map of a coarser resolution as one of the output.
+    fn finer(&self, mut map: SourceMap<2>, halvings: usize) -> Result<SourceMap<2>, Error> {
+        for halvings in (0..halvings).rev() {
+            let exemplars = self.schedule.exemplars(self.exemplars, halvings);
+            map = map.finer(exemplars, schedule::at(self.output, halvings))?;
+        }
+        Ok(map)
+    }
+
     /// Votes at full resolution; of a run that ended before, or on the way to a map, the map that was there as a finer
     /// one.
     fn answer(
@@ -157,7 +168,7 @@ impl<'e> Plan<'e> {
         stats: Stats,
     ) -> Result<Woven<Optimized, Stats>, Error> {
         let pulls = weaver.pulls(&ended.places, &ended.weights);
-        let mut halvings = weaver.level.halvings();
+        let halvings = weaver.level.halvings();
         if halvings == 0 && ended.complete && self.options.finish == Finish::Coherent {
             let map = finish::sharp(&pulls, &ended.x, held, wishes)?;
             return Ok(Woven { result: Optimized::Map(map), stats, complete: true });
@@ -166,12 +177,7 @@ impl<'e> Plan<'e> {
         if halvings == 0 && (ended.complete || self.options.finish != Finish::Coherent) {
             return Ok(Woven { result: Optimized::Votes(pulls.votes(held)?), stats, complete: ended.complete });
         }
-        let mut map = pulls.map()?;
-        while 0 < halvings {
-            halvings -= 1;
-            let exemplars = self.schedule.exemplars(self.exemplars, halvings);
-            map = map.finer(exemplars, schedule::at(self.output, halvings))?;
-        }
+        let mut map = self.finer(pulls.map()?, halvings)?;
         held.iter().for_each(|held| held.lay(&mut map));
         Ok(Woven { result: Optimized::Map(map), stats, complete: ended.complete })
     }

@@ -1,5 +1,7 @@
 //! Counts of a run.
 
+use selvedge_core::Grid;
+
 use crate::Level;
 
 /// What happened at one level.
@@ -29,6 +31,9 @@ pub struct Stats {
     pub levels: Vec<LevelStats>,
     /// Levels of the schedule that did not fit.
     pub left_out: Vec<Level>,
+    /// How far the neighborhoods of the last level were from what was found for them in its last iteration, as they
+    /// lie: mean squared differences of a sample in squared grey levels.
+    pub distances: Option<Grid<f32, 2>>,
     /// By level the mean distance of the neighborhoods in the first iteration.
     pub(crate) first: Vec<f64>,
 }

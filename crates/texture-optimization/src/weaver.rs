@@ -1,6 +1,6 @@
 //! Algorithm 1 at one level. `[Kwatra05 3]`
 
-use selvedge_core::{Domain, Event, Exemplars, Grid, Run, par};
+use selvedge_core::{Domain, Event, Exemplars, Grid, Render, Run, SourceMap, par};
 
 use crate::assignment::{self, Place};
 use crate::average::average;
@@ -16,6 +16,7 @@ use crate::options::{Options, Search};
 use crate::robust;
 use crate::schedule::Steps;
 use crate::search::{Exact, Found, How, Measure};
+use crate::so_far::SoFar;
 use crate::stats::{LevelStats, Stats};
 
 /// What a level ends with.
@@ -51,6 +52,9 @@ impl Came<'_> {
     }
 }
 
+/// See [`Weaver::finer`].
+pub(crate) type Finer<'a> = dyn Fn(SourceMap<2>) -> Result<SourceMap<2>, Error> + 'a;
+
 /// The work at one level.
 pub(crate) struct Weaver<'a> {
     options: &'a Options,
@@ -62,6 +66,8 @@ pub(crate) struct Weaver<'a> {
     /// Its number.
     number: usize,
     steps: Steps,
+    /// Makes a map of this level one of the output.
+    pub(crate) finer: Option<&'a Finer<'a>>,
     run: &'a Run<'a, 2>,
 }
 
@@ -75,7 +81,7 @@ impl<'a> Weaver<'a> {
         run: &'a Run<'_, 2>,
     ) -> Self {
         let (all, falloff) = (Neighborhoods::new(output, level.size), Falloff::new(level.size));
-        Self { options, exemplars, all, falloff, level, wishes, number, steps, run }
+        Self { options, exemplars, all, falloff, level, wishes, number, steps, finer: None, run }
     }
 
     pub(crate) fn pulls<'b>(&'b self, found: &'b [Place], weights: &'b [f64]) -> Pulls<'b> {
@@ -108,12 +114,15 @@ impl<'a> Weaver<'a> {
             if iteration == 0 {
                 stats.first.push(robust::mean(&found.distances));
             }
-            self.note(&mut counts, &found);
             counts.settled = places.as_ref() == Some(&found.places);
+            let is_last = counts.settled || iteration + 1 == self.options.iterations;
+            let before = std::mem::replace(&mut weights, robust::weights(&found.distances, self.options.robust));
+            self.note(&mut counts, &found, is_last.then_some(&weights));
+            stats.distances = Some(self.all.laid(&found.distances)?);
             if counts.settled {
+                weights = before;
                 break;
             }
-            weights = robust::weights(&found.distances, self.options.robust);
             x = self.average((&found.places, &weights), Some(x))?;
             places = Some(found.places);
             complete = !self.run.observer.cancelled();
@@ -233,7 +242,8 @@ impl<'a> Weaver<'a> {
         }
     }
 
-    fn note(&self, counts: &mut LevelStats, found: &Found) {
+    /// Counts and tells an iteration, and shows the last of a level, by the weights of its neighborhoods.
+    fn note(&self, counts: &mut LevelStats, found: &Found, last: Option<&Vec<f64>>) {
         let energy = robust::energy(&found.distances, self.options.robust);
         // Sums differ in their last bits.
         let rose = counts.robust.last().is_some_and(|&before| before * (1.0 + 1e-12) < energy);
@@ -244,7 +254,16 @@ impl<'a> Weaver<'a> {
         let done = self.steps.before + self.steps.each * counts.energy.len() as u64;
         // Squared grey levels, whole ones.
         let energy = counts.energy.last().map(|&energy| (energy + 0.5) as i64);
-        self.run.observer.event(&Event { energy, ..Event::step("optimizing", done, self.steps.of) });
+        let make = || {
+            let map = self.pulls(&found.places, last?).map().ok()?;
+            match self.finer {
+                Some(finer) => finer(map).ok(),
+                None => Some(map),
+            }
+        };
+        let so_far = SoFar::new(&make);
+        let so_far = last.map(|_| &so_far as &dyn Render<2>);
+        self.run.observer.event(&Event { energy, so_far, ..Event::step("optimizing", done, self.steps.of) });
     }
 }
 

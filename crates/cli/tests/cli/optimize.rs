@@ -61,6 +61,28 @@ fn a_dry_run_tells_what_would_be_done_and_the_options_make_it_again() {
 }
 
 #[test]
+fn the_report_shows_energies_what_levels_end_with_and_distances_also_of_averages() {
+    let folder = Folder::new("optimize-report");
+    for (how, pictures) in [("", 3), ("--finish average", 2)] {
+        let line = "optimize @/scales.png --size 64x48 --init random --schedule 2:8,1:16,1:8 --iterations 3";
+        let said = folder.run(&format!("{line} {how} -o a.png --report page --json")).done().json();
+        let page = std::fs::read_to_string(folder.path("page/index.html")).unwrap();
+        let energies =
+            said["stats"]["levels"].as_array().unwrap().iter().map(|l| l["energy"].as_array().unwrap().len());
+        let curve = page.split_once("<polyline points=\"").unwrap().1.split_once('"').unwrap().0;
+        assert_eq!(curve.split_whitespace().count(), energies.sum::<usize>(), "{how}");
+        for name in ["2:8", "1:16", "1:8", "distances"] {
+            assert!(page.contains(&format!("<img alt=\"So far, {name}\"")), "{how} {name}");
+        }
+        assert_eq!(page.matches("<img ").count(), pictures + 4, "{how}");
+    }
+    let averaged = "--finish average --schedule 1:8 --iterations 1";
+    folder
+        .run(&format!("optimize @/scales.png --size 48 -o b.png {averaged} --explain e.png"))
+        .refused(2, &["averaged"]);
+}
+
+#[test]
 fn what_is_wanted_of_float_pictures_is_on_the_curve_of_the_exemplars() {
     let folder = Folder::new("optimize-float");
     // Both lamps are brighter than all that the exemplar has: to it they are the same.

@@ -341,12 +341,13 @@ fn what_a_mask_hides_changes_nothing() {
     (0..4).for_each(|seed| assert!(of(0, seed) == of(255, seed), "{seed}"));
 }
 
-/// Steps done, of how many, and whether an energy was told.
-struct Told(Mutex<Vec<(u64, u64, bool)>>);
+/// Steps done, of how many, and whether an energy was told and a map shown.
+struct Told(Mutex<Vec<(u64, u64, bool, Option<SourceMap<2>>)>>);
 
 impl Observer<2> for Told {
     fn event(&self, event: &Event<'_, 2>) {
-        self.0.lock().unwrap().push((event.done, event.of, event.energy.is_some()));
+        let map = event.so_far.map(|so_far| so_far.as_map().unwrap().clone());
+        self.0.lock().unwrap().push((event.done, event.of, event.energy.is_some(), map));
     }
 }
 
@@ -361,7 +362,20 @@ fn every_iteration_is_progress_and_the_last_one_is_all_of_it() {
     let told = told.0.into_inner().unwrap();
     // Iterations at 1/4, 1/2 twice, 1 thrice.
     let work: u64 = [1, 16, 16, 256, 256, 256].map(|each| 3 * each).iter().sum();
-    assert_eq!((told[0], told.last()), ((1, work, true), Some(&(work, work, true))));
+    let of = |at: usize| (told[at].0, told[at].1, told[at].2);
+    assert_eq!((of(0), of(told.len() - 1)), ((1, work, true), (work, work, true)));
+    // Each level ends with a map of the output's size without holes.
+    for (number, (.., map)) in told.iter().enumerate() {
+        assert_eq!(
+            map.as_ref().map(|map| (map.domain().shape, map.holes())),
+            (number % 3 == 2).then_some(([50, 61], 0))
+        );
+    }
+    // As the last of all is: of the mean distance that was told.
+    let distances = woven.stats.distances.as_ref().unwrap();
+    let mean = distances.samples().iter().map(|&d| f64::from(d)).sum::<f64>() / distances.samples().len() as f64;
+    assert!((mean / woven.stats.energy().unwrap() - 1.0).abs() < 1e-5);
+    assert_eq!(distances.domain().shape, [22, 28]);
     assert_eq!(told.len(), woven.stats.iterations());
     assert!(told.windows(2).all(|two| two[0].0 < two[1].0));
 }

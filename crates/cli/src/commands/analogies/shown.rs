@@ -16,6 +16,7 @@ const COURSE: Words = Words {
     counts: true,
     heading: "Course",
     energy: "Disagreement and seams together at the whole size",
+    begun: " once everything was covered",
     steps: ["label", "labels"],
     shows: "So far",
     legend: "What was there, and beside it what that is under the exemplars, where it is to be what is followed",

@@ -3,18 +3,20 @@
 mod control;
 mod init;
 mod levels;
+mod shown;
 mod told;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Render};
+use selvedge_core::{Bytes, Domain, Render, Run};
 use selvedge_texture_optimization::{Finish, Options, Plan, Search, Stats, estimate};
 
 use self::control::ControlArgs;
 pub(super) use self::init::{Beginning, Init, init};
 use self::levels::{Complete, complete, schedule};
 pub(super) use self::levels::{Levels, levels, typed};
+use self::shown::Film;
 pub(super) use self::told::failure;
 use crate::failure::{Failure, n};
 use crate::ground::StartArgs;
@@ -144,8 +146,12 @@ impl Method for Optimize {
                 Some(made) => Some(made.result),
                 None => read,
             };
+            let colors = loom.loaded.payload[0].color_channels();
+            let film = self.weaving.report.is_some().then(|| Film::new(&loom.session.watch, exemplars, colors));
+            let run = film.as_ref().map_or(run, |film| Run { observer: film, ..run });
             let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| told::failure(&loom.loaded, e))?;
             let mut outcome = outcome(Box::new(woven.result), woven.complete, &woven.stats);
+            outcome.course = film.map(|film| film.course(&woven.stats));
             outcome.stats["washed_out"] = told::washed_out(loom, &*outcome.woven)?.into();
             Ok(outcome)
         })
@@ -164,7 +170,8 @@ impl Optimize {
     ) -> Bytes {
         let map = Bytes::of_samples(output, 4);
         let method = estimate(sources, channels + self.control.channels(), output, options);
-        start.then(method + map) + self.control.bytes(sources, channels, output)
+        let shown = if self.weaving.report.is_some() { shown::bytes(output) } else { Bytes(0) };
+        start.then(method + map + shown) + self.control.bytes(sources, channels, output)
     }
 
     fn init(&self) -> Init {
