@@ -341,8 +341,10 @@ fn what_a_mask_hides_changes_nothing() {
     (0..4).for_each(|seed| assert!(of(0, seed) == of(255, seed), "{seed}"));
 }
 
-/// Steps done, of how many, and whether an energy was told and a map shown.
-struct Told(Mutex<Vec<(u64, u64, bool, Option<SourceMap<2>>)>>);
+/// Steps done, of how many, whether an energy was told, and the map that was shown.
+type Step = (u64, u64, bool, Option<SourceMap<2>>);
+
+struct Told(Mutex<Vec<Step>>);
 
 impl Observer<2> for Told {
     fn event(&self, event: &Event<'_, 2>) {
