@@ -57,8 +57,8 @@ pub(crate) struct Weaving {
     pub(crate) each: bool,
     /// Write a page about the run with its pictures inside: DIR/index.html. That of graphcut also shows what seams cost
     /// after refinements that changed something, evenly thinned to at most 25 pictures, and those of numbers, analogy,
-    /// detail and transfer --method cms what they were like meanwhile; that of optimize its energy, what levels end with
-    /// and distances.
+    /// detail and transfer --method cms what they were like meanwhile; that of optimize its energy, what levels end
+    /// with, and distances.
     #[arg(help_heading = "Files that are written", long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) report: Option<PathBuf>,
 }
