@@ -40,14 +40,9 @@ impl Constraint {
         Self { guide, ratio: 1, weight: 1.0 }
     }
 
-    /// Half of a neighborhood's side in samples of the output.
-    pub(crate) fn reach(&self, options: &Options) -> u32 {
-        options.neighborhood.saturating_mul(self.ratio)
-    }
-
     /// A neighborhood's side in samples of the output.
     fn side(&self, options: &Options) -> u32 {
-        self.reach(options).saturating_mul(2).saturating_add(1)
+        options.neighborhood.saturating_mul(self.ratio).saturating_mul(2).saturating_add(1)
     }
 
     /// True where output and some exemplar hold two neighborhoods along each axis.

@@ -151,7 +151,11 @@ fn followed(
     let guide = Guide::new(exemplars, &maps, over).map_err(|e| Failure::from(e).about(&pair[0]))?;
     let guide = seen(guide, &[source], &target).map_err(|e| e.about(&pair[0]))?;
     let constraints = [Constraint::new(guide)];
-    let found = fitness(exemplars, &constraints, &Options::default()).map_err(|e| Failure::from(e).about(&pair[1]))?;
+    let small = |e: selvedge_cms_analogies::Error| match e {
+        selvedge_cms_analogies::Error::Neighborhood { .. } => Failure::from(e).remedy("use larger pictures"),
+        e => Failure::from(e),
+    };
+    let found = fitness(exemplars, &constraints, &Options::default()).map_err(|e| small(e).about(&pair[1]))?;
     let (fit, target) = (&found[0], constraints[0].guide.target());
     let name = selvedge_io::display_name(&pair[1]);
     let (mut json, mut text) = (fit::json(fit), format!("  guide {name}: {}\n", fit::told(fit)));
