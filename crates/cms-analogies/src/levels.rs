@@ -16,7 +16,8 @@ pub(crate) const AUTO: u32 = 3;
 
 /// How far from the place that a label was searched for it may be taken at a finer level. At a coarser one all of its
 /// source was tried, and what it could have brought farther away is there. Expansions of whole sources take most of a
-/// run's time otherwise.
+/// run's time otherwise. With 96 samples brick, grass and sky, an arch, rice and a blur end at 866, 366, 58.4 and 638
+/// for 879, 369, 64.5 and 661e6, in 1.9, 1.4, 5.6 and 2.8 times the time.
 const REACH: u32 = 32;
 
 /// The samples that it is tried for.
