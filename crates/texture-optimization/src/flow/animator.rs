@@ -166,8 +166,8 @@ impl<'e> Animator<'e> {
         within.map_or(Ok(()), |within| control::check("body that flows", within, output, 1))
     }
 
-    /// Makes the next frame: that which is there, moved, and what a texture makes of it. A run that was cancelled has
-    /// nothing.
+    /// Makes the next frame: that which is there, moved, and what a texture makes of it. A run that was cancelled leaves
+    /// the frame that was there, and all else as it was.
     ///
     /// `within` is where a body that flows is in the frame that is there, if it does not fill it: what comes from
     /// outside of it is made anew.
@@ -192,21 +192,24 @@ impl<'e> Animator<'e> {
         let sure = wishes.weights.plane(0).iter().filter(|weight| 0.0 < **weight).count();
         let carried = sure as f64 / origins.len().max(1) as f64;
         let fit = trusted(self.exemplars, &moved, &mut wishes, self.usual)?;
-        self.usual.get_or_insert(fit);
         let begun = wishes.colors.clone();
         let came = Came { carried: &moved, first: &self.first };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;
-        if let Optimized::Map(map) = woven.result {
+        let mut stats = FrameStats { stats: woven.stats, carried };
+        let first = std::mem::take(&mut stats.stats.first);
+        if let Optimized::Map(map) = woven.result
+            && woven.complete
+        {
             self.carried = moved.settled(self.exemplars, &map)?;
             self.map = map;
+            self.usual.get_or_insert(fit);
+            if self.first.is_empty() {
+                self.first = first;
+            }
             if let Some(closing) = &mut self.closing {
                 closing.go_on();
                 self.closed += 1;
             }
-        }
-        let mut stats = FrameStats { stats: woven.stats, carried };
-        if self.first.is_empty() {
-            self.first = std::mem::take(&mut stats.stats.first);
         }
         Ok(Woven { result: &self.map, stats, complete: woven.complete })
     }

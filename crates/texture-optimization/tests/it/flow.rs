@@ -1,7 +1,8 @@
 //! Textures that flow.
 
 use selvedge_core::{
-    Domain, Exemplars, Flow, Grid, Origin, Role, Run, SampleId, Seed, SimdLevel, Source, SourceMap, Transform,
+    Domain, Event, Exemplars, Flow, Grid, Observer, Origin, Role, Run, SampleId, Seed, SimdLevel, Source, SourceMap,
+    Transform,
 };
 use selvedge_testkit::from_png;
 use selvedge_texture_optimization::{Animation, Animator, Checkpoint, Error, Field, Motion};
@@ -49,6 +50,36 @@ fn whole_steps_of_a_copy_are_the_copy_moved_to_the_bit() {
         animator.next(&uniform(output, [-0.5, 0.25]), None, &run).unwrap();
     }
     assert!(*animator.frame() == copied(&exemplars, output, [24 - 8, 15 - 1]));
+}
+
+/// Has enough at once.
+struct Cancelled;
+
+impl Observer<2> for Cancelled {
+    fn event(&self, _: &Event<'_, 2>) {}
+
+    fn cancelled(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_frame_that_is_cancelled_is_none() {
+    let output = Domain::periodic([24, 32]);
+    let exemplars = exemplars(output.shape, true);
+    let (run, flow) = (Run::seeded(1), uniform(output, [0.5, -1.25]));
+    let first = copied(&exemplars, output, [0, 0]);
+    let mut animator = Animator::new(&exemplars, first, &Animation::default(), &run).unwrap();
+    for frame in 0..4 {
+        if frame == 2 {
+            animator.close([(&flow, None); 3].into_iter(), &run).unwrap();
+        }
+        let before = animator.checkpoint();
+        let woven = animator.next(&flow, None, &Run { observer: &Cancelled, ..run }).unwrap();
+        assert!(!woven.complete);
+        assert!(animator.checkpoint() == before, "{frame}");
+        assert!(animator.next(&flow, None, &run).unwrap().complete && animator.checkpoint() != before);
+    }
 }
 
 #[test]
