@@ -9,6 +9,9 @@ use crate::picture;
 /// a coarse sample is fixed, but pull the others.
 const MOST: f64 = 16.0;
 
+/// The largest weight: the texture counts a millionth, and sums of weighted colours stay numbers.
+const LARGEST: f64 = 1e6;
+
 /// Constraints, each in the output's shape.
 #[derive(Clone, Debug, Default)]
 pub struct Control {
@@ -31,18 +34,19 @@ pub struct Wanted {
     /// Features as the exemplars have them.
     pub features: Grid<u8, 2>,
     /// `lambda`: how much each sample's wish counts, where all neighborhoods over it together count about 1; 0 for no
-    /// wish.
+    /// wish, up to a million.
     pub weight: Grid<f32, 2>,
 }
 
 impl Wanted {
-    /// Refuses a weight that is less than nothing, or no number.
+    /// Refuses a weight that is less than nothing, more than a million, or no number.
     ///
     /// # Errors
     /// Of the core [`Amount`](CoreError::Amount).
     pub fn check_lambda(lambda: f64) -> Result<(), Error> {
-        let is_weight = lambda.is_finite() && 0.0 <= lambda;
-        if is_weight { Ok(()) } else { Err(CoreError::amount("a lambda", lambda, "0 (no wish) or more").into()) }
+        let range = "0 (no wish) to 1000000 (nothing else)";
+        let is_weight = (0.0..=LARGEST).contains(&lambda);
+        if is_weight { Ok(()) } else { Err(CoreError::amount("a lambda", lambda, range).into()) }
     }
 }
 

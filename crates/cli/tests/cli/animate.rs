@@ -41,6 +41,7 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--flow sink --speed nan", 2, "speed of NaN"),
         ("--flow sink --center 3", 2, "'3' is no place; write a column"),
         ("--flow sink --lambda -1", 2, "lambda of -1"),
+        ("--flow sink --lambda 1e308", 2, "use 0 (no wish) to 1000000"),
         ("--flow sink --schedule 1:10", 2, "use a multiple of 4"),
         ("--flow sink --schedule 1:64 --size 32", 3, "no neighborhood of 64 px"),
         ("--flow sink --init map.exr", 2, "write auto, quilt"),

@@ -23,6 +23,7 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--size 64 --paper --map m.exr", 2, "averaged"),
         ("--fixed @/weave.png", 2, "--fixed has nothing to fix"),
         ("--want @/weave.png --lambda -1 --size 192", 2, "lambda of -1"),
+        ("--want @/weave.png --lambda 1e39 --size 192", 2, "use 0 (no wish) to 1000000"),
         ("--lambda 2", 2, "--want"),
         ("--want @/stars.png --size 96 --iterations 1", 3, "the output has 96x96 px"),
         ("--complete -1", 2, "completeness of -1"),

@@ -24,7 +24,8 @@ pub struct Animation {
     /// How a frame is optimised. Its finish is [`Finish::Coherent`], since the next frame needs whole samples.
     /// Default: see [`Animation::default`].
     pub frame: Options,
-    /// How much a frame is wished to be the one before, moved, where the texture counts 1. Default: 0.1.
+    /// How much a frame is wished to be the one before, moved, where the texture counts 1; up to a million. Default:
+    /// 0.1.
     pub lambda: f64,
     /// What vectors say. Default: [`Direction::Forward`].
     pub direction: Direction,
@@ -166,8 +167,8 @@ impl<'e> Animator<'e> {
         within.map_or(Ok(()), |within| control::check("body that flows", within, output, 1))
     }
 
-    /// Makes the next frame: that which is there, moved, and what a texture makes of it. A run that was cancelled leaves
-    /// the frame that was there, and all else as it was.
+    /// Makes the next frame: that which is there, moved, and what a texture makes of it. A run that was cancelled
+    /// leaves the frame that was there, and all else as it was.
     ///
     /// `within` is where a body that flows is in the frame that is there, if it does not fill it: what comes from
     /// outside of it is made anew.

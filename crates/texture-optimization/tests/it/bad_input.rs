@@ -3,7 +3,9 @@
 use selvedge_core::{
     Domain, ErrorKind, Exemplars, Grid, Guidance, Guide, Limits, Plane, Role, Run, Samples, SourceMap,
 };
-use selvedge_texture_optimization::{Control, Error, Level, Options, Plan, Search, Wanted, optimize, optimize_from};
+use selvedge_texture_optimization::{
+    Animation, Control, Error, Level, Options, Plan, Search, Wanted, optimize, optimize_from,
+};
 
 fn exemplars(shape: [u32; 2]) -> Exemplars<2> {
     let domain = Domain::open(shape);
@@ -85,6 +87,9 @@ fn constraints_that_do_not_fit_are_refused() {
     assert!(matches!(of(wanted(output, 2, 1.0)), Error::Control { .. }));
     assert_eq!(of(wanted(output, 1, -1.0)).to_string(), "a lambda of -1 is out of range");
     assert_eq!(of(wanted(output, 1, f32::NAN)).to_string(), "a lambda of NaN is out of range");
+    let heavy = Animation { lambda: 1e308, ..Animation::default() };
+    let refused = [of(wanted(output, 1, 2e6)), heavy.validate().unwrap_err()];
+    assert!(refused.iter().all(|error| error.remedy() == "use 0 (no wish) to 1000000 (nothing else)"), "{refused:?}");
     let guidance = |target, weight| {
         let map = Grid::try_filled(Domain::open([20, 20]), 1, 0).unwrap();
         let guide = Guide::new(&own, &[map], Grid::try_filled(Domain::open(target), 1, 0).unwrap()).unwrap();
