@@ -98,6 +98,9 @@ pub enum Error {
     /// A tree that is to find anything but what is near.
     #[error("a tree finds what is near, neither what the output lacks nor what it uses evenly")]
     Tree,
+    /// A search that takes whatever is nearest, or came.
+    #[error("this search does not use the exemplars evenly")]
+    Spread,
     /// An error of the core.
     #[error(transparent)]
     Core(#[from] selvedge_core::Error),
@@ -115,6 +118,7 @@ impl Error {
             | Self::Schedule
             | Self::NothingFixed
             | Self::Tree
+            | Self::Spread
             | Self::Iterations => ErrorKind::Option,
             Self::NothingFits { .. }
             | Self::Masked { .. }
@@ -147,6 +151,7 @@ impl Error {
             Self::FlowShape { .. } => "give a flow of the output's size".into(),
             Self::FlowValue { .. } => "mark it as unknown".into(),
             Self::Tree => "leave completeness and evenness out".into(),
+            Self::Spread => "leave evenness out".into(),
             Self::Checkpoint { .. } => "begin again without it".into(),
             Self::Holes { .. } => "fill them first".into(),
             Self::Core(error) => error.remedy(),

@@ -101,8 +101,7 @@ impl Options {
     ///
     /// # Errors
     /// [`Error::Size`], [`Error::Scale`], [`Error::Schedule`], [`Error::Iterations`],
-    /// [`Error::Tree`], and of the core
-    /// [`Amount`](CoreError::Amount).
+    /// [`Error::Tree`], [`Error::Spread`], and of the core [`Amount`](CoreError::Amount).
     pub fn validate(&self) -> Result<(), Error> {
         self.schedule.iter().try_for_each(|&level| check(level))?;
         let is_finer = |pair: &[Level]| pair[1].scale <= pair[0].scale;
@@ -124,6 +123,9 @@ impl Options {
         CoreError::within("spread", self.spread, 0.0..=10.0, "0 (whatever fits best) to 10")?;
         if self.search == Search::Tree && (self.complete.is_some() || self.spread != 0.0) {
             return Err(Error::Tree);
+        }
+        if self.search == Search::Reference && self.spread != 0.0 {
+            return Err(Error::Spread);
         }
         if self.iterations == 0 { Err(Error::Iterations) } else { Ok(()) }
     }

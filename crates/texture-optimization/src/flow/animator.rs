@@ -21,8 +21,9 @@ use crate::weaver::Came;
 /// Options of an animation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
-    /// How a frame is optimised. Its finish is [`Finish::Coherent`], since the next frame needs whole samples.
-    /// Default: see [`Animation::default`].
+    /// How a frame is optimised. Its finish is [`Finish::Coherent`], since the next frame needs whole samples; what came
+    /// is kept where it fits, so that [`Search::Coherent`] has no [`spread`](Options::spread). Default: see
+    /// [`Animation::default`].
     pub frame: Options,
     /// How much a frame is wished to be the one before, moved, where the texture counts 1; up to a million. Default:
     /// 0.1.
@@ -47,9 +48,12 @@ impl Animation {
     /// Checks what can be checked without an exemplar.
     ///
     /// # Errors
-    /// Those of [`Options::validate`], and of the core [`Amount`](selvedge_core::Error::Amount).
+    /// Those of [`Options::validate`], [`Error::Spread`], and of the core [`Amount`](selvedge_core::Error::Amount).
     pub fn validate(&self) -> Result<(), Error> {
         self.frame.validate()?;
+        if self.frame.search == Search::Coherent && self.frame.spread != 0.0 {
+            return Err(Error::Spread);
+        }
         Wanted::check_lambda(self.lambda)
     }
 }

@@ -38,6 +38,10 @@ fn options_out_of_range_are_named_with_their_numbers() {
     assert_eq!(complete.to_string(), "a completeness of -0.5 is out of range");
     assert_eq!(refused(Options { iterations: 0, ..Options::default() }), Error::Iterations);
     assert_eq!(refused(Options { search: Search::Tree, ..Options::default() }), Error::Tree);
+    let even = |search| Options { search, spread: 0.5, ..Options::default() };
+    assert_eq!(refused(even(Search::Reference)), Error::Spread);
+    let of_frames = |search| Animation { frame: even(search), ..Animation::default() }.validate();
+    assert_eq!([Search::Coherent, Search::Exact].map(of_frames), [Err(Error::Spread), Ok(())]);
 }
 
 #[test]
