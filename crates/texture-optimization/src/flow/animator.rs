@@ -146,8 +146,8 @@ impl<'e> Animator<'e> {
     /// leads to, if it does not fill it.
     ///
     /// # Errors
-    /// [`Error::FlowShape`], [`Error::FlowValue`], [`Error::Control`] for a body of another shape, or no memory: as
-    /// much as [`closing_bytes`] tells.
+    /// [`Error::FlowShape`], [`Error::FlowValue`], [`Error::Control`] for a body of another shape,
+    /// [`Error::Checkpoint`] where more frames have closed already, or no memory: as much as [`closing_bytes`] tells.
     pub fn close<'f>(
         &mut self,
         flows: impl DoubleEndedIterator<Item = (&'f Flow, Option<&'f Grid<bool, 2>>)> + ExactSizeIterator + Clone,
@@ -155,12 +155,15 @@ impl<'e> Animator<'e> {
     ) -> Result<(), Error> {
         let output = self.map.domain();
         flows.clone().try_for_each(|(flow, within)| self.check(flow, within))?;
+        if flows.len() < self.closed {
+            return Err(Error::Checkpoint { what: "frames that close are fewer" });
+        }
         run.limits.admit(output, closing_bytes(output, flows.len() as u32))?;
         let direction = self.options.direction.reversed();
         let back = flows.rev().map(|(flow, within)| came_from(flow, direction, (output, within)));
         let begun = Carried::of_ids(&self.begun, &self.map)?;
         let mut closing = Closing::new(&begun, output, back, run.seed)?;
-        (0..self.closed).for_each(|_| closing.go_on());
+        (0..self.closed).for_each(|_| _ = closing.go_on());
         self.closing = Some(closing);
         Ok(())
     }
@@ -211,10 +214,7 @@ impl<'e> Animator<'e> {
             if self.first.is_empty() {
                 self.first = first;
             }
-            if let Some(closing) = &mut self.closing {
-                closing.go_on();
-                self.closed += 1;
-            }
+            self.closed += usize::from(self.closing.as_mut().is_some_and(Closing::go_on));
         }
         Ok(Woven { result: &self.map, stats, complete: woven.complete })
     }

@@ -62,9 +62,9 @@ impl Closing {
         Ok(Self { ahead, of, ranks, cells })
     }
 
-    /// The next frame is there.
-    pub(crate) fn go_on(&mut self) {
-        self.ahead.pop();
+    /// The next frame is there; false if none was ahead.
+    pub(crate) fn go_on(&mut self) -> bool {
+        self.ahead.pop().is_some()
     }
 
     /// Lets cells of the next frame pass: so many of all as frames of all are gone with it.

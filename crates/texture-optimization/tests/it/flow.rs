@@ -245,6 +245,13 @@ fn frames_go_on_from_any_checkpoint_as_if_they_had_not_stopped() {
         let refused = Checkpoint::of_bytes(&kept[3][..end]).unwrap_err();
         assert_eq!(refused, Error::Checkpoint { what: "form differs" }, "{end}");
     }
+    let mut damaged = kept[5].clone();
+    let closed = b"selvedge animation 1\n".len() + 4 * 8;
+    damaged[closed..closed + 8].fill(0xff);
+    let damaged = Checkpoint::of_bytes(&damaged).unwrap();
+    let mut animator = Animator::resume(&textures[1], output, &damaged, &options, &run).unwrap();
+    let refused = animator.close([(&flow, Some(&body)); 5].into_iter(), &run).unwrap_err();
+    assert_eq!(refused, Error::Checkpoint { what: "frames that close are fewer" });
     let checkpoint = Checkpoint::of_bytes(&kept[3]).unwrap();
     let refused = |exemplars: &Exemplars<2>, output| {
         Animator::resume(exemplars, output, &checkpoint, &options, &run).unwrap_err().to_string()
