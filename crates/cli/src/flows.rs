@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Direction, Flow, Limits};
-use selvedge_io::Fingerprint;
 use selvedge_io::flow::{is_flow_name, read_flow};
+use selvedge_io::{Fingerprint, Problem};
 
 use crate::clips;
 use crate::failure::Failure;
@@ -41,12 +41,20 @@ pub(crate) fn read(
     sized: Option<([u32; 2], &str)>,
     (scale, limits): (f32, &Limits),
 ) -> Result<(Flow, Fingerprint), Failure> {
-    let mut read = read_flow(file, limits)?;
+    let mut read = read_flow(file, limits).map_err(|error| match error.problem {
+        // What --nonfinite says is of pictures.
+        Problem::NotFinite { .. } => Failure::from(error).remedy("mark these vectors as unknown, or give numbers"),
+        _ => Failure::from(error),
+    })?;
     let [h, w] = read.flow.domain().shape;
     if let Some(([fh, fw], has)) = sized.filter(|(size, _)| *size != [h, w]) {
         let what = format!("{w}x{h} vectors, but {has} {fw}x{fh}");
         return Err(Failure::new(3, what).about(file).remedy("give flows of that size"));
     }
     read.flow.by.samples_mut().iter_mut().for_each(|v| *v *= scale);
+    if read.flow.odd().next().is_some() {
+        let what = format!("{scale:e} times its vectors are no numbers");
+        return Err(Failure::new(2, what).about(file).remedy("use a smaller --flow-scale"));
+    }
     Ok((read.flow, read.fingerprint))
 }

@@ -33,6 +33,10 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--flow missing.flo", 4, "'missing.flo'"),
         ("--flow cut.flo", 3, "'cut.flo': damaged flo file (99 of 10252 bytes)"),
         ("--flow nan.flo", 3, "'nan.flo': 1280 value(s) are not finite"),
+        ("--flow nan.flo", 3, "; mark these vectors as unknown, or give numbers"),
+        ("--flow good.flo --flow-scale 1e39 --dry-run", 2, "use a smaller --flow-scale"),
+        ("--flow sink --speed 1e300 --dry-run", 2, "out of range; use -1000000 to 1000000"),
+        ("--flow sink --size 48 --schedule 1:256 --dry-run", 3, "scales.png': no neighborhood of 256 px"),
         ("--flow v.#.flo", 3, "'v.2.flo': 41x32 vectors, but the first one has 40x32"),
         ("--flow w.#.flo", 4, "w.#.flo"),
         ("--flow @/weave.png", 3, "is no flow; it holds a PNG"),
@@ -57,8 +61,13 @@ fn what_cannot_be_is_refused_with_what_can() {
     for (options, exit, named) in refused {
         folder.run(&format!("animate @/scales.png -o a.##.png {options}")).refused(exit, &[named]);
     }
+    let pixel = Plane::new(Role::Color, Samples::U8(Grid::try_filled(Domain::open([1, 1]), 3, 9).unwrap()));
+    selvedge_io::write(folder.path("px1.png"), &pixel, &Metadata::default(), &WriteOptions::default()).unwrap();
+    folder
+        .run("animate px1.png -o a.##.png --flow sink --size 64 --init random --dry-run")
+        .refused(3, &["px1.png': no neighborhood of 8 px"]);
     folder.run("animate @/scales.png -o a.webp --flow sink").refused(2, &["webp"]);
-    assert_eq!(folder.names().len(), 7, "{:?}", folder.names());
+    assert_eq!(folder.names().len(), 8, "{:?}", folder.names());
 }
 
 #[test]

@@ -14,6 +14,9 @@ use crate::used::Used;
 use crate::wrong::Wrong;
 use crate::{clips, flows};
 
+/// Pixels that a field may go in a frame, or have its middle off: farther than any picture is wide.
+const FARTHEST: f64 = 1e6;
+
 /// Options about the flow.
 #[derive(Args, Clone, Debug)]
 pub(super) struct FlowArgs {
@@ -77,7 +80,7 @@ fn flow(text: &str) -> Result<What, Wrong> {
 fn center(text: &str) -> Result<Center, Wrong> {
     let wrong = || Wrong::new(format!("'{text}' is no place"), "write a column and a row, such as 128,96");
     let (x, y) = text.split_once(',').ok_or_else(wrong)?;
-    let number = |s: &str| s.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
+    let number = |s: &str| s.trim().parse::<f64>().ok().filter(|v| v.abs() <= FARTHEST).ok_or_else(wrong);
     Ok(Center([number(y)?, number(x)?]))
 }
 
@@ -115,6 +118,10 @@ impl FlowArgs {
         if let Some((name, value)) = numbers.iter().find_map(|(n, v)| v.filter(|v| !v.is_finite()).map(|v| (n, v))) {
             let article = if name.starts_with('a') { "an" } else { "a" };
             return Err(Failure::new(2, format!("{article} {name} of {value} is no number")).remedy("use a finite one"));
+        }
+        if let Some(speed) = self.speed.filter(|speed| FARTHEST < speed.abs()) {
+            let what = format!("a speed of {speed} is out of range");
+            return Err(Failure::new(2, what).remedy(format!("use -{FARTHEST} to {FARTHEST}")));
         }
         let of_fields =
             [("speed", self.speed.is_some()), ("angle", self.angle.is_some()), ("center", self.center.is_some())];

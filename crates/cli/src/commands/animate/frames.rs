@@ -122,7 +122,8 @@ impl Animate {
                 if 1 < textures.len() {
                     animator.turn_to(texture, &run)?;
                 }
-                let woven = animator.next(flows.after(frame - 1), within, &run)?;
+                let woven =
+                    animator.next(flows.after(frame - 1), within, &run).map_err(|e| optimize::failure(loaded, e))?;
                 count = self::count(&woven.stats);
             }
             let own = beside[frame as usize % textures.len()].get_or_insert_with(|| Beside::new(texture));
@@ -163,18 +164,29 @@ fn forget(writer: &ClipWriter) -> Result<(), Failure> {
     std::fs::remove_file(&manifest).map_err(|e| kept(e).about(&manifest).remedy("take it away, or name another clip"))
 }
 
+/// That of the first frame, if all others have one too.
+pub(super) fn plan<'e>(
+    session: &Session<'_>,
+    (loaded, textures): (&ExemplarSet, &'e [Exemplars<2>]),
+    output: Domain<2>,
+    (first, others): (&Options, &Animation),
+) -> Result<Plan<'e>, Failure> {
+    let run = session.run();
+    let of = |texture, options| Plan::new(texture, output, options, &run).map_err(|e| optimize::failure(loaded, e));
+    textures.iter().try_for_each(|texture| of(texture, &others.frame).map(drop))?;
+    of(&textures[0], first)
+}
+
 /// A full synthesis. `[Kwatra05 4.1]`
 pub(super) fn first_frame(
     session: &Session<'_>,
-    (loaded, texture): (&ExemplarSet, &Exemplars<2>),
-    output: Domain<2>,
-    (beginning, options): (&Beginning<'_>, &Options),
+    loaded: &ExemplarSet,
+    (beginning, plan): (&Beginning<'_>, &Plan<'_>),
 ) -> Result<SourceMap<2>, Failure> {
     let run = session.run();
-    let plan = Plan::new(texture, output, options, &run).map_err(|e| optimize::failure(loaded, e))?;
     let begun = beginning.weave(&run)?.map(|woven| woven.result);
     session.check_signal()?;
-    let woven = plan.weave(begun.as_ref(), &Default::default(), &run)?;
+    let woven = plan.weave(begun.as_ref(), &Default::default(), &run).map_err(|e| optimize::failure(loaded, e))?;
     session.check_signal()?;
     match woven.result {
         Optimized::Map(map) => Ok(map),

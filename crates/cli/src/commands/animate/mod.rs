@@ -163,6 +163,8 @@ impl Animate {
         let [h, w] = output.shape;
         let path = self.path();
         let name = shown(&path);
+        let options = Animation { direction: flows.direction, ..options };
+        let plan = frames::plan(session, (&loaded, &textures), output, (&init.suited(first), &options))?;
         if session.global.dry_run {
             let line = format!(
                 "{name}: would be {} of {w}x{h} px, with about {needed} of memory",
@@ -170,15 +172,10 @@ impl Animate {
             );
             return Ok(Done::would(report, line, vec![outputs::planned_clip(&path, output.shape, Some(frames))]));
         }
-        let options = Animation { direction: flows.direction, ..options };
-        let first = init.suited(first);
         let head = self.head(session, (&loaded, &flows, body.as_ref()), &report.options);
         let begun = match Begun::read(&self.kept, &head)? {
             Some(begun) => begun,
-            None => {
-                let texture = (&loaded, &textures[0]);
-                Begun::First(frames::first_frame(session, texture, output, (&beginning, &first))?)
-            }
+            None => Begun::First(frames::first_frame(session, &loaded, (&beginning, &plan))?),
         };
         let (begun, shown) = ((begun, &self.kept.open(session, head)?), (&loaded, &textures[..]));
         let making = (output, &flows, body.as_ref(), frames, &options);
