@@ -50,6 +50,12 @@ impl<'e> Plan<'e> {
         &self.schedule.levels
     }
 
+    /// The smallest neighborhoods at full resolution.
+    pub(crate) fn smallest(&self) -> u32 {
+        let full = self.schedule.levels.iter().filter(|level| level.scale == 1);
+        full.map(|level| level.size).min().expect("schedules end at full resolution")
+    }
+
     /// Levels of the schedule that do not fit into exemplars or output.
     pub fn left_out(&self) -> &[Level] {
         &self.schedule.left_out

@@ -21,8 +21,8 @@ use crate::weaver::Came;
 /// Options of an animation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
-    /// How a frame is optimised. Its finish is [`Finish::Coherent`], since the next frame needs whole samples; what came
-    /// is kept where it fits, so that [`Search::Coherent`] has no [`spread`](Options::spread). Default: see
+    /// How a frame is optimised. Its finish is [`Finish::Coherent`], since the next frame needs whole samples; what
+    /// came is kept where it fits, so that [`Search::Coherent`] has no [`spread`](Options::spread). Default: see
     /// [`Animation::default`].
     pub frame: Options,
     /// How much a frame is wished to be the one before, moved, where the texture counts 1; up to a million. Default:
@@ -82,7 +82,8 @@ pub struct Animator<'e> {
     closing: Option<Closing>,
     /// How many of them there are already.
     pub(super) closed: usize,
-    /// How far neighborhoods were in the mean when the first frame that moved was looked for, level by level.
+    /// How far neighborhoods were in the mean when the first frame that moved was looked for, level by level; until one
+    /// does, when the first of all was.
     pub(super) first: Vec<f64>,
     /// How far what moved into that frame was from the places that it came from.
     pub(super) usual: Option<f64>,
@@ -191,17 +192,19 @@ impl<'e> Animator<'e> {
         let output = self.map.domain();
         self.check(flow, within)?;
         let mut origins = came_from(flow, self.options.direction, (output, within))?;
+        let moves = origins.iter().zip(output.positions()).any(|(origin, at)| origin.at != at.map(f64::from));
+        // What a frame that stays shows is no measure of those that move.
+        let is_first = moves && self.usual.is_none();
         let mut moved = self.carried.moved(&origins)?;
         if let Some(closing) = &self.closing {
             closing.pass(output, &mut moved, &mut origins);
         }
         let before = picture::shown(self.exemplars, &self.map)?;
-        let mut wishes = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
-        let sure = wishes.weights.plane(0).iter().filter(|weight| 0.0 < **weight).count();
+        let (mut wishes, sure) = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
         let carried = sure as f64 / origins.len().max(1) as f64;
-        let fit = trusted(self.exemplars, &moved, &mut wishes, self.usual)?;
+        let fit = trusted(self.exemplars, (&moved, self.plan.smallest()), &mut wishes, self.usual)?;
         let begun = wishes.colors.clone();
-        let came = Came { carried: &moved, first: &self.first };
+        let came = Came { carried: &moved, first: if is_first { &[] } else { &self.first } };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;
         let mut stats = FrameStats { stats: woven.stats, carried };
         let first = std::mem::take(&mut stats.stats.first);
@@ -210,8 +213,8 @@ impl<'e> Animator<'e> {
         {
             self.carried = moved.settled(self.exemplars, &map)?;
             self.map = map;
-            self.usual.get_or_insert(fit);
-            if self.first.is_empty() {
+            self.usual = self.usual.or(is_first.then_some(fit));
+            if is_first || self.first.is_empty() {
                 self.first = first;
             }
             self.closed += usize::from(self.closing.as_mut().is_some_and(Closing::go_on));

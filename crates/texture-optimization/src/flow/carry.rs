@@ -130,16 +130,17 @@ impl Carried {
         places
     }
 
-    /// Colours to begin with, and wishes by `lambda` for those that are sure: of the exemplars between their samples.
+    /// Colours to begin with, and wishes by `lambda` for those that are sure: of the exemplars between their samples;
+    /// and how many these are.
     pub(crate) fn wishes(
         &self,
         exemplars: &Exemplars<2>,
         (origins, lambda): (&[CameFrom], f64),
         before: &Grid<f64, 2>,
-    ) -> Result<Wishes, Error> {
+    ) -> Result<(Wishes, usize), Error> {
         let none = || Grid::try_filled(self.domain, exemplars.channels(), 0.0);
         let (mut colors, mut weights) = (none()?, none()?);
-        let mut color = vec![0.0; exemplars.channels()];
+        let (mut color, mut sure) = (vec![0.0; exemplars.channels()], 0);
         for (i, (spot, origin)) in self.places.iter().zip(origins).enumerate() {
             let shows = spot.is_some_and(|spot| shown(exemplars, spot, &mut color));
             if !shows {
@@ -147,12 +148,14 @@ impl Carried {
                 let (near, _) = origin.nearest(self.domain);
                 color.iter_mut().enumerate().for_each(|(c, v)| *v = before.get(c, near));
             }
-            let weight = if shows && origin.is_sure { lambda } else { 0.0 };
+            let is_sure = shows && origin.is_sure;
+            sure += usize::from(is_sure);
+            let weight = if is_sure { lambda } else { 0.0 };
             for (c, &color) in color.iter().enumerate() {
                 (colors.plane_mut(c)[i], weights.plane_mut(c)[i]) = (color, weight);
             }
         }
-        Ok(Wishes { colors, weights, texture: exemplars.channels() })
+        Ok((Wishes { colors, weights, texture: exemplars.channels() }, sure))
     }
 }
 

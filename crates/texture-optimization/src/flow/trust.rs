@@ -12,27 +12,22 @@ use crate::gradient::seen;
 use crate::neighborhoods::Neighborhoods;
 use crate::search::Listed;
 
-/// Side of the neighborhoods that are asked: those of the finest level, which tell a tear from what is beside it.
-const SIZE: u32 = 8;
-
 /// Lowers the weights of wishes that do not fit; `usual` is how far neighborhoods were in the mean of the first frame
-/// that moved, which is answered where it is not known yet.
+/// that moved, which is answered where it is not known yet. `size` is that of neighborhoods that fit: the smallest tell
+/// a tear from what is beside it.
 pub(super) fn trusted(
     exemplars: &Exemplars<2>,
-    carried: &Carried,
+    (carried, size): (&Carried, u32),
     wishes: &mut Wishes,
     usual: Option<f64>,
 ) -> Result<f64, Error> {
     let domain = wishes.colors.domain();
-    if domain.shape.into_iter().any(|n| n < SIZE) {
-        return Ok(0.0);
-    }
-    let all = Neighborhoods::new(domain, SIZE);
+    let all = Neighborhoods::new(domain, size);
     let (seen, listed) = (seen(&wishes.colors, None)?, Listed::new(exemplars, exemplars.weights().to_vec(), &all)?);
     let weights: u64 = exemplars.weights().iter().map(|&w| u64::from(w)).sum();
-    let compared = (u64::from(SIZE * SIZE) * weights).max(1) as f64;
+    let compared = (u64::from(size * size) * weights).max(1) as f64;
     let distances = par::map_indexed(all.len(), |number| {
-        let mut candidates = carried.offered(exemplars, all.first(number), SIZE);
+        let mut candidates = carried.offered(exemplars, all.first(number), size);
         candidates.retain(|place| listed.holds(*place));
         let best = listed.best(&seen, number, &candidates, |_, error| error as f64);
         best.map_or(f64::INFINITY, |best| best.error as f64 / compared)
@@ -80,8 +75,8 @@ mod tests {
         let origins = still.came_from(Direction::Forward).unwrap();
         let carried = Carried::of(&map).unwrap().moved(&origins).unwrap();
         let none = Grid::try_filled(output, 2, 0.0).unwrap();
-        let mut wishes = carried.wishes(&exemplars, (&origins, 0.5), &none).unwrap();
-        let mean = trusted(&exemplars, &carried, &mut wishes, Some(0.0)).unwrap();
+        let (mut wishes, _) = carried.wishes(&exemplars, (&origins, 0.5), &none).unwrap();
+        let mean = trusted(&exemplars, (&carried, 8), &mut wishes, Some(0.0)).unwrap();
         assert!(1.0 < mean, "{mean}");
         for at in output.positions() {
             let weight = wishes.weights.get(0, at);

@@ -64,6 +64,31 @@ impl Observer<2> for Cancelled {
 }
 
 #[test]
+fn what_comes_counts_also_where_it_is_not_wished_for() {
+    let output = Domain::periodic([24, 32]);
+    let exemplars = exemplars(output.shape, true);
+    let (run, options) = (Run::seeded(1), Animation { lambda: 0.0, ..Animation::default() });
+    let mut animator = Animator::new(&exemplars, copied(&exemplars, output, [0, 0]), &options, &run).unwrap();
+    assert_eq!(animator.next(&uniform(output, [2.0, -3.0]), None, &run).unwrap().stats.carried, 1.0);
+}
+
+#[test]
+fn what_stays_at_first_changes_nothing_of_what_moves_then() {
+    let output = Domain::periodic([24, 32]);
+    let exemplars = exemplars(output.shape, true);
+    let run = Run::seeded(1);
+    let flow = Motion { field: Field::Vortex, speed: 1.7, center: None, angle: 0.0 }.flow(output, Seed(0)).unwrap();
+    let after = |still: usize| {
+        let first = copied(&exemplars, output, [0, 0]);
+        let mut animator = Animator::new(&exemplars, first, &Animation::default(), &run).unwrap();
+        (0..still).for_each(|_| _ = animator.next(&uniform(output, [0.0; 2]), None, &run).unwrap());
+        (0..3).for_each(|_| _ = animator.next(&flow, None, &run).unwrap());
+        animator.checkpoint()
+    };
+    assert!(after(2) == after(0));
+}
+
+#[test]
 fn a_frame_that_is_cancelled_is_none() {
     let output = Domain::periodic([24, 32]);
     let exemplars = exemplars(output.shape, true);
