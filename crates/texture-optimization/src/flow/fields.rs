@@ -58,6 +58,9 @@ impl Motion {
         let middle = self.center.unwrap_or_else(|| domain.shape.map(|n| f64::from(n.saturating_sub(1)) / 2.0));
         let least = f64::from(domain.shape[0].min(domain.shape[1]));
         let waves = if self.field == Field::CurlNoise { waves(domain, seed) } else { Vec::new() };
+        // From a middle that is off the output's, or beyond its border, its far side is fastest.
+        let [last, half] = [f64::from(domain.shape[0].saturating_sub(1)), f64::from(domain.shape[0]) / 2.0];
+        let reach = half.max(middle[0].abs()).max((last - middle[0]).abs());
         let mut by = Grid::try_filled(domain, 2, 0.0)?;
         let mut fastest = 0.0_f64;
         for (i, at) in domain.positions().enumerate() {
@@ -72,7 +75,7 @@ impl Motion {
                 Field::Vortex => around,
                 // Both are at right angles.
                 Field::Spiral => [0, 1].map(|axis| (around[axis] - out[axis]) * std::f64::consts::FRAC_1_SQRT_2),
-                Field::Shear => [0.0, 2.0 * from[0] / f64::from(domain.shape[0])],
+                Field::Shear => [0.0, from[0] / reach],
                 Field::Uniform => {
                     let angle = self.angle * PI / 180.0;
                     [libm::sin(angle), libm::cos(angle)]
@@ -142,6 +145,16 @@ mod tests {
             let by = of(field, domain);
             let speed = by.plane(0).iter().zip(by.plane(1)).map(|(y, x)| (y * y + x * x).sqrt()).fold(0.0, f32::max);
             assert!((1.8..=2.001).contains(&speed), "{field:?}: {speed}");
+        }
+    }
+
+    #[test]
+    fn shear_is_as_fast_as_asked_for_from_any_middle() {
+        for middle in [-40.0, 0.0, 20.0, 64.0, 1e6] {
+            let motion = Motion { field: Field::Shear, speed: 2.0, center: Some([middle, 0.0]), angle: 0.0 };
+            let by = motion.flow(Domain::open([65, 9]), Seed(0)).unwrap().by;
+            let speed = by.plane(1).iter().fold(0.0_f32, |most, v| most.max(v.abs()));
+            assert!((1.99..=2.0).contains(&speed), "{middle}: {speed}");
         }
     }
 
