@@ -71,6 +71,9 @@ impl BodyArgs {
             each.push(fingerprint);
             masks.push(mask.with_periodic(output.periodic));
         }
+        if masks.iter().all(|mask| !mask.samples().contains(&true)) {
+            session.warn(within, &"nothing of it is white: frames will show nothing");
+        }
         Ok(Some(Body { masks, fingerprint: clips::fingerprint(within, &each) }))
     }
 }

@@ -62,6 +62,10 @@ const FIELDS: [(&str, Field); 7] = [
     ("curl-noise", Field::CurlNoise),
 ];
 
+fn name_of(field: Field) -> &'static str {
+    FIELDS.iter().find(|(_, other)| *other == field).map_or("a field", |(name, _)| name)
+}
+
 fn flow(text: &str) -> Result<What, Wrong> {
     if let Some((_, field)) = FIELDS.iter().find(|(name, _)| *name == text) {
         return Ok(What::Field(*field));
@@ -113,7 +117,6 @@ impl Flows {
 impl FlowArgs {
     /// Refuses what is wrong by itself.
     pub(super) fn validate(&self) -> Result<(), Failure> {
-        let is_field = matches!(self.flow, What::Field(_));
         let numbers = [("speed", self.speed), ("angle", self.angle), ("flow-scale", Some(self.flow_scale))];
         if let Some((name, value)) = numbers.iter().find_map(|(n, v)| v.filter(|v| !v.is_finite()).map(|v| (n, v))) {
             let article = if name.starts_with('a') { "an" } else { "a" };
@@ -123,16 +126,29 @@ impl FlowArgs {
             let what = format!("a speed of {speed} is out of range");
             return Err(Failure::new(2, what).remedy(format!("use -{FARTHEST} to {FARTHEST}")));
         }
-        let of_fields =
-            [("speed", self.speed.is_some()), ("angle", self.angle.is_some()), ("center", self.center.is_some())];
-        let idle = of_fields.iter().find(|(_, typed)| *typed && !is_field);
-        match idle {
-            Some((name, _)) => {
-                let what = format!("--{name} is about fields that are built in, and --flow names a file");
-                Err(Failure::new(2, what).remedy("leave it out, or use --flow-scale"))
-            }
-            None => Ok(()),
-        }
+        self.idle().map_or(Ok(()), Err)
+    }
+
+    /// Of what was typed the first that does nothing.
+    fn idle(&self) -> Option<Failure> {
+        let (field, names) = match &self.flow {
+            What::Field(field) => (Some(*field), format!("is {}", name_of(*field))),
+            What::Files(_) => (None, "names a file".to_owned()),
+        };
+        let is_placed = field.is_some_and(|field| !matches!(field, Field::Uniform | Field::CurlNoise));
+        let of_files = "vectors of files";
+        let turned = matches!(self.flow_direction, DirectionArg::Backward);
+        let all = [
+            ("speed", self.speed.is_some(), field.is_some(), "fields that are built in"),
+            ("angle", self.angle.is_some(), field == Some(Field::Uniform), "the uniform field"),
+            ("center", self.center.is_some(), is_placed, "fields that have a middle"),
+            ("flow-direction", turned, field.is_none(), of_files),
+            ("flow-scale", self.flow_scale != 1.0, field.is_none(), of_files),
+        ];
+        let (name, .., about) = all.into_iter().find(|(_, typed, acts, _)| *typed && !acts)?;
+        let instead = if field.is_none() { "use --flow-scale" } else { "give another --flow" };
+        let what = format!("--{name} is about {about}, and --flow {names}");
+        Some(Failure::new(2, what).remedy(format!("leave it out, or {instead}")))
     }
 
     /// The files that are read.
