@@ -26,6 +26,7 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("--want @/weave.png --lambda 1e39 --size 192", 2, "use 0 (no wish) to 1000000"),
         ("--lambda 2", 2, "--want"),
         ("--want @/stars.png --size 96 --iterations 1", 3, "the output has 96x96 px"),
+        ("--search tree --complete 0.2", 2, "use --complete none, and leave --spread out"),
         ("--complete -1", 2, "completeness of -1"),
         ("--complete much", 2, "'much' is no completeness; write a number"),
     ];

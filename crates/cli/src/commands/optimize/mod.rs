@@ -58,7 +58,8 @@ pub(crate) struct Optimize {
     #[arg(long, value_enum, value_name = "HOW", default_value_t = SearchArg::Coherent)]
     search: SearchArg,
     /// How much parts of the exemplars are preferred that the output lacks: 0 makes it as complete as can be, 1 hardly,
-    /// none takes whatever is nearest. auto is 0.2, and none where --schedule auto has 1:16,1:8, and of a tree.
+    /// none takes whatever is nearest. auto is 0.2, and none of a tree, and from a graph cut where nothing is wanted or
+    /// followed.
     #[arg(long, value_name = "A|none|auto", default_value = "auto", value_parser = complete)]
     complete: Auto<Complete>,
     /// How evenly the exemplar is used: 0 takes whatever fits best.
@@ -77,7 +78,7 @@ pub(crate) struct Optimize {
     gradient: f64,
     #[command(flatten)]
     control: ControlArgs,
-    /// The paper to the letter: --init random --iterations 100 --search exact --complete none --finish average
+    /// The paper, but for its tree: --init random --iterations 100 --search exact --complete none --finish average
     /// --robust 0.8 --gradient 10.
     #[arg(long, conflicts_with = "start")]
     paper: bool,
@@ -101,7 +102,7 @@ choices!(SearchArg for Search {
 
 impl Method for Optimize {
     fn setup(&self, session: &Session<'_>) -> Result<Setup<'_>, Failure> {
-        self.options().validate()?;
+        self.options().validate().map_err(told::by_flags)?;
         self.control.validate(self.init().map().is_some())?;
         let ground = StartArgs::of_map(self.init().map().cloned()).ground(session)?.into();
         let pairs = self.control.pairs(&self.weaving)?;
@@ -152,7 +153,7 @@ impl Method for Optimize {
             let woven = plan.weave(start.as_ref(), &control, &run).map_err(|e| told::failure(&loom.loaded, e))?;
             let mut outcome = outcome(Box::new(woven.result), woven.complete, &woven.stats);
             outcome.course = film.map(|film| film.course(&woven.stats));
-            outcome.stats["washed_out"] = told::washed_out(loom, &*outcome.woven)?.into();
+            outcome.stats["washed_out"] = told::washed_out(loom, &init, &*outcome.woven)?.into();
             Ok(outcome)
         })
         .needing(needed))

@@ -60,7 +60,7 @@ pub(super) fn how(init: &Init, stats: &Stats) -> String {
 }
 
 /// The share of an output that became one blur, which is warned of.
-pub(super) fn washed_out(loom: &Loom<'_>, woven: &dyn Render<2>) -> Result<f64, Failure> {
+pub(super) fn washed_out(loom: &Loom<'_>, init: &Init, woven: &dyn Render<2>) -> Result<f64, Failure> {
     let payload: Vec<&[Plane<2>]> = loom.loaded.payload.iter().map(std::slice::from_ref).collect();
     let encoder = Encoder::fit(&payload)?;
     let shown: Vec<Exemplar<'_, 2>> = payload.iter().map(|planes| Exemplar::new(planes)).collect();
@@ -69,7 +69,8 @@ pub(super) fn washed_out(loom: &Loom<'_>, woven: &dyn Render<2>) -> Result<f64, 
     let share = selvedge_metrics::washed_out(&Exemplars::new(&encoder, &shown)?, &features)?;
     if 0.0 < share {
         let what = format!("{:.0} % of it became a blur without the exemplars' contrast", (100.0 * share).max(1.0));
-        let remedy = "try --init auto, --complete 0.1 or a smaller size in --schedule";
+        let start = if matches!(init, Init::Graphcut | Init::Map(_)) { "" } else { "--init auto, " };
+        let remedy = format!("try {start}--complete 0.1 or a smaller size in --schedule");
         loom.session.warn(loom.output(), &format!("{what}; {remedy}"));
     }
     Ok(share)
@@ -86,8 +87,20 @@ pub(in crate::commands) fn failure(loaded: &ExemplarSet, error: Error) -> Failur
             let remedy = format!("use --size {least} or more, or a smaller size in --schedule, such as 1:4");
             Failure::from(error).remedy(remedy)
         }
-        Error::Tree => Failure::from(error).remedy("add --complete none, and leave --spread out"),
+        Error::Holes { .. } if loaded.masks.iter().any(Option::is_some) => {
+            let what = format!("{error}, of which some may show what --mask hides");
+            Failure::of(error.kind(), &what, "mask less, or fill them first: graphcut --start MAP with the same --mask")
+        }
+        Error::Holes { .. } => Failure::from(error).remedy("fill them first: graphcut --start MAP"),
         Error::Masked { .. } => loaded.about(Failure::from(error)),
+        _ => by_flags(error),
+    }
+}
+
+/// Errors of options alone, by their flags.
+pub(super) fn by_flags(error: Error) -> Failure {
+    match error {
+        Error::Tree => Failure::from(error).remedy("use --complete none, and leave --spread out"),
         _ => Failure::from(error),
     }
 }
