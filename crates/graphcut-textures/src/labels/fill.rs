@@ -179,16 +179,16 @@ fn levels<const D: usize>(
 ) -> Result<Vec<Level<D>>, Error> {
     let all = 0..exemplars.sources().len();
     let mut levels = vec![Level { exemplars: exemplars.only(all)?, standing, sources }];
-    while let Some(finest) =
-        levels.last().filter(|l| l.standing.domain().shape.iter().any(|&n| OffsetOptions::COARSE < n))
-    {
+    // Frames of a clip stay as many as they are.
+    let is_long = |shape: [u32; D]| (0..D).any(|a| Domain::<D>::halves(a) && OffsetOptions::COARSE < shape[a]);
+    while let Some(finest) = levels.last().filter(|l| is_long(l.standing.domain().shape)) {
         let coarse = match finest.exemplars.coarser() {
             Err(CoreError::NothingValid) => break,
             other => other?,
         };
         let mut standing = finest.standing.coarser(&coarse)?;
         let (fine, domain) = (&finest.standing, standing.domain());
-        let block = |at: [u32; D]| domain.index(at.map(|p| p / 2));
+        let block = |at: [u32; D]| domain.index(Domain::<D>::halved(at, 1));
         // A block of which anything is missing is a hole.
         for (at, id) in fine.domain().positions().zip(fine.ids.plane(0)) {
             if !id.is_assigned() {

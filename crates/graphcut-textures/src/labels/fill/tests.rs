@@ -77,6 +77,37 @@ fn specks_everywhere_are_filled_by_labels() {
 }
 
 #[test]
+fn clips_are_halved_in_their_frames_alone() {
+    let clip = |shape| {
+        let domain = Domain::open(shape);
+        let value = |[t, y, x]: [u32; 3]| (t % 3 * 80 + y % 4 * 20 + x % 5 * 3) as u8;
+        let features = Grid::from_vec(domain, 1, domain.positions().map(value).collect()).unwrap();
+        let hole = |[t, y, x]: [u32; 3]| t.abs_diff(9) < 2 && y.abs_diff(5) < 2 && x.abs_diff(21) < 3;
+        let valid = Grid::from_vec(domain, 1, domain.positions().map(|at| !hole(at)).collect()).unwrap();
+        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+        let source = Source { features, valid: Some(valid.into()), origin };
+        let e = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let mut map = SourceMap::unassigned(&e, domain).unwrap();
+        for (i, at) in domain.positions().enumerate().filter(|(_, at)| !hole(*at)) {
+            map.ids.plane_mut(0)[i] = e.table().id(0, at);
+        }
+        (e, map)
+    };
+    let options = FillOptions::default();
+    let (e, map) = clip([14, 16, 420]);
+    let all = levels(&e, map.clone(), None, &options).unwrap();
+    let holes = all.iter().map(|level| level.standing.holes()).collect::<Vec<_>>();
+    // Frames 8 to 10, of rows 4 to 6 and columns 19 to 23 in blocks of two.
+    assert_eq!((all[1].standing.domain().shape, &holes[..]), ([14, 8, 210], &[3 * 3 * 5, 3 * 2 * 3][..]));
+    let start = Start { map, fixed: None, sources: None };
+    let woven = fill(&e, start, &options, &Run::seeded(0)).unwrap();
+    assert_eq!((woven.result.holes(), woven.stats.filled), (0, 3 * 3 * 5));
+    // However many frames there are.
+    let (e, map) = clip([430, 12, 24]);
+    assert_eq!(levels(&e, map, None, &options).unwrap().len(), 1);
+}
+
+#[test]
 fn patches_without_samples_are_refused() {
     let (e, start) = holed(&periodic([20, 20], [5, 5], 1), |at| at == [4, 4]);
     let none = OffsetOptions { side: 0, ..OffsetOptions::default() };
