@@ -109,13 +109,15 @@ fn whole<const D: usize>(exemplars: &Exemplars<D>, levels: u32) -> Result<u32, E
     let valid = |source: &Source<D>| {
         source.valid.as_deref().map_or(source.domain().len(), |v| v.samples().iter().filter(|v| **v).count())
     };
+    // A coarse sample stands for two along each axis that halves.
+    let halved = (0..D).filter(|&a| Domain::<D>::halves(a)).count();
     let mut finer = exemplars.clone();
     for level in 1..levels {
         let coarse = match finer.coarser() {
             Err(selvedge_core::Error::NothingValid) => return Ok(level),
             coarse => coarse?,
         };
-        let held = |(fine, coarse): (&Arc<Source<D>>, &Arc<Source<D>>)| valid(fine) <= valid(coarse) << (D + 1);
+        let held = |(fine, coarse): (&Arc<Source<D>>, &Arc<Source<D>>)| valid(fine) <= valid(coarse) << (halved + 1);
         if !finer.sources().iter().zip(coarse.sources()).all(held) {
             return Ok(level);
         }
@@ -127,6 +129,25 @@ fn whole<const D: usize>(exemplars: &Exemplars<D>, levels: u32) -> Result<u32, E
 #[cfg(test)]
 mod tests {
     use super::*;
+    use selvedge_core::{Grid, Origin, Transform};
+
+    #[test]
+    fn masks_leave_half_of_a_picture_and_of_a_clip() {
+        // Of blocks of 2x2 pixels so many in 16 have a hole.
+        fn kept<const D: usize>(shape: [u32; D], holed: u32) -> u32 {
+            let domain = Domain::open(shape);
+            let block = |at: [u32; D]| (at[D - 2] / 2 * 4 + at[D - 1] / 2) % 16;
+            let hole = |at: [u32; D]| at[D - 2] % 2 == 0 && at[D - 1] % 2 == 0 && block(at) < holed;
+            let valid = domain.positions().map(|at| !hole(at)).collect();
+            let valid = Some(Grid::from_vec(domain, 1, valid).unwrap().into());
+            let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+            let source = Source { features: Grid::try_filled(domain, 1, 7).unwrap(), valid, origin };
+            whole(&Exemplars::from_sources(vec![source], vec![1]).unwrap(), 2).unwrap()
+        }
+        // Of 8 in 16 there are 112 samples of 128, 64 of them in whole blocks; of 11 in 16 106 and 40.
+        assert_eq!([kept([16, 8], 8), kept([16, 8], 11)], [2, 1]);
+        assert_eq!([kept([3, 16, 8], 8), kept([3, 16, 8], 11)], [2, 1]);
+    }
 
     #[test]
     fn levels_follow_sizes_structures_and_tiling() {
