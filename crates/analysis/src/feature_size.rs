@@ -30,7 +30,8 @@ pub fn feature_size<const D: usize>(exemplars: &Exemplars<D>) -> Result<u32, Err
 /// textures.
 ///
 /// Of more than 2^18 samples the middle is looked at; where structures fill more than a fourth of its sides, or none is
-/// seen, what is twice as large as well, at half the size, and so on. Of the whole, at a fraction of the size, at least
+/// seen, what is twice as large as well, at half the size, and so on (of a clip
+/// frames of half the size, as many as before). Of the whole, at a fraction of the size, at least
 /// periods are looked for that no middle held. Takes `O(samples)`, and for each look what
 /// [`periods`](crate::periods()) takes.
 ///

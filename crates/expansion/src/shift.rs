@@ -18,8 +18,8 @@ use crate::error::Error;
 /// [`Error::Core`] if memory is short; [`Error::Cut`] if `cancelled`: the map is whole then.
 ///
 /// # Complexity
-/// Time `O(3^D seams + output)`, and once more over the rows of each patch that moves. Space 4 bytes a sample of the
-/// output, and 32 a seam.
+/// Time `O(3^D seams + output)`, and once more over the rows of each patch that moves, of a clip over its frames.
+/// Space 4 bytes a sample of the output, and 32 a seam.
 pub fn shift<const D: usize>(
     exemplars: &Exemplars<D>,
     map: &mut SourceMap<D>,
