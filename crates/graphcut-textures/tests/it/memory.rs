@@ -140,6 +140,8 @@ fn clips_stay_within_their_estimate() {
         ([24, 48, 40], [20, 60, 66], sub),
         ([24, 48, 40], [40, 48, 40], default),
         ([20, 40, 40], [30, 60, 50], Options { region: Some([8; 3]), reach: Some([4; 3]), ..sub }),
+        ([30, 64, 80], [60, 64, 80], Options { levels: Some(2), ..in_time }),
+        ([24, 64, 64], [40, 80, 96], Options { levels: Some(2), ..sub }),
     ];
     let run = |(shape, output, options): ([u32; 3], [u32; 3], Options<3>)| {
         let exemplars = noise(shape, 1);
