@@ -90,6 +90,11 @@ impl Failure {
         Self::leaving(signal, format!("the best so far is in '{}'", shown(partial)))
     }
 
+    /// The run was ended by a signal, and can be gone on with from what is kept in a folder.
+    pub(crate) fn resumable(signal: u8, folder: &Path) -> Self {
+        Self::leaving(signal, format!("go on with --resume '{}'", shown(folder)))
+    }
+
     fn leaving(signal: u8, left: String) -> Self {
         Self { left: Some(left.clone()), ..Self::new(128 + signal, format!("interrupted; {left}")) }
     }

@@ -65,7 +65,9 @@ impl KeptArgs {
 
     /// What keeping what was woven of an output takes.
     pub(crate) fn bytes<const D: usize>(&self, output: Domain<D>) -> Bytes {
-        if self.is_asked() { Bytes::of_samples(output, 12) + Bytes(1 << 20) } else { Bytes(0) }
+        // What is read again stands beside the output until the run ends.
+        let of_sample = if self.is_resumed() { 16 } else { 12 };
+        if self.is_asked() { Bytes::of_samples(output, of_sample) + Bytes(1 << 20) } else { Bytes(0) }
     }
 
     /// What there is to go on from, as `read` takes it; a run that followed from anything else than `head`, and what
@@ -89,7 +91,11 @@ impl KeptArgs {
         }
         for (field, expected) in head.as_object().into_iter().flatten() {
             if found[field] != *expected {
-                return Err(wrong(format!("is the checkpoint of another {field}, {}", found[field])));
+                let differs = match (found[field].as_str(), expected.as_str()) {
+                    (Some(was), Some(is)) if field == "options" => differing(was, is),
+                    _ => found[field].to_string(),
+                };
+                return Err(wrong(format!("is the checkpoint of another {field}, {differs}")));
             }
         }
         Ok(Some(Begun { from: read(made).ok_or_else(damaged)?, head: found }))
@@ -105,6 +111,18 @@ impl KeptArgs {
     }
 }
 
+/// The first option by which a command differs from what is asked for.
+fn differing(was: &str, is: &str) -> String {
+    let options = |command: &str| command.split(" --").skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let (was_with, is_with) = (options(was), options(is));
+    let only = |of: &[String], in_other: &[String]| of.iter().find(|option| !in_other.contains(option)).cloned();
+    match (only(&was_with, &is_with), only(&is_with, &was_with)) {
+        (Some(option), _) => format!("with --{option}"),
+        (None, Some(option)) => format!("without --{option}"),
+        (None, None) => was.to_owned(),
+    }
+}
+
 impl Kept<'_> {
     /// Keeps it as it is, if that is asked, with what else is told of it; a folder that takes no more is warned of.
     pub(crate) fn keep(&self, more: &[(&str, Value)], made: &dyn Fn() -> Vec<u8>) {
@@ -114,8 +132,9 @@ impl Kept<'_> {
         head["blake3"] = blake3::hash(&made).to_hex().as_str().into();
         more.iter().for_each(|(field, value)| head[*field] = value.clone());
         let bytes = [stdio::object(&head).as_bytes(), b"\n", &made].concat();
-        if let Err(error) = selvedge_io::write_bytes(file, &bytes, false) {
-            self.session.say(&format!("warning: {}", Failure::from(error).message));
+        match selvedge_io::write_bytes(file, &bytes, false) {
+            Ok(_) => file.parent().into_iter().for_each(|folder| self.session.is_kept_in(folder)),
+            Err(error) => self.session.say(&format!("warning: {}", Failure::from(error).message)),
         }
     }
 }

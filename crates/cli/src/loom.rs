@@ -387,7 +387,7 @@ impl Loom<'_> {
     /// Keeps the best so far if that is wanted.
     fn interrupted(&mut self, outcome: Outcome) -> Failure {
         let signal = self.session.watch.signal().unwrap_or(2);
-        let failure = Failure::interrupted(signal);
+        let failure = self.session.interrupted(signal);
         if !self.session.global.keep_partial || self.written.output.as_os_str() == STREAM {
             return failure;
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use selvedge_core::{Limits, Run, Seed, SimdLevel};
 use selvedge_io::Fingerprint;
@@ -30,6 +30,8 @@ pub(crate) struct Session<'a> {
     marks: Arc<Mutex<Vec<String>>>,
     /// Frames of containers, as files by names of their own.
     frames: Arc<Mutex<BTreeMap<PathBuf, Vec<u8>>>>,
+    /// The folder from which the run can be gone on with.
+    kept: Arc<OnceLock<PathBuf>>,
 }
 
 impl<'a> Session<'a> {
@@ -44,6 +46,7 @@ impl<'a> Session<'a> {
             inputs: Arc::default(),
             marks: Arc::default(),
             frames: Arc::default(),
+            kept: Arc::default(),
         }
     }
 
@@ -57,7 +60,8 @@ impl<'a> Session<'a> {
     ) -> Session<'g> {
         let limits = Limits { memory: self.limits.memory.saturating_sub(held), ..self.limits };
         let (inputs, marks, frames) = (self.inputs.clone(), self.marks.clone(), self.frames.clone());
-        Session { global, watch: self.watch.clone(), limits, options, typed, inputs, marks, frames }
+        let (watch, kept) = (self.watch.clone(), self.kept.clone());
+        Session { global, watch, limits, options, typed, inputs, marks, frames, kept }
     }
 
     /// The first option of these that was typed, as it is typed.
@@ -120,7 +124,17 @@ impl<'a> Session<'a> {
 
     /// Ends a run that a signal cancelled. Called between the steps of commands that cannot be cancelled within.
     pub(crate) fn check_signal(&self) -> Result<(), Failure> {
-        self.watch.signal().map_or(Ok(()), |signal| Err(Failure::interrupted(signal)))
+        self.watch.signal().map_or(Ok(()), |signal| Err(self.interrupted(signal)))
+    }
+
+    /// What a signal ended, and whether that can be gone on with.
+    pub(crate) fn interrupted(&self, signal: u8) -> Failure {
+        self.kept.get().map_or_else(|| Failure::interrupted(signal), |folder| Failure::resumable(signal, folder))
+    }
+
+    /// Notes that the run can be gone on with from what is kept in a folder.
+    pub(crate) fn is_kept_in(&self, folder: &Path) {
+        self.kept.get_or_init(|| folder.to_path_buf());
     }
 
     /// A line for people, on standard error.

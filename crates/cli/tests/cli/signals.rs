@@ -251,12 +251,12 @@ fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
         stderr.read_line(&mut String::new()).unwrap();
     }
     send(&child, "-INT");
-    ended(child, stderr).refused(130, &["interrupted; nothing was written"]);
+    ended(child, stderr).refused(130, &["interrupted; go on with --resume 'kept'"]);
     assert_eq!(folder.names(), ["kept"]);
     let other = line.replace("--seed 4", "--seed 5");
     folder.run(&format!("{other} --resume kept")).refused(3, &["kept/checkpoint", "of another seed, 4"]);
     let other = line.replace("--refine 120", "--refine 9");
-    folder.run(&format!("{other} --resume kept")).refused(3, &["of another options"]);
+    folder.run(&format!("{other} --resume kept")).refused(3, &["of another options, with --refine 120"]);
     let said = folder.run(&format!("{line} --resume kept --json -j 1")).done();
     assert!(said.json()["options"].get("resume").is_none());
     let mut found = folder.files();

@@ -282,7 +282,7 @@ impl WriteArgs {
     ) -> Failure {
         let signal = session.watch.signal().unwrap_or(2);
         if !session.global.keep_partial || self.output.as_os_str() == STREAM {
-            return Failure::interrupted(signal);
+            return session.interrupted(signal);
         }
         let partial = outputs::partial(&self.name(&clips[0].path));
         match self.outputs(report, session, (clips, None), made).and_then(|outputs| outputs.write(session)) {
