@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut reader = ClipReader::open(clip, &ClipOptions::default())?;
     let frames = read_clip(&mut reader, &run.limits)?;
     let exemplars = Exemplars::of(&[std::slice::from_ref(&frames)])?;
-    let jumps = FrameDistances::new(&exemplars, &Default::default(), &run)?.best(&Default::default())?;
+    let jumps = FrameDistances::new(&exemplars, &Default::default(), &run)?.best(&Default::default(), &run)?;
     let woven = looped(&exemplars, &jumps, &Default::default(), &run)?;
     let rendered = woven.result.map()?.render(&[&frames])?;
     let options = ClipWriteOptions { rate: reader.info().rate, ..ClipWriteOptions::default() };

@@ -249,6 +249,28 @@ pub(crate) fn tell_left_over(session: &Session<'_>, writer: &ClipWriter) {
     }
 }
 
+/// Tells of a GIF that browsers play slower than it says: what is shown for less than a fiftieth of a second they show
+/// for a tenth.
+pub(crate) fn tell_rate(session: &Session<'_>, output: &Path, rate: Option<Rate>) {
+    let is_gif = !is_pattern(output) && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("gif"));
+    if let Some(rate) = rate.filter(|rate| is_gif && u64::from(rate.den()) * 50 < u64::from(rate.num())) {
+        let what = format!("browsers play no GIF faster than 50 frames a second, and this one has {rate}: use --rate");
+        session.warn(output, &what);
+    }
+}
+
+/// Tells of a flipbook that is read as other columns and rows than the file beside it says.
+pub(crate) fn tell_cells(session: &Session<'_>, path: &Path, book: Flipbook) {
+    let beside = std::fs::read(path.with_extension("json")).ok();
+    let Some(told) = beside.and_then(|text| serde_json::from_slice::<Value>(&text).ok()) else { return };
+    let [columns, rows, pad] = ["columns", "rows", "pad"].map(|side| told[side].as_u64());
+    let (Some(columns), Some(rows), Some(pad)) = (columns, rows, pad) else { return };
+    if [columns, rows, pad] != [book.columns, book.rows, book.pad].map(u64::from) {
+        let what = format!("is a flipbook of {columns}x{rows} with {pad} px around frames by what its .json says");
+        session.warn(path, &what);
+    }
+}
+
 /// What a clip's name is filled into an output's name as: that of a picture without its frames' numbers.
 pub(crate) fn plane_name(path: &Path) -> PathBuf {
     let path = selvedge_io::file_of(path);

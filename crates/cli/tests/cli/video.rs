@@ -261,6 +261,7 @@ fn options_that_a_mode_does_not_know_are_told() {
         ("--mode temporal --tile x", "which do not tile"),
         ("--frames 50 --size 48x60x50", "both say how many frames"),
         ("--loop fixed --keep 40", "leaves nothing between"),
+        ("--loop fixed --levels 2", "what --loop fixed keeps stands already"),
         ("--map map.exr", "is no name of EXR files, one a frame"),
         ("--size 48x60x1x1", "is no size of a clip"),
     ] {
@@ -357,6 +358,8 @@ fn flipbooks_are_filled_and_read_again() {
     assert_eq!(bytes(&book), bytes(&clip(&folder, "loop.##.png")));
     let again = folder.run("video book.png --from-flipbook 4x4 --from-pad 1 -o again.##.png --json").done().json();
     assert_eq!(again["inputs"][0]["frames"], 16);
+    let said = folder.run("video book.png --from-flipbook 2x4 --from-pad 1 -o x.##.png --dry-run").done();
+    assert!(said.stderr.contains("is a flipbook of 4x4 with 1 px around"), "{}", said.stderr);
     folder.run("video book.png --from-flipbook 7x4 -o x.##.png").refused(3, &["are not 7x4 frames"]);
     folder
         .run(&format!("video {FIRE} -o y.png --flipbook 2x2 --period 16"))

@@ -29,6 +29,7 @@ fn a_weave_goes_on_from_its_maps() {
     };
     refused("@/fire.png --start m.##.exr --size 40x40x30", 3, &["24 frames of 40x40 px", "30 frames"]);
     refused("@/fire.png --start m.##.exr --loop fixed --mode spacetime", 2, &["--start has frames of its own"]);
+    refused("@/fire.png --start m.##.exr --mode spacetime --levels 2", 2, &["what --start gives stands already"]);
     refused("@/fire.png --start m.01.exr --mode spacetime", 2, &["m.01.exr'", "one a frame"]);
     refused("@/fire.png --start m.##.exr --mode transition", 2, &["--mode transition has frames of the clip's 48x60"]);
     refused("a.##.png --start m.##.exr --mode spacetime", 3, &["a.##.png'", "were made from 40 frames"]);

@@ -83,8 +83,11 @@ fn streams_are_kept_beside_the_output() {
         let output = command.output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success() && said.contains(AGAIN) != more.is_empty(), "{said}");
+        output.stdout
     };
     loops("long.y4m", "a.y4m", "");
+    // From a stream to a stream.
+    assert!(loops("long.y4m", "-", "") == fs::read(folder.path("a.y4m")).unwrap());
     loops("long.y4m", "b.y4m", "--max-memory 72MiB");
     assert!(fs::read(folder.path("a.y4m")).unwrap() == fs::read(folder.path("b.y4m")).unwrap());
     assert_eq!(folder.names().iter().filter(|name| !name.starts_with("fire")).count(), 3, "{:?}", folder.names());

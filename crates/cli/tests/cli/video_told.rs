@@ -132,3 +132,15 @@ fn what_is_woven_tells_at_how_many_sizes_and_a_jump_has_one() {
     folder.run(&format!("{line} --levels 2 --loop fixed")).refused(2, &["cannot be solved at 2 levels"]);
     folder.run(&format!("{line} --levels 6")).refused(2, &["'6' is no number of sizes"]);
 }
+
+#[test]
+fn what_a_longer_loop_left_is_told_once_the_period_is_known() {
+    let folder = Folder::new("video-left");
+    folder.run(&format!("video {FIRE} -o g.##.png --period 30 --quiet")).done();
+    let said = folder.run(&format!("video {FIRE} -o g.##.png --period 14..16")).done();
+    assert!(said.stderr.contains("is left over from a longer run, as are 1"), "{}", said.stderr);
+    let said = folder.run(&format!("video {FIRE} -o g.gif --rate 60 --period 14")).done();
+    assert!(said.stderr.contains("browsers play no GIF faster than 50"), "{}", said.stderr);
+    let said = folder.run(&format!("video {FIRE} -o g.gif --rate 50 --period 14")).done();
+    assert!(!said.stderr.contains("browsers"), "{}", said.stderr);
+}

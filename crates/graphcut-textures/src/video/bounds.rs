@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use selvedge_core::{Bytes, Domain, Source, par};
+use selvedge_core::{Bytes, Domain, Error as CoreError, Source, par, reserve};
 
 /// Sides of the boxes.
 const BOX: u32 = 8;
@@ -101,22 +101,29 @@ impl<T: Ord> PartialEq for Entry<T> {
 impl<T: Ord> Eq for Entry<T> {}
 
 impl<T: Ord> Ordered<T> {
-    /// Of what has these bounds, or values.
-    pub(super) fn new(bounds: impl Iterator<Item = (f64, T)>) -> Self {
-        Self { heap: bounds.map(|(value, what)| Entry { value, exact: false, what }).collect() }
+    /// Of what has these bounds, or values, so many at most.
+    pub(super) fn new(most: usize, bounds: impl Iterator<Item = (f64, T)>) -> Result<Self, CoreError> {
+        let mut entries = Vec::new();
+        reserve(&mut entries, most)?;
+        entries.extend(bounds.map(|(value, what)| Entry { value, exact: false, what }));
+        Ok(Self { heap: entries.into() })
     }
 
     /// The next one that counts, by its value.
-    pub(super) fn next(&mut self, counts: impl Fn(&T) -> bool, value: impl Fn(&T) -> f64) -> Option<(f64, T)> {
-        loop {
-            let entry = self.heap.pop()?;
+    pub(super) fn next<E>(
+        &mut self,
+        counts: impl Fn(&T) -> bool,
+        mut value: impl FnMut(&T) -> Result<f64, E>,
+    ) -> Result<Option<(f64, T)>, E> {
+        while let Some(entry) = self.heap.pop() {
             if !counts(&entry.what) {
                 continue;
             }
             if entry.exact {
-                return Some((entry.value, entry.what));
+                return Ok(Some((entry.value, entry.what)));
             }
-            self.heap.push(Entry { value: value(&entry.what), exact: true, what: entry.what });
+            self.heap.push(Entry { value: value(&entry.what)?, exact: true, what: entry.what });
         }
+        Ok(None)
     }
 }

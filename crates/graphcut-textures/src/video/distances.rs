@@ -49,11 +49,12 @@ pub struct FrameDistances<'c> {
 const BOUNDED: u32 = 300;
 
 impl<'c> FrameDistances<'c> {
-    /// The bytes that distances of a clip hold while they are ranked: 8 a pair, a jump of 24 in a list, and what bounds
-    /// are made of.
+    /// The bytes that distances of a clip hold while they are ranked: 8 a pair, a jump of 24 in a list, and where
+    /// bounds are held, what these are made of, and 8 more a pair that is compared.
     pub fn bytes(clip: Domain<3>, channels: usize) -> Bytes {
         let frames = clip.shape[0];
-        Bytes(16) * u64::from(frames).saturating_mul(frames.into()) + Bounded::bytes(clip, channels)
+        let of_two = if frames < BOUNDED { 16 } else { 20 };
+        Bytes(of_two) * u64::from(frames).saturating_mul(frames.into()) + Bounded::bytes(clip, channels)
     }
 
     /// Compares all frames.
@@ -64,8 +65,8 @@ impl<'c> FrameDistances<'c> {
     /// refuses of [what that takes](Self::bytes).
     ///
     /// # Complexity
-    /// Time `O(frames^2 samples)`, with bounds a 64th of it; space `O(frames^2)` beside the frames that are
-    /// [held](DistanceOptions::held).
+    /// Time `O(frames^2 samples)`, with bounds a 64th of it, and then `O(frames samples)` to tell whether the clip
+    /// closes; space `O(frames^2)` beside the frames that are [held](DistanceOptions::held).
     pub fn new(clip: &'c (impl Footage + ?Sized), options: &DistanceOptions, run: &Run<'_, 3>) -> Result<Self, Error> {
         Self::bounded_from(BOUNDED, clip, options, run)
     }
@@ -147,6 +148,11 @@ impl<'c> FrameDistances<'c> {
         }
     }
 
+    /// Whether that takes a comparison, and [`least`](Self::least) is less.
+    pub(super) fn is_bounded(&self) -> bool {
+        self.exact.is_some()
+    }
+
     /// No more than that: known at once.
     pub(super) fn least(&self, a: u32, b: u32) -> u64 {
         let (first, second) = (a.min(b) as usize, a.max(b) as usize);
@@ -161,7 +167,8 @@ impl<'c> FrameDistances<'c> {
 
     /// True if frames come again after `period` exactly, all through the clip.
     pub fn repeats(&self, period: u32) -> bool {
-        0 < period && period < self.frames && (period..self.frames).all(|t| self.between(t - period, t) == 0)
+        let is_same = |a, b| self.least(a, b) == 0 && self.between(a, b) == 0;
+        0 < period && period < self.frames && (period..self.frames).all(|t| is_same(t - period, t))
     }
 
     /// Steps of one and of two frames over the end are within nine tenths of those inside. Two frames, since a movement
@@ -293,7 +300,7 @@ mod tests {
             let from = |least| {
                 FrameDistances::bounded_from(least, &clip, &DistanceOptions::default(), &Run::seeded(0)).unwrap()
             };
-            let (all, few) = (from(u32::MAX), from(2));
+            let (all, few, run) = (from(u32::MAX), from(2), Run::seeded(0));
             assert!(all.exact.is_none() && few.exact.is_some());
             for (a, b) in (0..frames).flat_map(|a| (0..frames).map(move |b| (a, b))) {
                 assert_eq!(few.between(a, b), all.between(a, b));
@@ -303,7 +310,11 @@ mod tests {
             closing += u32::from(all.closes());
             for (taps, spread, count) in [(4, 4, 24), (1, 1, 1000), (2, 3, 8)] {
                 let options = JumpOptions { taps, spread, count, ..JumpOptions::default() };
-                assert_eq!(few.best(&options).unwrap(), all.best(&options).unwrap(), "seed {seed}, {taps} taps");
+                assert_eq!(
+                    few.best(&options, &run).unwrap(),
+                    all.best(&options, &run).unwrap(),
+                    "seed {seed}, {taps} taps"
+                );
             }
         }
         assert!(0 < closing);

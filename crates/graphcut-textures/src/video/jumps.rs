@@ -1,9 +1,10 @@
 //! Which jumps promise most. `[Schodl00]`
 
+use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::ops::RangeInclusive;
 
-use selvedge_core::Error as CoreError;
+use selvedge_core::{Error as CoreError, Run, par, try_vec};
 
 use super::bounds::Ordered;
 use super::distances::FrameDistances;
@@ -98,12 +99,13 @@ impl FrameDistances<'_> {
     /// other jump.
     ///
     /// # Errors
-    /// [`Range`](selvedge_core::Error::Range); [`Error::Period`] if the clip is shorter than the least period.
+    /// [`Range`](selvedge_core::Error::Range); [`Error::Period`] if the clip is shorter than the least period;
+    /// [`Error::Cancelled`], and too little memory.
     ///
     /// # Complexity
     /// `O(frames^2)`, and `O(log(frames))` for each jump that is as good as those that are answered; where frames are
-    /// compared when that is asked for, some frames for each of these.
-    pub fn best(&self, options: &JumpOptions) -> Result<Vec<Jump>, Error> {
+    /// compared when that is asked for, the pairs around each of these, each once, on the caller's pool.
+    pub fn best(&self, options: &JumpOptions, run: &Run<'_, 3>) -> Result<Vec<Jump>, Error> {
         let periods = options.periods(self.frames())?;
         let whole = Jump { from: self.frames() - 1, to: 0, error: self.mean(self.between(self.frames() - 1, 0), 1) };
         if let Some(period) = periods.clone().find(|&period| self.repeats(period)) {
@@ -112,14 +114,17 @@ impl FrameDistances<'_> {
         if self.closes() && periods.contains(&self.frames()) {
             return Ok(vec![whole]);
         }
+        let count = periods.clone().map(|period| (self.frames() - period + 1) as usize).sum();
         let jumps = periods.flat_map(|period| (0..=self.frames() - period).map(move |to| (to + period - 1, to)));
         // Of equal ones the longest loop, and of these the first.
         let least = |from, to| self.score([from, to], options.taps, &|a, b| self.least(a, b));
         let bounds = jumps.filter_map(|(from, to)| Some((least(from, to)?, (Reverse(from - to + 1), to))));
-        let mut ordered = Ordered::new(bounds);
-        let error = |&(Reverse(period), to): &(Reverse<u32>, u32)| {
-            let exact = self.score([to + period - 1, to], options.taps, &|a, b| self.between(a, b));
-            exact.expect("what has a bound has a value")
+        let (mut ordered, mut known) = (Ordered::new(count, bounds)?, Known::of(self));
+        let mut error = |&(Reverse(period), to): &(Reverse<u32>, u32)| {
+            if run.observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            known.score([to + period - 1, to], options.taps)
         };
         let mut best: Vec<Jump> = Vec::new();
         while best.len() < options.count {
@@ -127,7 +132,7 @@ impl FrameDistances<'_> {
                 let near = |a: u32, b: u32| a.abs_diff(b) < options.spread;
                 !best.iter().any(|other| near(other.from, to + period - 1) && near(other.to, to))
             };
-            let Some((error, (Reverse(period), to))) = ordered.next(apart, error) else { break };
+            let Some((error, (Reverse(period), to))) = ordered.next(apart, &mut error)? else { break };
             best.push(Jump { from: to + period - 1, to, error });
         }
         Ok(if best.is_empty() { vec![whole] } else { best })
@@ -160,11 +165,69 @@ impl FrameDistances<'_> {
     }
 }
 
+/// Distances that are exact, of which each is computed once: beside a jump most are those of its neighbours.
+struct Known<'d, 'c> {
+    distances: &'d FrameDistances<'c>,
+    /// For each frame its distances to all later ones, once one of them was asked for.
+    later: Vec<Vec<u64>>,
+}
+
+impl<'d, 'c> Known<'d, 'c> {
+    /// More than two frames differ by.
+    const UNKNOWN: u64 = u64::MAX;
+
+    fn of(distances: &'d FrameDistances<'c>) -> Self {
+        let rows = if distances.is_bounded() { distances.frames() } else { 0 };
+        Self { distances, later: vec![Vec::new(); rows as usize] }
+    }
+
+    /// The error of a jump that has a bound.
+    fn score(&mut self, jump: [u32; 2], taps: u32) -> Result<f64, Error> {
+        self.compare(jump, taps)?;
+        let score = self.distances.score(jump, taps, &|a, b| self.between(a, b));
+        Ok(score.expect("what has a bound has a value"))
+    }
+
+    /// Compares the frames around a jump that were not compared.
+    fn compare(&mut self, jump: [u32; 2], taps: u32) -> Result<(), Error> {
+        if self.later.is_empty() {
+            return Ok(());
+        }
+        let pairs = RefCell::new(Vec::new());
+        self.distances.score(jump, taps, &|a, b| {
+            pairs.borrow_mut().push((a.min(b), a.max(b)));
+            0
+        });
+        let mut pairs = pairs.into_inner();
+        pairs.retain(|&(a, b)| a != b && self.exact(a, b).is_none());
+        let found = par::map_indexed(pairs.len(), |i| self.distances.between(pairs[i].0, pairs[i].1));
+        for ((a, b), found) in pairs.into_iter().zip(found) {
+            let row = &mut self.later[a as usize];
+            if row.is_empty() {
+                *row = try_vec((self.distances.frames() - 1 - a) as usize, Self::UNKNOWN)?;
+            }
+            row[(b - a - 1) as usize] = found;
+        }
+        Ok(())
+    }
+
+    /// What was compared of an earlier and a later frame.
+    fn exact(&self, a: u32, b: u32) -> Option<u64> {
+        let row = self.later.get(a as usize)?;
+        row.get((b - a) as usize - 1).copied().filter(|&known| known != Self::UNKNOWN)
+    }
+
+    fn between(&self, a: u32, b: u32) -> u64 {
+        let known = if a == b { None } else { self.exact(a.min(b), a.max(b)) };
+        known.unwrap_or_else(|| self.distances.least(a, b))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::video::DistanceOptions;
-    use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, Transform};
+    use selvedge_core::{Domain, Exemplars, Grid, Observer, Origin, Run, Seed, Source, Transform};
 
     /// A clip of one pixel, and what it shows.
     fn clip(seed: u64) -> (Vec<f64>, Exemplars<3>) {
@@ -175,6 +238,22 @@ mod tests {
         let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
         let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
         (shown, exemplars)
+    }
+
+    #[test]
+    fn nobody_compares_once_it_is_cancelled() {
+        struct Cancelled;
+        impl Observer<3> for Cancelled {
+            fn cancelled(&self) -> bool {
+                true
+            }
+        }
+        let (_, exemplars) = clip(1);
+        let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &Run::seeded(0)).unwrap();
+        let options = JumpOptions { period: Some(4..=9), ..JumpOptions::default() };
+        assert!(!distances.best(&options, &Run::seeded(0)).unwrap().is_empty());
+        let run = Run { observer: &Cancelled, ..Run::seeded(0) };
+        assert!(matches!(distances.best(&options, &run), Err(Error::Cancelled)));
     }
 
     #[test]
@@ -208,7 +287,7 @@ mod tests {
                     expected.push(jump);
                 }
             }
-            let found = distances.best(&options).unwrap();
+            let found = distances.best(&options, &Run::seeded(0)).unwrap();
             let places = |jumps: &[Jump]| jumps.iter().map(|j| (j.from, j.to)).collect::<Vec<_>>();
             assert_eq!(places(&found), places(&expected), "seed {seed}");
             assert!(found.iter().zip(&expected).all(|(f, e)| (f.error - e.error).abs() < 1e-9));

@@ -59,7 +59,7 @@ fn clips_that_are_read_again_loop_as_those_that_are_held() {
             let pairs = (0..frames).flat_map(|a| (0..frames).map(move |b| (a, b)));
             assert!(pairs.into_iter().all(|(a, b)| distances.between(a, b) == whole.between(a, b)));
             assert_eq!(distances.closes(), whole.closes());
-            let jumps = distances.best(&JumpOptions::default()).unwrap();
+            let jumps = distances.best(&JumpOptions::default(), &Run::seeded(0)).unwrap();
             let options = LoopOptions { window: 16, levels, jumps: 2, ..LoopOptions::default() };
             let again = looped(&read, &jumps, &options, &run).unwrap();
             let once = looped(&clip, &jumps, &options, &run).unwrap();

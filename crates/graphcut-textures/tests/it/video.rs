@@ -143,14 +143,14 @@ fn clips_that_close_come_back_as_they_are() {
     let once = of(&wave(16, 16));
     let known = distances(&once);
     assert!(known.closes() && !known.repeats(8));
-    let jumps = known.best(&JumpOptions::default()).unwrap();
+    let jumps = known.best(&JumpOptions::default(), &Run::seeded(0)).unwrap();
     assert_eq!((jumps.len(), jumps[0].from, jumps[0].to), (1, 15, 0));
     let map = looped(&once, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap().result.map().unwrap();
     assert!(map.ids.plane(0).iter().zip(0..).all(|(id, i)| id.get() == i));
 
     let clip = wave(32, 16);
     let twice = of(&clip);
-    let jumps = distances(&twice).best(&JumpOptions::default()).unwrap();
+    let jumps = distances(&twice).best(&JumpOptions::default(), &Run::seeded(0)).unwrap();
     assert_eq!(jumps, [jump(15, 0)]);
     let woven = looped(&twice, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
     assert_eq!(woven.stats.tried[0].price, 0);
@@ -200,7 +200,7 @@ fn the_best_jumps_are_apart_and_within_the_periods() {
     let e = of(&noise([30, 4, 4], 2));
     let known = distances(&e);
     let options = JumpOptions { count: 6, period: Some(10..=18), spread: 3, ..JumpOptions::default() };
-    let best = known.best(&options).unwrap();
+    let best = known.best(&options, &Run::seeded(0)).unwrap();
     assert_eq!(best.len(), 6);
     assert!(best.is_sorted_by(|a, b| a.error <= b.error));
     for (i, a) in best.iter().enumerate() {
@@ -208,7 +208,7 @@ fn the_best_jumps_are_apart_and_within_the_periods() {
         assert!(best[..i].iter().all(|b| 3 <= a.from.abs_diff(b.from).max(a.to.abs_diff(b.to))));
     }
     // With one tap the error is that of the frame that comes and the one that would have come, or of those before them.
-    let one = known.best(&JumpOptions { count: 1, taps: 1, ..options }).unwrap()[0];
+    let one = known.best(&JumpOptions { count: 1, taps: 1, ..options }, &Run::seeded(0)).unwrap()[0];
     let pairs = (0..30).flat_map(|i| (0..=i).map(move |j| (i, j))).filter(|(i, j)| (10..=18).contains(&(i - j + 1)));
     let error = |(i, j): (u32, u32)| if i < 29 { known.between(i + 1, j) } else { known.between(i, j - 1) };
     let least = pairs.map(error).min().unwrap();
@@ -221,7 +221,7 @@ fn the_number_of_threads_does_not_matter() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let jumps = distances(&e).best(&JumpOptions::default()).unwrap();
+            let jumps = distances(&e).best(&JumpOptions::default(), &Run::seeded(0)).unwrap();
             let woven = looped(&e, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
             (jumps, woven.result, woven.stats)
         })
@@ -294,10 +294,10 @@ fn what_cannot_loop_is_refused() {
     let error = FrameDistances::new(&still, &DistanceOptions::default(), &run).unwrap_err();
     assert_eq!(error, Error::Frames { frames: 1 });
     let two = of(&noise([2, 4, 4], 0));
-    let jumps = distances(&two).best(&JumpOptions::default()).unwrap();
+    let jumps = distances(&two).best(&JumpOptions::default(), &Run::seeded(0)).unwrap();
     assert_eq!((jumps.len(), jumps[0].period()), (1, 2), "there is no other");
     let clip = of(&noise([12, 4, 4], 0));
-    let best = |options: JumpOptions| distances(&clip).best(&options).unwrap_err();
+    let best = |options: JumpOptions| distances(&clip).best(&options, &Run::seeded(0)).unwrap_err();
     let options = JumpOptions::default();
     assert_eq!(
         best(JumpOptions { period: Some(13..=20), ..options.clone() }),
@@ -368,7 +368,7 @@ fn walks_jump_along_their_surfaces_and_find_no_dead_end() {
 #[test]
 fn waves_that_dissolve_are_cut_between_frames_that_are_not_alike() {
     let exemplars = of(&selvedge_testkit::exemplars::beach([100, 48, 48]));
-    let jumps = distances(&exemplars).best(&JumpOptions::default()).unwrap();
+    let jumps = distances(&exemplars).best(&JumpOptions::default(), &Run::seeded(0)).unwrap();
     let woven = looped(&exemplars, &jumps, &LoopOptions::default(), &Run::seeded(0)).unwrap();
     let best = &woven.stats.tried[woven.stats.chosen];
     let usual = median(&exemplars.sources()[0].features) as f64 / (48.0 * 48.0);

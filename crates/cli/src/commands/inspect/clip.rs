@@ -68,10 +68,14 @@ impl Look {
         let features = &exemplars.sources()[0].features;
         let usual = clip.usual(features)?;
         let over = |from, to| usual.closure(std::iter::once(step(features, from, to)));
-        let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &session.run());
-        let distances = distances.or_else(|e| session.check_signal().and(Err(about(e.into()))))?;
-        let jumps = distances.best(&JumpOptions { count: JUMPS, ..JumpOptions::default() });
-        let jumps = jumps.map_err(|e| about(e.into()))?.into_iter().map(|jump| (jump, over(jump.from, jump.to)));
+        let (run, of_jumps) = (session.run(), JumpOptions { count: JUMPS, ..JumpOptions::default() });
+        let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run);
+        // A signal is why, or nothing is.
+        let jumps = distances.and_then(|distances| distances.best(&of_jumps, &run));
+        let jumps = jumps
+            .or_else(|e| session.check_signal().and(Err(about(e.into()))))?
+            .into_iter()
+            .map(|jump| (jump, over(jump.from, jump.to)));
         // What is measured of space is no matter of time.
         let frame = frame_of(&clip.plane, clip.info.frames / 2).map_err(|e| about(e.into()))?;
         let frame = Exemplars::of(&[std::slice::from_ref(&frame)]).map_err(|e| about(e.into()))?;

@@ -1,7 +1,7 @@
 //! A loop as one picture: frames, slices through time with the seam drawn, when each pixel jumps, and which jumps there
 //! were.
 
-use selvedge_core::{Domain, Grid, Plane, Role, Samples, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Render as _, Role, Samples, SourceMap, par};
 use selvedge_graphcut_textures::video::{FrameDistances, Jump, Loop};
 
 use crate::failure::Failure;
@@ -41,6 +41,16 @@ pub(super) struct Cut<'a> {
     pub(super) looped: &'a Loop,
     pub(super) distances: &'a FrameDistances<'a>,
     pub(super) jumps: &'a [Jump],
+}
+
+/// The features that an output of one clip has.
+pub(super) fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<Grid<u8, 3>, Failure> {
+    let source = &exemplars.sources()[0].features;
+    let plane = Plane::new(Role::Scalar, Samples::U8(source.map(|v| v)?));
+    let Samples::U8(output) = map.render(&[&plane])?.samples else {
+        return Err(Failure::new(70, "features are 8 bits"));
+    };
+    Ok(output)
 }
 
 impl Shown<'_> {
@@ -106,12 +116,17 @@ impl Cut<'_> {
         let frames = self.distances.frames();
         let every = frames.div_ceil(MATRIX);
         let side = frames.div_ceil(every);
-        let greatest = (0..frames).map(|a| self.distances.between(a, frames - 1 - a)).max().unwrap_or(0).max(1);
-        let grey = |a: u32, b: u32| {
-            let share = self.distances.between(a, b) as f64 / greatest as f64;
-            [(share.sqrt() * 255.0).min(255.0) as u8; 3]
+        // Frames may have to be compared for each.
+        let between = |a: u32, b: u32| self.distances.between(a, b);
+        let across = par::map_indexed(frames as usize / 2, |a| between(a as u32, frames - 1 - a as u32));
+        let greatest = across.into_iter().max().unwrap_or(0).max(1);
+        let row = |y: usize| (0..y as u32).map(|x| between(x * every, y as u32 * every)).collect::<Vec<u64>>();
+        let rows = par::map_indexed(side as usize, row);
+        let grey = |x: u32, y: u32| {
+            let known = rows[x.max(y) as usize].get(x.min(y) as usize).copied().unwrap_or(0);
+            [((known as f64 / greatest as f64).sqrt() * 255.0).min(255.0) as u8; 3]
         };
-        let mut panel = Panel::of([side, side], |x, y| grey(x * every, y * every));
+        let mut panel = Panel::of([side, side], grey);
         let chosen = std::iter::once((&self.looped.jump, RED));
         for (jump, color) in self.jumps.iter().map(|jump| (jump, YELLOW)).chain(chosen) {
             let (x, y) = ((jump.from / every) as usize, (jump.to / every) as usize);

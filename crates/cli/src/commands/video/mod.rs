@@ -93,6 +93,7 @@ impl Video {
         others.extend(self.woven.files()?);
         let way = self.way(session, &clips[0], start.as_ref())?;
         self.write.check(session, &self.read, (&clips, &way), &others)?;
+        let most = self.write.most(&way, &clips[0]);
         let (way, needed, is_read_again) = self.affordable(session, &clips, way)?;
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
@@ -108,7 +109,7 @@ impl Video {
             return Ok(Done::would(report, line, self.write.planned(&self.read, &way, self.frames(&clips[0], &way)?)));
         }
         if is_read_again {
-            return self.reread(session, report, (clips, &way), used);
+            return self.reread(session, report, (clips, &way, most), used);
         }
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
@@ -121,6 +122,7 @@ impl Video {
             return Err(self.write.interrupted(session, &mut report, &clips, &made));
         }
         session.check_signal()?;
+        self.write.tell_left_over(session, clips.iter().map(|clip| &*clip.path), (most, &made))?;
         let outputs = self.write.outputs(&mut report, session, (&clips, still.as_ref()), &made)?;
         let line = format!("{name}: {}{}, in {:.2} s", made.how, self.write.more(&made), report.elapsed());
         Ok(Done::made(report, line, outputs))

@@ -27,7 +27,7 @@ impl Video {
         &self,
         session: &Session<'_>,
         mut report: Report,
-        (clips, way): (Vec<ClipInput>, &Way),
+        (clips, way, most): (Vec<ClipInput>, &Way, u32),
         used: Used,
     ) -> Result<Done, Failure> {
         let options = self.read.options(session, self.write.rate);
@@ -40,6 +40,7 @@ impl Video {
         (report.options, report.stats) = (made.options.clone(), made.stats.clone());
         reels[1..].iter().try_for_each(Reel::pass)?;
         let noted = reels.iter().map(|reel| reel.noted(&mut report)).collect::<Result<Vec<_>, _>>()?;
+        self.write.tell_left_over(session, reels.iter().map(|reel| &*reel.path), (most, &made))?;
         let outputs = self.write.reread(session, (&reels, &noted), (&made, &looped))?;
         report.stage("encode");
         let name = shown(&self.write.output);
@@ -76,7 +77,7 @@ impl TransitionArgs {
             session.check_signal()?;
             Err(reel.failure(e))
         })?;
-        let jumps = self.found(&distances, period).map_err(|e| e.about(&reel.path))?;
+        let jumps = self.found(session, &distances, period).map_err(|e| e.about(&reel.path))?;
         let woven = self.looped(session, reel, &jumps).map_err(|e| reel.failure(e))?;
         session.check_signal()?;
         let (result, stats) = (woven.result, woven.stats);

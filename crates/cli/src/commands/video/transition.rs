@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Exemplars, Grid, Plane, Render as _, Role, Samples, SeamMeasure, SourceMap};
+use selvedge_core::{Exemplars, Role, SeamMeasure};
 use selvedge_graphcut_textures::video::{
     self, CLOSES, Closure, DistanceOptions, Footage, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats,
     Surface, Trial, Usual, looped, over_seams,
@@ -12,7 +12,7 @@ use selvedge_graphcut_textures::video::{
 use serde_json::{Value, json};
 
 use super::choices::{JumpArg, Period};
-use super::look::{Cut, Shown};
+use super::look::{Cut, Shown, features};
 use super::modes::{PlayArg, Way};
 use super::still::Still;
 use super::surfaces::{times, whole_numbers};
@@ -143,7 +143,7 @@ impl TransitionArgs {
             session.check_signal()?;
             Err(about(e.into()))
         })?;
-        let jumps = self.found(&distances, period).map_err(about)?;
+        let jumps = self.found(session, &distances, period).map_err(about)?;
         if let Some(frames) = self.blend {
             return self.faded(clip, &exemplars, &jumps[0], frames, used);
         }
@@ -203,11 +203,16 @@ impl TransitionArgs {
     }
 
     /// The jumps to cut: the one that was typed, or the best.
-    pub(super) fn found(&self, distances: &FrameDistances<'_>, filled: Option<u32>) -> Result<Vec<Jump>, Failure> {
+    pub(super) fn found(
+        &self,
+        session: &Session<'_>,
+        distances: &FrameDistances<'_>,
+        filled: Option<u32>,
+    ) -> Result<Vec<Jump>, Failure> {
         if let Some(jump) = &self.jump {
             return Ok(vec![jump.0]);
         }
-        Ok(distances.best(&self.asked(filled))?)
+        distances.best(&self.asked(filled), &session.run()).or_else(|e| session.check_signal().and(Err(e.into())))
     }
 
     /// Cuts the jumps, or takes a surface that was cut before.
@@ -326,7 +331,7 @@ impl TransitionArgs {
         let Jump { from, to, .. } = result.jump;
         let period = result.jump.period();
         if closes {
-            return format!("the clip closes already: a loop of all its {period} frames");
+            return format!("the clip closes already: a loop of all its {period} frames (--period asks for a jump)");
         }
         let seam = match stats.tried.get(stats.chosen) {
             Some(tried) if 0 < tried.straight => {
@@ -385,14 +390,4 @@ fn closure_json(closure: &Closure) -> Value {
 
 fn jump_json(jump: &Jump) -> Value {
     json!({"from": jump.from, "to": jump.to, "error": jump.error})
-}
-
-/// The features that an output of one clip has.
-pub(super) fn features(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<Grid<u8, 3>, Failure> {
-    let source = &exemplars.sources()[0].features;
-    let plane = Plane::new(Role::Scalar, Samples::U8(source.map(|v| v)?));
-    let Samples::U8(output) = map.render(&[&plane])?.samples else {
-        return Err(Failure::new(70, "features are 8 bits"));
-    };
-    Ok(output)
 }

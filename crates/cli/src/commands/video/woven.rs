@@ -9,12 +9,12 @@ use selvedge_graphcut_textures::video::{Ends, Usual, median, step};
 use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, plan};
 use serde_json::{Value, json};
 
+use super::ClipOutcome;
 use super::choices::{reach, typed, typed_reach, volume};
-use super::look::Shown;
+use super::look::{Shown, features};
 use super::modes::{ModeArg, Way};
 use super::still::Still;
 use super::written::WriteArgs;
-use super::{ClipOutcome, transition};
 use crate::clip_maps::ClipMaps;
 use crate::clips::{self, Clip, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
@@ -87,10 +87,23 @@ impl WovenArgs {
         Ok(Some(maps))
     }
 
+    /// What an output begins with.
+    fn stands(&self, way: &Way) -> Option<&'static str> {
+        match &self.start {
+            Some(_) => Some("what --start gives"),
+            None => (0 < way.keep).then_some("what --loop fixed keeps"),
+        }
+    }
+
     /// As the library takes them.
     pub(super) fn options(&self, way: &Way, seam: SeamMeasure, levels: Option<u32>) -> Result<Options<3>, Failure> {
         self.kept.check_levels(levels)?;
-        let begins_empty = self.start.is_none() && way.keep == 0 && !self.kept.is_asked();
+        if let (Some(2..), Some(stands)) = (levels, self.stands(way)) {
+            let failure =
+                Failure::new(2, format!("{stands} stands already: what goes on from it is woven at one size"));
+            return Err(failure.remedy("use --levels 1, or leave it out"));
+        }
+        let begins_empty = self.stands(way).is_none() && !self.kept.is_asked();
         let options = Options {
             placement: self.placement.into(),
             free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
@@ -137,7 +150,7 @@ impl WovenArgs {
             Some(still) => still.held(session, &exemplars, &map, seam)?,
             None => map,
         };
-        let output = transition::features(&exemplars, &map)?;
+        let output = features(&exemplars, &map)?;
         let motion = Motion::of(&exemplars.sources()[0].features, &output);
         let shown = Shown { output: &output, map: &map, jumps: None };
         let preview = (write.preview.is_some() || write.report.is_some()).then(|| shown.picture()).transpose()?;

@@ -117,6 +117,30 @@ impl WriteArgs {
         self.flipbook.filter(|_| self.repeat == 1 && !self.closing_frame).map(Flipbook::cells)
     }
 
+    /// Frames that are written at most.
+    pub(super) fn most(&self, way: &Way, clip: &ClipInput) -> u32 {
+        // No loop is longer than its flipbook; what is woven has as many frames as are asked for.
+        let book = self.flipbook.filter(|_| way.jumps() && way.play.is_none()).map(Flipbook::cells);
+        book.unwrap_or_else(|| self.written(way.most(clip.domain())[0]))
+    }
+
+    /// One that tells what it would write.
+    fn writer(&self, output: &Path, frames: u32) -> Result<ClipWriter, Failure> {
+        Ok(ClipWriter::create(output, frames, Metadata::default(), self.write_options(None, None))?)
+    }
+
+    /// Tells of frames of a longer run once it is known how many of `most` are written.
+    pub(super) fn tell_left_over<'p>(
+        &self,
+        session: &Session<'_>,
+        mut clips: impl Iterator<Item = &'p Path>,
+        (most, made): (u32, &ClipOutcome),
+    ) -> Result<(), Failure> {
+        let count = self.count(made);
+        let tell = |clip| self.writer(&self.name(clip), count).map(|writer| clips::tell_left_over(session, &writer));
+        if count < most { clips.try_for_each(tell) } else { Ok(()) }
+    }
+
     fn write_options(&self, rate: Option<Rate>, period: Option<u32>) -> ClipWriteOptions {
         let rate = self.rate.or(rate);
         let flipbook = self.flipbook.map(|book| Flipbook { pad: self.pad.unwrap_or(0), ..book });
@@ -137,15 +161,13 @@ impl WriteArgs {
             let files = of.files(path)?;
             let output = self.name(path);
             let info = clip.info();
-            let [frames, height, width] = way.most(clip.domain());
-            // No loop is longer than its flipbook; what is woven has as many frames as are asked for.
-            let book = self.flipbook.filter(|_| way.jumps() && way.play.is_none()).map(Flipbook::cells);
-            let most = book.unwrap_or_else(|| self.written(frames));
-            let writer = ClipWriter::create(&output, most, Metadata::default(), self.write_options(None, None))?;
+            let [_, height, width] = way.most(clip.domain());
+            let writer = self.writer(&output, self.most(way, clip))?;
             clips::check_held(&writer, (info.channels, info.alpha), info.depth, [height, width])?;
             let made = writer.files();
             let inputs: BTreeSet<Destination> = files.iter().map(|file| Destination::of(file)).collect();
-            if let Some(input) = made.iter().find(|file| inputs.contains(&Destination::of(file))) {
+            let is_read = |file: &&PathBuf| file.as_os_str() != STREAM && inputs.contains(&Destination::of(file));
+            if let Some(input) = made.iter().find(is_read) {
                 let failure = Failure::new(4, format!("is the same file as the input '{}'", shown(input)));
                 return Err(failure.about(input).remedy("choose another name"));
             }
@@ -153,6 +175,7 @@ impl WriteArgs {
             written.extend(made.first().cloned());
             written.extend((1 < made.len()).then(|| made.last().cloned()).flatten());
             clips::tell_left_over(session, &writer);
+            clips::tell_rate(session, &output, self.rate.or(info.rate));
             read.extend(files);
         }
         if let Some(name) = &self.map {
