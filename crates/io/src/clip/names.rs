@@ -57,6 +57,16 @@ impl ClipName {
         }
     }
 
+    /// Whether no other number is asked for than that of the frame.
+    pub(super) fn has_one_number(&self) -> bool {
+        !matches!(self, Self::Sequence(pattern) if printf(&pattern.before).is_some())
+    }
+
+    /// Whether something follows the number that may say a format.
+    pub(super) fn has_ending(&self) -> bool {
+        !matches!(self, Self::Sequence(pattern) if !pattern.after.contains('.'))
+    }
+
     /// The name of a picture for all frames: `name.exr` for `name.####.exr`.
     pub fn without_number(&self) -> PathBuf {
         match self {

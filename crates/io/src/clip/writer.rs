@@ -88,7 +88,11 @@ impl ClipWriter {
                 Target::File(path.to_path_buf(), Box::new(encoder))
             }
             (None, Some(name)) => {
-                options.frame.format_of(name.file(1).ok_or_else(no_clip)?)?;
+                let file = name.file(1).filter(|_| name.has_one_number()).ok_or_else(no_clip)?;
+                if options.frame.format.is_none() && !name.has_ending() {
+                    return Err(no_clip());
+                }
+                options.frame.format_of(file)?;
                 Target::Sequence(name)
             }
             (None, None) => {

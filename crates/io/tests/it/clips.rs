@@ -198,8 +198,10 @@ fn what_a_longer_run_left_is_named_and_nothing_is_written_for_wrong_names() {
     std::fs::copy(whole.join("0001.png"), whole.join("other.png")).unwrap();
     let shorter = write(&whole, &written[..2], ClipWriteOptions::default()).unwrap();
     assert_eq!(shorter.left_over(), ["0003.png", "0004.png", "other.png"].map(|name| whole.join(name)));
-    let line = write(&folder.path("a.*.png"), &written, ClipWriteOptions::default()).unwrap_err().to_string();
-    assert!(line.contains("is the name of no clip"), "{line}");
+    for none in ["a.*.png", "a#", "a.##", "a-%d-%d.png"] {
+        let line = write(&folder.path(none), &written, ClipWriteOptions::default()).unwrap_err().to_string();
+        assert!(line.contains("is the name of no clip"), "{line}");
+    }
     let line = write(&folder.path("a.##.xyz"), &written, ClipWriteOptions::default()).unwrap_err().to_string();
     assert!(line.contains("'xyz' is no format"), "{line}");
     let unfinished = ClipWriter::create(&path, 3, Metadata::default(), ClipWriteOptions::default()).unwrap();
