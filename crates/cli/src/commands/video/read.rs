@@ -53,11 +53,11 @@ impl ReadArgs {
         beside: &Path,
     ) -> Result<Vec<ClipInput>, Failure> {
         let options = self.options(session, rate);
+        let open = |path: &PathBuf| ClipInput::spooled(session, path, &options, beside);
+        let clips = self.paths().map(open).collect::<Result<Vec<_>, _>>()?;
         if let Some(book) = options.flipbook {
             self.paths().for_each(|path| clips::tell_cells(session, path, book));
         }
-        let open = |path: &PathBuf| ClipInput::spooled(session, path, &options, beside);
-        let clips = self.paths().map(open).collect::<Result<Vec<_>, _>>()?;
         clips[1..].iter().try_for_each(|pass| pass.check_like(&clips[0]))?;
         if clips[0].info().frames < 2 {
             let failure = Failure::new(3, "has one frame, of which no loop is made");

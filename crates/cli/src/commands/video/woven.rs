@@ -98,10 +98,9 @@ impl WovenArgs {
     /// As the library takes them.
     pub(super) fn options(&self, way: &Way, seam: SeamMeasure, levels: Option<u32>) -> Result<Options<3>, Failure> {
         self.kept.check_levels(levels)?;
-        if let (Some(2..), Some(stands)) = (levels, self.stands(way)) {
-            let failure =
-                Failure::new(2, format!("{stands} stands already: what goes on from it is woven at one size"));
-            return Err(failure.remedy("use --levels 1, or leave it out"));
+        if let (Some(levels @ 2..), Some(stands)) = (levels, self.stands(way)) {
+            let what = format!("{stands} stands already, and cannot be solved at {levels} levels");
+            return Err(Failure::new(2, what).remedy("use --levels 1, or leave it out"));
         }
         let begins_empty = self.stands(way).is_none() && !self.kept.is_asked();
         let options = Options {
