@@ -137,7 +137,7 @@ mod tests {
         fn kept<const D: usize>(shape: [u32; D], holed: u32) -> u32 {
             let domain = Domain::open(shape);
             let block = |at: [u32; D]| (at[D - 2] / 2 * 4 + at[D - 1] / 2) % 16;
-            let hole = |at: [u32; D]| at[D - 2] % 2 == 0 && at[D - 1] % 2 == 0 && block(at) < holed;
+            let hole = |at: [u32; D]| at[D - 2..].iter().all(|p| p.is_multiple_of(2)) && block(at) < holed;
             let valid = domain.positions().map(|at| !hole(at)).collect();
             let valid = Some(Grid::from_vec(domain, 1, valid).unwrap().into());
             let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
