@@ -128,8 +128,8 @@ impl<'a, 'r> Weaver<'a, 'r> {
         Err(selvedge_core::Error::NoSource { at: self.labelling.map.domain().position(place).to_vec() }.into())
     }
 
-    /// What lies nearer to a place that was tried in vain is like it: in a neighborhood of the output, however far apart
-    /// the taps of constraints are.
+    /// What lies nearer to a place that was tried in vain is like it: in a neighborhood of the output, however far
+    /// apart taps of constraints are.
     fn near(&self) -> u32 {
         2 * self.options.neighborhood + 1
     }

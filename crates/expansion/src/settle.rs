@@ -33,8 +33,9 @@ pub struct Pins<'a, const D: usize> {
 }
 
 /// Decides a map again within `width` of its seams: every patch that meets a tile is offered to all of its band, of
-/// clips to what is near where it shows in the tile already, and taken where seams become cheaper. Answers with how much the price of all
-/// seams fell: it never rises. Holes stay. `told` hears from the calling thread how many tiles of how many are done.
+/// clips to what is near where it shows in the tile already, and taken where seams become cheaper. Answers with how
+/// much the price of all seams fell: it never rises. Holes stay. `told` hears from the calling thread how many tiles of
+/// how many are done.
 ///
 /// A map that was solved at half the size ([`SourceMap::finer`]) has its seams to within two samples of where they
 /// would lie; so they are found for the price of a band, not of a picture.

@@ -26,7 +26,8 @@
 //!
 //! let exemplars = Exemplars::of(&[std::slice::from_ref(&clip)])?;
 //! let run = Run::seeded(0);
-//! let jumps = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run)?.best(&JumpOptions::default(), &run)?;
+//! let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run)?;
+//! let jumps = distances.best(&JumpOptions::default(), &run)?;
 //! let woven = looped(&exemplars, &jumps, &LoopOptions::default(), &run)?;
 //! assert_eq!(woven.result.jump.period(), 8);
 //! assert_eq!(woven.stats.tried[woven.stats.chosen].price, 0);
