@@ -6,6 +6,12 @@ use crate::ranking::Ranking;
 use crate::{Constraint, Options, analogy};
 use selvedge_core::{Domain, Exemplars, Grid, Guide, Origin, Run, Seed, Source, SourceMap, Start, Transform};
 
+/// One exemplar of one channel, all of which is valid.
+pub(crate) fn of_one(features: Grid<u8, 2>) -> Exemplars<2> {
+    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
+    Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap()
+}
+
 /// Exemplars longer than an output that goes around: any part of them may show, not their first corner alone.
 #[test]
 fn every_sample_can_show_in_a_smaller_output_that_goes_around() {
@@ -39,9 +45,7 @@ fn constant_pictures_end() {
     for (value, target) in [(7, 7), (0, 255)] {
         let domain = Domain::open([9, 9]);
         let flat = |value| Grid::try_filled(domain, 1, value).unwrap();
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let source = Source { features: flat(value), valid: None, origin };
-        let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+        let exemplars = of_one(flat(value));
         let guide =
             Guide::new(&exemplars, &[flat(value)], Grid::try_filled(Domain::open([30, 20]), 1, target).unwrap());
         let options = Options { tolerance: Some(0.0), ..Options::paper() };
@@ -135,9 +139,7 @@ fn a_run_that_is_cancelled_searches_no_more() {
 fn the_best_of_many_labels_are_the_first_of_equal_ones_on_any_threads() {
     let source = Domain::open([150, 160]);
     let flat = |domain| Grid::try_filled(domain, 1, 7).unwrap();
-    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let exemplars =
-        Exemplars::from_sources(vec![Source { features: flat(source), valid: None, origin }], vec![1]).unwrap();
+    let exemplars = of_one(flat(source));
     let output = Domain::open([9, 9]);
     let constraints = [Constraint::new(Guide::new(&exemplars, &[flat(source)], flat(output)).unwrap())];
     let options = Options { candidates: 40, ..Options::paper() };
@@ -216,9 +218,7 @@ fn outputs_spread_over_what_agrees_alike() {
     let mut rng = Seed(3).rng();
     let source = Domain::open([24, 48]);
     let features = source.positions().map(|[_, x]| if 24 <= x { rng.below(256) as u8 } else { 40 }).collect();
-    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let source_of = Source { features: Grid::from_vec(source, 1, features).unwrap(), valid: None, origin };
-    let exemplars = Exemplars::from_sources(vec![source_of], vec![1]).unwrap();
+    let exemplars = of_one(Grid::from_vec(source, 1, features).unwrap());
     let flat = |domain| Grid::try_filled(domain, 1, 9).unwrap();
     let output = Domain::open([70, 70]);
     let constraints = [Constraint::new(Guide::new(&exemplars, &[flat(source)], flat(output)).unwrap())];
@@ -242,9 +242,7 @@ fn what_is_masked_under_an_exemplar_never_shows() {
     let mut noise = |domain: Domain<2>| {
         Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(256) as u8).collect()).unwrap()
     };
-    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let exemplars =
-        Exemplars::from_sources(vec![Source { features: noise(source), valid: None, origin }], vec![1]).unwrap();
+    let exemplars = of_one(noise(source));
     let known = |[y, x]: [u32; 2]| !(6..24).contains(&y) || !(8..30).contains(&x);
     let mask = Grid::from_vec(source, 1, source.positions().map(known).collect()).unwrap();
     let guide = Guide::new(&exemplars, &[noise(source)], noise(output)).unwrap().knowing(&[Some(mask)]).unwrap();

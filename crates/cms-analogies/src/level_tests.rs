@@ -3,11 +3,11 @@
 use std::sync::Mutex;
 
 use selvedge_core::{
-    Domain, Event, Exemplars, Grid, Guide, Observer, Origin, Patch, Plane, Role, Run, Samples, Seed, Source, SourceMap,
-    Transform, Window,
+    Domain, Event, Exemplars, Grid, Guide, Observer, Patch, Plane, Role, Run, Samples, Seed, Source, SourceMap, Window,
 };
 
 use crate::agreement::{Term, of_sample};
+use crate::edge_tests::of_one;
 use crate::tests::{Case, case};
 use crate::{Constraint, Options, levels, pieces};
 
@@ -51,9 +51,7 @@ fn labels_of_a_place_tried_beside_each_other_end_as_if_one_after_the_other() {
         let of = |[y, x]: [u32; 2]| blocks[(y / 4 * 41 + x / 4) as usize % 2000];
         Grid::from_vec(domain, 1, domain.positions().map(of).collect()).unwrap()
     };
-    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let exemplars =
-        Exemplars::from_sources(vec![Source { features: noise(source), valid: None, origin }], vec![1]).unwrap();
+    let exemplars = of_one(noise(source));
     let guide = Guide::new(&exemplars, &[noise(source)], noise(output)).unwrap();
     let constraints = [Constraint::new(guide)];
     let options = Options { neighborhood: 1, levels: Some(2), tolerance: Some(60.0), ..Options::paper() };
@@ -73,9 +71,7 @@ fn labels_of_a_place_tried_beside_each_other_end_as_if_one_after_the_other() {
 fn levels_divide_every_ratio_or_are_divided_by_it() {
     let domain = Domain::open([96, 96]);
     let flat = |domain| Grid::try_filled(domain, 1, 7).unwrap();
-    let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-    let source = Source { features: flat(domain), valid: None, origin };
-    let exemplars = Exemplars::from_sources(vec![source], vec![1]).unwrap();
+    let exemplars = of_one(flat(domain));
     let ratios = |ratios: &[u32], neighborhood, levels| {
         let guide = Guide::new(&exemplars, &[flat(domain)], flat(domain)).unwrap();
         let of = |&ratio: &u32| Constraint { guide: guide.clone(), ratio, weight: 1.0 };
@@ -100,9 +96,8 @@ fn pieces_that_go_around_have_windows_that_do() {
     for seed in 0..60 {
         let mut rng = Seed(seed).rng();
         let output = Domain { shape: [30, 36], periodic: [seed % 2 == 0, seed % 3 == 0] };
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
         let features = Grid::try_filled(Domain::open([70, 80]), 1, 0).unwrap();
-        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+        let exemplars = of_one(features);
         let mut map = SourceMap::unassigned(&exemplars, output).unwrap();
         // Boxes of labels, shifted so that some lie across the border.
         let by = [rng.below(30), rng.below(36)];

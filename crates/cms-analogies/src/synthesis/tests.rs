@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::agreement::of_sample;
+use crate::edge_tests::of_one;
 use crate::pieces;
 use crate::tests::{case, shown};
-use selvedge_core::{Domain, Grid, Guide, Origin, Seed, Source, Transform};
+use selvedge_core::{Domain, Grid, Guide, Seed};
 
 /// The samples of a window are within so many steps of one of another, along both axes.
 fn is_near(output: Domain<2>, window: &Window<2>, at: [u32; 2], steps: u32) -> bool {
@@ -21,9 +22,8 @@ fn a_change_is_forgotten_as_far_as_it_could_matter() {
     for case in 0..60 {
         let mut rng = Seed(case).rng();
         let output = Domain { shape: [12, 14], periodic: [case % 2 == 0, case % 3 == 0] };
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
         let features = Grid::try_filled(Domain::open([5, 4]), 1, 0).unwrap();
-        let exemplars = Exemplars::from_sources(vec![Source { features, valid: None, origin }], vec![1]).unwrap();
+        let exemplars = of_one(features);
         let options = Options { neighborhood: 2, ..Options::paper() };
         let map = SourceMap::unassigned(&exemplars, output).unwrap();
         let run = Run::seeded(0);
@@ -97,9 +97,7 @@ fn pieces_settled_beside_each_other_end_as_if_settled_one_after_the_other() {
         let mut noise = |domain: Domain<2>| {
             Grid::from_vec(domain, 1, (0..domain.len()).map(|_| rng.below(256) as u8).collect()).unwrap()
         };
-        let origin = Origin { exemplar: 0, transform: Transform::IDENTITY };
-        let exemplars =
-            Exemplars::from_sources(vec![Source { features: noise(source), valid: None, origin }], vec![1]).unwrap();
+        let exemplars = of_one(noise(source));
         let guide = Guide::new(&exemplars, &[noise(source)], noise(output)).unwrap();
         let constraints = [Constraint::new(guide)];
         let options = Options { neighborhood: 1, ..Options::paper() };
