@@ -68,7 +68,7 @@ fn labels_of_a_place_tried_beside_each_other_end_as_if_one_after_the_other() {
 }
 
 #[test]
-fn levels_divide_every_ratio_or_are_divided_by_it() {
+fn taps_are_apart_by_the_nearest_number_of_samples_of_a_level() {
     let domain = Domain::open([96, 96]);
     let flat = |domain| Grid::try_filled(domain, 1, 7).unwrap();
     let exemplars = of_one(flat(domain));
@@ -82,8 +82,8 @@ fn levels_divide_every_ratio_or_are_divided_by_it() {
     };
     assert_eq!(ratios(&[8, 1], 1, None), [[4, 1], [2, 1]]);
     assert_eq!(ratios(&[2], 1, Some(4)), [[1], [1], [1]]);
-    assert_eq!(ratios(&[10], 1, None), [[5]]);
-    assert_eq!(ratios(&[3], 1, None), Vec::<Vec<u32>>::new());
+    assert_eq!(ratios(&[10], 1, None), [[5], [3]]);
+    assert_eq!(ratios(&[3, 5, 7], 1, None), [[2, 3, 4], [1, 1, 2]]);
     // Two neighborhoods of 17 samples fit into 48, not into 24.
     assert_eq!(ratios(&[1], 8, None), [[1]]);
     assert_eq!(ratios(&[1], 1, Some(1)), Vec::<Vec<u32>>::new());

@@ -38,8 +38,7 @@ pub(crate) struct Detail {
     /// The picture that lacks detail.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     low: PathBuf,
-    /// How many times larger the output is; the exemplar has the output's resolution. Multiples of 4 take least time:
-    /// they begin at a fourth of the size, odd ones do not, and take several times as long.
+    /// How many times larger the output is; the exemplar has the output's resolution.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=64))]
     scale: u32,
     /// How --low was made smaller: of a photograph by box or lanczos, of a blurred one by gauss.
