@@ -277,6 +277,14 @@ mod tests {
     }
 
     #[test]
+    fn what_compression_adds_to_flat_labels_is_not_unlike_them() {
+        let flat = |level| Grid::try_filled(Domain::open([40, 40]), 1, level).unwrap();
+        let exemplars = exemplars(&flat(100), None);
+        let uncovered = |level| fit(&exemplars, &flat(100), flat(level), 1).uncovered;
+        assert_eq!([100, 97, 104, 105, 90].map(uncovered), [0.0, 0.0, 0.0, 1.0, 1.0].map(Some));
+    }
+
+    #[test]
     fn large_pictures_are_asked_at_a_fraction_of_their_size() {
         let map = noise(Domain::open([160, 240]), 3, 200);
         let exemplars = exemplars(&map, None);

@@ -26,6 +26,14 @@ fn what_nothing_under_the_exemplars_is_like_is_told_before_the_work() {
 }
 
 #[test]
+fn agreement_that_is_as_dear_as_it_can_be_is_told() {
+    let folder = Folder::new("analogies-saturated");
+    let run = |weight| folder.run(&format!("{NUMBERS} -o out.png -K {weight} -N 2 --levels 1")).done();
+    assert!(run("10000").stderr.contains("use a smaller -K"), "{}", run("10000").stderr);
+    assert!(!run("2").stderr.contains("use a smaller -K"), "{}", run("2").stderr);
+}
+
+#[test]
 fn a_sweep_makes_a_run_for_each_pair_of_values() {
     let folder = Folder::new("analogies-sweep");
     let said = folder.run(&format!("{NUMBERS} --sweep K=.5,5 N=1,2,3 -o {{n}}.png --sheet sheet.png --dry-run")).done();
