@@ -299,7 +299,7 @@ impl Trial {
         // Uses were priced as they are; taking many samples of a part makes it dearer for each.
         let priced = priced_uses(&labelling.uses, &frame, &proposal.taken);
         let more = labelling.uses.growth(&frame, &proposal.taken)? - priced;
-        if proposal.filled == 0 && proposal.gain() <= more {
+        if proposal.filled == 0 && proposal.gain <= more {
             return Ok(None);
         }
         let changed = labelling.lay(&frame, &proposal.taken, &costs)?;

@@ -71,7 +71,7 @@ pub(crate) fn random_labels<const D: usize>(
             Err(error) if error.is_cancelled() => return Ok(Woven { result: map, stats: taken, complete: false }),
             Err(error) => return Err(error),
         };
-        if 0 < proposal.filled || 0 < proposal.gain() {
+        if 0 < proposal.filled || 0 < proposal.gain {
             proposal.lay(&frame, &mut map);
             (holes, taken) = (holes - proposal.filled, taken + 1);
         }

@@ -158,11 +158,11 @@ impl<const D: usize> Sweep<'_, D> {
             return Ok(0);
         }
         let proposal = expand(frame, &choices, self.costs, scratch, &|| (self.cancelled)())?;
-        if proposal.gain() <= 0 {
+        if proposal.gain <= 0 {
             return Ok(0);
         }
         frame.take(&proposal.taken);
-        Ok(proposal.gain())
+        Ok(proposal.gain)
     }
 
     fn is_seam(&self, axis: usize, here: SampleId, there: SampleId) -> bool {

@@ -31,7 +31,7 @@ pub(crate) struct Offer<const D: usize> {
 impl<const D: usize> Offer<D> {
     /// How much the seams' cost falls by it; only comparable between offers that fill nothing.
     pub(crate) fn gain(&self) -> i64 {
-        self.proposal.gain()
+        self.proposal.gain
     }
 }
 

@@ -105,11 +105,11 @@ fn the_cut_of_a_band_is_no_better_than_that_of_all_and_no_worse_than_none() {
         let cut = |width| {
             let mut choices = frame.choices(Holes::Fill, |_| None).unwrap();
             frame.band(&mut choices, width, |axis, s, t| costs.continued(s, 2 * axis) != Some(t)).unwrap();
-            expand(&frame, &choices, &costs, &mut Scratch::default(), &|| false).unwrap().gain()
+            expand(&frame, &choices, &costs, &mut Scratch::default(), &|| false).unwrap().gain
         };
         let (narrow, wide, all) = (cut(1), cut(u32::MAX), {
             let choices = frame.choices(Holes::Fill, |_| None).unwrap();
-            expand(&frame, &choices, &costs, &mut Scratch::default(), &|| false).unwrap().gain()
+            expand(&frame, &choices, &costs, &mut Scratch::default(), &|| false).unwrap().gain
         });
         assert_eq!(wide, all, "a band of everything is the full cut");
         assert!(0 <= narrow && narrow <= wide);

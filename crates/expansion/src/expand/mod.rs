@@ -15,10 +15,9 @@ use crate::span::span;
 pub struct Proposal {
     /// Samples of the frame that take the offer.
     pub taken: Vec<bool>,
-    /// Price, at samples that had a choice and between them and their neighbours, if all of them keep what is there.
-    pub before: i64,
-    /// The same after the move. True prices, whatever the model lowered.
-    pub after: i64,
+    /// How much the price of the output falls, exactly and whatever the model lowered, unless [`Choice::New`] fills
+    /// holes or follows a pin: of what these cost no matter what else is decided nothing counts.
+    pub gain: i64,
     /// Samples that had nothing and take the offer.
     pub filled: usize,
     /// Samples that had a choice.
@@ -28,11 +27,6 @@ pub struct Proposal {
 }
 
 impl Proposal {
-    /// How much the price of the output falls, exactly, unless [`Choice::New`] fills holes or follows a pin.
-    pub fn gain(&self) -> i64 {
-        self.before - self.after
-    }
-
     /// Lays it: the map shows what was offered where it is taken.
     pub fn lay<const D: usize>(&self, frame: &Frame<D>, map: &mut SourceMap<D>) {
         let ids = map.ids.plane_mut(0);
@@ -94,39 +88,16 @@ fn decide<const D: usize>(
     let free = choices.iter().filter(|&&c| c == Choice::Free).count();
     let mut taken = try_vec(choices.len(), false)?;
     taken.iter_mut().zip(choices).for_each(|(taken, &c)| *taken = c == Choice::New);
-    let mut proposal = Proposal { taken, before: 0, after: 0, filled: 0, free, truncated: 0 };
+    let mut proposal = Proposal { taken, gain: 0, filled: 0, free, truncated: 0 };
     scratch.measure(frame, choices, prices)?;
     let pruned = if pruning { prune(frame, choices, prices, &scratch.differences)? } else { None };
-    if let Some(pruned) = pruned {
-        let fixed = kept(frame, choices, &pruned, prices);
-        solve(frame, &pruned, prices, scratch, cancelled, &mut proposal)?;
-        proposal.before += fixed;
-        proposal.after += fixed;
-    } else {
-        solve(frame, choices, prices, scratch, cancelled, &mut proposal)?;
-    }
+    solve(frame, pruned.as_deref().unwrap_or(choices), prices, scratch, cancelled, &mut proposal)?;
     let holes = proposal.taken.iter().zip(&frame.old).filter(|(taken, old)| **taken && !old.is_assigned());
     proposal.filled = holes.count();
     Ok(proposal)
 }
 
-/// What pruned samples cost by themselves and among what else does not change.
-fn kept<const D: usize>(frame: &Frame<D>, before: &[Choice], after: &[Choice], prices: &impl Prices<D>) -> i64 {
-    let was_free = |i: usize| before[i] == Choice::Free;
-    let is_free = |i: usize| after[i] == Choice::Free;
-    let own = (0..before.len()).filter(|&i| was_free(i) && !is_free(i));
-    let mut sum: i64 = own.map(|i| i64::from(prices.unary(frame.places[i] as usize, frame.old[i]))).sum();
-    for axis in 0..D {
-        for (s, t) in frame.pairs(axis).filter(|&(s, t)| (was_free(s) || was_free(t)) && !is_free(s) && !is_free(t)) {
-            if after[s] != Choice::Empty && after[t] != Choice::Empty {
-                sum += i64::from(prices.pair(axis, frame.decided(after, s), frame.decided(after, t)));
-            }
-        }
-    }
-    sum
-}
-
-/// Cuts, and notes what is taken and what it costs.
+/// Cuts, and notes what is taken and what that gains.
 fn solve<const D: usize>(
     frame: &Frame<D>,
     choices: &[Choice],
@@ -147,7 +118,7 @@ fn solve<const D: usize>(
     }
     scratch.energy = Some(energy);
     let minimum = &scratch.minimum;
-    (proposal.before, proposal.after, proposal.truncated) = (minimum.before, minimum.after, minimum.truncated);
+    (proposal.gain, proposal.truncated) = (minimum.before - minimum.after, minimum.truncated);
     Ok(())
 }
 

@@ -93,10 +93,10 @@ fn moves_with_own_prices_pins_and_free_holes_are_as_cheap_as_any_in_a_clip() {
         let of = |bits| price(&frame, &choices, &prices, &labelling(bits));
         // A hole beside what is there has no seam: that is no metric, and terms may be lowered.
         let least = (0..1 << free.len()).map(of).min().unwrap();
-        assert!(found.after == least || 0 < found.truncated, "case {case}");
-        assert_eq!(found.after, price(&frame, &choices, &prices, &found.taken));
-        assert_eq!((found.before, found.free), (of(0), free.len()));
-        assert!(found.after <= found.before);
+        let after = price(&frame, &choices, &prices, &found.taken);
+        assert!(after == least || 0 < found.truncated, "case {case}");
+        assert_eq!((found.gain, found.free), (of(0) - after, free.len()));
+        assert!(0 <= found.gain);
         decided += free.len();
     }
     assert!(500 < decided, "only {decided} free samples in all");
@@ -116,8 +116,10 @@ fn pruning_changes_nothing_but_the_size_of_the_cut() {
             assert_eq!(with, without, "case {case}");
         }
         // Terms of what was decided before the cut need not be lowered; prices are true either way.
-        assert!(with.truncated <= without.truncated && with.after <= with.before && with.before == without.before);
-        assert_eq!(with.after, price(&frame, &choices, &prices, &with.taken));
+        let price = |taken: &[bool]| price(&frame, &choices, &prices, taken);
+        let kept: Vec<bool> = choices.iter().map(|&c| c == Choice::New).collect();
+        assert!(with.truncated <= without.truncated && 0 <= with.gain);
+        assert_eq!(with.gain, price(&kept) - price(&with.taken));
         let differences = vec![0; choices.len()];
         if let Some(after) = prune(&frame, &choices, &prices, &differences).unwrap() {
             pruned += (0..choices.len()).filter(|&i| after[i] != choices[i]).count();

@@ -99,7 +99,7 @@ impl<const D: usize> Nearby<'_, D> {
         }
         let proposal = expand(frame, &choices, self.costs, &mut self.scratch, &|| self.run.observer.cancelled())?;
         self.expansions += 1;
-        if 0 < proposal.gain() {
+        if 0 < proposal.gain {
             proposal.lay(frame, &mut self.map);
             frame.take(&proposal.taken);
         }

@@ -137,7 +137,7 @@ impl<'a, const D: usize> Sweeps<'a, D> {
         let proposal = expand(&frame, &choices, &prices, &mut self.scratch, &cancelled)?;
         self.stats.expansions += 1;
         self.stats.truncated += proposal.truncated as u64;
-        if proposal.gain() <= 0 {
+        if proposal.gain <= 0 {
             return Ok(false);
         }
         proposal.lay(&frame, &mut self.map);
@@ -146,7 +146,7 @@ impl<'a, const D: usize> Sweeps<'a, D> {
         let taken = frame.places.iter().zip(proposal.taken.iter().zip(other));
         let taken = taken.filter(|(_, (taken, other))| **taken && *other);
         taken.for_each(|(&place, _)| self.standing[place as usize] = label as u8);
-        self.energy -= proposal.gain();
+        self.energy -= proposal.gain;
         self.stats.improvements += 1;
         self.parts[part].changes += 1;
         if proposal.truncated == 0 {
