@@ -33,7 +33,7 @@ impl<const D: usize> Domain<D> {
     }
 
     /// The first of the samples that a coarse one stands for.
-    fn below(at: [u32; D]) -> [u32; D] {
+    pub fn below(at: [u32; D]) -> [u32; D] {
         std::array::from_fn(|a| if Self::halves(a) { 2 * at[a] } else { at[a] })
     }
 }

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::estimate::{Known, at_levels, measuring};
 use crate::levels;
 use crate::options::Options;
+use crate::regions::CLIP;
 use crate::settings::{Settings, measured};
 use crate::stats::Stats;
 use crate::weaver::weave_at;
@@ -60,19 +61,23 @@ fn check<const D: usize>(
     Ok(limits.admit(output, measuring(&sources, exemplars.channels(), masked, options))?)
 }
 
-/// True where nothing is there, or asked for, that a run at several sizes could not begin from.
-fn is_fresh<const D: usize>(start: &Start<D>) -> bool {
-    start.fixed.is_none() && start.sources.is_none() && start.map.holes() == start.map.domain().len()
+/// True where nothing is there, or asked for, that a run at several sizes could not begin from. Of clips whole frames
+/// stand, which are halved as the clip is; a map without holes is only made better.
+fn may_be_halved<const D: usize>(start: &Start<D>) -> bool {
+    let holes = start.map.holes();
+    let is_fresh = start.fixed.is_none() && holes == start.map.domain().len();
+    start.sources.is_none() && (is_fresh || D == CLIP && 0 < holes)
 }
 
 impl<const D: usize> Plan<'_, D> {
-    /// The same for a run that goes on from `start`: where anything is there, or asked for, it has one size.
+    /// The same for a run that goes on from `start`: of a picture where anything is there, or asked for, it has one
+    /// size, of a clip where nothing is missing, or sources are asked for.
     ///
     /// # Errors
     /// [`Error::LevelsOfStart`] if the options ask for several.
     pub fn on(self, start: &Start<D>) -> Result<Self, Error> {
         match self.options.levels {
-            _ if self.settings.levels == 1 || is_fresh(start) => Ok(self),
+            _ if self.settings.levels == 1 || may_be_halved(start) => Ok(self),
             None => Ok(Self { settings: Settings { levels: 1, ..self.settings }, ..self }),
             Some(levels) => Err(Error::LevelsOfStart { levels }),
         }
@@ -131,7 +136,7 @@ impl<const D: usize> Plan<'_, D> {
         let plan = self.fitting(&start, run)?;
         match plan.settings.levels {
             1 => plan.at_one_size(start, run),
-            _ => levels::weave(self.exemplars, self.output, &plan.settings, &self.options, run),
+            _ => levels::weave(self.exemplars, start, &plan.settings, &self.options, run),
         }
     }
 

@@ -5,6 +5,7 @@ use selvedge_core::{
     Domain, Encoder, Error as CoreError, Event, Exemplar, Exemplars, Grid, Limits, Observer, Run, SeamCosts,
     SeamMeasure, SimdLevel, SourceMap, Start,
 };
+use selvedge_graphcut_textures::video::Ends;
 use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from, plan};
 use std::sync::Mutex;
 
@@ -199,6 +200,40 @@ fn clips_are_halved_in_space_alone_and_do_not_depend_on_threads() {
         assert_eq!(moved == 0, !options.free[1], "{:?}", options.free);
         let times = output.positions().map(|at| one.result.locate(at).unwrap().1[0] + output.shape[0] - at[0]);
         assert!(times.collect::<std::collections::BTreeSet<_>>().iter().any(|by| by % 2 == 1), "of single frames");
+    }
+}
+
+#[test]
+fn frames_that_stand_are_halved_and_stay() {
+    for (e, output, options) in looped_clips() {
+        // Some of the clip, some of its first frames again, and frames between that may change.
+        let ends = Ends::woven(
+            graphcut(&e, Domain::open([4, output.shape[1], output.shape[2]]), &options, &Run::seeded(2))
+                .unwrap()
+                .result,
+        );
+        let start = || {
+            let mut start = ends.start(output.shape[0]).unwrap();
+            let frame = output.strides()[0];
+            let own = start.map.ids.plane(0)[3 * frame..4 * frame].to_vec();
+            start.map.ids.plane_mut(0)[4 * frame..5 * frame].copy_from_slice(&own);
+            start
+        };
+        let at = |levels, threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let options = Options { levels: Some(levels), ..options };
+            pool.install(|| graphcut_from(&e, start(), &options, &Run::seeded(5)).unwrap())
+        };
+        let [one, two] = [1, 2].map(|levels| at(levels, 1));
+        assert_eq!((two.stats.settings.levels, two.stats.settled.len(), two.result.holes()), (2, 1, 0));
+        assert!([2, 3].into_iter().all(|threads| at(2, threads).result == two.result));
+        let Start { map, fixed, .. } = start();
+        let stays = fixed.unwrap();
+        let same = |place: &usize| two.result.ids.plane(0)[*place] == map.ids.plane(0)[*place];
+        assert!((0..stays.samples().len()).filter(|&place| stays.samples()[place]).all(|place| same(&place)));
+        let costs = SeamCosts::new(&e, options.seam).unwrap();
+        let [one, two] = [one, two].map(|woven| costs.total(&woven.result));
+        assert!(two < one * 5 / 4, "{one} at one size, {two} at two, moved along {:?}", options.free);
     }
 }
 
