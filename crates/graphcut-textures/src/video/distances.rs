@@ -187,6 +187,9 @@ impl<'c> FrameDistances<'c> {
 /// Sides of the blocks in which a clip has to close: a jump of a small thing is lost in the mean of a whole frame, and
 /// in smaller blocks the camera's noise would count as a jump.
 const BLOCK: usize = 16;
+/// Sides of boxes whose means tell a jump that is lost in noise: of a candle in a palette with dither the worst block
+/// stepped 1.3 times as much over the end as inside, 2.3 times over means; of an ocean that closes 1.06 and 1.08.
+const BOX: usize = 4;
 
 /// By pixel of a masked clip, whether any frame may use it; of others none.
 fn used(clip: &(impl Footage + ?Sized), domain: Domain<3>) -> Result<Vec<bool>, Error> {
@@ -247,27 +250,51 @@ impl Measure<'_> {
         (0..len).map(sample).sum()
     }
 
-    /// In no block the step over the end is more than a fourth larger than the largest inside. (Of a clip that is a
-    /// period of itself the step over the end is the largest of a block by chance, one time in as many as there are
-    /// frames.)
+    /// The same over means of boxes in a block that begins at a corner; of masked clips nothing.
+    fn coarse(&self, a: Frame<'_>, b: Frame<'_>, [rows, columns]: [Range<usize>; 2]) -> u64 {
+        let width = a.0.domain().shape[2] as usize;
+        let weights = if self.used.is_empty() { self.weights } else { &[] };
+        let mut all = 0;
+        for (c, &weight) in weights.iter().enumerate() {
+            for y in rows.clone().step_by(BOX) {
+                for x in columns.clone().step_by(BOX) {
+                    let (down, len) = (y..(y + BOX).min(rows.end), BOX.min(columns.end - x));
+                    let sum = |frame| -> u64 {
+                        down.clone().flat_map(|y| part(frame, c, y * width + x, len)).map(|&v| u64::from(v)).sum()
+                    };
+                    all += sum(a).abs_diff(sum(b)).pow(2) / (down.len() * len) as u64 * u64::from(weight);
+                }
+            }
+        }
+        all
+    }
+
+    /// In no block the step over the end is more than a fourth larger than the largest inside, sample by sample and
+    /// over means of [`BOX`]. (Of a clip that is a period of itself the step over the end is the largest of a block by
+    /// chance, one time in as many as there are frames.)
     fn blocks_close(&self, clip: &(impl Footage + ?Sized)) -> Result<bool, Error> {
         let [frames, height, width] = the_clip(clip)?.shape;
         let (height, width) = (height as usize, width as usize);
         let corners = (0..height).step_by(BLOCK).flat_map(|y| (0..width).step_by(BLOCK).map(move |x| (y, x)));
         let corners: Vec<(usize, usize)> = corners.collect();
-        let block = |a: Frame<'_>, b: Frame<'_>, (y, x): (usize, usize)| -> u64 {
-            let rows = y..(y + BLOCK).min(height);
-            rows.map(|row| self.difference(a, b, row * width + x, BLOCK.min(width - x))).sum()
+        let block = |a: Frame<'_>, b: Frame<'_>, (y, x): (usize, usize)| -> [u64; 2] {
+            let (rows, columns) = (y..(y + BLOCK).min(height), x..(x + BLOCK).min(width));
+            let fine = rows.clone().map(|row| self.difference(a, b, row * width + x, columns.len())).sum();
+            [fine, self.coarse(a, b, [rows, columns])]
         };
-        let mut inside = vec![0_u64; corners.len()];
+        let mut inside = vec![[0_u64; 2]; corners.len()];
         neighbours(clip, |a, b| {
-            let steps = inside.iter_mut().zip(&corners);
-            steps.for_each(|(most, at)| *most = block(a, b, *at).max(*most));
+            for (most, at) in inside.iter_mut().zip(&corners) {
+                let step = block(a, b, *at);
+                *most = [0, 1].map(|i| most[i].max(step[i]));
+            }
         })?;
         let (first, last) = (clip.stretch(0..1)?, clip.stretch(frames - 1..frames)?);
         let grain = (BLOCK * BLOCK) as u64;
-        let closes =
-            |(at, most): (&(usize, usize), u64)| block((&last, 0), (&first, 0), *at) <= (most + grain) * 25 / 16;
+        let closes = |(at, most): (&(usize, usize), [u64; 2])| {
+            let over_end = block((&last, 0), (&first, 0), *at);
+            (0..2).all(|i| over_end[i] <= (most[i] + grain) * 25 / 16)
+        };
         Ok(corners.iter().zip(inside).all(closes))
     }
 }

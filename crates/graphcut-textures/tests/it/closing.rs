@@ -1,7 +1,9 @@
 //! Which of some jumps is taken, and which are cut at all.
 
 use selvedge_core::{Domain, Grid, Plane, Render, Role, Run, Samples, Seed};
-use selvedge_graphcut_textures::video::{CLOSES, LoopOptions, Trial, Usual, looped, over_seams};
+use selvedge_graphcut_textures::video::{
+    CLOSES, DistanceOptions, FrameDistances, LoopOptions, Trial, Usual, looped, over_seams,
+};
 
 use crate::video::{changing, jump, of};
 
@@ -54,6 +56,22 @@ fn jumps_that_would_be_seen_more_are_not_cut_after_the_first() {
         looped(&e, &jumps, &options, &Run::seeded(0)).unwrap().stats.tried.len()
     };
     assert_eq!([cut([4, 12], 1), cut([4, 12], 2), cut([12, 4], 1)], [1, 2, 2]);
+}
+
+#[test]
+fn a_clip_whose_end_is_hidden_by_noise_does_not_close() {
+    // What grows lighter from frame to frame under noise, beside what flickers but near the end.
+    let closes = |grows: u32| {
+        let (domain, mut rng) = (Domain::open([24, 16, 64]), Seed(5).rng());
+        let sample = |[t, _, x]: [u32; 3]| match x {
+            0..16 => 60 + t * grows / 10 + rng.below(60),
+            _ => 100 + rng.below(if (2..22).contains(&t) { 20 + 90 * (t % 2) } else { 20 }),
+        };
+        let samples = domain.positions().map(sample).map(|v| v as u8).collect();
+        let e = of(&Plane::new(Role::Scalar, Samples::U8(Grid::from_vec(domain, 1, samples).unwrap())));
+        FrameDistances::new(&e, &DistanceOptions::default(), &Run::seeded(0)).unwrap().closes()
+    };
+    assert_eq!([0, 8, 30].map(closes), [true, false, false]);
 }
 
 /// Six frames of noise again and again, with less noise over them.
