@@ -84,6 +84,15 @@ pub(crate) fn add(
     Ok(())
 }
 
+/// Some frames of a map, one after the other.
+pub(crate) fn frames(map: &SourceMap<3>, which: &[u32]) -> Result<SourceMap<3>, Failure> {
+    let Domain { shape: [_, height, width], periodic: [_, y, x] } = map.domain();
+    let (frame, mut ids) = (map.domain().strides()[0], Vec::new());
+    which.iter().for_each(|&t| ids.extend_from_slice(&map.ids.plane(0)[t as usize * frame..][..frame]));
+    let domain = Domain { shape: [which.len() as u32, height, width], periodic: [false, y, x] };
+    Ok(SourceMap::new(Grid::from_vec(domain, 1, ids)?, map.table.clone())?)
+}
+
 /// By frame, the map of a picture whose sources are the frames of the clip.
 pub(crate) fn each(map: &SourceMap<3>) -> Result<impl Iterator<Item = Result<SourceMap<2>, Failure>>, Failure> {
     let table = by_frames(&map.table)?;

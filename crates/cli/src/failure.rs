@@ -49,6 +49,12 @@ impl Failure {
         self.named(selvedge_io::path_text(path))
     }
 
+    /// The same, about a file where it is about none yet.
+    #[must_use]
+    pub(crate) fn or_about(self, path: &Path) -> Self {
+        if self.path.is_some() { self } else { self.about(path) }
+    }
+
     /// The same, about a file that is called so.
     #[must_use]
     pub(crate) fn named(mut self, path: impl Into<String>) -> Self {

@@ -7,7 +7,7 @@ use crate::error_cells::CELLS_A_REGION;
 use crate::options::{Options, Placement};
 use crate::regions::{CLIP, largest_sides, shortest};
 use crate::settings::{longest, reach};
-use crate::sizes::{asked, levels};
+use crate::sizes::{asked, covered, larger_region, levels};
 use crate::weaver::{BATCH, at_once};
 
 // What follows was added up from the structures and held against the peak of processes (`tests/it/memory.rs`): never
@@ -43,6 +43,41 @@ pub fn estimate<const D: usize>(
     let most = options.levels.map_or(levels(largest, u32::MAX, output), |some| asked(largest, some));
     let run = (1..=most).map(of).max().unwrap_or_default();
     measuring(sources, channels, true, options).then(run)
+}
+
+/// The same of one clip. Where nothing of it is masked, it is known at how many sizes it is woven where the regions are
+/// known; where they are chosen, they are the smaller the fewer sizes there are.
+pub fn estimate_clip(
+    (clip, masked): (Domain<3>, bool),
+    channels: usize,
+    output: Domain<3>,
+    options: &Options<3>,
+) -> Bytes {
+    if masked {
+        return estimate(&[clip], channels, output, options);
+    }
+    let known = Known { masked: false, threads: par::threads() as u64 };
+    let of = |levels, options: &Options<3>| at_levels(&[clip], channels, output, options, levels, known);
+    let side = shortest(clip.shape);
+    let bound =
+        |region: Option<[u32; 3]>, a: usize| if options.free[a] { region.map(|r| r[a]) } else { Some(output.shape[a]) };
+    let structure = bound(options.region, 1).zip(bound(options.region, 2)).map(|(a, b)| a.min(b));
+    let most = options.levels.map_or_else(|| levels(side, structure.unwrap_or(u32::MAX), output), |n| asked(side, n));
+    let most = covered(options.free, output, most);
+    let run = match (options.levels, structure) {
+        (None, None) => (1..=most).map(|n| of(n, &if n < most { smaller(clip, n, options) } else { *options })).max(),
+        _ => Some(of(most, options)),
+    };
+    measuring(&[clip], channels, false, options).then(run.unwrap_or_default())
+}
+
+/// Options with regions no smaller than those that are chosen for a clip of so many levels, where there may be more.
+fn smaller(clip: Domain<3>, levels: u32, options: &Options<3>) -> Options<3> {
+    let [frames, height, width] = largest_sides(std::iter::once(clip.shape));
+    let most = larger_region(levels) - 1;
+    let region = [frames, height.min(most), width.min(most)];
+    let reach = reach(options, Placement::Sub, region, longest(std::iter::once(clip)));
+    Options { region: Some(region), reach: Some(reach), ..*options }
 }
 
 /// What a run that is planned knows beyond its sizes.

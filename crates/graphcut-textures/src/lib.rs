@@ -88,7 +88,7 @@ pub use selvedge_core as core;
 pub use checkpoint::Checkpoint;
 pub use covered::{Covered, cover};
 pub use error::Error;
-pub use estimate::{estimate, measuring};
+pub use estimate::{estimate, estimate_clip, measuring};
 pub use graphcut::{graphcut, graphcut_from};
 pub use options::{Options, Placement, Stutter};
 pub use plan::{Plan, plan};

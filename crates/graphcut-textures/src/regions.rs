@@ -90,7 +90,7 @@ fn duration<const D: usize>(clip: &Source<D>, weights: &[u8]) -> u32 {
 }
 
 /// The longest region in time that the program chooses for a clip of so many frames.
-fn longest_region(frames: u32) -> u32 {
+pub(crate) fn longest_region(frames: u32) -> u32 {
     (frames / 3).max(frames.min(LEAST)).max(1)
 }
 

@@ -49,6 +49,16 @@ fn covers<const D: usize>(free: [bool; D], output: Domain<D>, level: u32) -> boo
     (0..D).all(|a| free[a] || !Domain::<D>::halves(a) || output.shape[a].is_multiple_of(1 << level))
 }
 
+/// So many levels, or as many as sources cover the output at.
+pub(crate) fn covered<const D: usize>(free: [bool; D], output: Domain<D>, levels: u32) -> u32 {
+    1 + (1..levels).take_while(|&level| covers(free, output, level)).count() as u32
+}
+
+/// The shortest side of a clip's regions in space from which on there may be more than so many levels.
+pub(crate) fn larger_region(levels: u32) -> u32 {
+    LEAST_REGION << levels
+}
+
 /// How many of the levels that were asked for leave something of exemplars whose shortest side is `largest` at most.
 pub(crate) fn asked(largest: u32, levels: u32) -> u32 {
     1 + (1..levels.min(MOST_LEVELS)).take_while(|level| 2 * LEAST <= largest >> level).last().unwrap_or(0)
@@ -74,7 +84,7 @@ pub(crate) fn sizes<const D: usize>(
             levels(side, structure, output)
         }
     };
-    whole(exemplars, 1 + (1..most).take_while(|&level| covers(options.free, output, level)).count() as u32)
+    whole(exemplars, covered(options.free, output, most))
 }
 
 /// The least side of the exemplars that count ([`region_sides`](crate::regions::region_sides): not those under half of

@@ -20,7 +20,8 @@ pub struct Stats<const D: usize> {
     pub cut_nodes: u64,
     /// Price of all seams when everything was covered, and after each refinement, at the smallest size.
     pub energy: Vec<i64>,
-    /// Price of all seams after each finer size was decided; empty at one size.
+    /// Price of all seams after each finer size was decided; empty at one size. Of several windows both are those of
+    /// one after the other, and the last is the price of all seams of the clip.
     pub settled: Vec<i64>,
 }
 
@@ -37,5 +38,16 @@ impl<const D: usize> Stats<D> {
             energy: Vec::new(),
             settled: Vec::new(),
         }
+    }
+
+    /// Counts those of a run over a part of the output as well.
+    pub(crate) fn add(&mut self, part: &Self) {
+        self.patches += part.patches;
+        self.refinements += part.refinements;
+        self.improvements += part.improvements;
+        self.cuts += part.cuts;
+        self.cut_nodes += part.cut_nodes;
+        self.energy.extend(&part.energy);
+        self.settled.extend(&part.settled);
     }
 }

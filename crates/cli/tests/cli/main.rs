@@ -34,4 +34,5 @@ mod video;
 mod video_begun;
 mod video_read_again;
 mod video_told;
+mod video_windows;
 mod words;

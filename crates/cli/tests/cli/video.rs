@@ -261,7 +261,6 @@ fn options_that_a_mode_does_not_know_are_told() {
         ("--mode temporal --tile x", "which do not tile"),
         ("--frames 50 --size 48x60x50", "both say how many frames"),
         ("--loop fixed --keep 40", "leaves nothing between"),
-        ("--loop fixed --levels 2", "what --loop fixed keeps stands already"),
         ("--map map.exr", "is no name of EXR files, one a frame"),
         ("--size 48x60x1x1", "is no size of a clip"),
     ] {

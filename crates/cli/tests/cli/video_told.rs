@@ -119,7 +119,8 @@ fn what_is_woven_tells_at_how_many_sizes_and_a_jump_has_one() {
         ("--mode temporal --frames 50", 2),
         ("--mode temporal --frames 50 --levels 1", 1),
         ("--mode temporal --frames 50 --levels 3", 2),
-        ("--mode temporal --frames 50 --loop fixed", 1),
+        ("--mode temporal --frames 50 --loop fixed", 2),
+        ("--mode temporal --frames 50 --loop fixed --levels 1", 1),
         ("--mode temporal --frames 50 --checkpoint kept", 1),
         ("--mode temporal --frames 50 --paper", 1),
         ("--mode spacetime --size 56x60x20 --region 20x20x8", 2),
@@ -129,8 +130,38 @@ fn what_is_woven_tells_at_how_many_sizes_and_a_jump_has_one() {
     assert_eq!(levels("--mode transition --jumps 1"), Value::Null, "one size does nothing more than none");
     let line = format!("video {FIRE} -o out.y4m --mode temporal");
     folder.run(&format!("{line} --levels 2 --checkpoint kept")).refused(2, &["runs at one size", "--levels 1"]);
-    folder.run(&format!("{line} --levels 2 --loop fixed")).refused(2, &["cannot be solved at 2 levels"]);
     folder.run(&format!("{line} --levels 6")).refused(2, &["'6' is no number of sizes"]);
+}
+
+#[test]
+fn the_surface_of_another_jump_is_refused() {
+    let folder = Folder::new("video-surface");
+    folder.run(&format!("video {FIRE} -o a.##.png --jump 19,4 --surface s.exr --quiet")).done();
+    folder.run(&format!("video {FIRE} -o b.##.png --period 16 --surface s.png --quiet")).done();
+    let before = folder.names();
+    for (surface, jump) in [("s.exr", "20,5"), ("s.png", "19,4")] {
+        let line = format!("video {FIRE} -o c.##.png --jump {jump} --surface-from {surface}");
+        folder.run(&line).refused(3, &[surface, "is the surface of jump", &format!("not of {jump}"), "use --jump"]);
+    }
+    assert_eq!(folder.names(), before);
+}
+
+#[test]
+fn frames_are_told_by_their_files_too() {
+    let folder = Folder::new("video-files");
+    folder.run(&format!("video {FIRE} -o a.##.png --period 20 --quiet")).done();
+    fs::remove_file(folder.path("a.json")).unwrap();
+    (1..=20).rev().for_each(|n| {
+        fs::rename(folder.path(format!("a.{n:02}.png")), folder.path(format!("a.{}.png", n + 70))).unwrap()
+    });
+    let said = folder.run("video a.##.png -o b.##.png --jump 16,4 --range 73-90").done();
+    assert!(
+        said.stderr.contains("13 frames, 4 to 16") && said.stderr.contains("'a.77.png' to 'a.89.png'"),
+        "{}",
+        said.stderr
+    );
+    let said = folder.run(&format!("video {FIRE} -o c.##.png --jump 16,4")).done();
+    assert!(!said.stderr.contains("' to '"), "one file has no numbers: {}", said.stderr);
 }
 
 #[test]

@@ -11,8 +11,8 @@
 //!
 //! Where no jump will do, or another length or size is wanted, clips are woven as pictures are, by
 //! [`graphcut_from`](crate::graphcut_from): of patches that are moved [in time alone](crate::Options::free), or along
-//! all axes. They loop on a time axis without end, or between [`Ends`] that are the same. `[Kwatra03 7B]` `[Kwatra03
-//! 7C]` `[Kwatra03 7D]` `[Kwatra03 7E]`
+//! all axes; [`woven_in_windows`] does so some frames at a time. They loop on a time axis without end, or between
+//! [`Ends`] that are the same. `[Kwatra03 7B]` `[Kwatra03 7C]` `[Kwatra03 7D]` `[Kwatra03 7E]`
 //!
 //! ```
 //! use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples};
@@ -50,6 +50,7 @@ mod steps;
 mod still;
 mod surface;
 mod transition;
+mod windows;
 
 pub use distances::{DistanceOptions, FrameDistances};
 pub use ends::Ends;
@@ -60,3 +61,4 @@ pub use play::walk;
 pub use steps::{CLOSES, Closure, Step, Usual, median, over_seams, step};
 pub use still::{estimate_still, hold_still};
 pub use surface::Surface;
+pub use windows::{estimate_in_windows, least_at_once, woven_in_windows};

@@ -13,3 +13,4 @@ mod memory;
 mod strokes;
 mod synthesis;
 mod video;
+mod windows;

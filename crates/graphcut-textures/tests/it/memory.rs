@@ -3,7 +3,7 @@
 
 use selvedge_core::{Domain, Exemplars, Grid, Origin, Run, Seed, Source, SourceMap, Transform};
 use selvedge_graphcut_textures::video::{self, Jump, LoopOptions, looped};
-use selvedge_graphcut_textures::{Options, Placement, Start, estimate, graphcut, graphcut_from, plan};
+use selvedge_graphcut_textures::{Options, Placement, Start, estimate, estimate_clip, graphcut, graphcut_from, plan};
 use selvedge_testkit::memory;
 
 const TEST: &str = "memory::runs_stay_within_their_estimates";
@@ -142,6 +142,8 @@ fn clips_stay_within_their_estimate() {
         ([20, 40, 40], [30, 60, 50], Options { region: Some([8; 3]), reach: Some([4; 3]), ..sub }),
         ([30, 64, 80], [60, 64, 80], Options { levels: Some(2), ..in_time }),
         ([24, 64, 64], [40, 80, 96], Options { levels: Some(2), ..sub }),
+        ([30, 96, 96], [60, 96, 96], in_time),
+        ([24, 80, 80], [30, 96, 90], sub),
     ];
     let run = |(shape, output, options): ([u32; 3], [u32; 3], Options<3>)| {
         let exemplars = noise(shape, 1);
@@ -154,10 +156,39 @@ fn clips_stay_within_their_estimate() {
         let (shape, output, options) = cases[number];
         let output = Domain { shape: output, periodic: [true, false, false] };
         let estimate = estimate(&[Domain::open(shape)], 3, output, &options).0;
+        let unmasked = estimate_clip((Domain::open(shape), false), 3, output, &options).0;
         assert!(
-            held <= estimate && estimate <= 5 * held + (2 << 20),
-            "{shape:?} to {output:?}: held {held}, estimated {estimate}"
+            held <= unmasked && unmasked <= estimate && estimate <= 5 * held + (2 << 20),
+            "{shape:?} to {output:?}: held {held}, estimated {unmasked} without a mask, {estimate}"
         );
     };
     memory::of_each(CLIPS, cases.len(), |number| run(cases[number]), check);
+}
+
+const WINDOWS: &str = "memory::windows_stay_within_their_estimate";
+
+#[test]
+fn windows_stay_within_their_estimate() {
+    let options = Options::<3> { refine: Some(4), ..Options::default() };
+    let in_time = Options { free: [true, false, false], ..options };
+    let cases = [
+        ([24, 64, 64], [150, 64, 64], 40, in_time),
+        ([24, 63, 63], [120, 63, 63], 40, in_time),
+        ([18, 48, 40], [90, 48, 56], 26, options),
+    ];
+    let looped = |shape| Domain { shape, periodic: [true, false, false] };
+    let run = |(shape, output, at_once, options): ([u32; 3], [u32; 3], u32, Options<3>)| {
+        let exemplars = noise(shape, 1);
+        let before = memory::held();
+        video::woven_in_windows(&exemplars, looped(output), at_once, &options, &Run::seeded(0)).unwrap();
+        memory::tell(before);
+    };
+    let check = |number: usize, held: u64| {
+        let (shape, output, at_once, options) = cases[number];
+        let clip = (Domain::open(shape), false);
+        let estimate = video::estimate_in_windows(clip, 3, looped(output), at_once, &options).0;
+        let whole = estimate_clip(clip, 3, looped(output), &options).0;
+        assert!(held <= estimate && estimate < whole, "{shape:?}: held {held}, estimated {estimate}, at once {whole}");
+    };
+    memory::of_each(WINDOWS, cases.len(), |number| run(cases[number]), check);
 }

@@ -5,11 +5,16 @@ use selvedge_graphcut_textures::video::{self, FrameDistances};
 
 use super::modes::Way;
 use super::{Video, blended};
-use crate::clips::ClipInput;
+use crate::clips::{self, ClipInput};
 use crate::failure::Failure;
 use crate::memory;
 
 impl Video {
+    /// Whether frames are made one by one as they are written.
+    pub(super) fn streams(&self, way: &Way) -> bool {
+        way.at_once.is_some() && self.write.needs_few_frames()
+    }
+
     /// An upper bound of the memory of a run.
     pub(super) fn need(&self, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
         let (domain, info) = (clips[0].domain(), clips[0].info());
@@ -27,7 +32,8 @@ impl Video {
             let options = self.woven.options(way, self.transition.measure(), self.transition.levels())?;
             // Beside a jump that was refused: its map and pictures.
             let refused = if way.jumps() { Bytes::of_samples(domain, 6) } else { Bytes(0) };
-            work = work.max(self.woven.bytes(domain, colors, way, &options) + refused);
+            let clip = (domain, info.alpha);
+            work = work.max(self.woven.bytes(clip, colors, (way, self.streams(way)), &options) + refused);
         }
         // The map, one rendered clip, and all of them as files that were not compressed.
         let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);
@@ -36,6 +42,15 @@ impl Video {
         let most = clips.iter().map(ClipInput::bytes).max().unwrap_or_default();
         let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
         let blended = blended::bytes(self.write.blending, &clips[0], Domain::open(way.most(domain)));
+        if self.streams(way) {
+            // Frames are made one by one, and each that is a file is written.
+            let files = if clips::is_pattern(&self.write.output) {
+                Bytes(0)
+            } else {
+                times(kept) * u64::from(self.write.repeat)
+            };
+            return Ok(memory::PROGRAM + kept + features * 2 + work.max(longest * 4 + files + Bytes(16 << 20)));
+        }
         let output =
             blended + longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
         Ok(memory::PROGRAM + kept + features * 2 + work.max(output))

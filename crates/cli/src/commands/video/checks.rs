@@ -20,7 +20,8 @@ impl Video {
         let of_jumps = typed(told::of_jumps()).or(typed(vec!["surface".to_owned()]));
         let of_woven = typed(told::of_woven());
         let begun = start.map(|maps| maps.map.domain().shape);
-        let way = self.mode.way(clip, (self.write.filled(), begun), (of_jumps.as_deref(), of_woven.as_deref()))?;
+        let mut way = self.mode.way(clip, (self.write.filled(), begun), (of_jumps.as_deref(), of_woven.as_deref()))?;
+        way.at_once = self.woven.at_once(&way)?;
         self.still.check(clip, way.output)?;
         if !way.loops() && (1 < self.write.repeat || self.write.closing_frame) {
             let what = "--repeat and --closing-frame are for loops that are written whole";

@@ -95,6 +95,7 @@ impl Video {
         self.write.check(session, &self.read, (&clips, &way), &others)?;
         let most = self.write.most(&way, &clips[0]);
         let (way, needed, is_read_again) = self.affordable(session, &clips, way)?;
+        let streams = self.streams(&way);
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
@@ -123,8 +124,9 @@ impl Video {
         }
         session.check_signal()?;
         self.write.tell_left_over(session, clips.iter().map(|clip| &*clip.path), (most, &made))?;
-        let outputs = self.write.outputs(&mut report, session, (&clips, still.as_ref()), &made)?;
-        let line = format!("{name}: {}{}, in {:.2} s", made.how, self.write.more(&made), report.elapsed());
+        let outputs = self.write.outputs(&mut report, session, (&clips, still.as_ref()), (&made, streams))?;
+        let (more, of) = (self.write.more(&made), self.read.between(&made.stats["jump"]));
+        let line = format!("{name}: {}{of}{more}, in {:.2} s", made.how, report.elapsed());
         Ok(Done::made(report, line, outputs))
     }
 
@@ -134,8 +136,11 @@ impl Video {
     fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes, bool), Failure> {
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
         let needed = self.need(clips, &way)?;
-        if fits(&needed) || !way.jumps() {
+        if fits(&needed) {
             return Ok((way, needed, false));
+        }
+        if !way.jumps() {
+            return self.in_windows(session, clips, (way, needed)).map(|(way, needed)| (way, needed, false));
         }
         let alone = Way { or_woven: false, ..way.clone() };
         let of_jump = Some((self.need(clips, &alone)?, false)).filter(|(needed, _)| way.or_woven && fits(needed));
@@ -151,6 +156,38 @@ impl Video {
             session.detail(&format!("the clip is read again for each step: to hold it takes about {whole}"));
         }
         Ok((alone, less, again))
+    }
+
+    /// As many frames at once as memory holds, of what is woven.
+    fn in_windows(
+        &self,
+        session: &Session<'_>,
+        clips: &[ClipInput],
+        (way, whole): (Way, Bytes),
+    ) -> Result<(Way, Bytes), Failure> {
+        let options = self.woven.options(&way, self.transition.measure(), self.transition.levels())?;
+        let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else { return Ok((way, whole)) };
+        let by = |frames: u32| {
+            let way = Way { at_once: Some(frames), ..way.clone() };
+            self.need(clips, &way).map(|needed| (way, needed))
+        };
+        let (mut best, mut least, mut most) = (by(*may.start())?, *may.start(), *may.end());
+        if whole <= best.1 {
+            return Ok((way, whole));
+        }
+        while least < most {
+            let middle = least + (most - least).div_ceil(2);
+            let tried = by(middle)?;
+            if tried.1.0 <= session.limits.memory { (best, least) = (tried, middle) } else { most = middle - 1 }
+        }
+        if best.1.0 <= session.limits.memory {
+            let what = format!(
+                "is woven {least} frames at once, since all of them take about {whole}; with more memory it is another \
+                 clip, with --at-once {least} the same"
+            );
+            session.warn(&self.write.output, &what);
+        }
+        Ok(best)
     }
 
     /// Goes that way; weaves where no jump closes, if it may.

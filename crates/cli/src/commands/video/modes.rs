@@ -86,6 +86,8 @@ pub(super) struct Way {
     pub(super) play: Option<PlayArg>,
     /// Frames at both ends of it, for `--loop fixed`.
     pub(super) keep: u32,
+    /// Frames that are woven at once, where that is not all of them.
+    pub(super) at_once: Option<u32>,
     /// Why, where the program chose.
     pub(super) why: Option<String>,
 }
@@ -116,7 +118,7 @@ impl ModeArgs {
             typed => (typed, None),
         };
         let or_woven = self.mode == ModeArg::Auto && mode == ModeArg::Transition && of_jumps.is_none();
-        let way = Way { mode, or_woven, output, play: self.play, keep, why };
+        let way = Way { mode, or_woven, output, play: self.play, keep, at_once: None, why };
         way.check(has, of_jumps, of_woven).map(|()| way)
     }
 

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use selvedge_core::Role;
 use selvedge_io::clip::{ClipOptions, Flipbook, Range, Rate};
+use serde_json::Value;
 
 use crate::clips::{self, ClipInput};
-use crate::failure::Failure;
+use crate::failure::{Failure, shown};
 use crate::inputs;
 use crate::options::NonFinite;
 use crate::session::Session;
@@ -76,8 +77,25 @@ impl ReadArgs {
         }
     }
 
+    /// The files of the frames that a jump goes to and from, which are told by their places, where each has one.
+    pub(super) fn between(&self, jump: &Value) -> String {
+        let files = self.files(&self.clip).unwrap_or_default();
+        let file = |of: &str| files.get(jump[of].as_u64()? as usize);
+        match (file("to"), file("from")) {
+            (Some(first), Some(last)) if 1 < files.len() => {
+                format!(", '{}' to '{}'", shown(file_name(first)), shown(file_name(last)))
+            }
+            _ => String::new(),
+        }
+    }
+
     /// The files of one of them.
     pub(super) fn files(&self, path: &Path) -> Result<Vec<PathBuf>, Failure> {
         if self.from_flipbook.is_some() { Ok(vec![path.to_path_buf()]) } else { clips::files(path, self.range) }
     }
+}
+
+/// A file without its folder.
+fn file_name(path: &Path) -> &Path {
+    path.file_name().map_or(path, Path::new)
 }

@@ -44,7 +44,8 @@ impl Video {
         let outputs = self.write.reread(session, (&reels, &noted), (&made, &looped))?;
         report.stage("encode");
         let name = shown(&self.write.output);
-        let line = format!("{name}: {}{}, in {:.2} s", made.how, self.write.more(&made), report.elapsed());
+        let (more, of) = (self.write.more(&made), self.read.between(&made.stats["jump"]));
+        let line = format!("{name}: {}{of}{more}, in {:.2} s", made.how, report.elapsed());
         Ok(Done::made(report, line, outputs))
     }
 

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
-use selvedge_graphcut_textures::video::Surface;
-use selvedge_io::Format;
+use selvedge_graphcut_textures::video::{Jump, Surface};
+use selvedge_io::{Format, Provenance};
 
+use super::ClipOutcome;
 use crate::failure::Failure;
+use crate::used::Used;
 
 /// When each pixel jumps, as a picture: of floats where its file holds no whole numbers.
 pub(super) fn times(surface: &Surface, path: &Path) -> Result<Plane<2>, Failure> {
@@ -30,4 +32,24 @@ pub(super) fn whole_numbers(plane: &Plane<2>) -> Result<Grid<u16, 2>, Failure> {
         }
     };
     Ok(Grid::from_vec(Domain::open(plane.domain().shape), 1, time)?)
+}
+
+/// How a surface was made: by the jump that was taken, whichever way it was found.
+pub(super) fn options(made: &ClipOutcome) -> Used {
+    let jump = &made.stats["jump"];
+    let used = made.options.clone().unless("period", made.frames.to_string());
+    used.set("jump", format!("{},{}", jump["from"], jump["to"]))
+}
+
+/// Refuses the surface of another jump, where its file tells of which it is.
+pub(super) fn check(made: Option<&Provenance>, jump: &Jump) -> Result<(), Failure> {
+    let mut words = made.map_or("", |made| &made.command).split(' ').skip_while(|word| *word != "--jump");
+    let asked = format!("{},{}", jump.from, jump.to);
+    match words.nth(1) {
+        Some(of) if of != asked => {
+            let failure = Failure::new(3, format!("is the surface of jump {of}, not of {asked}"));
+            Err(failure.remedy(format!("use --jump {of}")))
+        }
+        _ => Ok(()),
+    }
 }

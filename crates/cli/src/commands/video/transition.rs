@@ -15,7 +15,7 @@ use super::choices::{JumpArg, Period};
 use super::look::{Cut, Shown, features};
 use super::modes::{PlayArg, Way};
 use super::still::Still;
-use super::surfaces::{times, whole_numbers};
+use super::surfaces::{self, times, whole_numbers};
 use super::written::WriteArgs;
 use super::{ClipOutcome, fade};
 use crate::args::NonFiniteArg;
@@ -65,7 +65,7 @@ pub(super) struct TransitionArgs {
     /// At how many sizes seams are looked for, 1 to 5, each of frames half as wide and high as the one before; from the
     /// second on only near what was found. Of a jump 1 finds the cheapest seam, 2 takes less memory and is mostly near
     /// it. auto: 1 for a jump; for what is woven as many as leave 24 px of frames and 7 of regions, but 1 where it goes
-    /// on from a map or a checkpoint, may be gone on from, or begins and ends with the same frames.
+    /// on from a map or a checkpoint, or may be gone on from.
     #[arg(long, value_name = "N|auto", default_value = "auto",
         value_parser = auto("number of sizes", "write 1 to 5, or auto",
             |text| parsed::<u32>(text).filter(|n| (1..=5).contains(n))))]
@@ -135,7 +135,7 @@ impl TransitionArgs {
         write: &WriteArgs,
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
-        let about = |failure: Failure| failure.about(&clip.path);
+        let about = |failure: Failure| failure.or_about(&clip.path);
         let exemplars = clip.exemplars()?;
         let run = session.run();
         let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run).or_else(|e| {
@@ -226,6 +226,7 @@ impl TransitionArgs {
             let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
             // Its entry stands in the options.
             let picture = Input::new(session, path)?.read(session, &options, &mut Report::new("video"))?;
+            surfaces::check(picture.metadata.provenance.as_ref(), &jumps[0]).map_err(|e| e.about(path))?;
             let time = whole_numbers(&picture.plane).map_err(|e| e.about(path))?;
             let result = Loop::new(clip, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
             return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
@@ -380,12 +381,7 @@ fn told(result: &Loop, stats: &LoopStats, closure: Option<&Closure>, closes: boo
 }
 
 fn closure_json(closure: &Closure) -> Value {
-    json!({
-        "steps": closure.steps,
-        "whole": closure.whole,
-        "block": closure.block,
-        "closes": closure.closes(),
-    })
+    json!({"steps": closure.steps, "whole": closure.whole, "block": closure.block, "closes": closure.closes()})
 }
 
 fn jump_json(jump: &Jump) -> Value {

@@ -1,12 +1,15 @@
 //! Clips woven of patches that are moved in time, or in space and time. `[Kwatra03 7B]` `[Kwatra03 7C]` `[Kwatra03 7D]`
 //! `[Kwatra03 7E]`
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, SeamMeasure, SourceMap, Start, Woven};
-use selvedge_graphcut_textures::video::{Ends, Usual, median, step};
-use selvedge_graphcut_textures::{Error, Options, Stats, estimate, graphcut, plan};
+use selvedge_core::{Bytes, Domain, Exemplars, SeamMeasure, SourceMap, Start, Woven};
+use selvedge_graphcut_textures::video::{
+    Ends, Usual, estimate_in_windows, least_at_once, median, step, woven_in_windows,
+};
+use selvedge_graphcut_textures::{Error, Options, Stats, estimate_clip, graphcut, plan};
 use serde_json::{Value, json};
 
 use super::ClipOutcome;
@@ -15,7 +18,7 @@ use super::look::{Shown, features};
 use super::modes::{ModeArg, Way};
 use super::still::Still;
 use super::written::WriteArgs;
-use crate::clip_maps::ClipMaps;
+use crate::clip_maps::{self, ClipMaps};
 use crate::clips::{self, Clip, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
@@ -48,6 +51,11 @@ pub(super) struct WovenArgs {
     /// Go on from source maps of this clip that --map wrote, whose size the output has: their seams are made better.
     #[arg(long, value_name = "MAPS.####.exr", conflicts_with = "resume", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
+    /// Weave so many frames at once, those of each window going on from the one before. Default: all, or as many as
+    /// --max-memory holds.
+    #[arg(long, value_name = "FRAMES", conflicts_with_all = ["start", "checkpoint", "resume"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    at_once: Option<u32>,
     #[command(flatten)]
     kept: KeptArgs,
 }
@@ -87,22 +95,35 @@ impl WovenArgs {
         Ok(Some(maps))
     }
 
-    /// What an output begins with.
-    fn stands(&self, way: &Way) -> Option<&'static str> {
-        match &self.start {
-            Some(_) => Some("what --start gives"),
-            None => (0 < way.keep).then_some("what --loop fixed keeps"),
+    /// Frames that are woven at once, where these were typed and are not all.
+    pub(super) fn at_once(&self, way: &Way) -> Result<Option<u32>, Failure> {
+        if self.at_once.is_some() && 0 < way.keep {
+            let what = "--loop fixed is woven at once";
+            return Err(Failure::new(2, what).remedy("leave --at-once out, or use --loop periodic"));
         }
+        Ok(self.at_once.filter(|&frames| way.weaves() && frames < way.output.shape[0]))
+    }
+
+    /// Frames that may be woven at once where there is no memory for all.
+    pub(super) fn may_be_at_once(
+        &self,
+        clip: Domain<3>,
+        way: &Way,
+        options: &Options<3>,
+    ) -> Option<RangeInclusive<u32>> {
+        let goes_on = self.start.is_some() || self.kept.is_asked() || 0 < way.keep || self.at_once.is_some();
+        let (least, all) = (least_at_once(clip.shape[0], options), way.output.shape[0]);
+        (!goes_on && least < all).then(|| least..=all - 1)
     }
 
     /// As the library takes them.
     pub(super) fn options(&self, way: &Way, seam: SeamMeasure, levels: Option<u32>) -> Result<Options<3>, Failure> {
         self.kept.check_levels(levels)?;
-        if let (Some(levels @ 2..), Some(stands)) = (levels, self.stands(way)) {
-            let what = format!("{stands} stands already, and cannot be solved at {levels} levels");
+        if let (Some(levels @ 2..), Some(_)) = (levels, &self.start) {
+            let what = format!("what --start gives stands already, and cannot be solved at {levels} levels");
             return Err(Failure::new(2, what).remedy("use --levels 1, or leave it out"));
         }
-        let begins_empty = self.stands(way).is_none() && !self.kept.is_asked();
+        let begins_empty = self.start.is_none() && !self.kept.is_asked();
         let options = Options {
             placement: self.placement.into(),
             free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
@@ -149,17 +170,18 @@ impl WovenArgs {
             Some(still) => still.held(session, &exemplars, &map, seam)?,
             None => map,
         };
-        let output = features(&exemplars, &map)?;
-        let motion = Motion::of(&exemplars.sources()[0].features, &output);
-        let shown = Shown { output: &output, map: &map, jumps: None };
-        let preview = (write.preview.is_some() || write.report.is_some()).then(|| shown.picture()).transpose()?;
+        let motion = Motion::of(&exemplars, &map)?;
+        let picture = || Shown { output: &features(&exemplars, &map)?, map: &map, jumps: None }.picture();
+        let preview = (write.preview.is_some() || write.report.is_some()).then(picture).transpose()?;
         let how = how(way, map.domain(), &stats, &motion);
         let used = used
             .set("placement", name_of(stats.settings.placement))
             .set("region", typed(stats.settings.region))
             .set("reach", typed_reach(stats.settings.reach))
             .set("variety", stats.settings.variety)
-            .set("levels", stats.settings.levels);
+            .set("levels", stats.settings.levels)
+            .set("at-once", way.at_once)
+            .unless("at-once", Value::Null);
         let used = self.refining.used(used);
         Ok(ClipOutcome {
             frames: map.domain().shape[0],
@@ -178,12 +200,22 @@ impl WovenArgs {
     }
 
     /// An upper bound of the bytes that a run takes beside the clip's features.
-    pub(super) fn bytes(&self, clip: Domain<3>, channels: usize, way: &Way, options: &Options<3>) -> Bytes {
+    pub(super) fn bytes(
+        &self,
+        clip: (Domain<3>, bool),
+        channels: usize,
+        (way, is_streamed): (&Way, bool),
+        options: &Options<3>,
+    ) -> Bytes {
         let [frames, height, width] = way.output.shape;
+        if let Some(at_once) = way.at_once {
+            let shown = if is_streamed { Bytes(0) } else { Bytes::of_samples(way.output, 6) };
+            return estimate_in_windows(clip, channels, way.output, at_once, options) + shown;
+        }
         let output = Domain { shape: [frames.saturating_add(way.keep), height, width], ..way.output };
         let kept = self.kept.bytes(output);
         let start = if self.start.is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
-        estimate(&[clip], channels, output, options) + Bytes::of_samples(output, 6) + kept + start
+        estimate_clip(clip, channels, output, options) + Bytes::of_samples(output, 6) + kept + start
     }
 }
 
@@ -204,6 +236,9 @@ fn weave(
     options: &Options<3>,
 ) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
     let run = session.run();
+    if let Some(at_once) = way.at_once {
+        return woven_in_windows(exemplars, way.output, at_once, options, &run);
+    }
     let planned = |start: Start<3>| {
         let plan = plan(exemplars, start.map.domain(), None, options, &run.limits)?;
         kept.weave(&plan, start, &run)
@@ -244,18 +279,24 @@ impl Motion {
         worst * worst
     }
 
-    fn of(clip: &Grid<u8, 3>, output: &Grid<u8, 3>) -> Self {
+    /// Of an output whose frames are made two at a time.
+    fn of(exemplars: &Exemplars<3>, map: &SourceMap<3>) -> Result<Self, Failure> {
+        let (clip, frames) = (&exemplars.sources()[0].features, map.domain().shape[0]);
         // Pixels of frames differ in number where the size does.
-        let pixels = |grid: &Grid<u8, 3>| grid.domain().strides()[0] as f64;
-        let root = |of: u64, pixels: f64| (of as f64 / pixels).sqrt();
-        let [had, has] = [clip, output].map(|grid| root(median(grid), pixels(grid)));
-        let usual = Usual::of(clip).map_or(0.0, |usual| root(usual.whole(), pixels(clip)));
-        let frames = output.domain().shape[0];
-        let of = |a: u32, b: u32| root(step(output, a, b).whole(), pixels(output));
-        let largest = (1..frames).map(|t| of(t - 1, t)).fold(0.0, f64::max);
+        let root = |of: u64, domain: Domain<3>| (of as f64 / domain.strides()[0] as f64).sqrt();
+        let of = |a: u32, b: u32| -> Result<f64, Failure> {
+            let both = features(exemplars, &clip_maps::frames(map, &[a, b])?)?;
+            Ok(root(step(&both, 0, 1).whole(), map.domain()))
+        };
+        let mut steps = (1..frames).map(|t| of(t - 1, t)).collect::<Result<Vec<f64>, _>>()?;
+        steps.sort_by(f64::total_cmp);
+        let had = root(median(clip), clip.domain());
+        let usual = Usual::of(clip).map_or(0.0, |usual| root(usual.whole(), clip.domain()));
+        let [has, largest] =
+            [steps.len() / 2, steps.len().saturating_sub(1)].map(|i| steps.get(i).copied().unwrap_or(0.0));
         let beside = |is: f64, of: f64| if of == 0.0 { f64::from(u8::from(0.0 < is)) } else { is / of };
         let usual_of = if had == 0.0 { 1.0 } else { has / had };
-        Self { usual: usual_of, largest: beside(largest, usual), over_end: beside(of(frames - 1, 0), usual) }
+        Ok(Self { usual: usual_of, largest: beside(largest, usual), over_end: beside(of(frames - 1, 0)?, usual) })
     }
 }
 
@@ -289,6 +330,9 @@ fn told(way: &Way, stats: &Stats<3>, motion: &Motion) -> Value {
     all["regularity"] = stats.settings.regularity.into();
     all["mode"] = name_of(way.mode).into();
     all["why"] = json!(way.why);
+    if let Some(frames) = way.at_once {
+        all["at_once"] = frames.into();
+    }
     all["motion"] = json!({"usual": motion.usual, "largest": motion.largest, "over_end": motion.over_end});
     all
 }

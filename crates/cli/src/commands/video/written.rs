@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::modes::Way;
 use super::read::ReadArgs;
 use super::still::Still;
-use super::{ClipOutcome, blended};
+use super::{ClipOutcome, blended, surfaces};
 use crate::blending::Blending;
 use crate::clips::{self, Clip, ClipInput, Encode};
 use crate::failure::{Failure, shown};
@@ -23,6 +23,7 @@ use crate::reel::Reel;
 use crate::report::Report;
 use crate::session::Session;
 use crate::stdio::STREAM;
+use crate::used::Used;
 use crate::{clip_maps, made, names, page};
 
 /// How often the loop is written, how, and what beside it.
@@ -195,10 +196,10 @@ impl WriteArgs {
         session: &Session<'_>,
         clip: &PathBuf,
         clips: impl Iterator<Item = &'c Fingerprint>,
-        made: &ClipOutcome,
+        options: Used,
     ) -> Provenance {
         let own = ("video", session.global.seed());
-        made::provenance(own, made.options.clone(), std::slice::from_ref(clip), clips.cloned().collect())
+        made::provenance(own, options, std::slice::from_ref(clip), clips.cloned().collect())
     }
 
     /// The files of a loop whose clip is read again: of each frame no more is held than it shows.
@@ -208,7 +209,7 @@ impl WriteArgs {
         (reels, read): (&[Reel<'_>], &[Fingerprint]),
         (made, looped): (&ClipOutcome, &Loop),
     ) -> Result<Outputs, Failure> {
-        let provenance = Some(Self::provenance(session, &reels[0].path, read.iter(), made));
+        let provenance = Some(Self::provenance(session, &reels[0].path, read.iter(), made.options.clone()));
         let mut outputs = Outputs::beside(session);
         for reel in reels {
             let metadata = Metadata { provenance: provenance.clone(), ..reel.info.metadata.clone() };
@@ -217,7 +218,8 @@ impl WriteArgs {
             outputs.clip(&self.name(&reel.path), self.count(made), &mut frame, (&metadata, options))?;
         }
         if let (Some(path), Some(plane)) = (&self.surface, &made.surface) {
-            let metadata = Metadata { provenance, ..Metadata::default() };
+            let made_by = Self::provenance(session, &reels[0].path, read.iter(), surfaces::options(made));
+            let metadata = Metadata { provenance: Some(made_by), ..Metadata::default() };
             outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
         }
         Ok(outputs)
@@ -235,11 +237,11 @@ impl WriteArgs {
         report: &mut Report,
         session: &Session<'_>,
         (clips, still): (&[Clip], Option<&Still>),
-        made: &ClipOutcome,
+        (made, streams): (&ClipOutcome, bool),
     ) -> Result<Outputs, Failure> {
         let read = clips.iter().map(|clip| &clip.fingerprint);
-        let provenance = made.complete.then(|| Self::provenance(session, &clips[0].path, read, made));
-        let mut outputs = Outputs::default();
+        let provenance = made.complete.then(|| Self::provenance(session, &clips[0].path, read, made.options.clone()));
+        let mut outputs = if streams { Outputs::beside(session) } else { Outputs::default() };
         let mut blended = match &made.map {
             // Other passes are copied: no blend of vectors is a vector.
             Some(map) if made.complete && !self.blending.is_none() => {
@@ -252,20 +254,19 @@ impl WriteArgs {
             let name = self.name(&clip.path);
             let name = if made.complete { name } else { outputs::partial(&name) };
             let blended = blended.take();
-            let rendered = match &made.map {
-                Some(map) if blended.is_none() => Some(map.render(&[&clip.plane])?),
-                _ => None,
-            };
-            let shown = rendered.as_ref().or(made.mixed.as_ref());
             let metadata = Metadata { provenance: provenance.clone(), ..clip.info.metadata.clone() };
             let options = self.write_options(clip.info.rate, made.loops.then_some(made.frames));
             let mut frame = |t: u32| {
                 // What is kept of a run that was ended is written whole.
                 made.complete.then(|| session.check_signal()).transpose()?;
-                match (&blended, shown) {
-                    (Some(frames), _) => Ok(frames[(t % made.frames) as usize].clone()),
-                    (None, Some(shown)) => Ok(selvedge_io::clip::frame_of(shown, t % made.frames)?),
-                    (None, None) => unreachable!("a map or mixed frames"),
+                let t = t % made.frames;
+                match (&blended, &made.map, &made.mixed) {
+                    (Some(frames), _, _) => Ok(frames[t as usize].clone()),
+                    (None, Some(map), _) => {
+                        Ok(selvedge_io::clip::frame_of(&clip_maps::frames(map, &[t])?.render(&[&clip.plane])?, 0)?)
+                    }
+                    (None, None, Some(mixed)) => Ok(selvedge_io::clip::frame_of(mixed, t)?),
+                    (None, None, None) => unreachable!("a map or mixed frames"),
                 }
             };
             outputs.clip(&name, self.count(made), &mut frame, (&metadata, options))?;
@@ -278,10 +279,14 @@ impl WriteArgs {
         if let (Some(name), Some(map)) = (&self.map, &made.map) {
             clip_maps::add(&mut outputs, name, map, (&clips[0].frames, &metadata))?;
         }
-        for (path, plane) in [(&self.surface, &made.surface), (&self.preview, &made.preview)] {
-            if let (Some(path), Some(plane)) = (path, plane) {
-                outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
-            }
+        let read = clips.iter().map(|clip| &clip.fingerprint);
+        let of_surface = || Self::provenance(session, &clips[0].path, read, surfaces::options(made));
+        if let (Some(path), Some(plane)) = (&self.surface, &made.surface) {
+            let metadata = Metadata { provenance: Some(of_surface()), ..Metadata::default() };
+            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
+        }
+        if let (Some(path), Some(plane)) = (&self.preview, &made.preview) {
+            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
         }
         if let (Some(folder), Some(made_by)) = (&self.report, provenance) {
             let threads = rayon::current_num_threads();
@@ -308,7 +313,7 @@ impl WriteArgs {
             return session.interrupted(signal);
         }
         let partial = outputs::partial(&self.name(&clips[0].path));
-        match self.outputs(report, session, (clips, None), made).and_then(|outputs| outputs.write(session)) {
+        match self.outputs(report, session, (clips, None), (made, false)).and_then(|outputs| outputs.write(session)) {
             Ok(()) => Failure::kept(signal, &partial),
             Err(e) => e,
         }

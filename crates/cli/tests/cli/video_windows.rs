@@ -1,0 +1,60 @@
+//! Clips that are woven some frames at a time.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use crate::program::Folder;
+
+const FIRE: &str = "@/fire.png";
+
+/// All files that a run left in `out`, but for what tells their hashes, and the frames that were woven at once.
+fn made(folder: &Folder, line: &str) -> (BTreeMap<String, Vec<u8>>, serde_json::Value) {
+    fs::create_dir_all(folder.path("out")).unwrap();
+    let json = folder.run(&format!("video {FIRE} -o out/a.###.png --refine 2 --json {line}")).done().json();
+    let files = fs::read_dir(folder.path("out")).unwrap().map(|entry| entry.unwrap().path());
+    let files = files.map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(path).unwrap()));
+    let files = files.collect();
+    fs::remove_dir_all(folder.path("out")).unwrap();
+    (files, json["options"]["at-once"].clone())
+}
+
+#[test]
+fn less_memory_weaves_some_frames_at_a_time_and_says_so() {
+    let folder = Folder::new("video-windows");
+    for line in ["--mode temporal --frames 300", "--size 56x64x220"] {
+        let estimated = |limit: &str| {
+            let dry = folder.run(&format!("video {FIRE} -o a.###.png --json --dry-run {line} {limit}")).done();
+            (dry.json()["estimated_memory_bytes"].as_u64().unwrap(), dry.stderr)
+        };
+        let (whole, said) = estimated("");
+        assert!(!said.contains("at once"), "{said}");
+        let limit = format!("--max-memory {}KiB", whole * 9 / 10 / 1024);
+        let (less, said) = estimated(&limit);
+        assert!(less <= whole * 9 / 10 && said.contains("frames at once"), "{said}");
+        let (files, at_once) = made(&folder, &format!("{line} {limit} -j 1"));
+        assert!(at_once.as_u64().is_some_and(|frames| (20..300).contains(&frames)), "{at_once}");
+        assert_eq!(files.len(), if line.contains("300") { 301 } else { 221 });
+        let provenance = String::from_utf8_lossy(&files["a.001.png"]).into_owned();
+        assert!(provenance.contains(&format!("--at-once {at_once}")), "{provenance}");
+        // With memory for all, by what the provenance says; the command differs by the limit alone.
+        for threads in [2, 3] {
+            let again = made(&folder, &format!("{line} --at-once {at_once} -j {threads}"));
+            assert!(again.0 == files, "{line} on {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn frames_at_once_are_refused_where_there_is_nothing_to_part() {
+    let folder = Folder::new("video-windows-wrong");
+    let refused = |line: &str, code: i32, said: &str| {
+        folder.run(&format!("video {FIRE} -o a.###.png {line}")).refused(code, &[said]);
+    };
+    refused("--mode temporal --at-once 1", 2, "--at-once");
+    refused("--mode temporal --at-once 4 --frames 90 --refine 0", 2, "at_once is 4");
+    refused("--mode temporal --at-once 30 --loop fixed", 2, "--loop fixed is woven at once");
+    refused("--mode transition --at-once 30", 2, "--at-once does nothing in --mode transition");
+    refused("--mode temporal --at-once 30 --checkpoint kept", 2, "--checkpoint");
+    refused("--mode temporal --frames 300 --max-memory 20MiB", 6, "fire.png");
+    assert!(folder.names().is_empty(), "{:?}", folder.names());
+}
