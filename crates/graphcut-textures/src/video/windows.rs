@@ -38,6 +38,7 @@ pub fn woven_in_windows(
     if frames <= at_once {
         return plan(exemplars, output, None, options, &run.limits)?.weave(Start::empty(exemplars, output)?, run);
     }
+    run.limits.admit(output, Bytes::of_samples(output, 4))?;
     let window = |frames| Domain { shape: [frames, output.shape[1], output.shape[2]], ..opened(output) };
     let planned = plan(exemplars, window(at_once), None, options, &run.limits)?;
     let half = half(planned.settings.region[0]);

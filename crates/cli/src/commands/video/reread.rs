@@ -74,11 +74,13 @@ impl TransitionArgs {
         used: Used,
     ) -> Result<(ClipOutcome, Loop), Failure> {
         let held = held(reel, &self.options());
-        let distances = FrameDistances::new(reel, &DistanceOptions { held }, &session.run()).or_else(|e| {
+        let run = session.run();
+        let compare = || FrameDistances::new(reel, &DistanceOptions { held }, &run);
+        let distances = self.compares(reel, false).then(compare).transpose().or_else(|e| {
             session.check_signal()?;
             Err(reel.failure(e))
         })?;
-        let jumps = self.found(session, &distances, period).map_err(|e| e.about(&reel.path))?;
+        let jumps = self.found(session, distances.as_ref(), period).map_err(|e| e.about(&reel.path))?;
         let woven = self.looped(session, reel, &jumps).map_err(|e| reel.failure(e))?;
         session.check_signal()?;
         let (result, stats) = (woven.result, woven.stats);
@@ -86,7 +88,7 @@ impl TransitionArgs {
             Some(tried) => tried.closure,
             None => result.closure(reel).map_err(|e| reel.failure(e))?,
         };
-        let closes = distances.closes() && result.jump.period() == distances.frames();
+        let closes = distances.is_some_and(|d| d.closes() && result.jump.period() == d.frames());
         let made = self.outcome((&result, &stats), (Some(closure), closes), (way, write), used)?;
         Ok((made, result))
     }

@@ -138,18 +138,19 @@ impl TransitionArgs {
         let about = |failure: Failure| failure.or_about(&clip.path);
         let exemplars = clip.exemplars()?;
         let run = session.run();
-        let distances = FrameDistances::new(&exemplars, &DistanceOptions::default(), &run).or_else(|e| {
+        let pictures = write.preview.is_some() || write.report.is_some();
+        let compare = || FrameDistances::new(&exemplars, &DistanceOptions::default(), &run);
+        let distances = self.compares(&exemplars, pictures).then(compare).transpose().or_else(|e| {
             // A signal is why, or nothing is.
             session.check_signal()?;
             Err(about(e.into()))
         })?;
-        let jumps = self.found(session, &distances, period).map_err(about)?;
+        let jumps = self.found(session, distances.as_ref(), period).map_err(about)?;
         if let Some(frames) = self.blend {
             return self.faded(clip, &exemplars, &jumps[0], frames, used);
         }
         if way.play == Some(PlayArg::Random) {
-            let walk =
-                Walk { frames: way.output.shape[0], still, preview: write.preview.is_some() || write.report.is_some() };
+            let walk = Walk { frames: way.output.shape[0], still, preview: pictures };
             let jumps = &jumps[..jumps.len().min(self.jumps as usize)];
             return self.walked(session, &exemplars, (jumps, &walk), used).map_err(about);
         }
@@ -162,15 +163,15 @@ impl TransitionArgs {
         };
         let output = features(&exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
-        let preview = if write.preview.is_some() || write.report.is_some() {
-            let tried: Vec<Jump> = stats.tried.iter().map(|tried| tried.jump).collect();
-            let cut = Cut { looped: &result, distances: &distances, jumps: &tried };
-            let shown = Shown { output: &output, map: &map, jumps: Some(cut) };
-            Some(shown.picture()?)
-        } else {
-            None
+        let preview = match &distances {
+            Some(distances) if pictures => {
+                let tried: Vec<Jump> = stats.tried.iter().map(|tried| tried.jump).collect();
+                let cut = Cut { looped: &result, distances, jumps: &tried };
+                Some(Shown { output: &output, map: &map, jumps: Some(cut) }.picture()?)
+            }
+            _ => None,
         };
-        let closes = distances.closes() && result.jump.period() == distances.frames();
+        let closes = distances.is_some_and(|d| d.closes() && result.jump.period() == d.frames());
         let told = self.outcome((&result, &stats), (closure, closes), (way, write), used)?;
         Ok(ClipOutcome { preview, map: Some(map), complete: woven.complete, ..told })
     }
@@ -202,16 +203,23 @@ impl TransitionArgs {
         })
     }
 
+    /// Whether frames are compared: not where the jump is known, no picture shows how much they differ, and the loop
+    /// is not the whole clip, which may close.
+    pub(super) fn compares(&self, clip: &impl Footage, pictures: bool) -> bool {
+        let frames = clip.table().sources()[0].1.shape[0];
+        pictures || self.jump.is_none_or(|JumpArg(jump)| jump.period() == frames)
+    }
+
     /// The jumps to cut: the one that was typed, or the best.
     pub(super) fn found(
         &self,
         session: &Session<'_>,
-        distances: &FrameDistances<'_>,
+        distances: Option<&FrameDistances<'_>>,
         filled: Option<u32>,
     ) -> Result<Vec<Jump>, Failure> {
-        if let Some(jump) = &self.jump {
-            return Ok(vec![jump.0]);
-        }
+        let (None, Some(distances)) = (self.jump, distances) else {
+            return Ok(self.jump.iter().map(|JumpArg(jump)| *jump).collect());
+        };
         distances.best(&self.asked(filled), &session.run()).or_else(|e| session.check_signal().and(Err(e.into())))
     }
 
