@@ -19,6 +19,12 @@ impl Place {
         [0, 1].map(|a| (self.at[a] + by[a]) % shape[a])
     }
 
+    /// What stands at a distance from it, around the source's periodic axes; `None` beyond open edges.
+    pub(crate) fn moved(self, exemplars: &Exemplars<2>, by: [i32; 2]) -> Option<Self> {
+        let domain = exemplars.sources()[self.source as usize].domain();
+        domain.step(self.at, by).map(|at| Self { at, ..self })
+    }
+
     pub(crate) fn id(self, exemplars: &Exemplars<2>, by: [u32; 2]) -> SampleId {
         exemplars.table().id(self.source as usize, self.sample(exemplars, by))
     }

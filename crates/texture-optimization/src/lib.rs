@@ -40,6 +40,7 @@
 
 mod assignment;
 mod average;
+mod came;
 mod cg;
 mod control;
 mod error;

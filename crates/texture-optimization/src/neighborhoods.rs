@@ -86,6 +86,12 @@ impl Neighborhoods {
         own.map(move |i| (i, p - firsts[i])).chain(around.map(move |i| (i, p + n - firsts[i])))
     }
 
+    /// Those that hold a square as a whole, and how far its first sample is from theirs.
+    pub(crate) fn holding_all(&self, first: [u32; 2], side: u32) -> impl Iterator<Item = (usize, [u32; 2])> + '_ {
+        let along = move |axis: usize| self.holding(axis, first[axis]).filter(move |(_, by)| by + side <= self.size);
+        along(0).flat_map(move |(j, dy)| along(1).map(move |(i, dx)| (j * self.firsts[1].len() + i, [dy, dx])))
+    }
+
     /// For each sample along an axis, how much neighborhoods weigh there together: less at open edges, which few of
     /// them hold.
     pub(crate) fn weighed(&self, axis: usize, falloff: &Falloff) -> Vec<f64> {
@@ -154,6 +160,23 @@ mod tests {
                 assert_eq!(found, expected);
                 assert!(!found.is_empty());
             }
+        }
+    }
+
+    #[test]
+    fn a_square_is_held_as_a_whole_by_some_and_by_all_that_are_told() {
+        let domain = Domain { shape: [37, 40], periodic: [false, true] };
+        let (all, smaller) = (Neighborhoods::new(domain, 16), Neighborhoods::new(domain, 8));
+        for number in 0..smaller.len() {
+            let first = smaller.first(number);
+            let mut found: Vec<_> = all.holding_all(first, 8).collect();
+            let holds = |other: usize| {
+                let by = [0, 1].map(|a| (first[a] + domain.shape[a] - all.first(other)[a]) % domain.shape[a]);
+                by.iter().all(|by| by + 8 <= 16).then_some((other, by))
+            };
+            found.sort_unstable();
+            assert_eq!(found, (0..all.len()).filter_map(holds).collect::<Vec<_>>(), "{number}");
+            assert!(!found.is_empty());
         }
     }
 

@@ -2,17 +2,20 @@
 
 use selvedge_core::{Bytes, Domain, Exemplars, Grid, Guidance, Run, SampleId, SourceMap, Woven};
 
+use crate::assignment::Place;
+use crate::came::Came;
 use crate::control::{Control, Wishes};
 use crate::error::Error;
 use crate::estimate::estimate;
 use crate::finish;
 use crate::level::Level;
+use crate::neighborhoods::Neighborhoods;
 use crate::optimized::{Held, Optimized};
 use crate::options::{Finish, Options};
 use crate::picture;
 use crate::schedule::{self, Schedule};
 use crate::stats::Stats;
-use crate::weaver::{Came, Ended, Weaver};
+use crate::weaver::{Ended, Weaver};
 
 /// What [`optimize`] will do: options checked against exemplars, output and limits, and the levels that fit.
 #[derive(Clone, Debug)]
@@ -106,7 +109,7 @@ impl<'e> Plan<'e> {
             wishes.extend(wishes.last().map(Wishes::coarser).transpose()?);
         }
         let mut stats = Stats { left_out: self.schedule.left_out.clone(), ..Stats::default() };
-        let mut x: Option<Grid<f64, 2>> = begun;
+        let (mut x, mut before) = (begun, None);
         for (number, &level) in self.schedule.levels.iter().enumerate() {
             let halvings = level.halvings();
             let here = (self.schedule.exemplars(self.exemplars, halvings), schedule::at(self.output, halvings));
@@ -115,11 +118,14 @@ impl<'e> Plan<'e> {
             let mut weaver = Weaver::new(&self.options, here, level_of, wishes.get(halvings), run);
             weaver.finer = Some(&finer);
             let begun = x.map(|x| self.to_level(x, level)).transpose()?;
-            let ended = weaver.run(begun, came.filter(|_| halvings == 0), &mut stats)?;
+            let larger = before.as_ref().map(|(all, found): &(Neighborhoods, Vec<Place>)| (all, found.as_slice()));
+            let came = came.filter(|_| halvings == 0).map(|came| Came { larger, ..came });
+            let ended = weaver.run(begun, came, &mut stats)?;
             if number + 1 == self.schedule.levels.len() || !ended.complete {
                 return self.answer(&weaver, &ended, (held, wishes.first()), stats);
             }
             x = Some(ended.x);
+            before = (halvings == 0).then_some((weaver.all, ended.places));
         }
         unreachable!("a plan has levels")
     }

@@ -4,10 +4,10 @@ use selvedge_core::{Domain, Event, Exemplars, Grid, Render, Run, SourceMap, par}
 
 use crate::assignment::{self, Place};
 use crate::average::average;
+use crate::came::Came;
 use crate::control::Wishes;
 use crate::error::Error;
 use crate::falloff::Falloff;
-use crate::flow::Carried;
 use crate::gradient;
 use crate::level::Level;
 use crate::neighborhoods::Neighborhoods;
@@ -28,30 +28,6 @@ pub(crate) struct Ended {
     pub(crate) complete: bool,
 }
 
-/// Where neighborhoods at full resolution come from.
-#[derive(Clone, Copy)]
-pub(crate) struct Came<'a> {
-    pub(crate) carried: &'a Carried,
-    /// How far they were in the mean of the first frame that moved; by the level's number.
-    pub(crate) first: &'a [f64],
-}
-
-/// Times by which a neighborhood that moved may fit worse than those of the first frame that moved did, and still be
-/// taken without a search of all places. Beside those of the frame before, what is allowed would grow frame by frame.
-const WORSE: f64 = 1.25;
-
-impl Came<'_> {
-    fn search(&self, weaver: &Weaver<'_>, exact: &mut Exact<'_>, x: &Grid<f64, 2>) -> Result<Option<Found>, Error> {
-        let (all, level) = (&weaver.all, weaver.number);
-        let offered = |number: usize| self.carried.offered(weaver.exemplars, all.first(number), all.size);
-        // The largest are looked for everywhere: what is complete, and large, is decided there. A level more is no
-        // worse: nothing would ever be good enough beside perfect copies.
-        let fitting = self.first.get(level).filter(|_| 0 < level);
-        let limit = fitting.map_or(f64::NEG_INFINITY, |mean| mean * WORSE + 1.0);
-        exact.search_carried(x, &offered, limit)
-    }
-}
-
 /// See [`Weaver::finer`].
 pub(crate) type Finer<'a> = dyn Fn(SourceMap<2>) -> Result<SourceMap<2>, Error> + 'a;
 
@@ -59,7 +35,7 @@ pub(crate) type Finer<'a> = dyn Fn(SourceMap<2>) -> Result<SourceMap<2>, Error> 
 pub(crate) struct Weaver<'a> {
     options: &'a Options,
     exemplars: &'a Exemplars<2>,
-    all: Neighborhoods,
+    pub(crate) all: Neighborhoods,
     falloff: Falloff,
     pub(crate) level: Level,
     wishes: Option<&'a Wishes>,
@@ -197,7 +173,7 @@ impl<'a> Weaver<'a> {
             None => texture,
         };
         let found = match (self.options.search, came) {
-            (Search::Coherent, Some(came)) => came.search(self, exact, x)?,
+            (Search::Coherent, Some(came)) => came.search((self.exemplars, &self.all, self.number), exact, x)?,
             (Search::Exact | Search::Coherent | Search::Tree, _) => exact.search(x)?,
             (Search::Reference, _) => self.measure(self.exemplars, &self.falloff).search(x, self.options.complete),
         };

@@ -8,6 +8,7 @@ use selvedge_core::{
 use super::carry::Carried;
 use super::closing::Closing;
 use super::trust::trusted;
+use crate::came::Came;
 use crate::control::{self, Wanted};
 use crate::error::Error;
 use crate::level::Level;
@@ -16,7 +17,6 @@ use crate::optimized::Optimized;
 use crate::options::{Finish, Options, Search};
 use crate::picture;
 use crate::stats::Stats;
-use crate::weaver::Came;
 
 /// Options of an animation.
 #[derive(Clone, Debug, PartialEq)]
@@ -179,7 +179,7 @@ impl<'e> Animator<'e> {
     /// leaves the frame that was there, and all else as it was.
     ///
     /// `within` is where a body that flows is in the frame that is there, if it does not fill it: what comes from
-    /// outside of it is made anew.
+    /// outside of it is made anew, whatever stands there.
     ///
     /// # Errors
     /// [`Error::FlowShape`], [`Error::FlowValue`], [`Error::Control`] for a body of another shape, or no memory.
@@ -195,16 +195,17 @@ impl<'e> Animator<'e> {
         let moves = origins.iter().zip(output.positions()).any(|(origin, at)| origin.at != at.map(f64::from));
         // What a frame that stays shows is no measure of those that move.
         let is_first = moves && self.usual.is_none();
-        let mut moved = self.carried.moved(&origins)?;
+        let mut before = picture::shown(self.exemplars, &self.map)?;
+        let body = within.map(|within| self.carried.of_body(within, &mut before)).transpose()?;
+        let mut moved = body.as_ref().unwrap_or(&self.carried).moved(&origins)?;
         if let Some(closing) = &self.closing {
             closing.pass(output, &mut moved, &mut origins);
         }
-        let before = picture::shown(self.exemplars, &self.map)?;
         let (mut wishes, sure) = moved.wishes(self.exemplars, (&origins, self.options.lambda), &before)?;
         let carried = sure as f64 / origins.len().max(1) as f64;
         let fit = trusted(self.exemplars, (&moved, self.plan.smallest()), &mut wishes, self.usual)?;
         let begun = wishes.colors.clone();
-        let came = Came { carried: &moved, first: if is_first { &[] } else { &self.first } };
+        let came = Came { carried: &moved, first: if is_first { &[] } else { &self.first }, larger: None };
         let woven = self.plan.weave_on(Some(begun), (Some(wishes), Some(came)), None, run)?;
         let mut stats = FrameStats { stats: woven.stats, carried };
         let first = std::mem::take(&mut stats.stats.first);
@@ -254,9 +255,9 @@ fn check(flow: &Flow, output: Domain<2>) -> Result<(), Error> {
 
 /// An upper bound of the bytes that an [`Animator`] holds beside the exemplars' features.
 pub fn animation_estimate(exemplars: &[Domain<2>], channels: usize, output: Domain<2>, options: &Animation) -> Bytes {
-    // Where samples come from, where they stand at first, before and now, colours and weights of wishes, and three
-    // maps.
-    let each = 24 + 4 * 40 + 8 * 2 * channels as u64 + 3 * 4 + 16;
+    // Where samples come from, where they stand at first, before, in a body and now, colours and weights of wishes, and
+    // three maps.
+    let each = 24 + 9 + 5 * 40 + 8 * 2 * channels as u64 + 3 * 4 + 16;
     crate::estimate(exemplars, channels, output, &options.frame) + Bytes::of_samples(output, each)
 }
 

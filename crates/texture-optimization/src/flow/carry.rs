@@ -4,6 +4,8 @@
 //! not warped again and again, which would blur it, nor rounded in every frame, which would hold still what moves by
 //! less than half a sample: the place is carried as it is, and the next frame is wished for at it.
 
+use std::collections::VecDeque;
+
 use selvedge_core::{CameFrom, Domain, Error, Exemplars, Grid, SampleId, SourceMap, collected};
 
 use crate::assignment::Place;
@@ -84,6 +86,30 @@ impl Carried {
             Some(Spot { source, at: [0, 1].map(|axis| at[axis] + by[axis]) })
         };
         Ok(Self { domain: self.domain, places: collected(origins.iter().map(one))? })
+    }
+
+    /// The same where a body alone is: what is outside of it goes on from what is nearest inside, as the exemplar does,
+    /// so that nothing that stands there pulls across the border; and so do `colors`.
+    ///
+    /// # Errors
+    /// No memory.
+    pub(super) fn of_body(&self, body: &Grid<bool, 2>, colors: &mut Grid<f64, 2>) -> Result<Self, Error> {
+        let (mut places, mut known) = (collected(self.places.iter().copied())?, body.plane(0).to_vec());
+        let mut next: VecDeque<usize> = (0..known.len()).filter(|&i| known[i]).collect();
+        while let Some(from) = next.pop_front() {
+            for by in [[-1, 0], [0, -1], [0, 1], [1, 0]] {
+                let Some(to) = self.domain.step(self.domain.position(from), by) else { continue };
+                let to = self.domain.index(to);
+                if std::mem::replace(&mut known[to], true) {
+                    continue;
+                }
+                let on = |Spot { source, at }| Spot { source, at: [0, 1].map(|a| at[a] + f64::from(by[a])) };
+                places[to] = places[from].map(on);
+                (0..colors.channels()).for_each(|c| colors.plane_mut(c)[to] = colors.plane(c)[from]);
+                next.push_back(to);
+            }
+        }
+        Ok(Self { domain: self.domain, places })
     }
 
     /// Shows at a place what another shows there.

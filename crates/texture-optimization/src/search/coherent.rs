@@ -33,8 +33,7 @@ impl<'a> Listed<'a> {
 
     /// What stands at a distance from a place, around periodic axes, if a neighborhood can.
     fn moved(&self, place: Place, by: [i32; 2]) -> Option<Place> {
-        let domain = self.exemplars.sources()[place.source as usize].domain();
-        domain.step(place.at, by).map(|at| Place { at, ..place }).filter(|place| self.holds(*place))
+        place.moved(self.exemplars, by).filter(|place| self.holds(*place))
     }
 
     /// The own place of a neighborhood, and those at which the eight around it would be continued.

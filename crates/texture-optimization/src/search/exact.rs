@@ -116,8 +116,9 @@ impl<'a> Exact<'a> {
         Some(Found { places, distances, searched })
     }
 
-    /// The first search of a level whose neighborhoods came from somewhere: what is offered where it fits by `limit`,
-    /// and all places elsewhere. What continues them then is the nearest alone, or each frame would decide otherwise.
+    /// The first search of a level whose neighborhoods came from somewhere: what is offered in parts where that fits
+    /// by `limit` in the mean, and all places elsewhere. What continues them then is the nearest alone, or each frame
+    /// would decide otherwise.
     pub(crate) fn search_carried(
         &mut self,
         x: &Grid<f64, 2>,
@@ -129,13 +130,15 @@ impl<'a> Exact<'a> {
         let found = par::map_indexed(self.places.all.len(), |number| {
             let mut candidates = offered(number);
             candidates.retain(|place| listed.holds(*place));
-            let best = listed.best(&seen, number, &candidates, |_, error| error as f64);
-            best.filter(|best| best.error as f64 / self.compared() <= limit)
+            listed.best(&seen, number, &candidates, |_, error| error as f64)
         });
         self.listed = Some(listed);
         let columns = self.places.all.shape()[1];
         let lacks = |part: &[Range<usize>; 2]| {
-            part[0].clone().any(|y| part[1].clone().any(|x| found[y * columns + x].is_none()))
+            let own = part[0].clone().flat_map(|y| part[1].clone().map(move |x| y * columns + x));
+            let errors: Option<u64> = own.map(|number| found[number].map(|found| found.error)).sum();
+            let most = limit * self.compared() * (part[0].len() * part[1].len()) as f64;
+            errors.is_none_or(|errors| most < errors as f64)
         };
         let whole = [0, 1].map(|a| 0..self.places.all.shape()[a]);
         let mut parts: Vec<[Range<usize>; 2]> = self.parts().filter(lacks).collect();
@@ -144,7 +147,8 @@ impl<'a> Exact<'a> {
             parts = vec![whole.clone()];
         }
         // What came is no better known to be complete than what is found anew.
-        let coverage = self.how.alpha.map(|_| self.places.coverage(&seen, &whole)).transpose()?;
+        let lacking = self.how.alpha.filter(|_| !parts.is_empty());
+        let coverage = lacking.map(|_| self.places.coverage(&seen, &whole)).transpose()?;
         let (neighbors, searched) = self.some(&seen, parts, found, coverage.as_ref())?;
         Ok(self.noted(seen, neighbors, (&[], None), searched))
     }

@@ -175,6 +175,23 @@ fn nothing_flows_into_a_body_from_outside_of_it() {
 }
 
 #[test]
+fn what_stands_outside_of_a_body_is_no_matter() {
+    let output = Domain::open([40, 48]);
+    let exemplars = exemplars([64, 64], false);
+    let run = Run::seeded(1);
+    let inside = |[y, x]: [u32; 2]| (6..30).contains(&y) && (9..36).contains(&x);
+    let body = Grid::from_vec(output, 1, output.positions().map(inside).collect()).unwrap();
+    let first = copied(&exemplars, output, [5, 3]);
+    let (mut other, elsewhere) = (first.clone(), copied(&exemplars, output, [20, 11]));
+    output.positions().filter(|&at| !inside(at)).for_each(|at| other.ids.set(0, at, elsewhere.ids.get(0, at)));
+    let [first, other] = [first, other].map(|map| {
+        let mut animator = Animator::new(&exemplars, map, &Animation::default(), &run).unwrap();
+        animator.next(&uniform(output, [0.5, 2.0]), Some(&body), &run).unwrap().result.clone()
+    });
+    assert_eq!(first, other);
+}
+
+#[test]
 fn a_body_that_closes_still_lets_nothing_in() {
     let output = Domain::periodic([24, 80]);
     let exemplars = exemplars(output.shape, true);
