@@ -45,6 +45,11 @@ pub(crate) struct With {
 }
 
 impl With {
+    /// Whether planes come along of which none decides where samples go: what is small then fits in the exemplar alone.
+    pub(crate) fn is_blind(&self) -> bool {
+        !self.with.is_empty() && self.matched.is_empty()
+    }
+
     /// Checks what can be checked without a file; `guides` come before the planes that decide.
     pub(crate) fn validate(&self, exemplars: usize, guides: usize) -> Result<(), Failure> {
         for (files, flag) in [(&self.with, "--with"), (&self.matched, "--match")] {

@@ -75,6 +75,18 @@ fn what_cannot_be_is_refused_with_what_can() {
 }
 
 #[test]
+fn sizes_below_the_first_frame_s_serve_exemplars_that_hold_nothing_larger() {
+    let folder = Folder::new("animate-small");
+    let samples = (0..7 * 6 * 3).map(|i| (i * 37 % 251) as u8).collect();
+    let small = Plane::new(Role::Color, Samples::U8(Grid::from_vec(Domain::open([7, 6]), 3, samples).unwrap()));
+    selvedge_io::write(folder.path("small.png"), &small, &Metadata::default(), &WriteOptions::default()).unwrap();
+    let line = "animate small.png -o a.##.png --flow sink --size 20x16 --frames 2";
+    folder.run(line).refused(3, &["no neighborhood of 8 px"]);
+    folder.run(&format!("{line} --schedule 1:4")).done();
+    assert!(folder.path("a.02.png").exists());
+}
+
+#[test]
 fn frames_follow_one_file_or_one_each_and_are_made_again() {
     let folder = Folder::new("animate-files");
     for name in ["v.1.flo", "v.2.flo"] {

@@ -63,6 +63,15 @@ fn a_dry_run_tells_what_would_be_done_and_the_options_make_it_again() {
 }
 
 #[test]
+fn planes_that_come_along_undecided_are_warned_of() {
+    let folder = Folder::new("optimize-along");
+    let line = "optimize @/bricks/albedo.png --size 40 --with @/bricks/normal.png -o a.{name}";
+    assert!(folder.run(line).done().stderr.contains("give it to --match too"));
+    let said = folder.run(&format!("{line} --match @/bricks/normal.png")).done();
+    assert!(!said.stderr.contains("--match too"), "{}", said.stderr);
+}
+
+#[test]
 fn the_report_shows_energies_what_levels_end_with_and_distances_also_of_averages() {
     let folder = Folder::new("optimize-report");
     for (how, pictures) in [("", 3), ("--finish average", 2)] {

@@ -77,6 +77,7 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "L", default_value_t = Animation::default().lambda, allow_negative_numbers = true)]
     lambda: f64,
     /// Resolutions and sizes of neighborhoods in the frames after the first one: 1:16 is 16 px at full resolution.
+    /// Those below 8 px serve the first one as well, where the exemplar holds nothing larger.
     #[arg(long, value_name = "SCALE:SIZE,...", default_value = typed(&Animation::default().frame.schedule), value_parser = levels)]
     schedule: Levels,
     /// Iterations at a level of these frames, if it does not settle before.
@@ -106,12 +107,21 @@ fn made_init(text: &str) -> Result<Init, Wrong> {
     }
 }
 
+/// Options of the first frame, by those of others: what is smaller there is for exemplars that hold nothing larger.
+fn first(init: &Init, frame: &Options) -> Options {
+    let mut first = init.suited().unwrap_or_default();
+    let least = first.schedule.iter().map(|level| level.size).min().unwrap_or_default();
+    first.schedule.extend(frame.schedule.iter().filter(|level| level.scale == 1 && level.size < least));
+    first
+}
+
 impl Animate {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("animate");
         self.flow.validate()?;
-        let (first, options) = (Options::default(), self.options()?);
+        let (init, options) = (self.init.chosen(), self.options()?);
+        let first = first(&init, &options.frame);
         let (files, masks) = (self.flow.files()?, self.body.files()?);
         let clip = Moving::found(session, &self.input, &mut report)?;
         let input = clip.as_ref().map_or(&self.input, |clip| &clip.frames);
@@ -139,7 +149,7 @@ impl Animate {
         let sources = headers.sources(&[Transform::IDENTITY]);
         let at_once = if clip.is_some() { &sources[..1] } else { &sources[..] };
         let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks_held), at_once);
-        let choosing = self.init.choosing(at_once, headers.channels(), masked);
+        let choosing = init.choosing(at_once, headers.channels(), masked);
         memory::check(&session.limits, only, output, Resized::Size, &|output| need(output).with(choosing))?;
         let need = need(output);
         let flows = match flows {
@@ -153,7 +163,6 @@ impl Animate {
         };
         let body = self.body.read(session, &masks, (output, frames), &mut report)?;
         report.stage("read");
-        let init = self.init.chosen();
         let beginning = init.planned(&textures[0], output, &session.run())?;
         let needed = need.with(beginning.bytes());
         memory::check_fixed(&session.limits, needed)?;
@@ -164,7 +173,7 @@ impl Animate {
         let path = self.path();
         let name = shown(&path);
         let options = Animation { direction: flows.direction, ..options };
-        let plan = frames::plan(session, (&loaded, &textures), output, (&init.suited(first), &options))?;
+        let plan = frames::plan(session, (&loaded, &textures), output, (&first, &options))?;
         if session.global.dry_run {
             let line = format!(
                 "{name}: would be {} of {w}x{h} px, with about {needed} of memory",

@@ -8,9 +8,6 @@ use selvedge_texture_optimization::Options;
 use crate::failure::Failure;
 use crate::wrong::Wrong;
 
-/// Side of the largest neighborhoods that mend a seam.
-const SEAM: u32 = 16;
-
 /// What the texture is optimised from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::commands) enum Init {
@@ -43,17 +40,10 @@ impl Init {
         if *self == Self::Auto { Self::Graphcut } else { self.clone() }
     }
 
-    /// Options that suit it: a graph cut has placed everything already, and all that is left is to mend its seams. Two
-    /// readers prefer what comes of it to the graph cut on 10 and 11 of 14 exemplars. Larger neighborhoods and coarse
-    /// levels, where lines of text or joints of bricks are less than a sample wide, would move what is placed, and
-    /// what is to be complete brings in what fits worse than the seams did: with both energies end above the graph
-    /// cut's, and without at half of it. A quilt gains by coarse levels (olives 209 instead of 277).
-    pub(in crate::commands) fn suited(&self, mut options: Options) -> Options {
-        if *self == Self::Graphcut {
-            options.schedule.retain(|level| level.scale == 1 && level.size <= SEAM);
-            options.complete = None;
-        }
-        options
+    /// Options that suit it: all that is left of a graph cut is to mend its seams; a quilt gains by coarse levels
+    /// (olives 209 instead of 277).
+    pub(in crate::commands) fn suited(&self) -> Option<Options> {
+        (*self == Self::Graphcut).then(Options::mending)
     }
 
     /// The map's file.

@@ -129,6 +129,10 @@ impl Method for Optimize {
     fn plan<'l>(&'l self, loom: &'l mut Loom<'_>) -> Result<PlannedRun<'l>, Failure> {
         let (control, read, loom) = (self.control.read(loom, &self.weaving)?, loom.start_map()?, &*loom);
         let (exemplars, run) = (&loom.loaded.exemplars, loom.session.run());
+        if self.weaving.with.is_blind() {
+            let what = "it comes along undecided, and may have crumbs where seams were mended; give it to --match too";
+            loom.session.warn(&self.weaving.with.with[0], &what);
+        }
         let init = self.init().chosen();
         let options = self.options_from(&init);
         let plan = Plan::new(exemplars, loom.domain, &options, &run).map_err(|e| told::failure(&loom.loaded, e))?;
@@ -185,7 +189,7 @@ impl Optimize {
         if self.control.steers() {
             return options;
         }
-        let suited = init.suited(options.clone());
+        let Some(suited) = init.suited() else { return options };
         let schedule = if self.schedule.0.is_none() { suited.schedule } else { options.schedule };
         let complete = if self.complete.0.is_none() { suited.complete } else { options.complete };
         Options { schedule, complete, ..options }
