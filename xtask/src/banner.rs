@@ -46,7 +46,7 @@ pub(crate) struct Banner {
 pub(crate) fn make(selvedge: &Path, folder: &str) -> Result<Banner, String> {
     let file = |name: &str| format!("{folder}/{name}.png");
     let width = CELL[1] * WORD.len() as u32;
-    run(selvedge, &format!("synthesize {BACKDROP} --size {width}x{} -o {}", CELL[0], file("backdrop")))?;
+    run(selvedge, &format!("synthesize {BACKDROP} --mend none --size {width}x{} -o {}", CELL[0], file("backdrop")))?;
     let (backdrop, stones) = (read(&file("backdrop"))?, read(STONES)?);
     let mut places: BTreeMap<char, Vec<u32>> = BTreeMap::new();
     WORD.chars().zip(0..).for_each(|(letter, at)| places.entry(letter).or_default().push(at));

@@ -9,6 +9,9 @@ pub enum Error {
     /// What graph cuts say.
     #[error(transparent)]
     Graphcut(#[from] selvedge_graphcut_textures::Error),
+    /// What texture optimization says.
+    #[error(transparent)]
+    Optimization(#[from] selvedge_texture_optimization::Error),
     /// What the measures say.
     #[error(transparent)]
     Metrics(#[from] selvedge_metrics::Error),
@@ -22,6 +25,7 @@ impl Error {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Graphcut(e) => e.kind(),
+            Self::Optimization(e) => e.kind(),
             Self::Metrics(e) => e.kind(),
             Self::Core(e) => e.kind(),
         }
@@ -31,6 +35,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::Graphcut(e) => e.remedy(),
+            Self::Optimization(e) => e.remedy(),
             Self::Metrics(e) => e.remedy(),
             Self::Core(e) => e.remedy(),
         }

@@ -6,7 +6,7 @@ use selvedge_graphcut_textures as graphcut;
 use crate::candidate::of_kind_by;
 use crate::error::Error;
 use crate::sizes::Sizes;
-use crate::{Options, SEEN};
+use crate::{Options, SEEN, mend};
 
 /// Bytes that [`synthesize`](crate::synthesize) needs at most on the threads of this pool: what candidates and
 /// comparisons hold at once, the best map, and what each candidate shows. The run itself holds each of its candidates
@@ -52,13 +52,18 @@ pub fn estimate(
     } else {
         stage(exemplars, output, if is_compared { drafts.max(finished) } else { finished })?
     };
+    let mending = if options.mend && is_compared {
+        mend::memory(exemplars, output).then(scoring) + Bytes::of_samples(output, 8)
+    } else {
+        Bytes(0)
+    };
     let halves: Bytes = sizes.halves().iter().map(|half| sampled(half, channels + 1)).sum();
     let shown = Domain::open(output.shape.map(|side| side.min(SEEN)));
-    let pictures = Bytes::of_samples(shown, channels) * (drafts + finished) as u64;
+    let pictures = Bytes::of_samples(shown, channels) * (drafts + finished + usize::from(options.mend)) as u64;
     // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most; where masks
     // leave single samples one for each.
     let masked = exemplars.is_masked();
     let waiting = Bytes::of_samples(to, if masked { 4 + 32 } else { 12 }) * finished as u64;
     let judge = if is_compared { sampled(small, 40) } else { Bytes(0) };
-    Ok(halves + judge + made + waiting + Bytes::of_samples(output, 4) + pictures)
+    Ok(halves + judge + made.then(mending) + waiting + Bytes::of_samples(output, 4) + pictures)
 }

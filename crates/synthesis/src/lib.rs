@@ -3,7 +3,8 @@
 //!
 //! The work follows from [`Options::effort`], never from a clock, so the same seed and effort give the same map on any
 //! machine and any number of threads. A [`Candidate`] is a trait: what else makes a texture may join. What is kept can
-//! be made again by its method alone, with the options and the seed that [`Stats`] tell.
+//! be made again by its method alone, with the options and the seed that [`Stats`] tell; where its seams are mended,
+//! from the map of the one that [`Trial::mends`] tells.
 //!
 //! # Features
 //! `rayon` (default): candidates are made beside each other in the caller's pool; the result is the same without it.
@@ -12,6 +13,7 @@
 mod candidate;
 mod error;
 mod estimate;
+mod mend;
 mod sizes;
 
 pub use candidate::{Candidate, Draft, Graphcut, Rest, Settings};
@@ -33,11 +35,14 @@ pub struct Options {
     /// How much work is done: 1 makes one candidate and scores nothing, 3 three drafts of which the best is finished, 9
     /// forty of which twelve are. Default: 3, about a second for 512^2 from 192^2 on two cores.
     pub effort: u8,
+    /// Whether one more candidate is what stands best with its seams mended, by
+    /// [texture optimization](selvedge_texture_optimization::Options::mending), where any are compared. Default: yes.
+    pub mend: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { effort: 3 }
+        Self { effort: 3, mend: true }
     }
 }
 
@@ -63,6 +68,8 @@ pub struct Trial {
     pub seed: Seed,
     /// True if it only told what its candidate would be worth.
     pub draft: bool,
+    /// Which of those before it has its seams mended in this one.
+    pub mends: Option<usize>,
     /// Its columns and preference; `None` where nothing was compared.
     pub scored: Option<(Columns, f64)>,
     /// What it shows, in features, reduced to at most [`SEEN`] a side; `None` where nothing was compared.
@@ -86,12 +93,16 @@ pub struct Stats {
 /// Candidates are taken in turns, each time with the next seed. Exemplars and outputs that are too small to be compared
 /// have one. One whose method refuses the exemplars is left out.
 ///
+/// What then stands best is made once more with its [seams mended](Options::mend). That is kept where it is preferred
+/// by what it shows, and where nothing melts: stones that a cut has set side by side fade into each other, and lose a
+/// tenth of the contrast that was there.
+///
 /// From 384 samples a side on, drafts are made and compared at a fraction of the size, which leaves 192 of exemplars,
 /// and what was finished is compared there as well: which one is better shows there, for a fraction of the work.
 ///
 /// # Errors
 /// Of the core [`Amount`](selvedge_core::Error::Amount); the first candidate's if all fail; [`Error::Core`],
-/// [`Error::Graphcut`] and [`Error::Metrics`] if memory is short.
+/// [`Error::Graphcut`], [`Error::Optimization`] and [`Error::Metrics`] if memory is short.
 ///
 /// # Events
 /// `"synthesize"` after each round, with how many drafts and candidates are done.
@@ -114,7 +125,8 @@ pub fn synthesize(
         Err(selvedge_metrics::Error::TooSmall { .. } | selvedge_metrics::Error::Core(CoreError::NothingValid)) => None,
         judge => judge?,
     };
-    let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 };
+    let mends = u64::from(options.mend);
+    let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 + mends };
     let mut best = Best::default();
     if bench.judge.is_none() {
         // Nothing to choose by: the likeliest, which is first of any kind.
@@ -133,6 +145,9 @@ pub fn synthesize(
     };
     let chosen = bench.draft(small.as_ref().unwrap_or(&all), &turns, finished, &mut best)?;
     bench.finish(&all, chosen, &mut best)?;
+    if options.mend {
+        bench.mend(&mut best)?;
+    }
     let mut woven = best.answer()?;
     if bench.sizes.are_several() && woven.stats.tried[woven.stats.kept].draft {
         // Nothing was finished.
@@ -167,6 +182,11 @@ enum Job<'a> {
     Draft(&'a dyn Candidate),
     Whole(&'a dyn Candidate),
     Rest(Box<dyn Rest>),
+    /// A map, and which of what was tried it is of.
+    Mend {
+        of: usize,
+        map: &'a SourceMap<2>,
+    },
 }
 
 /// Where candidates are made and scored.
@@ -219,6 +239,24 @@ impl Bench<'_> {
         Ok(())
     }
 
+    /// Makes one more of what stands best, with its seams mended, unless that is a small draft. It is kept instead
+    /// where it is preferred, but for what melted.
+    fn mend(&mut self, best: &mut Best) -> Result<(), Error> {
+        let Some((kept, map, true)) = &best.kept else { return Ok(()) };
+        let of = &best.tried[*kept];
+        if of.draft || best.is_cancelled(self.run) {
+            return Ok(());
+        }
+        let before = shown(self.exemplars, map)?;
+        for made in self.round(vec![(Job::Mend { of: *kept, map }, of.seed)]) {
+            match made {
+                Ok(made) if mend::is_melted(&before, &shown(self.exemplars, &made.map)?) => best.tried.push(made.trial),
+                made => _ = best.take(made)?,
+            }
+        }
+        Ok(())
+    }
+
     /// Some at once, each on a thread; small if they are drafts.
     fn round(&mut self, jobs: Vec<(Job<'_>, Seed)>) -> Vec<Result<Attempt, Error>> {
         let mut done: Vec<_> = jobs.into_iter().map(|(job, seed)| (Some(job), seed, None)).collect();
@@ -234,10 +272,11 @@ impl Bench<'_> {
 
     fn make(&self, job: Job<'_>, seed: Seed) -> Result<Attempt, Error> {
         let run = Run { seed, observer: &Quiet(self.run.observer), ..*self.run };
-        let (is_draft, method) = match &job {
-            Job::Draft(c) => (true, c.method()),
-            Job::Whole(c) => (false, c.method()),
-            Job::Rest(rest) => (false, rest.method()),
+        let (is_draft, method, mends) = match &job {
+            Job::Draft(c) => (true, c.method(), None),
+            Job::Whole(c) => (false, c.method(), None),
+            Job::Rest(rest) => (false, rest.method(), None),
+            Job::Mend { of, .. } => (false, mend::METHOD, Some(*of)),
         };
         let Draft { woven, rest } = match job {
             Job::Draft(candidate) => {
@@ -245,6 +284,7 @@ impl Bench<'_> {
             }
             Job::Whole(candidate) => Draft { woven: candidate.weave(self.exemplars, self.output, &run)?, rest: None },
             Job::Rest(rest) => Draft { woven: rest.finish(self.exemplars, &run)?, rest: None },
+            Job::Mend { map, .. } => Draft { woven: mend::mended(self.exemplars, map, &run)?, rest: None },
         };
         let scored = match &self.judge {
             Some(judge) if woven.complete => Some(self.scored(judge, &woven.result, is_draft)?),
@@ -252,7 +292,7 @@ impl Bench<'_> {
         };
         let (scored, picture) = scored.unzip();
         let draft = is_draft && (self.sizes.are_several() || rest.is_some());
-        let trial = Trial { method, used: woven.stats, seed, draft, scored, picture };
+        let trial = Trial { method, used: woven.stats, seed, draft, mends, scored, picture };
         Ok(Attempt { trial, map: woven.result, complete: woven.complete, rest })
     }
 
@@ -306,7 +346,7 @@ struct Best {
 impl Best {
     /// Keeps one that is preferred, or finished, or more complete; of equals the first. `None` if it was refused.
     fn take(&mut self, made: Result<Attempt, Error>) -> Result<Option<Taken>, Error> {
-        let Attempt { trial, map, complete, rest } = match made {
+        let made = match made {
             Ok(made) => made,
             Err(e) if matches!(e.kind(), ErrorKind::Option | ErrorKind::Input) => {
                 self.refused.get_or_insert(e);
@@ -316,9 +356,16 @@ impl Best {
         };
         let preference = |trial: &Trial| trial.scored.map(|(_, preference)| preference);
         let is_better = self.kept.as_ref().is_none_or(|(kept, _, whole)| {
-            let kept = &self.tried[*kept];
-            (*whole, !kept.draft, preference(kept)) < (complete, !trial.draft, preference(&trial))
+            let (kept, trial) = (&self.tried[*kept], &made.trial);
+            match trial.mends {
+                Some(_) => {
+                    let columns = trial.scored.zip(kept.scored);
+                    made.complete && columns.is_some_and(|(own, other)| mend::is_preferred(&own.0, &other.0))
+                }
+                None => (*whole, !kept.draft, preference(kept)) < (made.complete, !trial.draft, preference(trial)),
+            }
         });
+        let Attempt { trial, map, complete, rest } = made;
         if is_better {
             self.kept = Some((self.tried.len(), map, complete));
         }

@@ -31,10 +31,24 @@ pub(crate) struct Synthesize {
     #[arg(long, value_name = "1..9", default_value_t = Options::default().effort,
         value_parser = clap::value_parser!(u8).range(1..=9))]
     effort: u8,
+    /// Whether seams of what stands best are mended, as 'optimize --start' does: auto does where candidates are
+    /// compared, and keeps that where it is preferred by what it shows and nothing melts; not where other planes come
+    /// along and none of them is a --match, for it would leave crumbs in them.
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t = Mend::Auto)]
+    mend: Mend,
     #[command(flatten)]
     repairing: Repairing,
     #[command(flatten)]
     blending: Blending,
+}
+
+/// Whether seams of what stands best are mended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Mend {
+    /// Where that is better.
+    Auto,
+    /// Never.
+    None,
 }
 
 impl Method for Synthesize {
@@ -75,7 +89,12 @@ impl Method for Synthesize {
                 "kept": stats.kept,
                 "candidates": stats.tried.iter().map(candidate).collect::<Vec<_>>(),
             });
-            let made_by = MadeBy { command: kept.method, seed: kept.seed.0, options: used(loom, kept) };
+            // What mends another is made by both: by this command again.
+            let made_by = kept.mends.is_none().then(|| MadeBy {
+                command: kept.method,
+                seed: kept.seed.0,
+                options: used(loom, kept),
+            });
             let splined = self.carries_shade() && !loom.blending.is_none();
             let how = how_kept(stats) + if splined { "; its seams are splined, for its light is uneven" } else { "" };
             let tried = stats.tried.iter().enumerate().filter_map(|(i, t)| told(i, t, i == stats.kept));
@@ -85,7 +104,7 @@ impl Method for Synthesize {
                 self.repairing.outcome(loom.session, exemplars, woven, (None, None), (counts, how), shown)?;
             pictures.append(&mut outcome.beside.pictures);
             outcome.beside = Beside { heading: "Tried", pictures };
-            Ok(Outcome { made_by: Some(made_by), ..outcome })
+            Ok(Outcome { made_by, ..outcome })
         })
         .needing(needed))
     }
@@ -93,7 +112,7 @@ impl Method for Synthesize {
 
 impl Synthesize {
     fn options(&self) -> Options {
-        Options { effort: self.effort }
+        Options { effort: self.effort, mend: self.mend == Mend::Auto && !self.weaving.with.is_blind() }
     }
 
     /// True if seams of what is lit unevenly are hidden, though nobody asked: two readers preferred that on 8 and 7 of
@@ -112,7 +131,7 @@ fn is_lit_unevenly(loom: &Loom<'_>) -> Result<bool, Failure> {
 /// The options of the method that made what is kept: with its command and seed they make it again.
 fn used(loom: &Loom<'_>, kept: &Trial) -> Used {
     let own = kept.used.iter().map(|(name, text)| ((*name).to_owned(), value(text)));
-    loom.used().without("effort").before(&["repair", "feather", "spline", "fuse"], own)
+    loom.used().without("effort").without("mend").before(&["repair", "feather", "spline", "fuse"], own)
 }
 
 /// A number where it is one.
@@ -135,6 +154,7 @@ fn candidate(tried: &Trial) -> Value {
         "options": options,
         "seed": tried.seed.0,
         "draft": tried.draft,
+        "mends": tried.mends,
         "preference": tried.scored.map(|(_, preference)| preference),
         "columns": columns,
     })
@@ -148,10 +168,11 @@ fn told(number: usize, tried: &Trial, is_kept: bool) -> Option<Thumbnail> {
     let picture = Plane::new(Role::Color, Samples::U8(Grid::from_vec(picture.domain(), colors, samples).ok()?));
     let kept = if is_kept { ", kept" } else { "" };
     let draft = if tried.draft { "draft by" } else { "by" };
+    let mends = tried.mends.map_or(String::new(), |of| format!(", which mends {},", of + 1));
     let options = tried.used.iter().map(|(name, text)| format!(" --{name} {text}")).collect::<String>();
     let columns = columns.named().into_iter().map(|(name, value)| format!("\n{name} {value:.3}")).collect::<String>();
     let caption = format!(
-        "{}{kept}: preference {preference:.2}, {draft} {}{options} --seed {}\n{columns}",
+        "{}{kept}: preference {preference:.2}, {draft} {}{mends}{options} --seed {}\n{columns}",
         number + 1,
         tried.method,
         tried.seed.0
@@ -161,20 +182,31 @@ fn told(number: usize, tried: &Trial, is_kept: bool) -> Option<Thumbnail> {
 
 /// What was taken and why, in a line.
 fn how_kept(stats: &Stats) -> String {
-    let kept = &stats.tried[stats.kept];
+    let (tried, kept) = (&stats.tried, &stats.tried[stats.kept]);
+    match kept.mends {
+        Some(of) => how_cut(&tried[..stats.kept], &tried[of]) + ", its seams mended",
+        None => match tried.split_last() {
+            Some((last, before)) if last.mends.is_some() => how_cut(before, kept) + ", better unmended",
+            _ => how_cut(tried, kept),
+        },
+    }
+}
+
+/// The same of what mends nothing.
+fn how_cut(tried: &[Trial], kept: &Trial) -> String {
     let size = kept.used.iter().find(|(name, _)| matches!(*name, "block" | "region"));
     let size = size.map_or(String::new(), |(name, text)| format!(" ({name} {text} px)"));
     let by = format!("by {}{size}", kept.method);
     let Some((columns, _)) = kept.scored else { return by };
     let energy = |c: &Columns| c.seams.map_or(0.0, |s| s.energy);
     let median = |of: &dyn Fn(&Columns) -> f64| {
-        let mut all: Vec<f64> = stats.tried.iter().filter_map(|t| Some(of(&t.scored?.0))).collect();
+        let mut all: Vec<f64> = tried.iter().filter_map(|t| Some(of(&t.scored?.0))).collect();
         all.sort_by(f64::total_cmp);
         all[all.len() / 2]
     };
     format!(
         "{by}, the best of {}: seams cost {:.2} (median {:.2}), worst places {:.2} (median {:.2})",
-        n("draft", stats.tried.iter().filter(|t| t.draft).count()),
+        n("draft", tried.iter().filter(|t| t.draft).count()),
         energy(&columns),
         median(&energy),
         columns.worst,

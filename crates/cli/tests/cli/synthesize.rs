@@ -17,8 +17,8 @@ fn told(folder: &Folder, picture: &str) -> String {
 #[test]
 fn the_kept_candidate_is_made_again_by_its_own_command() {
     let folder = Folder::new("synthesize");
-    folder.run("synthesize @/weave.png -o a.png --map a.exr --size 80x64 --tile x --seed 5 -j 1").done();
-    folder.run("synth @/weave.png -o b.png --map b.exr --size 80x64 --tile x --seed 5 -j 3").done();
+    folder.run("synthesize @/weave.png -o a.png --map a.exr --size 80x64 --tile x --mend none --seed 5 -j 1").done();
+    folder.run("synth @/weave.png -o b.png --map b.exr --size 80x64 --tile x --mend none --seed 5 -j 3").done();
     let read = |name: &str| fs::read(folder.path(name)).unwrap();
     assert_eq!((read("a.png"), read("a.exr")), (read("b.png"), read("b.exr")));
     let command = told(&folder, "a.png");
@@ -40,7 +40,7 @@ fn what_is_repaired_is_made_again_by_the_command_that_it_tells() {
 #[test]
 fn seams_are_hidden_of_what_is_kept_and_its_command_says_so() {
     let folder = Folder::new("synthesize-blended");
-    let line = "synthesize @/cobbles.png --size 230x210 --effort 2 --ignore-light 0.5";
+    let line = "synthesize @/cobbles.png --size 230x210 --effort 2 --mend none --ignore-light 0.5";
     folder.run(&format!("{line} -o sharp.png --map sharp.exr")).done();
     let read = |name: &str| fs::read(folder.path(name)).unwrap();
     for blend in ["--feather 2.0", "--spline 2", "--spline auto", "--fuse"] {
@@ -70,7 +70,7 @@ fn all_candidates_are_told_and_one_run_scores_nothing() {
 #[test]
 fn candidates_stand_on_the_page_and_below_the_explanation() {
     let folder = Folder::new("synthesize-page");
-    folder.run("synthesize @/weave.png -o a.png --size 64 --explain a-e.png --report a").done();
+    folder.run("synthesize @/weave.png -o a.png --size 64 --mend none --explain a-e.png --report a").done();
     folder.run("synthesize @/weave.png -o b.png --size 64 --explain b-e.png --report b --effort 1").done();
     let page = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
     // Three drafts, one finished.
@@ -103,4 +103,28 @@ fn seams_of_what_is_lit_unevenly_are_splined_unless_said_otherwise() {
     let said =
         folder.run(&format!("synthesize @/plaster.png {line} --with @/planks.png --role scalar -o with-{{name}}"));
     assert!(!said.done().stderr.contains("uneven"));
+}
+
+#[test]
+fn what_is_mended_is_made_again_by_this_command() {
+    let folder = Folder::new("synthesize-mended");
+    let line = "@/knit.png --size 200 --effort 2 --seed 4";
+    let said = folder.run(&format!("synthesize {line} -o a.png --map a.exr --report a --json")).done();
+    assert!(said.stderr.contains("its seams mended"), "{}", said.stderr);
+    let told = String::from_utf8(said.stdout).unwrap();
+    assert!(told.contains(r#""method":"optimize""#) && told.contains(r#""mends":2"#), "{told}");
+    let info = String::from_utf8(folder.run("info a.png --json").done().stdout).unwrap();
+    let command = "selvedge synthesize knit.png --size 200x200 --effort 2 --mend auto --seed 4";
+    assert!(info.contains(command), "{info}");
+    let page = fs::read_to_string(folder.path("a/index.html")).unwrap();
+    assert!(page.contains("by optimize, which mends 3,"), "{page}");
+    // It is the graph cut that stands without it, but for its seams.
+    folder.run(&format!("synthesize {line} --mend none -o b.png --map b.exr")).done();
+    folder
+        .run("optimize @/knit.png --start b.exr --schedule 1:16,1:8 --complete none -o c.png --map c.exr --seed 4")
+        .done();
+    assert_eq!(map(&folder, "a.exr").map.ids, map(&folder, "c.exr").map.ids);
+    // What comes along and does not decide is not mended.
+    folder.run(&format!("synthesize {line} --with @/letters.png --role scalar -o d-{{name}} --map d.exr")).done();
+    assert_eq!(map(&folder, "b.exr").map.ids, map(&folder, "d.exr").map.ids);
 }

@@ -10,6 +10,10 @@ fn weave() -> Exemplars<2> {
     Exemplars::of(&[&[exemplars::weave()]]).unwrap()
 }
 
+fn effort(effort: u8) -> Options {
+    Options { effort, mend: false }
+}
+
 /// Preferences of drafts, or of what was finished.
 fn preferences(stats: &Stats, draft: bool) -> Vec<f64> {
     stats.tried.iter().filter(|t| t.draft == draft).map(|t| t.scored.unwrap().1).collect()
@@ -18,7 +22,7 @@ fn preferences(stats: &Stats, draft: bool) -> Vec<f64> {
 #[test]
 fn the_best_drafts_are_finished_and_the_preferred_is_kept() {
     let of = weave();
-    let woven = synthesize(&of, Domain::periodic([64, 80]), &Options { effort: 6 }, &Run::seeded(3)).unwrap();
+    let woven = synthesize(&of, Domain::periodic([64, 80]), &effort(6), &Run::seeded(3)).unwrap();
     let (tried, kept) = (&woven.stats.tried, &woven.stats.tried[woven.stats.kept]);
     let (mut drafts, finished) = (preferences(&woven.stats, true), preferences(&woven.stats, false));
     assert_eq!((drafts.len(), finished.len(), kept.draft), (8, 2, false));
@@ -34,10 +38,10 @@ fn the_best_drafts_are_finished_and_the_preferred_is_kept() {
 #[test]
 fn threads_change_nothing_and_effort_adds_drafts() {
     let of = weave();
-    let ask = |effort, threads| {
+    let ask = |steps, threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let run = Run::seeded(7);
-        pool.install(|| synthesize(&of, Domain::open([60, 60]), &Options { effort }, &run)).unwrap()
+        pool.install(|| synthesize(&of, Domain::open([60, 60]), &effort(steps), &run)).unwrap()
     };
     let (one, three) = (ask(4, 1), ask(4, 3));
     assert_eq!((&one.result, &one.stats), (&three.result, &three.stats));
@@ -52,7 +56,7 @@ fn small_exemplars_have_one_candidate_and_a_wrong_effort_is_refused() {
     let small = Exemplars::of(&[&[selvedge_testkit::simple::noise_rgb(12, 9, 1)]]).unwrap();
     let woven = synthesize(&small, Domain::open([30, 30]), &Options::default(), &Run::seeded(1)).unwrap();
     assert_eq!((woven.stats.tried.len(), woven.result.holes()), (1, 0));
-    let wrong = synthesize(&small, Domain::open([30, 30]), &Options { effort: 10 }, &Run::seeded(1));
+    let wrong = synthesize(&small, Domain::open([30, 30]), &effort(10), &Run::seeded(1));
     assert_eq!(wrong.unwrap_err(), selvedge_core::Error::amount("an effort", 10, "1 to 9").into());
 }
 
@@ -75,7 +79,7 @@ fn of_large_exemplars_drafts_are_small_and_the_kept_one_is_whole() {
     let output = Domain { shape: [431, 500], periodic: [false, true] };
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| synthesize(&large, output, &Options { effort: 2 }, &Run::seeded(2)).unwrap())
+        pool.install(|| synthesize(&large, output, &effort(2), &Run::seeded(2)).unwrap())
     };
     let woven = on(2);
     let (stats, kept) = (&woven.stats, &woven.stats.tried[woven.stats.kept]);
@@ -85,16 +89,41 @@ fn of_large_exemplars_drafts_are_small_and_the_kept_one_is_whole() {
     assert_eq!(woven.result, on(1).result);
 }
 
+#[test]
+fn what_stands_best_is_mended_and_kept_where_it_is_preferred() {
+    let of = Exemplars::of(&[&[exemplars::knit()]]).unwrap();
+    let ask = |effort, mend, threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| synthesize(&of, Domain::open([140, 150]), &Options { effort, mend }, &Run::seeded(3)).unwrap())
+    };
+    let [without, with, again] = [(false, 2), (true, 2), (true, 1)].map(|(mend, threads)| ask(2, mend, threads));
+    assert_eq!((&with.result, &with.stats), (&again.result, &again.stats));
+    let (tried, mended) = with.stats.tried.split_at(3);
+    assert_eq!((tried, with.stats.kept, mended.len()), (&without.stats.tried[..], 3, 1));
+    assert_eq!((mended[0].method, mended[0].mends), ("optimize", Some(without.stats.kept)));
+    // Nothing but the surroundings of seams is changed.
+    let ids = with.result.ids.plane(0).iter().zip(without.result.ids.plane(0));
+    let changed = ids.filter(|(a, b)| a != b).count();
+    assert!(0 < changed && changed < 140 * 150 / 2, "{changed}");
+    // Where nothing is compared nothing says that it would be better.
+    assert_eq!(ask(1, true, 2).stats.tried.len(), 1);
+}
+
 const MEMORY: &str = "what_is_told_is_held_and_little_more";
 
 #[test]
 fn what_is_told_is_held_and_little_more() {
-    // Exemplar, output and effort; the last is drafted at half its size.
-    let cases = [([192, 192], [300, 200], 2), ([100, 140], [128, 128], 1), ([400, 420], [450, 410], 2)];
+    // Exemplar, output, effort and whether seams are mended; the third is drafted at half its size.
+    let cases = [
+        ([192, 192], [300, 200], 2, false),
+        ([100, 140], [128, 128], 1, false),
+        ([400, 420], [450, 410], 2, false),
+        ([128, 128], [400, 300], 2, true),
+    ];
     let of = |number: usize| {
-        let ([height, width], output, effort) = cases[number];
+        let ([height, width], output, effort, mend) = cases[number];
         let plane = selvedge_testkit::simple::noise_rgb(height, width, 1);
-        (Exemplars::of(&[&[plane]]).unwrap(), Domain::open(output), Options { effort })
+        (Exemplars::of(&[&[plane]]).unwrap(), Domain::open(output), Options { effort, mend })
     };
     let measure = |number: usize| {
         let (exemplars, output, options) = of(number);
