@@ -52,14 +52,11 @@ pub fn estimate(
     } else {
         stage(exemplars, output, if is_compared { drafts.max(finished) } else { finished })?
     };
-    let mending = if options.mend && is_compared {
-        mend::memory(exemplars, output).then(scoring) + Bytes::of_samples(output, 8)
-    } else {
-        Bytes(0)
-    };
+    let mends = options.mend && is_compared && mend::is_affordable(exemplars, output);
+    let mending = if mends { mend::memory(exemplars, output).then(scoring) } else { Bytes(0) };
     let halves: Bytes = sizes.halves().iter().map(|half| sampled(half, channels + 1)).sum();
     let shown = Domain::open(output.shape.map(|side| side.min(SEEN)));
-    let pictures = Bytes::of_samples(shown, channels) * (drafts + finished + usize::from(options.mend)) as u64;
+    let pictures = Bytes::of_samples(shown, channels) * (drafts + finished + usize::from(mends)) as u64;
     // Drafts that wait to be finished: a map, and the patches that were laid, one for 16 samples at most; where masks
     // leave single samples one for each.
     let masked = exemplars.is_masked();

@@ -36,7 +36,8 @@ pub struct Options {
     /// forty of which twelve are. Default: 3, about a second for 512^2 from 192^2 on two cores.
     pub effort: u8,
     /// Whether one more candidate is what stands best with its seams mended, by
-    /// [texture optimization](selvedge_texture_optimization::Options::mending), where any are compared. Default: yes.
+    /// [texture optimization](selvedge_texture_optimization::Options::mending), where any are compared and exemplars
+    /// times output are at most 2^34 samples (256^2 to 512^2): it takes the longer the larger both are. Default: yes.
     pub mend: bool,
 }
 
@@ -125,8 +126,9 @@ pub fn synthesize(
         Err(selvedge_metrics::Error::TooSmall { .. } | selvedge_metrics::Error::Core(CoreError::NothingValid)) => None,
         judge => judge?,
     };
-    let mends = u64::from(options.mend);
-    let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of: (drafts + finished) as u64 + mends };
+    let mends = options.mend && mend::is_affordable(exemplars, output);
+    let of = (drafts + finished) as u64 + u64::from(mends);
+    let mut bench = Bench { exemplars, sizes, output, run, judge, done: 0, of };
     let mut best = Best::default();
     if bench.judge.is_none() {
         // Nothing to choose by: the likeliest, which is first of any kind.
@@ -145,10 +147,12 @@ pub fn synthesize(
     };
     let chosen = bench.draft(small.as_ref().unwrap_or(&all), &turns, finished, &mut best)?;
     bench.finish(&all, chosen, &mut best)?;
-    if options.mend {
+    if mends {
         bench.mend(&mut best)?;
     }
     let mut woven = best.answer()?;
+    // What was left out might have been better.
+    woven.complete &= !run.observer.cancelled();
     if bench.sizes.are_several() && woven.stats.tried[woven.stats.kept].draft {
         // Nothing was finished.
         woven.result = bench.sizes.raised(woven.result, exemplars, output)?;

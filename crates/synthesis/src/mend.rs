@@ -11,9 +11,21 @@ use crate::error::Error;
 /// The method's command.
 pub(crate) const METHOD: &str = "optimize";
 
-/// Bytes that it takes beside exemplars and maps.
+/// Bytes that it takes beside exemplars and maps, with what was there before.
 pub(crate) fn memory(exemplars: &Exemplars<2>, output: Domain<2>) -> Bytes {
-    optimization::estimate(&exemplars.domains(), exemplars.channels(), output, &optimization::Options::mending())
+    let (channels, options) = (exemplars.channels(), optimization::Options::mending());
+    let before = Bytes::of_samples(output, channels as u64 + 4);
+    optimization::estimate(&exemplars.domains(), channels, output, &options) + before
+}
+
+/// More products of samples of exemplars and output are not mended: all of the former are searched for all of the
+/// latter, which grows sixteenfold with each doubling of both. 256^2 to 512^2 is as much, and takes 10 s of one core;
+/// 512^2 to 1024^2 would take 154, where all else takes 6.
+const MOST: u64 = 1 << 34;
+
+/// Whether mending takes no longer than the run that it ends.
+pub(crate) fn is_affordable(exemplars: &Exemplars<2>, output: Domain<2>) -> bool {
+    u64::from(exemplars.table().len()).saturating_mul(output.len() as u64) <= MOST
 }
 
 /// A map with its seams mended.

@@ -31,8 +31,9 @@ pub(crate) struct Synthesize {
     #[arg(long, value_name = "1..9", default_value_t = Options::default().effort,
         value_parser = clap::value_parser!(u8).range(1..=9))]
     effort: u8,
-    /// Whether seams of what stands best are mended, as 'optimize --start' does: auto does where candidates are
-    /// compared, and keeps that where it is preferred by what it shows and nothing melts; not where other planes come
+    /// Whether seams of what stands best are mended, as 'optimize --start MAP --schedule 1:16,1:8 --complete none'
+    /// does: auto does where candidates are compared and exemplars times output are no more than 256^2 times 512^2
+    /// pixels, and keeps that where it is preferred by what it shows and nothing melts; not where other planes come
     /// along and none of them is a --match, for it would leave crumbs in them.
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = Mend::Auto)]
     mend: Mend,

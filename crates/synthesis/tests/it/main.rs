@@ -140,3 +140,11 @@ fn what_is_told_is_held_and_little_more() {
     };
     memory::of_each(MEMORY, cases.len(), measure, check);
 }
+
+#[test]
+fn what_is_too_large_to_be_searched_whole_is_not_mended() {
+    let of = Exemplars::of(&[&[selvedge_testkit::simple::noise_rgb(200, 200, 1)]]).unwrap();
+    let options = Options { effort: 2, mend: true };
+    let woven = synthesize(&of, Domain::open([614, 700]), &options, &Run::seeded(1)).unwrap();
+    assert!(woven.stats.tried.iter().all(|trial| trial.mends.is_none()), "more than 2^34 products");
+}
