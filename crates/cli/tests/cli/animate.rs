@@ -84,6 +84,12 @@ fn sizes_below_the_first_frame_s_serve_exemplars_that_hold_nothing_larger() {
     folder.run(line).refused(3, &["no neighborhood of 8 px"]);
     folder.run(&format!("{line} --schedule 1:4")).done();
     assert!(folder.path("a.02.png").exists());
+    // Others have the first frame that they have without.
+    let large = "animate @/scales.png --flow sink --size 40x40 --frames 1";
+    folder.run(&format!("{large} -o b.#.png")).done();
+    folder.run(&format!("{large} -o c.#.png --schedule 1:16,1:4")).done();
+    let [b, c] = ["b.1.png", "c.1.png"].map(|name| selvedge_io::read(folder.path(name), &Default::default()).unwrap());
+    assert!(b.plane == c.plane);
 }
 
 #[test]

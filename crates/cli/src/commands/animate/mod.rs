@@ -108,10 +108,12 @@ fn made_init(text: &str) -> Result<Init, Wrong> {
 }
 
 /// Options of the first frame, by those of others: what is smaller there is for exemplars that hold nothing larger.
-fn first(init: &Init, frame: &Options) -> Options {
+fn first(init: &Init, frame: &Options, exemplars: &[Domain<2>]) -> Options {
     let mut first = init.suited().unwrap_or_default();
     let least = first.schedule.iter().map(|level| level.size).min().unwrap_or_default();
-    first.schedule.extend(frame.schedule.iter().filter(|level| level.scale == 1 && level.size < least));
+    if exemplars.iter().all(|exemplar| exemplar.shape.iter().any(|&side| side < least)) {
+        first.schedule.extend(frame.schedule.iter().filter(|level| level.scale == 1 && level.size < least));
+    }
     first
 }
 
@@ -121,7 +123,6 @@ impl Animate {
         let mut report = Report::new("animate");
         self.flow.validate()?;
         let (init, options) = (self.init.chosen(), self.options()?);
-        let first = first(&init, &options.frame);
         let (files, masks) = (self.flow.files()?, self.body.files()?);
         let clip = Moving::found(session, &self.input, &mut report)?;
         let input = clip.as_ref().map_or(&self.input, |clip| &clip.frames);
@@ -147,6 +148,7 @@ impl Animate {
         let masks_held = masks.len().min(frames as usize);
         let masked = headers.layout.alpha || !headers.mask_infos.is_empty();
         let sources = headers.sources(&[Transform::IDENTITY]);
+        let first = first(&init, &options.frame, &sources);
         let at_once = if clip.is_some() { &sources[..1] } else { &sources[..] };
         let need = |output| self.need(&headers, (&first, &options), (output, frames), (known, masks_held), at_once);
         let choosing = init.choosing(at_once, headers.channels(), masked);
