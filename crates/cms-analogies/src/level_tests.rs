@@ -152,6 +152,18 @@ fn groups_hold_pieces_that_do_not_touch() {
         several += groups.iter().filter(|group| 1 < group.len()).count();
     }
     assert!(500 < several, "{several} groups of several");
+    // A chain of neighbours takes two, and what all lie over as many as there are.
+    let output = Domain::open([40, 900]);
+    let piece = |at: i32| pieces::Piece {
+        patch: Patch { source: 0, offset: [0, 0] },
+        window: Window { start: [0, at], shape: [4, 9] },
+        samples: 1,
+    };
+    let of = |apart: i32| {
+        let pieces: Vec<_> = (0..80).map(|i| piece(i * apart)).collect();
+        pieces::groups(&pieces, output, 1 << 20).unwrap().len()
+    };
+    assert_eq!((of(9), of(0)), (2, 80));
 }
 
 /// What was told: a stage, an energy, a map, and what it shows.
