@@ -30,6 +30,8 @@ fn less_memory_weaves_some_frames_at_a_time_and_says_so() {
         assert!(!said.contains("at once"), "{said}");
         let limit = format!("--max-memory {}KiB", whole * 9 / 10 / 1024);
         let (less, said) = estimated(&limit);
+        let on = |threads: u32| estimated(&format!("{limit} -j {threads}")).1;
+        assert_eq!((on(1), on(3)), (said.clone(), said.clone()), "frames at once do not depend on threads");
         assert!(less <= whole * 9 / 10 && said.contains("frames at once"), "{said}");
         let (files, at_once) = made(&folder, &format!("{line} {limit} -j 1"));
         assert!(at_once.as_u64().is_some_and(|frames| (20..300).contains(&frames)), "{at_once}");
@@ -51,7 +53,7 @@ fn frames_at_once_are_refused_where_there_is_nothing_to_part() {
         folder.run(&format!("video {FIRE} -o a.###.png {line}")).refused(code, &[said]);
     };
     refused("--mode temporal --at-once 1", 2, "--at-once");
-    refused("--mode temporal --at-once 4 --frames 90 --refine 0", 2, "at_once is 4");
+    refused("--mode temporal --at-once 5 --frames 90 --refine 0", 2, "at_once is 5");
     refused("--mode temporal --at-once 30 --loop fixed", 2, "--loop fixed is woven at once");
     refused("--mode transition --at-once 30", 2, "--at-once does nothing in --mode transition");
     refused("--mode temporal --at-once 30 --checkpoint kept", 2, "--checkpoint");

@@ -95,7 +95,7 @@ impl Video {
         self.write.check(session, &self.read, (&clips, &way), &others)?;
         let most = self.write.most(&way, &clips[0]);
         let (way, needed, is_read_again) = self.affordable(session, &clips, way)?;
-        let streams = self.streams(&way);
+        let streams = self.streams(session, &way);
         memory::check_fixed(&session.limits, needed).map_err(|e| e.about(clip))?;
         session.detail(&format!("memory: about {needed} of {}", Bytes(session.limits.memory)));
         report.estimate = Some(needed.0);
@@ -135,15 +135,17 @@ impl Video {
     /// clip is too large as well.
     fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes, bool), Failure> {
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
-        let needed = self.need(clips, &way)?;
+        if !way.jumps() {
+            let way = self.in_windows(session, clips, way)?;
+            return self.need(session, clips, &way).map(|needed| (way, needed, false));
+        }
+        let needed = self.need(session, clips, &way)?;
         if fits(&needed) {
             return Ok((way, needed, false));
         }
-        if !way.jumps() {
-            return self.in_windows(session, clips, (way, needed)).map(|(way, needed)| (way, needed, false));
-        }
         let alone = Way { or_woven: false, ..way.clone() };
-        let of_jump = Some((self.need(clips, &alone)?, false)).filter(|(needed, _)| way.or_woven && fits(needed));
+        let of_jump =
+            Some((self.need(session, clips, &alone)?, false)).filter(|(needed, _)| way.or_woven && fits(needed));
         let of_frames =
             || Some((self.need_of_frames(clips, &alone), true)).filter(|_| self.may_read_again(session, clips, &alone));
         let Some((less, again)) = of_jump.or_else(of_frames) else { return Ok((way, needed, false)) };
@@ -152,42 +154,39 @@ impl Video {
                 .detail(&format!("a jump is taken even if it does not close: to weave instead takes about {needed}"));
         }
         if again && fits(&less) {
-            let whole = self.need(clips, &alone)?;
+            let whole = self.need(session, clips, &alone)?;
             session.detail(&format!("the clip is read again for each step: to hold it takes about {whole}"));
         }
         Ok((alone, less, again))
     }
 
     /// As many frames at once as memory holds, of what is woven.
-    fn in_windows(
-        &self,
-        session: &Session<'_>,
-        clips: &[ClipInput],
-        (way, whole): (Way, Bytes),
-    ) -> Result<(Way, Bytes), Failure> {
+    fn in_windows(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<Way, Failure> {
         let options = self.woven.options(&way, self.transition.measure(), self.transition.levels())?;
-        let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else { return Ok((way, whole)) };
+        let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else { return Ok(way) };
+        let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
+        let whole = self.need(session, clips, &way)?;
         let by = |frames: u32| {
             let way = Way { at_once: Some(frames), ..way.clone() };
-            self.need(clips, &way).map(|needed| (way, needed))
+            self.need(session, clips, &way).map(|needed| (way, needed))
         };
         let (mut best, mut least, mut most) = (by(*may.start())?, *may.start(), *may.end());
-        if whole <= best.1 {
-            return Ok((way, whole));
+        if fits(&whole) || whole <= best.1 {
+            return Ok(way);
         }
         while least < most {
             let middle = least + (most - least).div_ceil(2);
             let tried = by(middle)?;
-            if tried.1.0 <= session.limits.memory { (best, least) = (tried, middle) } else { most = middle - 1 }
+            if fits(&tried.1) { (best, least) = (tried, middle) } else { most = middle - 1 }
         }
-        if best.1.0 <= session.limits.memory {
+        if fits(&best.1) {
             let what = format!(
                 "is woven {least} frames at once, since all of them take about {whole}; with more memory it is another \
                  clip, with --at-once {least} the same"
             );
             session.warn(&self.write.output, &what);
         }
-        Ok(best)
+        Ok(best.0)
     }
 
     /// Goes that way; weaves where no jump closes, if it may.

@@ -52,9 +52,9 @@ pub(super) struct WovenArgs {
     #[arg(long, value_name = "MAPS.####.exr", conflicts_with = "resume", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
     /// Weave so many frames at once, those of each window going on from the one before. Default: all, or as many as
-    /// --max-memory holds.
+    /// --max-memory holds, but for --loop fixed, --start and --checkpoint.
     #[arg(long, value_name = "FRAMES", conflicts_with_all = ["start", "checkpoint", "resume"])]
-    #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    #[arg(value_parser = clap::value_parser!(u32).range(5..=1_000_000))]
     at_once: Option<u32>,
     #[command(flatten)]
     kept: KeptArgs,
@@ -324,7 +324,7 @@ fn how(way: &Way, output: Domain<3>, stats: &Stats<3>, motion: &Motion) -> Strin
 fn told(way: &Way, stats: &Stats<3>, motion: &Motion) -> Value {
     let mut all = counts!(stats, patches, refinements, improvements, cuts, cut_nodes, energy);
     // Energies are those of the smallest of several sizes.
-    if 1 < stats.settings.levels {
+    if 1 < stats.settings.levels || way.at_once.is_some() {
         (all["levels"], all["settled"]) = (stats.settings.levels.into(), json!(stats.settled));
     }
     all["regularity"] = stats.settings.regularity.into();
