@@ -270,9 +270,9 @@ impl Measure<'_> {
     }
 
     /// In no block the step over the end is more than a fourth larger than the largest inside, sample by sample, or a
-    /// half over means of [`BOX`], of which a block has few. (Of a clip that is a period of itself the step over the end
-    /// is the largest of a block by chance, one time in as many as there are frames.) A candle's GIF has 2.31 there, a
-    /// fire 1.76.
+    /// half over means of [`BOX`], of which a block has few. (Of a clip that is a period of itself the step over the
+    /// end is the largest of a block by chance, one time in as many as there are frames.) A candle's GIF has 2.31
+    /// there, a fire 1.76.
     fn blocks_close(&self, clip: &(impl Footage + ?Sized)) -> Result<bool, Error> {
         let [frames, height, width] = the_clip(clip)?.shape;
         let (height, width) = (height as usize, width as usize);
