@@ -53,6 +53,7 @@ fn frames_at_once_are_refused_where_there_is_nothing_to_part() {
         folder.run(&format!("video {FIRE} -o a.###.png {line}")).refused(code, &[said]);
     };
     refused("--mode temporal --at-once 1", 2, "--at-once");
+    refused("--mode temporal --at-once 4 --dry-run", 2, "--at-once 4 is too few");
     refused("--mode temporal --at-once 5 --frames 90 --refine 0", 2, "at_once is 5");
     refused("--mode temporal --at-once 30 --loop fixed", 2, "--loop fixed is woven at once");
     refused("--mode transition --at-once 30", 2, "--at-once does nothing in --mode transition");

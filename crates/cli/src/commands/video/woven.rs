@@ -54,7 +54,7 @@ pub(super) struct WovenArgs {
     /// Weave so many frames at once, those of each window going on from the one before. Default: all, or as many as
     /// --max-memory holds, but for --loop fixed, --start and --checkpoint.
     #[arg(long, value_name = "FRAMES", conflicts_with_all = ["start", "checkpoint", "resume"])]
-    #[arg(value_parser = clap::value_parser!(u32).range(5..=1_000_000))]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     at_once: Option<u32>,
     #[command(flatten)]
     kept: KeptArgs,
@@ -100,6 +100,10 @@ impl WovenArgs {
         if self.at_once.is_some() && 0 < way.keep {
             let what = "--loop fixed is woven at once";
             return Err(Failure::new(2, what).remedy("leave --at-once out, or use --loop periodic"));
+        }
+        if let Some(frames @ ..5) = self.at_once {
+            // Of regions of a single frame.
+            return Err(Failure::new(2, format!("--at-once {frames} is too few")).remedy("weave 5 or more at once"));
         }
         Ok(self.at_once.filter(|&frames| way.weaves() && frames < way.output.shape[0]))
     }
