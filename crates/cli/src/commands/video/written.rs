@@ -217,12 +217,22 @@ impl WriteArgs {
             let mut frame = |t: u32| reel.of_loop(looped, t % made.frames);
             outputs.clip(&self.name(&reel.path), self.count(made), &mut frame, (&metadata, options))?;
         }
-        if let (Some(path), Some(plane)) = (&self.surface, &made.surface) {
-            let made_by = Self::provenance(session, &reels[0].path, read.iter(), surfaces::options(made));
-            let metadata = Metadata { provenance: Some(made_by), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
-        }
+        self.add_surface(&mut outputs, session, (&reels[0].path, read.iter()), made)?;
         Ok(outputs)
+    }
+
+    /// The surface, if it is asked for: its file tells the jump that was taken.
+    fn add_surface<'c>(
+        &self,
+        outputs: &mut Outputs,
+        session: &Session<'_>,
+        (clip, clips): (&PathBuf, impl Iterator<Item = &'c Fingerprint>),
+        made: &ClipOutcome,
+    ) -> Result<(), Failure> {
+        let (Some(path), Some(plane)) = (&self.surface, &made.surface) else { return Ok(()) };
+        let made_by = Self::provenance(session, clip, clips, surfaces::options(made));
+        let metadata = Metadata { provenance: Some(made_by), ..Metadata::default() };
+        outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)
     }
 
     /// Whether all that is written can be made of a few frames at once.
@@ -239,8 +249,8 @@ impl WriteArgs {
         (clips, still): (&[Clip], Option<&Still>),
         (made, streams): (&ClipOutcome, bool),
     ) -> Result<Outputs, Failure> {
-        let read = clips.iter().map(|clip| &clip.fingerprint);
-        let provenance = made.complete.then(|| Self::provenance(session, &clips[0].path, read, made.options.clone()));
+        let read = || clips.iter().map(|clip| &clip.fingerprint);
+        let provenance = made.complete.then(|| Self::provenance(session, &clips[0].path, read(), made.options.clone()));
         let mut outputs = if streams { Outputs::beside(session) } else { Outputs::default() };
         let mut blended = match &made.map {
             // Other passes are copied: no blend of vectors is a vector.
@@ -279,12 +289,7 @@ impl WriteArgs {
         if let (Some(name), Some(map)) = (&self.map, &made.map) {
             clip_maps::add(&mut outputs, name, map, (&clips[0].frames, &metadata))?;
         }
-        let read = clips.iter().map(|clip| &clip.fingerprint);
-        let of_surface = || Self::provenance(session, &clips[0].path, read, surfaces::options(made));
-        if let (Some(path), Some(plane)) = (&self.surface, &made.surface) {
-            let metadata = Metadata { provenance: Some(of_surface()), ..Metadata::default() };
-            outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
-        }
+        self.add_surface(&mut outputs, session, (&clips[0].path, read()), made)?;
         if let (Some(path), Some(plane)) = (&self.preview, &made.preview) {
             outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
         }
