@@ -1,5 +1,6 @@
 //! What `video` holds at once.
 
+use rayon::ThreadPool;
 use selvedge_core::{Bytes, Domain};
 use selvedge_graphcut_textures::video::{self, FrameDistances};
 
@@ -9,13 +10,6 @@ use crate::clips::{self, ClipInput};
 use crate::failure::Failure;
 use crate::memory;
 use crate::session::Session;
-
-/// What it would be on as many threads as regions of a clip are decided on: how many frames are woven at once follows
-/// from it, and must not depend on how many there are.
-fn on_most_threads(bytes: impl FnOnce() -> Bytes + Send) -> Result<Bytes, Failure> {
-    let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("free some memory");
-    Ok(rayon::ThreadPoolBuilder::new().num_threads(8).build().map_err(refused)?.install(bytes))
-}
 
 impl Video {
     /// Whether frames are made one by one as they are written: into files of their own, none of which may have to be
@@ -27,6 +21,17 @@ impl Video {
 
     /// An upper bound of the memory of a run.
     pub(super) fn need(&self, session: &Session<'_>, clips: &[ClipInput], way: &Way) -> Result<Bytes, Failure> {
+        self.need_on(session, clips, way, None)
+    }
+
+    /// The same on the threads of a pool, those that there are without one.
+    pub(super) fn need_on(
+        &self,
+        session: &Session<'_>,
+        clips: &[ClipInput],
+        way: &Way,
+        pool: Option<&ThreadPool>,
+    ) -> Result<Bytes, Failure> {
         let (domain, info) = (clips[0].domain(), clips[0].info());
         let kept: Bytes = clips.iter().map(|clip| clip.held() + clip.bytes()).sum();
         let colors = info.channels - usize::from(info.alpha);
@@ -44,8 +49,8 @@ impl Video {
             let refused = if way.jumps() { Bytes::of_samples(domain, 6) } else { Bytes(0) };
             let clip = (domain, info.alpha);
             let is_streamed = self.streams(session, way);
-            let woven = on_most_threads(|| self.woven.bytes(clip, colors, (way, is_streamed), &options))?;
-            work = work.max(woven + refused);
+            let woven = || self.woven.bytes(clip, colors, (way, is_streamed), &options);
+            work = work.max(pool.map_or_else(woven, |pool| pool.install(woven)) + refused);
         }
         // The map, one rendered clip, and all of them as files that were not compressed.
         let longest = Bytes::of_samples(Domain::open(way.most(domain)), 1);

@@ -81,6 +81,10 @@ struct ClipOutcome {
     complete: bool,
 }
 
+/// Threads on which is told how many frames memory holds: the map follows from that, and must not depend on how many
+/// there are. On more of them what is told may not fit, and is refused.
+const CHOSEN_ON: usize = 16;
+
 impl Video {
     /// Runs the command.
     pub(crate) fn run(&self, session: &Session<'_>) -> Result<Done, Failure> {
@@ -125,9 +129,15 @@ impl Video {
         session.check_signal()?;
         self.write.tell_left_over(session, clips.iter().map(|clip| &*clip.path), (most, &made))?;
         let outputs = self.write.outputs(&mut report, session, (&clips, still.as_ref()), (&made, streams))?;
-        let (more, of) = (self.write.more(&made), self.read.between(&made.stats["jump"]));
-        let line = format!("{name}: {}{of}{more}, in {:.2} s", made.how, report.elapsed());
+        let line = self.told(&made, &report);
         Ok(Done::made(report, line, outputs))
+    }
+
+    /// What was made, in a line.
+    fn told(&self, made: &ClipOutcome, report: &Report) -> String {
+        let name = shown(&self.write.output);
+        let (more, of) = (self.write.more(made), self.read.between(&made.stats["jump"]));
+        format!("{name}: {}{of}{more}, in {:.2} s", made.how, report.elapsed())
     }
 
     /// The way, what it holds at once, and whether the clip is read again instead of being held: a jump alone where one
@@ -136,8 +146,8 @@ impl Video {
     fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes, bool), Failure> {
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
         if !way.jumps() {
-            let way = self.in_windows(session, clips, way)?;
-            return self.need(session, clips, &way).map(|needed| (way, needed, false));
+            let (way, told) = self.in_windows(session, clips, way)?;
+            return self.need(session, clips, &way).map(|needed| (way, needed.max(told), false));
         }
         let needed = self.need(session, clips, &way)?;
         if fits(&needed) {
@@ -160,19 +170,24 @@ impl Video {
         Ok((alone, less, again))
     }
 
-    /// As many frames at once as memory holds, of what is woven.
-    fn in_windows(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<Way, Failure> {
+    /// As many frames at once as memory holds on [`CHOSEN_ON`] threads, of what is woven, and what they take on these.
+    fn in_windows(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes), Failure> {
         let options = self.woven.options(&way, self.transition.measure(), self.transition.levels())?;
-        let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else { return Ok(way) };
+        let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else {
+            return Ok((way, Bytes(0)));
+        };
+        let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("free some memory");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(CHOSEN_ON).build().map_err(refused)?;
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
-        let whole = self.need(session, clips, &way)?;
+        let need = |way: &Way| self.need_on(session, clips, way, Some(&pool));
+        let whole = need(&way)?;
         let by = |frames: u32| {
             let way = Way { at_once: Some(frames), ..way.clone() };
-            self.need(session, clips, &way).map(|needed| (way, needed))
+            need(&way).map(|needed| (way, needed))
         };
         let (mut best, mut least, mut most) = (by(*may.start())?, *may.start(), *may.end());
         if fits(&whole) || whole <= best.1 {
-            return Ok(way);
+            return Ok((way, whole));
         }
         while least < most {
             let middle = least + (most - least).div_ceil(2);
@@ -186,7 +201,7 @@ impl Video {
             );
             session.warn(&self.write.output, &what);
         }
-        Ok(best.0)
+        Ok(best)
     }
 
     /// Goes that way; weaves where no jump closes, if it may.

@@ -8,7 +8,7 @@ use super::transition::TransitionArgs;
 use super::written::WriteArgs;
 use super::{ClipOutcome, Video, of_jump};
 use crate::clips::{self, ClipInput};
-use crate::failure::{Failure, shown};
+use crate::failure::Failure;
 use crate::memory;
 use crate::reel::Reel;
 use crate::report::{Done, Report};
@@ -43,9 +43,7 @@ impl Video {
         self.write.tell_left_over(session, reels.iter().map(|reel| &*reel.path), (most, &made))?;
         let outputs = self.write.reread(session, (&reels, &noted), (&made, &looped))?;
         report.stage("encode");
-        let name = shown(&self.write.output);
-        let (more, of) = (self.write.more(&made), self.read.between(&made.stats["jump"]));
-        let line = format!("{name}: {}{of}{more}, in {:.2} s", made.how, report.elapsed());
+        let line = self.told(&made, &report);
         Ok(Done::made(report, line, outputs))
     }
 
