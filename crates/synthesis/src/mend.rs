@@ -23,7 +23,7 @@ pub(crate) fn memory(exemplars: &Exemplars<2>, output: Domain<2>) -> Bytes {
 /// 512^2 to 1024^2 would take 154, where all else takes 6.
 const MOST: u64 = 1 << 34;
 
-/// Whether mending takes no longer than the run that it ends.
+/// Whether mending takes seconds, not minutes.
 pub(crate) fn is_affordable(exemplars: &Exemplars<2>, output: Domain<2>) -> bool {
     u64::from(exemplars.table().len()).saturating_mul(output.len() as u64) <= MOST
 }

@@ -24,10 +24,10 @@ pub(crate) struct Came<'a> {
 const WORSE: f64 = 12.0;
 
 impl Came<'_> {
-    /// The largest are looked for everywhere: what is complete, and large, is decided there. All others go on from what
-    /// came, and from larger ones that hold them.
+    /// The first search of a level, by its neighborhoods and its number.
     ///
-    /// The first search of a level: of its neighborhoods, and its number.
+    /// Those of the first level, the largest as a rule, are looked for everywhere: what is complete, and large, is
+    /// decided there. All others go on from what came, and from those before that hold them.
     pub(crate) fn search(
         &self,
         (exemplars, all, level): (&Exemplars<2>, &Neighborhoods, usize),
