@@ -63,15 +63,25 @@ fn check<const D: usize>(
 
 /// True where nothing is there, or asked for, that a run at several sizes could not begin from. Of clips whole frames
 /// stand, which are halved as the clip is; a map without holes is only made better.
-fn may_be_halved<const D: usize>(start: &Start<D>) -> bool {
+pub(crate) fn may_be_halved<const D: usize>(start: &Start<D>) -> bool {
     let holes = start.map.holes();
     let is_fresh = start.fixed.is_none() && holes == start.map.domain().len();
-    start.sources.is_none() && (is_fresh || D == CLIP && 0 < holes)
+    start.sources.is_none() && (is_fresh || D == CLIP && 0 < holes && stands_by_frames(start))
+}
+
+/// Whether each frame stands or is missing as a whole, and stays or may change so: of a part as thin as a sample
+/// nothing may be left at half the size, which would be woven there as if it were not.
+fn stands_by_frames<const D: usize>(start: &Start<D>) -> bool {
+    let frame = start.map.domain().strides()[0].max(1);
+    let stand = start.map.ids.plane(0).chunks(frame);
+    let stay = start.fixed.iter().flat_map(|fixed| fixed.plane(0).chunks(frame));
+    stand.into_iter().all(|ids| ids.iter().all(|id| id.is_assigned() == ids[0].is_assigned()))
+        && stay.into_iter().all(|fixed| fixed.iter().all(|stays| *stays == fixed[0]))
 }
 
 impl<const D: usize> Plan<'_, D> {
     /// The same for a run that goes on from `start`: of a picture where anything is there, or asked for, it has one
-    /// size, of a clip where nothing is missing, or sources are asked for.
+    /// size, of a clip where nothing is missing, frames stand or stay in part, or sources are asked for.
     ///
     /// # Errors
     /// [`Error::LevelsOfStart`] if the options ask for several.

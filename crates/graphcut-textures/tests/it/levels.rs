@@ -204,6 +204,36 @@ fn clips_are_halved_in_space_alone_and_do_not_depend_on_threads() {
 }
 
 #[test]
+fn what_stands_in_parts_of_frames_is_gone_on_from_at_one_size() {
+    let e = of(&blobs([20, 48, 56], 9));
+    let output = Domain::open([24, 60, 66]);
+    let options = Options { refine: Some(4), ..Options::default() };
+    // Columns of odd numbers stay, which no frame of half the size holds.
+    let start = |stays: fn([u32; 3]) -> bool| {
+        let mut map = SourceMap::unassigned(&e, output).unwrap();
+        let mut fixed = Grid::try_filled(output, 1, false).unwrap();
+        for at @ [t, y, x] in output.positions().filter(|at| stays(*at)).collect::<Vec<_>>() {
+            map.ids.set(0, at, e.table().id(0, [t % 20, y % 48, x % 56]));
+            fixed.set(0, at, true);
+        }
+        Start { map, fixed: Some(fixed), sources: None }
+    };
+    let columns = || start(|[_, _, x]| x % 16 == 5);
+    let at = |levels| graphcut_from(&e, columns(), &Options { levels, ..options }, &Run::seeded(5));
+    let woven = at(None).unwrap();
+    assert_eq!(woven.stats.settings.levels, 1);
+    assert_eq!(at(Some(2)).unwrap_err(), Error::LevelsOfStart { levels: 2 });
+    // Of whole frames some may stay in part.
+    let frames = || start(|[t, ..]| t < 4);
+    let woven = graphcut_from(&e, frames(), &Options { levels: Some(2), ..options }, &Run::seeded(5)).unwrap();
+    assert_eq!(woven.stats.settings.levels, 2);
+    let mut parts = frames();
+    parts.fixed.as_mut().unwrap().set(0, [2, 9, 9], false);
+    let refused = graphcut_from(&e, parts, &Options { levels: Some(2), ..options }, &Run::seeded(5));
+    assert_eq!(refused.unwrap_err(), Error::LevelsOfStart { levels: 2 });
+}
+
+#[test]
 fn frames_that_stand_are_halved_and_stay() {
     for (e, output, options) in looped_clips() {
         // Some of the clip, some of its first frames again, and frames between that may change.
