@@ -104,6 +104,14 @@ pub enum Error {
         /// What was asked for.
         levels: u32,
     },
+    /// Too few frames to be woven at once.
+    #[error("{frames} frames at once are too few, of this clip {least} are the least")]
+    AtOnce {
+        /// What was asked for.
+        frames: u32,
+        /// As many as it takes.
+        least: u32,
+    },
     /// A checkpoint of another run, or none at all.
     #[error("the checkpoint has another {what} than this run")]
     Checkpoint {
@@ -143,7 +151,7 @@ impl Error {
     /// Who can mend it.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::NoJumps | Self::LevelsOfStart { .. } => ErrorKind::Option,
+            Self::NoJumps | Self::LevelsOfStart { .. } | Self::AtOnce { .. } => ErrorKind::Option,
             Self::Cancelled => ErrorKind::Internal,
             Self::Cut(error) => error.kind(),
             Self::Search(error) => error.kind(),
@@ -156,6 +164,7 @@ impl Error {
     pub fn remedy(&self) -> String {
         match self {
             Self::LevelsOfStart { .. } => "use 1 level",
+            Self::AtOnce { least, .. } => return format!("weave {least} or more at once"),
             Self::Checkpoint { .. } => "begin again without it",
             Self::RegionExceedsExemplar { .. } => "use a smaller region or a larger exemplar",
             Self::OneClip { .. } => "give one clip, neither turned nor mirrored",

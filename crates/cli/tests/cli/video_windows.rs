@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use crate::graphcut::samples;
 use crate::program::Folder;
 
 const FIRE: &str = "@/fire.png";
@@ -21,18 +22,20 @@ fn made(folder: &Folder, line: &str) -> (BTreeMap<String, Vec<u8>>, serde_json::
 #[test]
 fn less_memory_weaves_some_frames_at_a_time_and_says_so() {
     let folder = Folder::new("video-windows");
-    for line in ["--mode temporal --frames 300", "--size 56x64x220"] {
+    for (line, tenths) in
+        [("--mode temporal --frames 300", 9), ("--size 56x64x220", 9), ("--mode temporal --frames 300 --loop fixed", 6)]
+    {
         let estimated = |limit: &str| {
             let dry = folder.run(&format!("video {FIRE} -o a.###.png --json --dry-run {line} {limit}")).done();
             (dry.json()["estimated_memory_bytes"].as_u64().unwrap(), dry.stderr)
         };
         let (whole, said) = estimated("");
         assert!(!said.contains("at once"), "{said}");
-        let limit = format!("--max-memory {}KiB", whole * 9 / 10 / 1024);
+        let limit = format!("--max-memory {}KiB", whole * tenths / 10 / 1024);
         let (less, said) = estimated(&limit);
         let on = |threads: u32| estimated(&format!("{limit} -j {threads}")).1;
         assert_eq!((on(1), on(3)), (said.clone(), said.clone()), "frames at once do not depend on threads");
-        assert!(less <= whole * 9 / 10 && said.contains("frames at once"), "{said}");
+        assert!(less <= whole * tenths / 10 && said.contains("frames at once"), "{said}");
         let (files, at_once) = made(&folder, &format!("{line} {limit} -j 1"));
         assert!(at_once.as_u64().is_some_and(|frames| (20..300).contains(&frames)), "{at_once}");
         assert_eq!(files.len(), if line.contains("300") { 301 } else { 221 });
@@ -53,11 +56,44 @@ fn frames_at_once_are_refused_where_there_is_nothing_to_part() {
         folder.run(&format!("video {FIRE} -o a.###.png {line}")).refused(code, &[said]);
     };
     refused("--mode temporal --at-once 1", 2, "--at-once");
-    refused("--mode temporal --at-once 4 --dry-run", 2, "--at-once 4 is too few");
-    refused("--mode temporal --at-once 5 --frames 90 --refine 0", 2, "at_once is 5");
-    refused("--mode temporal --at-once 30 --loop fixed", 2, "--loop fixed is woven at once");
+    refused("--mode temporal --at-once 4 --dry-run", 2, "weave 5 or more at once; 29 are enough for this clip");
+    let few = "--mode temporal --at-once 5 --frames 90 --refine 0";
+    refused(few, 2, "fire.png': 5 frames at once are too few, of this clip 21 are the least; weave 21 or more at once");
+    refused("--mode temporal --at-once 30 --levels 2 --start m.##.exr", 4, "m.##.exr");
     refused("--mode transition --at-once 30", 2, "--at-once does nothing in --mode transition");
     refused("--mode temporal --at-once 30 --checkpoint kept", 2, "--checkpoint");
     refused("--mode temporal --frames 300 --max-memory 20MiB", 6, "fire.png");
     assert!(folder.names().is_empty(), "{:?}", folder.names());
+}
+
+#[test]
+fn windows_loop_between_frames_of_the_clip() {
+    let folder = Folder::new("video-windows-fixed");
+    folder.run(&format!("video {FIRE} -o in.##.png --loop no --frames 30 --mode temporal --refine 0 --quiet")).done();
+    let line = "video in.##.png --mode temporal --loop fixed --keep 4 --frames 70 --at-once 30 --refine 2 --json";
+    let json = folder.run(&format!("{line} -o out.##.png")).done().json();
+    assert_eq!((&json["stats"]["at_once"], &json["outputs"][0]["frames"]), (&30.into(), &70.into()));
+    // The last four are the middle ones of 30, into which the ones before go as they do in all of the clip.
+    for k in 0..4 {
+        let [made, is] =
+            [format!("out.{}.png", 67 + k), format!("in.{}.png", 14 + k)].map(|name| samples(&folder, &name));
+        assert!(made == is, "{k}");
+    }
+    assert!(json["stats"]["motion"]["over_end"].as_f64().unwrap() < 1.5, "{json}");
+}
+
+#[test]
+fn windows_make_maps_better() {
+    let folder = Folder::new("video-windows-start");
+    let spacetime = format!("video {FIRE} --mode spacetime --region 12x12x8 --json");
+    folder.run(&format!("{spacetime} --size 40x40x60 --refine 0 --levels 1 -o a.##.png --map m.##.exr")).done();
+    let totals = |line: &str| {
+        let json = folder.run(&format!("{spacetime} --start m.##.exr --at-once 25 {line}")).done().json();
+        assert_eq!((&json["options"]["at-once"], &json["options"]["start"]), (&25.into(), &"m.##.exr".into()));
+        json["stats"]["settled"].as_array().unwrap().last().unwrap().as_i64().unwrap()
+    };
+    let before = totals("--refine 0 -o b.##.png");
+    assert!((1..=60).all(|t| samples(&folder, &format!("a.{t:02}.png")) == samples(&folder, &format!("b.{t:02}.png"))));
+    let after = totals("--refine 20 -o c.##.png");
+    assert!(after < before, "{before} {after}");
 }

@@ -46,6 +46,7 @@ mod jumps;
 mod looping;
 mod play;
 mod sides;
+mod spans;
 mod steps;
 mod still;
 mod surface;

@@ -180,7 +180,8 @@ fn windows_stay_within_their_estimate() {
     let run = |(shape, output, at_once, options): ([u32; 3], [u32; 3], u32, Options<3>)| {
         let exemplars = noise(shape, 1);
         let before = memory::held();
-        video::woven_in_windows(&exemplars, looped(output), at_once, &options, &Run::seeded(0)).unwrap();
+        let start = Start::empty(&exemplars, looped(output)).unwrap();
+        video::woven_in_windows(&exemplars, start, at_once, &options, &Run::seeded(0)).unwrap();
         memory::tell(before);
     };
     let check = |number: usize, held: u64| {

@@ -1,8 +1,8 @@
 //! Clips woven some frames at a time.
 
-use selvedge_core::{Domain, Error as CoreError, Exemplars, Run, SeamCosts};
-use selvedge_graphcut_textures::video::{least_at_once, woven_in_windows};
-use selvedge_graphcut_textures::{Error, Options, graphcut};
+use selvedge_core::{Domain, Exemplars, Run, SeamCosts, Start};
+use selvedge_graphcut_textures::video::{Ends, least_at_once, woven_in_windows};
+use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from};
 
 use crate::common::{blobs, of};
 
@@ -19,6 +19,10 @@ fn cases() -> [(Exemplars<3>, Domain<3>, u32, Options<3>); 3] {
     ]
 }
 
+fn empty(e: &Exemplars<3>, output: Domain<3>) -> Start<3> {
+    Start::empty(e, output).unwrap()
+}
+
 #[test]
 fn windows_are_joined_by_seams_that_cost_no_more_than_others() {
     for (e, output, at_once, options) in cases() {
@@ -26,7 +30,7 @@ fn windows_are_joined_by_seams_that_cost_no_more_than_others() {
         let mut sums = [0; 2];
         for seed in 0..2 {
             let run = Run::seeded(seed);
-            let woven = woven_in_windows(&e, output, at_once, &options, &run).unwrap();
+            let woven = woven_in_windows(&e, empty(&e, output), at_once, &options, &run).unwrap();
             let total = costs.total(&woven.result);
             assert_eq!((woven.complete, woven.result.holes(), woven.stats.settled.last()), (true, 0, Some(&total)));
             sums[0] += total;
@@ -41,7 +45,7 @@ fn windows_do_not_depend_on_threads() {
     for (e, output, at_once, options) in cases() {
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| woven_in_windows(&e, output, at_once, &options, &Run::seeded(5)).unwrap().result)
+            pool.install(|| woven_in_windows(&e, empty(&e, output), at_once, &options, &Run::seeded(5)).unwrap().result)
         };
         let one = on(1);
         assert!([2, 3].into_iter().all(|threads| on(threads) == one));
@@ -54,10 +58,53 @@ fn windows_do_not_depend_on_threads() {
 fn one_window_is_the_clip_and_too_short_ones_are_refused() {
     let (e, output, _, options) = cases()[0].clone();
     let run = Run::seeded(4);
-    let at_once = |frames| woven_in_windows(&e, output, frames, &options, &run);
+    let at_once = |frames| woven_in_windows(&e, empty(&e, output), frames, &options, &run);
     assert_eq!(at_once(90).unwrap().result, graphcut(&e, output, &options, &run).unwrap().result);
     let least = least_at_once(20, &options);
     assert!(at_once(least).unwrap().complete, "{least}");
-    let refused = at_once(4).unwrap_err();
-    assert!(matches!(refused, Error::Core(CoreError::Range { option: "at_once", .. })), "{refused}");
+    let Error::AtOnce { frames: 4, least } = at_once(4).unwrap_err() else { panic!("too few") };
+    assert!(at_once(least).unwrap().complete, "{least}");
+    assert_eq!(at_once(least - 1).unwrap_err(), Error::AtOnce { frames: least - 1, least });
+    assert_eq!(at_once(4).unwrap_err().remedy(), format!("weave {least} or more at once"));
+}
+
+#[test]
+fn windows_lie_between_ends_that_stay() {
+    let (e, output, at_once, options) = cases()[1].clone();
+    let costs = SeamCosts::new(&e, options.seam).unwrap();
+    // Fewer frames than two windows share, and more than one holds new ones of.
+    for (keep, at_once) in [(6, at_once), (3, 40), (17, 21)] {
+        let ends = Ends::of_clip(&e, keep).unwrap();
+        let start = || ends.start(output.shape[0]).unwrap();
+        let mut sums = [0; 2];
+        for seed in 0..2 {
+            let run = Run::seeded(seed);
+            let woven = woven_in_windows(&e, start(), at_once, &options, &run).unwrap();
+            assert!(woven.complete && woven.result.holes() == 0 && woven.result.domain().shape[0] == 90 + keep);
+            let (ids, first) = (woven.result.ids.plane(0), (20 - keep) / 2 * 48 * 56);
+            let stays = keep as usize * 48 * 56;
+            for end in [&ids[..stays], &ids[ids.len() - stays..]] {
+                assert!(end.iter().map(|id| id.get()).eq(first..first + stays as u32), "{keep}");
+            }
+            sums[0] += costs.total(&ends.closed(&woven.result).unwrap());
+            sums[1] += costs.total(&graphcut_from(&e, start(), &options, &run).unwrap().result);
+        }
+        assert!(sums[0] < sums[1] * 9 / 8, "{keep}: {sums:?} by windows and at once");
+    }
+}
+
+#[test]
+fn windows_make_the_seams_of_what_stands_better_and_none_worse() {
+    for (e, output, at_once, options) in cases() {
+        let costs = SeamCosts::new(&e, options.seam).unwrap();
+        let run = Run::seeded(3);
+        let first = graphcut(&e, output, &Options { refine: Some(0), ..options }, &run).unwrap().result;
+        let start = || Start { map: first.clone(), fixed: None, sources: None };
+        let woven = woven_in_windows(&e, start(), at_once, &options, &run).unwrap();
+        let totals = [costs.total(&first), costs.total(&woven.result)];
+        assert!(totals[1] < totals[0] && woven.stats.patches == 0, "{totals:?}");
+        let several = Options { levels: Some(2), ..options };
+        let refused = woven_in_windows(&e, start(), at_once, &several, &run).unwrap_err();
+        assert_eq!(refused, Error::LevelsOfStart { levels: 2 });
+    }
 }

@@ -21,7 +21,7 @@ impl Video {
         let of_woven = typed(told::of_woven());
         let begun = start.map(|maps| maps.map.domain().shape);
         let mut way = self.mode.way(clip, (self.write.filled(), begun), (of_jumps.as_deref(), of_woven.as_deref()))?;
-        way.at_once = self.woven.at_once(&way)?;
+        way.at_once = self.woven.at_once(clip.domain(), &way)?;
         self.still.check(clip, way.output)?;
         if !way.loops() && (1 < self.write.repeat || self.write.closing_frame) {
             let what = "--repeat and --closing-frame are for loops that are written whole";

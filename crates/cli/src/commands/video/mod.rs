@@ -13,6 +13,7 @@ mod still;
 mod surfaces;
 mod told;
 mod transition;
+mod weave;
 mod woven;
 mod written;
 

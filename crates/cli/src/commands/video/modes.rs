@@ -198,6 +198,12 @@ impl Way {
         (asked && self.play.is_none()).then_some(self.output.shape[0])
     }
 
+    /// What is woven, with both of its ends.
+    pub(super) fn with_ends(&self) -> Domain<3> {
+        let Domain { shape: [frames, height, width], periodic } = self.output;
+        Domain { shape: [frames.saturating_add(self.keep), height, width], periodic }
+    }
+
     /// Frames of what is woven.
     pub(super) fn fixed(&self) -> RangeInclusive<u32> {
         self.output.shape[0]..=self.output.shape[0]

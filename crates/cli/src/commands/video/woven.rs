@@ -6,10 +6,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Exemplars, SeamMeasure, SourceMap, Start, Woven};
-use selvedge_graphcut_textures::video::{
-    Ends, Usual, estimate_in_windows, least_at_once, median, step, woven_in_windows,
-};
-use selvedge_graphcut_textures::{Error, Options, Stats, estimate_clip, graphcut, plan};
+use selvedge_graphcut_textures::video::{Usual, estimate_in_windows, least_at_once, median, step};
+use selvedge_graphcut_textures::{Error, Options, Stats, estimate_clip};
 use serde_json::{Value, json};
 
 use super::ClipOutcome;
@@ -17,6 +15,7 @@ use super::choices::{reach, typed, typed_reach, volume};
 use super::look::{Shown, features};
 use super::modes::{ModeArg, Way};
 use super::still::Still;
+use super::weave::weave;
 use super::written::WriteArgs;
 use crate::clip_maps::{self, ClipMaps};
 use crate::clips::{self, Clip, ClipInput};
@@ -52,8 +51,8 @@ pub(super) struct WovenArgs {
     #[arg(long, value_name = "MAPS.####.exr", conflicts_with = "resume", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
     /// Weave so many frames at once, those of each window going on from the one before. Default: all, or as many as
-    /// --max-memory holds, but for --loop fixed, --start and --checkpoint.
-    #[arg(long, value_name = "FRAMES", conflicts_with_all = ["start", "checkpoint", "resume"])]
+    /// --max-memory holds, but for --checkpoint.
+    #[arg(long, value_name = "FRAMES", conflicts_with_all = ["checkpoint", "resume"])]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     at_once: Option<u32>,
     #[command(flatten)]
@@ -96,16 +95,16 @@ impl WovenArgs {
     }
 
     /// Frames that are woven at once, where these were typed and are not all.
-    pub(super) fn at_once(&self, way: &Way) -> Result<Option<u32>, Failure> {
-        if self.at_once.is_some() && 0 < way.keep {
-            let what = "--loop fixed is woven at once";
-            return Err(Failure::new(2, what).remedy("leave --at-once out, or use --loop periodic"));
-        }
+    pub(super) fn at_once(&self, clip: Domain<3>, way: &Way) -> Result<Option<u32>, Failure> {
         if let Some(frames @ ..5) = self.at_once {
-            // Of regions of a single frame.
-            return Err(Failure::new(2, format!("--at-once {frames} is too few")).remedy("weave 5 or more at once"));
+            // Five are enough for regions of a single frame.
+            let least = least_at_once(clip.shape[0], &Options { region: self.region.0, ..Options::default() });
+            let what = format!("--at-once {frames} is too few");
+            return Err(
+                Failure::new(2, what).remedy(format!("weave 5 or more at once; {least} are enough for this clip"))
+            );
         }
-        Ok(self.at_once.filter(|&frames| way.weaves() && frames < way.output.shape[0]))
+        Ok(self.at_once.filter(|&frames| way.weaves() && frames < way.with_ends().shape[0]))
     }
 
     /// Frames that may be woven at once where there is no memory for all.
@@ -115,9 +114,8 @@ impl WovenArgs {
         way: &Way,
         options: &Options<3>,
     ) -> Option<RangeInclusive<u32>> {
-        let goes_on = self.start.is_some() || self.kept.is_asked() || 0 < way.keep || self.at_once.is_some();
-        let (least, all) = (least_at_once(clip.shape[0], options), way.output.shape[0]);
-        (!goes_on && least < all).then(|| least..=all - 1)
+        let (least, all) = (least_at_once(clip.shape[0], options), way.with_ends().shape[0]);
+        (!self.kept.is_asked() && self.at_once.is_none() && least < all).then(|| least..=all - 1)
     }
 
     /// As the library takes them.
@@ -127,14 +125,14 @@ impl WovenArgs {
             let what = format!("what --start gives stands already, and cannot be solved at {levels} levels");
             return Err(Failure::new(2, what).remedy("use --levels 1, or leave it out"));
         }
-        let begins_empty = self.start.is_none() && !self.kept.is_asked();
+        let is_at_one_size = self.start.is_some() || self.kept.is_asked();
         let options = Options {
             placement: self.placement.into(),
             free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
             seam,
             region: self.region.0,
             reach: self.reach.0,
-            levels: levels.or((!begins_empty).then_some(1)),
+            levels: levels.or(is_at_one_size.then_some(1)),
             ..self.drawing.of(self.refining.of(Options::default()))
         };
         options.validate()?;
@@ -156,12 +154,8 @@ impl WovenArgs {
         let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
         let options = self.options(way, seam, levels)?;
         let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
-        let kept = KeptWeave::open(
-            &self.kept,
-            session,
-            ("clip", clip.fingerprint.blake3.clone().into()),
-            &used.command("video", &[]),
-        )?;
+        let follows = ("clip", clip.fingerprint.blake3.clone().into());
+        let kept = KeptWeave::open(&self.kept, session, follows, &used.command("video", &[]))?;
         let Woven { result: map, stats, complete } = weave(session, &exemplars, (way, &kept, start), &options)
             .map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
@@ -211,15 +205,16 @@ impl WovenArgs {
         (way, is_streamed): (&Way, bool),
         options: &Options<3>,
     ) -> Bytes {
-        let [frames, height, width] = way.output.shape;
-        if let Some(at_once) = way.at_once {
-            let shown = if is_streamed { Bytes(0) } else { Bytes::of_samples(way.output, 6) };
-            return estimate_in_windows(clip, channels, way.output, at_once, options) + shown;
-        }
-        let output = Domain { shape: [frames.saturating_add(way.keep), height, width], ..way.output };
+        let output = way.with_ends();
         let kept = self.kept.bytes(output);
         let start = if self.start.is_some() { Bytes::of_samples(output, 8) } else { Bytes(0) };
-        estimate_clip(clip, channels, output, options) + Bytes::of_samples(output, 6) + kept + start
+        let Some(at_once) = way.at_once else {
+            return estimate_clip(clip, channels, output, options) + Bytes::of_samples(output, 6) + kept + start;
+        };
+        let shown = if is_streamed { Bytes(0) } else { Bytes::of_samples(way.output, 6) };
+        // What stays of it, and what is left of it without the ends that come twice.
+        let ends = if 0 < way.keep { Bytes::of_samples(output, 5) } else { Bytes(0) };
+        estimate_in_windows(clip, channels, output, at_once, options) + shown + kept + start + ends
     }
 }
 
@@ -231,39 +226,6 @@ fn begin(exemplars: &Exemplars<3>, clip: &Clip, maps: &ClipMaps, way: &Way) -> R
     }
     let map = SourceMap::new(maps.map.ids.clone().with_periodic(way.output.periodic), exemplars.table().clone())?;
     Ok(Start { map, fixed: None, sources: None })
-}
-
-fn weave(
-    session: &Session<'_>,
-    exemplars: &Exemplars<3>,
-    (way, kept, start): (&Way, &KeptWeave<'_, 3>, Option<Start<3>>),
-    options: &Options<3>,
-) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
-    let run = session.run();
-    if let Some(at_once) = way.at_once {
-        return woven_in_windows(exemplars, way.output, at_once, options, &run);
-    }
-    let planned = |start: Start<3>| {
-        let plan = plan(exemplars, start.map.domain(), None, options, &run.limits)?;
-        kept.weave(&plan, start, &run)
-    };
-    if way.keep == 0 {
-        return planned(start.map_or_else(|| Start::empty(exemplars, way.output), Ok)?);
-    }
-    let Domain { shape: [frames, height, width], periodic } = way.output;
-    let of_clip = exemplars.sources()[0].domain().shape[1..] == [height, width] && periodic == [false; 3];
-    let ends = if of_clip {
-        Ends::of_clip(exemplars, way.keep)?
-    } else {
-        let woven = graphcut(exemplars, Domain { shape: [way.keep, height, width], periodic }, options, &run)?;
-        if !woven.complete {
-            return Ok(woven);
-        }
-        Ends::woven(woven.result)
-    };
-    // Ends that were woven are woven again by a run that goes on, to the same frames.
-    let woven = planned(ends.start(frames)?)?;
-    Ok(Woven { result: ends.closed(&woven.result)?, stats: woven.stats, complete: woven.complete })
 }
 
 /// How much an output moves beside its clip.
