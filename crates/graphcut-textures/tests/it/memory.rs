@@ -86,10 +86,11 @@ fn runs_stay_within_their_estimates() {
             held <= planned && planned <= held * 2 + (8 << 20),
             "case {number}: held {held} bytes, planned {planned}"
         );
+        // A run of next to nothing is told to take two mebibytes, and as much for what is measured before.
         // Of headers alone it is not known at how many sizes the map will be solved: one of them takes the most.
         let most = if 1 < levels { 10 } else { 5 };
         assert!(
-            held <= estimate && estimate <= most * held + (2 << 20),
+            held <= estimate && estimate <= most * held + (4 << 20),
             "case {number}: held {held} bytes, estimated {estimate}"
         );
     };
@@ -120,7 +121,8 @@ fn loops_stay_within_their_estimate() {
     let check = |number: usize, held: u64| {
         let (shape, window, levels) = cases[number];
         let estimate = video::estimate(Domain::open(shape), 3, &options(window, levels)).0;
-        assert!(held <= estimate && estimate <= 3 * held + (2 << 20), "{shape:?}: held {held}, estimated {estimate}");
+        println!("{:.2} {shape:?}: held {held}, estimated {estimate}", estimate as f64 / held as f64);
+        assert!(held <= estimate && estimate <= 2 * held + (2 << 20), "{shape:?}: held {held}, estimated {estimate}");
     };
     memory::of_each(LOOPS, cases.len(), |number| run(cases[number]), check);
 }
@@ -157,8 +159,9 @@ fn clips_stay_within_their_estimate() {
         let output = Domain { shape: output, periodic: [true, false, false] };
         let estimate = estimate(&[Domain::open(shape)], 3, output, &options).0;
         let unmasked = estimate_clip((Domain::open(shape), false), 3, output, &options).0;
+        println!("{:.2} {:.2} {shape:?}: held {held}", unmasked as f64 / held as f64, estimate as f64 / held as f64);
         assert!(
-            held <= unmasked && unmasked <= estimate && estimate <= 5 * held + (2 << 20),
+            held <= unmasked && unmasked <= estimate && estimate <= 7 * held + (2 << 20),
             "{shape:?} to {output:?}: held {held}, estimated {unmasked} without a mask, {estimate}"
         );
     };
@@ -189,6 +192,7 @@ fn windows_stay_within_their_estimate() {
         let clip = (Domain::open(shape), false);
         let estimate = video::estimate_in_windows(clip, 3, looped(output), at_once, &options).0;
         let whole = estimate_clip(clip, 3, looped(output), &options).0;
+        println!("{:.2} {shape:?}: held {held}, estimated {estimate}", estimate as f64 / held as f64);
         assert!(held <= estimate && estimate < whole, "{shape:?}: held {held}, estimated {estimate}, at once {whole}");
     };
     memory::of_each(WINDOWS, cases.len(), |number| run(cases[number]), check);
