@@ -7,6 +7,7 @@ use crate::history::History;
 use crate::plan::Plan;
 use crate::stats::Stats;
 use crate::weaver::{Weaver, worked};
+use crate::words::{Words, put_ids, put_prices, put_word};
 
 /// Bytes begin so: what is kept, and in which form.
 const MAGIC: &[u8] = b"selvedge graphcut 1\n";
@@ -82,14 +83,14 @@ impl<const D: usize> Checkpoint<D> {
     /// The same in bytes, for a file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
-        let mut put = |word: u64| bytes.extend(word.to_le_bytes());
+        let mut put = |word: u64| put_word(&mut bytes, word);
         let patch = |source: usize, offset: [i32; D]| {
             std::iter::once(source as u64).chain(offset.into_iter().map(|by| i64::from(by) as u64))
         };
         [D as u64, self.step, self.failures, self.history.noted.into()].into_iter().for_each(&mut put);
         self.counts.into_iter().for_each(&mut put);
-        put(self.energy.len() as u64);
-        self.energy.iter().for_each(|price| put(*price as u64));
+        put_prices(&mut bytes, &self.energy);
+        let mut put = |word: u64| put_word(&mut bytes, word);
         put(self.history.used.len() as u64);
         self.history.used.iter().flat_map(|of| patch(of.source, of.offset)).for_each(&mut put);
         put(self.history.vectors.len() as u64);
@@ -99,7 +100,7 @@ impl<const D: usize> Checkpoint<D> {
         put(self.left_out.len() as u64);
         put(self.ids.len() as u64);
         bytes.extend(self.left_out.iter().map(|&out| u8::from(out)));
-        bytes.extend(self.ids.iter().flat_map(|id| id.get().to_le_bytes()));
+        put_ids(&mut bytes, &self.ids);
         bytes
     }
 
@@ -113,41 +114,35 @@ impl<const D: usize> Checkpoint<D> {
 }
 
 fn read<const D: usize>(bytes: &[u8]) -> Option<Checkpoint<D>> {
-    let mut rest = bytes.strip_prefix(MAGIC)?;
-    let mut word = || {
-        let (first, others) = rest.split_first_chunk::<8>()?;
-        rest = others;
-        Some(u64::from_le_bytes(*first))
-    };
-    if word()? != D as u64 {
+    let mut words = Words(bytes.strip_prefix(MAGIC)?);
+    if words.word()? != D as u64 {
         return None;
     }
-    let (step, failures, noted) = (word()?, word()?, u32::try_from(word()?).ok()?);
+    let (step, failures, noted) = (words.word()?, words.word()?, u32::try_from(words.word()?).ok()?);
     let mut counts = [0; 5];
     for count in &mut counts {
-        *count = word()?;
+        *count = words.word()?;
     }
-    let energy = (0..word()?).map(|_| Some(word()? as i64)).collect::<Option<Vec<_>>>()?;
-    let patch = |word: &mut dyn FnMut() -> Option<u64>| {
-        let (source, mut offset) = (usize::try_from(word()?).ok()?, [0; D]);
+    let energy = words.prices()?;
+    let patch = |words: &mut Words<'_>| {
+        let (source, mut offset) = (usize::try_from(words.word()?).ok()?, [0; D]);
         for by in &mut offset {
-            *by = i32::try_from(word()? as i64).ok()?;
+            *by = i32::try_from(words.word()? as i64).ok()?;
         }
         Some(Patch { source, offset })
     };
-    let used = (0..word()?).map(|_| patch(&mut word)).collect::<Option<_>>()?;
-    let vectors = (0..word()?).map(|_| {
-        let of = patch(&mut word)?;
-        Some(((of.source, of.offset), u32::try_from(word()?).ok()?))
+    let used = (0..words.word()?).map(|_| patch(&mut words)).collect::<Option<_>>()?;
+    let vectors = (0..words.word()?).map(|_| {
+        let of = patch(&mut words)?;
+        Some(((of.source, of.offset), u32::try_from(words.word()?).ok()?))
     });
     let vectors = vectors.collect::<Option<_>>()?;
-    let [cells, samples] = [word()?, word()?].map(|len| usize::try_from(len).unwrap_or(usize::MAX));
-    let (left_out, ids) = rest.split_at_checked(cells)?;
-    let (ids, others) = ids.as_chunks::<4>();
-    if ids.len() != samples || !others.is_empty() || left_out.iter().any(|out| 1 < *out) {
+    let (cells, samples) = (usize::try_from(words.word()?).ok()?, words.word()?);
+    let (left_out, rest) = words.0.split_at_checked(cells)?;
+    if left_out.iter().any(|out| 1 < *out) {
         return None;
     }
-    let ids = ids.iter().map(|id| SampleId::new(u32::from_le_bytes(*id))).collect();
+    let ids = Words(rest).ids(samples)?;
     let left_out = left_out.iter().map(|out| *out == 1).collect();
     let history = History { used, vectors, noted };
     Some(Checkpoint { ids, history, step, failures, left_out, counts, energy })

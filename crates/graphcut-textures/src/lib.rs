@@ -80,6 +80,7 @@ mod stills;
 mod usable;
 pub mod video;
 mod weaver;
+mod words;
 mod work;
 
 /// What this crate takes and answers with: exemplars, domains, planes, maps.

@@ -275,6 +275,52 @@ fn a_run_that_was_ended_goes_on_to_the_same_bytes() {
 }
 
 #[test]
+fn windows_that_were_ended_go_on_to_the_same_bytes() {
+    let line = "video @/fire.png -o out.##.png --mode temporal --frames 99 --at-once 30 --refine 12 --seed 4";
+    let folder = Folder::new("windows-resumed");
+    folder.run(&format!("{line} --quiet")).done();
+    let whole = folder.files();
+    let folder = Folder::new("windows-resumed-after");
+    let kept = folder.path("kept/checkpoint");
+    for signal in ["-INT", "-KILL"] {
+        let (child, mut stderr) = begun(&folder, &format!("{line} --checkpoint kept --progress json"));
+        // Two windows are behind it.
+        let mut done = 0.0;
+        while done < 0.45 {
+            let mut step = String::new();
+            stderr.read_line(&mut step).unwrap();
+            let work = serde_json::from_str::<serde_json::Value>(&step).unwrap()["work"].clone();
+            done = work["done"].as_f64().unwrap_or(0.0) / work["of"].as_f64().unwrap_or(1.0);
+        }
+        send(&child, signal);
+        let said = ended(child, stderr);
+        assert!(signal == "-KILL" || said.stderr.contains("interrupted; go on with --resume 'kept'"), "{said:?}");
+        let bytes = std::fs::read(&kept).unwrap();
+        assert!(0 < windows(&bytes), "{signal}");
+        for (from, to, what) in [
+            ("--at-once 30", "--at-once 31", "is the checkpoint of another number of frames at once, 30"),
+            (" --at-once 30", "", "another number of frames at once, 30"),
+            ("--refine 12", "--refine 9", "of another options, with --refine 12"),
+        ] {
+            folder.run(&format!("{} --resume kept", line.replace(from, to))).refused(3, &["kept/checkpoint", what]);
+        }
+        folder.run(&format!("{line} --resume kept --quiet -j 1")).done();
+        let mut found = folder.files();
+        found.remove(std::path::Path::new("kept"));
+        assert!(found == whole, "{signal}: {:?}", folder.names());
+        std::fs::write(&kept, &bytes[..bytes.len() - 1]).unwrap();
+        folder.run(&format!("{line} --resume kept")).refused(3, &["is no checkpoint, or is damaged"]);
+        std::fs::remove_file(&kept).unwrap();
+    }
+}
+
+/// How many windows a checkpoint is after.
+fn windows(checkpoint: &[u8]) -> u64 {
+    let made = checkpoint.iter().position(|b| *b == b'\n').unwrap() + 1 + b"selvedge windows 1\n".len() + 8;
+    u64::from_le_bytes(checkpoint[made..made + 8].try_into().unwrap())
+}
+
+#[test]
 fn a_picture_that_was_ended_goes_on_to_the_same_bytes() {
     let line = "graphcut @/stars.png -o out.png --size 300x280 --region 20 --refine 200 --seed 4 --map m.exr";
     let folder = Folder::new("picture-resumed");

@@ -61,7 +61,6 @@ fn frames_at_once_are_refused_where_there_is_nothing_to_part() {
     refused(few, 2, "fire.png': 5 frames at once are too few, of this clip 21 are the least; weave 21 or more at once");
     refused("--mode temporal --at-once 30 --levels 2 --start m.##.exr", 4, "m.##.exr");
     refused("--mode transition --at-once 30", 2, "--at-once does nothing in --mode transition");
-    refused("--mode temporal --at-once 30 --checkpoint kept", 2, "--checkpoint");
     refused("--mode temporal --frames 300 --max-memory 20MiB", 6, "fire.png");
     assert!(folder.names().is_empty(), "{:?}", folder.names());
 }

@@ -2,6 +2,7 @@
 
 use selvedge_core::{Bytes, Domain, Event, Exemplars, Observer, Run, SeamCosts, SourceMap, Start, Woven};
 
+use super::kept::WindowsCheckpoint;
 use super::spans::Spans;
 use crate::error::Error;
 use crate::estimate::estimate_clip;
@@ -36,6 +37,22 @@ pub fn woven_in_windows(
     options: &Options<3>,
     run: &Run<'_, 3>,
 ) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
+    woven_in_windows_on(exemplars, start, (at_once, None), options, run, &mut |_| ())
+}
+
+/// The same, which lets `keep` make a [`WindowsCheckpoint`] before the first window and after each. With one it goes on
+/// from there, where `start` is what the run began with. What is woven as ever makes none.
+///
+/// # Errors
+/// Those of [`woven_in_windows`], and [`Error::Checkpoint`] for a checkpoint of another run, as far as is seen.
+pub fn woven_in_windows_on(
+    exemplars: &Exemplars<3>,
+    start: Start<3>,
+    (at_once, from): (u32, Option<&WindowsCheckpoint>),
+    options: &Options<3>,
+    run: &Run<'_, 3>,
+    keep: &mut dyn FnMut(&dyn Fn() -> WindowsCheckpoint),
+) -> Result<Woven<SourceMap<3>, Stats<3>>, Error> {
     let output = start.map.domain();
     let frames = output.shape[0];
     if frames <= at_once {
@@ -50,7 +67,9 @@ pub fn woven_in_windows(
     }
     let spans = Spans::of(&start, at_once, half);
     let (options, mut stats, mut whole) = (planned.chosen(), Stats::of(&planned.settings), start);
-    for number in 0..spans.spans.len() {
+    let begun = from.map_or(Ok(0), |from| from.resume(&mut whole.map, &mut stats, (at_once, spans.spans.len())))?;
+    for number in begun..spans.spans.len() {
+        keep(&|| WindowsCheckpoint::of(&whole.map, &stats, (at_once, number)));
         let woven = one(exemplars, &whole, (&spans, number), &options, run)?;
         spans.lay(number, &mut whole.map, &woven.result);
         stats.add(&woven.stats);

@@ -1,7 +1,9 @@
 //! Clips woven some frames at a time.
 
-use selvedge_core::{Domain, Exemplars, Run, SeamCosts, Start};
-use selvedge_graphcut_textures::video::{Ends, least_at_once, woven_in_windows};
+use selvedge_core::{Domain, Exemplars, Run, SeamCosts, SourceMap, Start};
+use selvedge_graphcut_textures::video::{
+    Ends, WindowsCheckpoint, least_at_once, woven_in_windows, woven_in_windows_on,
+};
 use selvedge_graphcut_textures::{Error, Options, graphcut, graphcut_from};
 
 use crate::common::{blobs, of};
@@ -100,11 +102,53 @@ fn windows_make_the_seams_of_what_stands_better_and_none_worse() {
         let run = Run::seeded(3);
         let first = graphcut(&e, output, &Options { refine: Some(0), ..options }, &run).unwrap().result;
         let start = || Start { map: first.clone(), fixed: None, sources: None };
-        let woven = woven_in_windows(&e, start(), at_once, &options, &run).unwrap();
-        let totals = [costs.total(&first), costs.total(&woven.result)];
-        assert!(totals[1] < totals[0] && woven.stats.patches == 0, "{totals:?}");
+        let mut totals = Vec::new();
+        let mut keep = |made: &dyn Fn() -> WindowsCheckpoint| {
+            let mut map = SourceMap::unassigned(&e, output).unwrap();
+            let bytes = made().to_bytes();
+            let ids = bytes[bytes.len() - 4 * output.len()..].as_chunks::<4>().0;
+            for (id, bytes) in map.ids.plane_mut(0).iter_mut().zip(ids) {
+                *id = selvedge_core::SampleId::new(u32::from_le_bytes(*bytes));
+            }
+            totals.push(costs.total(&map));
+        };
+        let woven = woven_in_windows_on(&e, start(), (at_once, None), &options, &run, &mut keep).unwrap();
+        totals.push(costs.total(&woven.result));
+        assert!(totals.is_sorted_by(|a, b| b <= a) && totals[totals.len() - 1] < totals[0], "{totals:?}");
+        assert_eq!((totals[0], woven.stats.patches), (costs.total(&first), 0));
         let several = Options { levels: Some(2), ..options };
         let refused = woven_in_windows(&e, start(), at_once, &several, &run).unwrap_err();
         assert_eq!(refused, Error::LevelsOfStart { levels: 2 });
     }
+}
+
+#[test]
+fn windows_go_on_from_any_of_them_as_if_they_had_not_stopped() {
+    let (e, output, at_once, options) = cases()[0].clone();
+    let options = Options { levels: Some(2), ..options };
+    let go_on = |from: Option<&WindowsCheckpoint>, at_once, keep: &mut dyn FnMut(&dyn Fn() -> WindowsCheckpoint)| {
+        woven_in_windows_on(&e, empty(&e, output), (at_once, from), &options, &Run::seeded(7), keep)
+    };
+    let mut all = Vec::new();
+    let whole = go_on(None, at_once, &mut |made| all.push(made().to_bytes())).unwrap();
+    let alone = woven_in_windows(&e, empty(&e, output), at_once, &options, &Run::seeded(7)).unwrap();
+    assert!(alone.result == whole.result && alone.stats == whole.stats);
+    assert!(2 < all.len());
+    for (number, bytes) in all.iter().enumerate() {
+        let from = WindowsCheckpoint::of_bytes(bytes).unwrap();
+        assert_eq!((from.windows(), &from.to_bytes()), (number as u64, bytes));
+        let mut kept = 0;
+        let woven = go_on(Some(&from), at_once, &mut |_| kept += 1).unwrap();
+        assert!(woven.complete && woven.result == whole.result, "from {number}");
+        assert_eq!((woven.stats, kept), (whole.stats.clone(), all.len() - number));
+        for end in (0..bytes.len()).step_by(4999) {
+            assert!(WindowsCheckpoint::of_bytes(&bytes[..end]).is_err(), "{end}");
+        }
+    }
+    let from = WindowsCheckpoint::of_bytes(&all[1]).unwrap();
+    let refused = go_on(Some(&from), at_once + 1, &mut |_| ()).unwrap_err();
+    assert_eq!(refused, Error::Checkpoint { what: "number of frames at once" });
+    let shorter = empty(&e, Domain { shape: [80, 48, 56], ..output });
+    let refused = woven_in_windows_on(&e, shorter, (at_once, Some(&from)), &options, &Run::seeded(7), &mut |_| ());
+    assert_eq!(refused.unwrap_err(), Error::Checkpoint { what: "output" });
 }

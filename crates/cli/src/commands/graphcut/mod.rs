@@ -136,7 +136,7 @@ impl Method for Graphcut {
         let command = used.command("graphcut", &[]);
         Ok(PlannedRun::new(used, how, move || {
             let inputs = loom.report.inputs.iter().map(|input| input["blake3"].clone()).collect();
-            let checkpoint = KeptWeave::open(&self.kept, session, ("set of inputs", inputs), &command)?;
+            let checkpoint = KeptWeave::open(&self.kept, session, &[("set of inputs", inputs)], &command)?;
             let (kept, sources) = (start.fixed.clone(), start.sources.clone().filter(|_| self.repairing.is_on()));
             let film = self.is_filmed().then(|| Film::of_seams(&session.watch, exemplars, options.seam)).transpose()?;
             let observer: &dyn Observer<2> = film.as_ref().map_or(&session.watch, |film| film);

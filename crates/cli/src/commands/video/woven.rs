@@ -15,14 +15,14 @@ use super::choices::{reach, typed, typed_reach, volume};
 use super::look::{Shown, features};
 use super::modes::{ModeArg, Way};
 use super::still::Still;
-use super::weave::weave;
+use super::weave::Keeping;
 use super::written::WriteArgs;
 use crate::clip_maps::{self, ClipMaps};
 use crate::clips::{self, Clip, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
 use crate::kept::KeptArgs;
-use crate::kept_weave::KeptWeave;
+use crate::options::option;
 use crate::report::Report;
 use crate::session::Session;
 use crate::used::Used;
@@ -30,6 +30,9 @@ use crate::values::{Auto, auto, counts, name_of};
 
 /// How patches are found and laid.
 #[derive(Args, Clone, Debug)]
+#[command(mut_args(option("checkpoint", |arg| arg
+    .help("Keep what was woven so far in this folder, every ten seconds and when a signal ends the run; with --at-once \
+           after each window"))))]
 pub(super) struct WovenArgs {
     /// How the next patch is found.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = PlacementArg::Auto)]
@@ -51,9 +54,8 @@ pub(super) struct WovenArgs {
     #[arg(long, value_name = "MAPS.####.exr", conflicts_with = "resume", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
     /// Weave so many frames at once, those of each window going on from the one before. Default: all, or as many as
-    /// --max-memory holds, but for --checkpoint.
-    #[arg(long, value_name = "FRAMES", conflicts_with_all = ["checkpoint", "resume"])]
-    #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    /// --max-memory holds.
+    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     at_once: Option<u32>,
     #[command(flatten)]
     kept: KeptArgs,
@@ -115,17 +117,21 @@ impl WovenArgs {
         options: &Options<3>,
     ) -> Option<RangeInclusive<u32>> {
         let (least, all) = (least_at_once(clip.shape[0], options), way.with_ends().shape[0]);
-        (!self.kept.is_asked() && self.at_once.is_none() && least < all).then(|| least..=all - 1)
+        (self.at_once.is_none() && least < all).then(|| least..=all - 1)
     }
 
     /// As the library takes them.
     pub(super) fn options(&self, way: &Way, seam: SeamMeasure, levels: Option<u32>) -> Result<Options<3>, Failure> {
-        self.kept.check_levels(levels)?;
+        // Between windows a run is kept at any number of sizes.
+        let is_kept_within = self.kept.is_asked() && way.at_once.is_none();
+        if is_kept_within {
+            self.kept.check_levels(levels)?;
+        }
         if let (Some(levels @ 2..), Some(_)) = (levels, &self.start) {
             let what = format!("what --start gives stands already, and cannot be solved at {levels} levels");
             return Err(Failure::new(2, what).remedy("use --levels 1, or leave it out"));
         }
-        let is_at_one_size = self.start.is_some() || self.kept.is_asked();
+        let is_at_one_size = self.start.is_some() || is_kept_within;
         let options = Options {
             placement: self.placement.into(),
             free: if way.mode == ModeArg::Spacetime { [true; 3] } else { [true, false, false] },
@@ -154,10 +160,10 @@ impl WovenArgs {
         let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
         let options = self.options(way, seam, levels)?;
         let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
-        let follows = ("clip", clip.fingerprint.blake3.clone().into());
-        let kept = KeptWeave::open(&self.kept, session, follows, &used.command("video", &[]))?;
-        let Woven { result: map, stats, complete } = weave(session, &exemplars, (way, &kept, start), &options)
-            .map_err(|e| match e {
+        let command = used.clone().without("at-once").command("video", &[]);
+        let keeping = Keeping::open(&self.kept, session, (clip, way), &command)?;
+        let Woven { result: map, stats, complete } =
+            keeping.weave(session, &exemplars, (way, start), &options).map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
                 Error::Core(selvedge_core::Error::NoSource { .. }) => {
                     about(Failure::from(e)).remedy("mask less of the clip")
