@@ -1,15 +1,18 @@
-//! A clip of which only some frames are held: it is read again whenever others are wanted.
+//! A clip of which only some frames are held, or none: it is read again whenever others are wanted.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use selvedge_core::{Bytes, Depth, Domain, Encoder, Grid, Origin, Plane, Render as _, Source, SourceTable, Transform};
+use selvedge_core::{
+    Bytes, Depth, Domain, Encoder, Grid, Origin, Plane, Render as _, Samples, Source, SourceMap, SourceTable,
+    Transform, reserve,
+};
 use selvedge_graphcut_textures::Error;
 use selvedge_graphcut_textures::video::{Footage, Loop};
 use selvedge_io::Fingerprint;
-use selvedge_io::clip::{ClipInfo, ClipOptions, ClipReader};
+use selvedge_io::clip::{ClipInfo, ClipOptions, ClipReader, read_clip};
 
 use crate::clips::ClipInput;
 use crate::failure::Failure;
@@ -56,6 +59,19 @@ impl<'a> Reel<'a> {
         (0..self.info.frames).try_for_each(|t| self.frame(&self.reader, t).map(drop))
     }
 
+    /// All of it.
+    pub(crate) fn whole(&self) -> Result<Plane<3>, Failure> {
+        self.session.check_signal()?;
+        let mut reader = self.reader.borrow_mut();
+        reader.rewind()?;
+        Ok(read_clip(&mut reader, &self.session.limits)?)
+    }
+
+    /// By frame, the file that it comes from, once all was read.
+    pub(crate) fn frame_fingerprints(&self) -> Vec<Fingerprint> {
+        self.reader.borrow().frame_fingerprints()
+    }
+
     /// Once all was read, says what is odd about it, and notes it in the report. Answers with what tells the clip.
     pub(crate) fn noted(&self, report: &mut Report) -> Result<Fingerprint, Failure> {
         let reader = self.reader.borrow();
@@ -91,6 +107,32 @@ impl<'a> Reel<'a> {
         let planes = shown.iter().map(|frame| self.frame(reader(frame), *frame)).collect::<Result<Vec<_>, _>>()?;
         let [plane] = planes.as_slice() else { return Ok(map.render(&planes.iter().collect::<Vec<_>>())?) };
         Ok(plane.clone())
+    }
+
+    /// Frames of what was woven of it: those that they show pass by once.
+    pub(crate) fn of_map(&self, map: &SourceMap<3>, frames: Range<u32>) -> Result<Vec<Plane<2>>, Failure> {
+        let pixels = map.domain().strides()[0];
+        let shown = &map.ids.plane(0)[frames.start as usize * pixels..frames.end as usize * pixels];
+        let of = self.info.width as usize * self.info.height as usize;
+        let source = |place: &u32| shown[*place as usize].get() as usize;
+        let mut places = Vec::new();
+        reserve(&mut places, shown.len())?;
+        places.extend(0..shown.len() as u32);
+        places.sort_unstable_by_key(source);
+        let mut made: Vec<Plane<2>> = Vec::new();
+        for part in places.chunk_by(|a, b| source(a) / of == source(b) / of) {
+            let from = self.frame(&self.reader, (source(&part[0]) / of) as u32)?;
+            if made.is_empty() {
+                let [_, height, width] = map.domain().shape;
+                let samples = empty(&from.samples, Domain::open([height, width]))?;
+                made = vec![Plane { samples, ..from.clone() }; frames.len()];
+            }
+            for place in part {
+                let (t, to) = (*place as usize / pixels, *place as usize % pixels);
+                copy((&mut made[t].samples, to), (&from.samples, source(place) % of));
+            }
+        }
+        Ok(made)
     }
 
     fn features(&self, frames: Range<u32>) -> Result<Source<3>, Failure> {
@@ -136,5 +178,31 @@ impl Footage for Reel<'_> {
             self.failed.replace(Some(failure));
             Error::Unread { frame }
         })
+    }
+}
+
+/// As many channels of another size, of the same depth.
+fn empty(like: &Samples<2>, domain: Domain<2>) -> Result<Samples<2>, selvedge_core::Error> {
+    let channels = like.channels();
+    Ok(match like {
+        Samples::U8(_) => Samples::U8(Grid::try_filled(domain, channels, 0)?),
+        Samples::U16(_) => Samples::U16(Grid::try_filled(domain, channels, 0)?),
+        Samples::F16(_) => Samples::F16(Grid::try_filled(domain, channels, 0)?),
+        Samples::F32(_) => Samples::F32(Grid::try_filled(domain, channels, 0.0)?),
+    })
+}
+
+/// Copies a pixel.
+fn copy((to, at): (&mut Samples<2>, usize), (from, of): (&Samples<2>, usize)) {
+    fn channels<T: Copy>((to, at): (&mut Grid<T, 2>, usize), (from, of): (&Grid<T, 2>, usize)) {
+        (0..from.channels()).for_each(|c| to.plane_mut(c)[at] = from.plane(c)[of]);
+    }
+    match (to, from) {
+        (Samples::U8(to), Samples::U8(from)) => channels((to, at), (from, of)),
+        (Samples::U16(to), Samples::U16(from)) | (Samples::F16(to), Samples::F16(from)) => {
+            channels((to, at), (from, of));
+        }
+        (Samples::F32(to), Samples::F32(from)) => channels((to, at), (from, of)),
+        _ => unreachable!("frames of a clip are of one depth"),
     }
 }

@@ -3,8 +3,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use selvedge_core::{Grid, Plane, Samples};
+use selvedge_io::Metadata;
+use selvedge_io::clip::{ClipOptions, ClipReader, ClipWriteOptions, ClipWriter};
+
 use crate::graphcut::samples;
-use crate::program::Folder;
+use crate::program::{Folder, fixtures};
 
 const FIRE: &str = "@/fire.png";
 
@@ -95,4 +99,52 @@ fn windows_make_maps_better() {
     assert!((1..=60).all(|t| samples(&folder, &format!("a.{t:02}.png")) == samples(&folder, &format!("b.{t:02}.png"))));
     let after = totals("--refine 20 -o c.##.png");
     assert!(after < before, "{before} {after}");
+}
+
+/// The generated fire of the fixtures as other samples, one file a frame.
+fn fire(folder: &Folder, name: &str, of: impl Fn(&Samples<2>) -> Samples<2>) {
+    let mut reader = ClipReader::open(fixtures() + "/fire.png", &ClipOptions::default()).unwrap();
+    let mut writer =
+        ClipWriter::create(folder.path(name), 40, Metadata::default(), ClipWriteOptions::default()).unwrap();
+    while let Some(frame) = reader.next().unwrap() {
+        let samples = of(&frame.samples);
+        writer.frame(&Plane { samples, ..frame }).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn clips_that_are_not_held_give_the_same_files() {
+    let folder = Folder::new("video-windows-again");
+    ["in.##.png", "b.##.png"].into_iter().for_each(|name| fire(&folder, name, Clone::clone));
+    // Floats are encoded by all of their samples.
+    fire(&folder, "f.##.exr", |samples| {
+        let (domain, channels) = (samples.domain(), samples.channels());
+        let values = (0..channels).flat_map(|c| (0..domain.len()).map(move |i| samples.value(c, i) as f32 / 64.0));
+        Samples::F32(Grid::from_vec(domain, channels, values.collect()).unwrap())
+    });
+    for line in [
+        "in.##.png --with b.##.png -o out/{name}.###.png --mode temporal --frames 200 --at-once 180 --closing-frame",
+        "f.##.exr -o out/a.###.exr --size 56x64x90 --loop fixed --at-once 80",
+    ] {
+        fs::create_dir_all(folder.path("out")).unwrap();
+        let run = |more: &str| {
+            let said = folder.run(&format!("video {line} --refine 2 --json --verbose {more}")).done();
+            let json = said.json();
+            let files = folder.files();
+            fs::remove_dir_all(folder.path("out")).unwrap();
+            fs::create_dir_all(folder.path("out")).unwrap();
+            (files, json, said.stderr)
+        };
+        let (held, json, said) = run("");
+        assert!(!said.contains("read again"), "{said}");
+        let dry = folder.run(&format!("video {line} --refine 2 --json --dry-run")).done().json();
+        let limit = dry["estimated_memory_bytes"].as_u64().unwrap() / 1024 - 1;
+        let (again, other, said) = run(&format!("--max-memory {limit}KiB"));
+        assert!(said.contains("the clip is read again for what is written"), "{said}");
+        assert!(held == again && 80 < held.len(), "{line}");
+        for field in ["stats", "options", "inputs", "outputs"] {
+            assert_eq!(json[field], other[field], "{field}");
+        }
+    }
 }

@@ -9,14 +9,20 @@ use super::{Video, blended};
 use crate::clips::{self, ClipInput};
 use crate::failure::Failure;
 use crate::memory;
+use crate::reel::Reel;
 use crate::session::Session;
 
 impl Video {
     /// Whether frames are made one by one as they are written: into files of their own, none of which may have to be
     /// kept of a run that is ended.
     pub(super) fn streams(&self, session: &Session<'_>, way: &Way) -> bool {
+        way.at_once.is_some() && self.may_be_streamed(session)
+    }
+
+    /// The same of what is woven some frames at a time.
+    pub(super) fn may_be_streamed(&self, session: &Session<'_>) -> bool {
         let into_files = clips::is_pattern(&self.write.output) && self.write.needs_few_frames();
-        way.at_once.is_some() && into_files && !session.global.keep_partial
+        into_files && !session.global.keep_partial
     }
 
     /// An upper bound of the memory of a run.
@@ -60,6 +66,10 @@ impl Video {
         let maps = if self.write.map.is_some() { longest * 12 } else { Bytes(0) };
         let blended = blended::bytes(self.write.blending, &clips[0], Domain::open(way.most(domain)));
         if self.streams(session, way) {
+            if let (Some(at_once), true) = (way.at_once, way.is_read_again) {
+                let readers: Bytes = clips.iter().map(Reel::bytes).sum();
+                return Ok(memory::PROGRAM + readers + features * 2 + work.max(rendered(clips, way, at_once)));
+            }
             // Frames are made and written one by one.
             return Ok(memory::PROGRAM + kept + features * 2 + work.max(longest * 4 + Bytes(16 << 20)));
         }
@@ -67,4 +77,18 @@ impl Video {
             blended + longest * 4 + times(most) + times(kept) * u64::from(self.write.repeat) + maps + Bytes(64 << 20);
         Ok(memory::PROGRAM + kept + features * 2 + work.max(output))
     }
+}
+
+/// What is held of clips that are read again beside the features, where that is most: all of the first, until these are
+/// made of it, or as many frames as are woven at once, and which samples they show.
+fn rendered(clips: &[ClipInput], way: &Way, at_once: u32) -> Bytes {
+    let [frames, height, width] = way.output.shape;
+    let once = Bytes::of_samples(Domain::open([at_once, height, width]), 1);
+    let frame = |clip: &ClipInput| {
+        let pixels = Bytes::of_samples(Domain::open(clip.domain().shape), 1);
+        Bytes(clip.bytes().0 / pixels.0.max(1))
+    };
+    let most = clips.iter().map(frame).max().unwrap_or_default();
+    let map = Bytes::of_samples(Domain::open([frames, height, width]), 4);
+    clips[0].bytes().max(map + once * (4 + most.0)) + Bytes(16 << 20)
 }

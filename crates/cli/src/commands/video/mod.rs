@@ -8,6 +8,7 @@ mod fade;
 mod look;
 mod modes;
 mod read;
+mod rendered;
 mod reread;
 mod still;
 mod surfaces;
@@ -26,7 +27,7 @@ use self::modes::{ModeArgs, Way};
 use self::read::ReadArgs;
 use self::still::{Still, StillArgs};
 use self::transition::TransitionArgs;
-use self::woven::{Under, WovenArgs};
+use self::woven::{Material, Under, WovenArgs};
 use self::written::WriteArgs;
 use crate::clip_maps::ClipMaps;
 use crate::clips::{Clip, ClipInput};
@@ -114,8 +115,10 @@ impl Video {
             let line = format!("{name}: would be {}, with about {needed} of memory", self.would(&clips[0], &way)?);
             return Ok(Done::would(report, line, self.write.planned(&self.read, &way, self.frames(&clips[0], &way)?)));
         }
-        if is_read_again {
-            return self.reread(session, report, (clips, &way, most), used);
+        match (is_read_again, way.jumps()) {
+            (true, true) => return self.reread(session, report, (clips, &way, most), used),
+            (true, false) => return self.rendered_again(session, report, (clips, start.as_ref()), (&way, most), used),
+            (false, _) => {}
         }
         let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
         report.stage("read");
@@ -147,8 +150,17 @@ impl Video {
     fn affordable(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes, bool), Failure> {
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
         if !way.jumps() {
-            let (way, told) = self.in_windows(session, clips, way)?;
-            return self.need(session, clips, &way).map(|needed| (way, needed.max(told), false));
+            let held = self.in_windows(session, clips, way.clone())?;
+            let again = Way { is_read_again: true, ..way };
+            if fits(&held.1) || !self.may_be_streamed(session) {
+                return Ok((held.0, held.1, false));
+            }
+            let (way, needed) = self.in_windows(session, clips, again)?;
+            if !fits(&needed) || way.at_once.is_none() {
+                return Ok((held.0, held.1, false));
+            }
+            session.detail(&format!("the clip is read again for what is written: to hold it takes about {}", held.1));
+            return Ok((way, needed, true));
         }
         let needed = self.need(session, clips, &way)?;
         if fits(&needed) {
@@ -171,11 +183,12 @@ impl Video {
         Ok((alone, less, again))
     }
 
-    /// As many frames at once as memory holds on [`CHOSEN_ON`] threads, of what is woven, and what they take on these.
+    /// As many frames at once as memory holds on [`CHOSEN_ON`] threads, of what is woven, and what they take on these,
+    /// or on those that there are, whichever is more.
     fn in_windows(&self, session: &Session<'_>, clips: &[ClipInput], way: Way) -> Result<(Way, Bytes), Failure> {
         let options = self.woven.options(&way, self.transition.measure(), self.transition.levels())?;
         let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else {
-            return Ok((way, Bytes(0)));
+            return self.need(session, clips, &way).map(|needed| (way, needed));
         };
         let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("free some memory");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(CHOSEN_ON).build().map_err(refused)?;
@@ -187,8 +200,9 @@ impl Video {
             need(&way).map(|needed| (way, needed))
         };
         let (mut best, mut least, mut most) = (by(*may.start())?, *may.start(), *may.end());
+        let here = |(way, told): (Way, Bytes)| self.need(session, clips, &way).map(|needed| (way, needed.max(told)));
         if fits(&whole) || whole <= best.1 {
-            return Ok((way, whole));
+            return here((way, whole));
         }
         while least < most {
             let middle = least + (most - least).div_ceil(2);
@@ -202,7 +216,7 @@ impl Video {
             );
             session.warn(&self.write.output, &what);
         }
-        Ok(best)
+        here(best)
     }
 
     /// Goes that way; weaves where no jump closes, if it may.
@@ -214,7 +228,6 @@ impl Video {
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
         let mut refused = None;
-        let seam = self.transition.measure();
         if way.jumps() {
             let period = self.period(&way);
             let used = of_jump(used.clone(), &way, self.transition.levels());
@@ -224,12 +237,27 @@ impl Video {
             way.fall_back(format!("the best jump makes steps {step:.2} times the largest that is usual"));
             refused = Some((step, made));
         }
+        let exemplars = clip.exemplars()?;
+        let material =
+            Material { exemplars: &exemplars, path: &clip.path, fingerprint: &clip.fingerprint, frames: &clip.frames };
+        let woven = self.weave(session, material, (&way, still, start), used)?;
+        Ok(better(refused, woven))
+    }
+
+    /// Weaves.
+    fn weave(
+        &self,
+        session: &Session<'_>,
+        clip: Material<'_>,
+        (way, still, start): (&Way, Option<&Still>, Option<&ClipMaps>),
+        used: Used,
+    ) -> Result<ClipOutcome, Failure> {
         let [frames, height, width] = way.output.shape;
         let used = told::of_mode(used, false).set("mode", name_of(way.mode)).set("frames", frames);
         let used = used.set("size", format!("{width}x{height}")).set("keep", (0 < way.keep).then_some(way.keep));
-        let under = Under { way: &way, seam, levels: self.transition.levels(), still, start };
-        let woven = self.woven.made(session, clip, under, &self.write, used)?;
-        Ok(better(refused, woven))
+        let seam = self.transition.measure();
+        let under = Under { way, seam, levels: self.transition.levels(), still, start };
+        self.woven.made(session, clip, under, &self.write, used)
     }
 }
 

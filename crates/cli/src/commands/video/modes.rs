@@ -88,6 +88,8 @@ pub(super) struct Way {
     pub(super) keep: u32,
     /// Frames that are woven at once, where that is not all of them.
     pub(super) at_once: Option<u32>,
+    /// Whether the clip is read again for the frames that are written, and not held while they are woven.
+    pub(super) is_read_again: bool,
     /// Why, where the program chose.
     pub(super) why: Option<String>,
 }
@@ -118,7 +120,8 @@ impl ModeArgs {
             typed => (typed, None),
         };
         let or_woven = self.mode == ModeArg::Auto && mode == ModeArg::Transition && of_jumps.is_none();
-        let way = Way { mode, or_woven, output, play: self.play, keep, at_once: None, why };
+        let play = self.play;
+        let way = Way { mode, or_woven, output, play, keep, at_once: None, is_read_again: false, why };
         way.check(has, of_jumps, of_woven).map(|()| way)
     }
 

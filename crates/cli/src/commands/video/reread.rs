@@ -41,7 +41,8 @@ impl Video {
         reels[1..].iter().try_for_each(Reel::pass)?;
         let noted = reels.iter().map(|reel| reel.noted(&mut report)).collect::<Result<Vec<_>, _>>()?;
         self.write.tell_left_over(session, reels.iter().map(|reel| &*reel.path), (most, &made))?;
-        let outputs = self.write.reread(session, (&reels, &noted), (&made, &looped))?;
+        let outputs =
+            self.write.reread(session, (&reels, &noted), &made, &mut |number, t| reels[number].of_loop(&looped, t))?;
         report.stage("encode");
         let line = self.told(&made, &report);
         Ok(Done::made(report, line, outputs))

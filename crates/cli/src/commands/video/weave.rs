@@ -3,10 +3,10 @@
 use selvedge_core::{Domain, Exemplars, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::video::{Ends, WindowsCheckpoint, woven_in_windows};
 use selvedge_graphcut_textures::{Checkpoint, Error, Options, Stats, plan};
+use selvedge_io::Fingerprint;
 use serde_json::Value;
 
 use super::modes::Way;
-use crate::clips::Clip;
 use crate::failure::Failure;
 use crate::kept::KeptArgs;
 use crate::kept_weave::KeptWeave;
@@ -27,11 +27,11 @@ impl<'a> Keeping<'a> {
     pub(super) fn open(
         args: &KeptArgs,
         session: &'a Session<'a>,
-        (clip, way): (&Clip, &Way),
+        (clip, way): (&Fingerprint, &Way),
         options: &str,
     ) -> Result<Self, Failure> {
         let at_once = way.at_once.map_or_else(|| "all".into(), Value::from);
-        let blake3 = clip.fingerprint.blake3.clone();
+        let blake3 = clip.blake3.clone();
         let follows = [("clip", blake3.into()), ("number of frames at once", at_once)];
         Ok(match way.at_once {
             None => Self::Whole(KeptWeave::open(args, session, &follows, options)?),

@@ -2,12 +2,13 @@
 //! `[Kwatra03 7E]`
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Bytes, Domain, Exemplars, SeamMeasure, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::video::{Usual, estimate_in_windows, least_at_once, median, step};
 use selvedge_graphcut_textures::{Error, Options, Stats, estimate_clip};
+use selvedge_io::Fingerprint;
 use serde_json::{Value, json};
 
 use super::ClipOutcome;
@@ -18,7 +19,7 @@ use super::still::Still;
 use super::weave::Keeping;
 use super::written::WriteArgs;
 use crate::clip_maps::{self, ClipMaps};
-use crate::clips::{self, Clip, ClipInput};
+use crate::clips::{self, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
 use crate::failure::{Failure, n};
 use crate::kept::KeptArgs;
@@ -59,6 +60,16 @@ pub(super) struct WovenArgs {
     at_once: Option<u32>,
     #[command(flatten)]
     kept: KeptArgs,
+}
+
+/// A clip that is woven: what its samples are, and where they come from.
+#[derive(Clone, Copy)]
+pub(super) struct Material<'a> {
+    pub(super) exemplars: &'a Exemplars<3>,
+    pub(super) path: &'a Path,
+    pub(super) fingerprint: &'a Fingerprint,
+    /// By frame, the file that it comes from.
+    pub(super) frames: &'a [Fingerprint],
 }
 
 /// What a weave is made under.
@@ -149,21 +160,20 @@ impl WovenArgs {
     pub(super) fn made(
         &self,
         session: &Session<'_>,
-        clip: &Clip,
+        clip: Material<'_>,
         under: Under<'_>,
         write: &WriteArgs,
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
         let Under { way, seam, levels, still, start } = under;
-        let about = |failure: Failure| failure.about(&clip.path);
-        let exemplars = clip.exemplars()?;
-        let start = start.map(|maps| begin(&exemplars, clip, maps, way)).transpose()?;
+        let (about, exemplars) = (|failure: Failure| failure.about(clip.path), clip.exemplars);
+        let start = start.map(|maps| begin(clip, maps, way)).transpose()?;
         let options = self.options(way, seam, levels)?;
         let used = used.without("checkpoint").without("resume").unless("start", Value::Null);
         let command = used.clone().without("at-once").command("video", &[]);
-        let keeping = Keeping::open(&self.kept, session, (clip, way), &command)?;
+        let keeping = Keeping::open(&self.kept, session, (clip.fingerprint, way), &command)?;
         let Woven { result: map, stats, complete } =
-            keeping.weave(session, &exemplars, (way, start), &options).map_err(|e| match e {
+            keeping.weave(session, exemplars, (way, start), &options).map_err(|e| match e {
                 Error::RegionExceedsExemplar { .. } => about(Failure::from(e)).remedy("use a smaller --region"),
                 Error::Core(selvedge_core::Error::NoSource { .. }) => {
                     about(Failure::from(e)).remedy("mask less of the clip")
@@ -171,11 +181,11 @@ impl WovenArgs {
                 e => about(e.into()),
             })?;
         let map = match still.filter(|_| complete) {
-            Some(still) => still.held(session, &exemplars, &map, seam)?,
+            Some(still) => still.held(session, exemplars, &map, seam)?,
             None => map,
         };
-        let motion = Motion::of(&exemplars, &map)?;
-        let picture = || Shown { output: &features(&exemplars, &map)?, map: &map, jumps: None }.picture();
+        let motion = Motion::of(exemplars, &map)?;
+        let picture = || Shown { output: &features(exemplars, &map)?, map: &map, jumps: None }.picture();
         let preview = (write.preview.is_some() || write.report.is_some()).then(picture).transpose()?;
         let how = how(way, map.domain(), &stats, &motion);
         let used = used
@@ -225,12 +235,12 @@ impl WovenArgs {
 }
 
 /// What maps of the clip show, to go on from.
-fn begin(exemplars: &Exemplars<3>, clip: &Clip, maps: &ClipMaps, way: &Way) -> Result<Start<3>, Failure> {
+fn begin(clip: Material<'_>, maps: &ClipMaps, way: &Way) -> Result<Start<3>, Failure> {
     if !clip.frames.iter().zip(&maps.frames).all(|(own, made)| own.blake3 == made.blake3) {
-        let failure = Failure::new(3, "the maps of --start were made from other frames").about(&clip.path);
+        let failure = Failure::new(3, "the maps of --start were made from other frames").about(clip.path);
         return Err(failure.remedy("give the clip that they were made from"));
     }
-    let map = SourceMap::new(maps.map.ids.clone().with_periodic(way.output.periodic), exemplars.table().clone())?;
+    let map = SourceMap::new(maps.map.ids.clone().with_periodic(way.output.periodic), clip.exemplars.table().clone())?;
     Ok(Start { map, fixed: None, sources: None })
 }
 

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Depth, Plane, Render as _};
-use selvedge_graphcut_textures::video::Loop;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Flipbook, Rate};
 use selvedge_io::{Destination, Fingerprint, Format, Metadata, Provenance, WriteOptions};
 use serde_json::Value;
@@ -202,19 +201,20 @@ impl WriteArgs {
         made::provenance(own, options, std::slice::from_ref(clip), clips.cloned().collect())
     }
 
-    /// The files of a loop whose clip is read again: of each frame no more is held than it shows.
+    /// The files of clips that are read again: `frame` makes each frame of each of them, by their numbers.
     pub(super) fn reread(
         &self,
         session: &Session<'_>,
         (reels, read): (&[Reel<'_>], &[Fingerprint]),
-        (made, looped): (&ClipOutcome, &Loop),
+        made: &ClipOutcome,
+        frame: &mut dyn FnMut(usize, u32) -> Result<Plane<2>, Failure>,
     ) -> Result<Outputs, Failure> {
         let provenance = Some(Self::provenance(session, &reels[0].path, read.iter(), made.options.clone()));
         let mut outputs = Outputs::beside(session);
-        for reel in reels {
+        for (number, reel) in reels.iter().enumerate() {
             let metadata = Metadata { provenance: provenance.clone(), ..reel.info.metadata.clone() };
             let options = self.write_options(reel.info.rate, made.loops.then_some(made.frames));
-            let mut frame = |t: u32| reel.of_loop(looped, t % made.frames);
+            let mut frame = |t: u32| frame(number, t % made.frames);
             outputs.clip(&self.name(&reel.path), self.count(made), &mut frame, (&metadata, options))?;
         }
         self.add_surface(&mut outputs, session, (&reels[0].path, read.iter()), made)?;
