@@ -1,8 +1,9 @@
 //! The frames around a jump: what would have come, and what comes, one period earlier.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
-use selvedge_core::{Domain, Exemplars, Grid, Source};
+use selvedge_core::{Domain, Exemplars, Grid, Source, SourceTable};
 
 use super::footage::{Footage, the_clip};
 use super::jumps::Jump;
@@ -46,13 +47,50 @@ impl Sides {
     }
 }
 
+/// A clip in frames of half the size.
+pub(super) struct Halved<'c, F: ?Sized> {
+    clip: &'c F,
+    table: SourceTable<3>,
+}
+
+impl<'c, F: Footage + ?Sized> Halved<'c, F> {
+    /// None where little would be left of a frame.
+    pub(super) fn of(clip: &'c F) -> Option<Self> {
+        let [(origin, domain)] = clip.table().sources() else { return None };
+        let [frames, height, width] = domain.shape;
+        let domain = Domain::open([frames, height / 2, width / 2]);
+        let table = may_be_halved([height, width]).then(|| SourceTable::new(vec![(*origin, domain)]))?.ok()?;
+        Some(Self { clip, table })
+    }
+}
+
+impl<F: Footage + ?Sized> Footage for Halved<'_, F> {
+    fn table(&self) -> &SourceTable<3> {
+        &self.table
+    }
+
+    fn weights(&self) -> &[u8] {
+        self.clip.weights()
+    }
+
+    fn stretch(&self, frames: Range<u32>) -> Result<Cow<'_, Source<3>>, Error> {
+        Ok(Cow::Owned(halved(&*self.clip.stretch(frames)?)?))
+    }
+}
+
+/// Less is left of a smaller frame than its surface could be told by.
+fn may_be_halved(frame: [u32; 2]) -> bool {
+    frame.iter().all(|&side| 64 <= side)
+}
+
 /// The frames around a jump, the same of half the size, of half of that, and so on, as far as there is anything to
 /// halve.
 pub(super) fn sizes(sides: Sides, levels: u32) -> Result<Vec<Sides>, Error> {
     let mut all = vec![sides];
     for _ in 1..levels {
         let last = &all[all.len() - 1];
-        if last.both.sources()[0].domain().shape[1..].iter().any(|&side| side < 64) {
+        let [_, height, width] = last.both.sources()[0].domain().shape;
+        if !may_be_halved([height, width]) {
             break;
         }
         all.push(last.smaller()?);

@@ -1,6 +1,6 @@
 //! Which of some jumps is taken, and which are cut at all.
 
-use selvedge_core::{Domain, Grid, Plane, Render, Role, Run, Samples, Seed};
+use selvedge_core::{Domain, Exemplars, Grid, Plane, Render, Role, Run, Samples, Seed, Source};
 use selvedge_graphcut_textures::video::{
     CLOSES, DistanceOptions, FrameDistances, LoopOptions, Trial, Usual, looped, over_seams,
 };
@@ -25,7 +25,6 @@ fn the_loop_is_taken_whose_seam_is_seen_least_and_of_equal_ones_the_cheapest() {
             let Samples::U8(output) = map.render(&[&plane]).unwrap().samples else { unreachable!() };
             assert_eq!(trial.closure, usual.closure(over_seams(&map, &output)), "case {case}: {trial:?}");
         }
-        let rank = |t: &Trial| (t.closure.whole.max(CLOSES), t.closure.block.max(1.0), t.price);
         assert!(tried.iter().all(|trial| rank(&tried[chosen]) <= rank(trial)), "case {case}: {chosen} of {tried:?}");
         dearer += usize::from(tried.iter().any(|trial| trial.price < tried[chosen].price));
         // Where the first is to be enough and does not close, others that may be better are cut.
@@ -42,6 +41,64 @@ fn the_loop_is_taken_whose_seam_is_seen_least_and_of_equal_ones_the_cheapest() {
     }
     assert!(4 < dearer && 4 < equal, "{dearer} were not the cheapest, of {equal} several close");
     assert!(4 < more && more < 36, "of {more} the first did not close");
+}
+
+/// How a loop ranks among others.
+fn rank(t: &Trial) -> (f64, f64, i64) {
+    (t.closure.whole.max(CLOSES), t.closure.block.max(1.0), t.price)
+}
+
+/// Frames of half the size, by means of two by two samples, rounded.
+fn halved(clip: &Exemplars<3>) -> Exemplars<3> {
+    let Source { features, origin, .. } = &*clip.sources()[0];
+    let [frames, height, width] = features.domain().shape;
+    let domain = Domain::open([frames, height / 2, width / 2]);
+    let mean = |c: usize, [t, y, x]: [u32; 3]| {
+        let four = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[v, u]| u32::from(features.get(c, [t, 2 * y + v, 2 * x + u])));
+        ((four.iter().sum::<u32>() + 2) / 4) as u8
+    };
+    let samples = (0..features.channels()).flat_map(|c| domain.positions().map(move |at| mean(c, at))).collect();
+    let features = Grid::from_vec(domain, features.channels(), samples).unwrap();
+    Exemplars::from_sources(vec![Source { features, valid: None, origin: *origin }], clip.weights().to_vec()).unwrap()
+}
+
+#[test]
+fn jumps_are_sifted_at_half_the_size_and_the_best_are_cut_at_full_size() {
+    let (mut two, mut more) = (0, 0);
+    for case in 0..10 {
+        let clip = changing([22, 64, 66], case, 1 + case as u32 % 5);
+        let jumps = [jump(20, 0), jump(17, 3), jump(14, 6), jump(18, 9), jump(21, 9), jump(19, 1)];
+        let options = LoopOptions { sifted: true, jumps: 4, ..LoopOptions::default() };
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| looped(&of(&clip), &jumps, &options, &Run::seeded(0)).unwrap())
+        };
+        let woven = on(3);
+        assert!(on(1).result == woven.result && on(2).stats == woven.stats, "case {case}");
+        let (tried, all) = (&woven.stats.tried, &woven.stats.halved);
+        let whole = LoopOptions { sifted: false, ..options };
+        let half = looped(&halved(&of(&clip)), &jumps, &whole, &Run::seeded(0)).unwrap();
+        assert!(*all == half.stats.tried, "case {case}: {all:?} for {:?}", half.stats.tried);
+        let mut best: Vec<&Trial> = all.iter().collect();
+        best.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap());
+        let closes = |t: &Trial| t.closure.whole <= CLOSES && t.closure.block <= 1.0;
+        let first = looped(&of(&clip), &[best[0].jump, best[1].jump], &whole, &Run::seeded(0)).unwrap();
+        assert!(first.stats.tried == tried[..2], "case {case}: {tried:?} for {first:?}");
+        // Others follow in their order, until one closes.
+        let mut others = best[2..].iter().take(2);
+        assert!(tried[2..].iter().all(|t| others.any(|other| other.jump == t.jump)), "case {case}: {tried:?}");
+        assert!(tried.len() == 2 || !tried[..tried.len() - 1].iter().any(closes), "case {case}: {tried:?}");
+        assert!(tried.iter().all(|t| rank(&tried[woven.stats.chosen]) <= rank(t)), "case {case}");
+        (two, more) = (two + usize::from(tried.len() == 2), more + usize::from(2 < tried.len()));
+        // Of two there is nothing to choose, and of smaller frames little is left.
+        let few = looped(&of(&clip), &jumps[..2], &options, &Run::seeded(0)).unwrap();
+        assert!(few.stats.halved.is_empty() && few.stats.tried.len() == 2);
+    }
+    assert!(0 < two && 0 < more, "{two} of two, {more} of more");
+    let small = changing([22, 64, 63], 0, 1);
+    let options = LoopOptions { sifted: true, ..LoopOptions::default() };
+    let jumps = [jump(20, 0), jump(17, 3), jump(14, 6)];
+    assert!(looped(&of(&small), &jumps, &options, &Run::seeded(0)).unwrap().stats.halved.is_empty());
 }
 
 #[test]

@@ -110,12 +110,16 @@ fn loops_stay_within_their_estimate() {
         ([60, 140, 200], 20, 3),
         ([40, 64, 64], 20, 2),
     ];
-    let options = |window: u32, levels: u32| LoopOptions { window, levels, ..LoopOptions::default() };
+    let options = |window: u32, levels: u32| {
+        let sifted = levels.is_multiple_of(2);
+        LoopOptions { window, levels, sifted, ..LoopOptions::default() }
+    };
     let run = |(shape, window, levels): ([u32; 3], u32, u32)| {
         let exemplars = noise(shape, 1);
         let before = memory::held();
-        let jump = Jump { from: shape[0] * 3 / 4 - 1, to: shape[0] / 4, error: 0.0 };
-        looped(&exemplars, &[jump], &options(window, levels), &Run::seeded(0)).unwrap();
+        // Several, which are cut at once.
+        let jump = |later| Jump { from: shape[0] * 3 / 4 - 1 + later, to: shape[0] / 4, error: 0.0 };
+        looped(&exemplars, &[0, 1, 2].map(jump), &options(window, levels), &Run::seeded(0)).unwrap();
         memory::tell(before);
     };
     let check = |number: usize, held: u64| {

@@ -44,7 +44,7 @@ impl Video {
         let features = memory::sources(&[domain], colors);
         let mut work = Bytes(0);
         if way.jumps() {
-            let options = self.transition.options();
+            let options = self.transition.options(domain);
             work = video::estimate(domain, colors, &options) + FrameDistances::bytes(domain, colors);
             // A walk keeps the surface of each jump.
             work += Bytes::of_samples(domain, 2) * u64::from(way.play.is_some());

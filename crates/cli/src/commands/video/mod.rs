@@ -5,6 +5,7 @@ mod bytes;
 mod checks;
 mod choices;
 mod fade;
+mod jumping;
 mod look;
 mod modes;
 mod read;
@@ -230,7 +231,7 @@ impl Video {
         let mut refused = None;
         if way.jumps() {
             let period = self.period(&way);
-            let used = of_jump(used.clone(), &way, self.transition.levels());
+            let used = of_jump(used.clone(), &way, self.transition.levels_of(clip.plane.domain()));
             let made = self.transition.made(session, clip, (&way, period, still), &self.write, used)?;
             let step = made.step.filter(|step| way.or_woven && made.complete && CLOSES < *step);
             let Some(step) = step else { return Ok(made) };
@@ -263,7 +264,7 @@ impl Video {
 
 /// Without the options that do nothing for a jump.
 fn of_jump(used: Used, way: &Way, levels: Option<u32>) -> Used {
-    let used = told::of_mode(used, true).without("mode").set("levels", levels.unwrap_or(1)).unless("levels", 1);
+    let used = told::of_mode(used, true).without("mode").set("levels", levels).unless("levels", Value::Null);
     if way.play.is_some() { used } else { used.without("play").without("frames") }
 }
 

@@ -32,7 +32,8 @@ impl Video {
     ) -> Result<Done, Failure> {
         let options = self.read.options(session, self.write.rate);
         let reels = clips.into_iter().map(|clip| Reel::new(session, clip, &options)).collect::<Result<Vec<_>, _>>()?;
-        let used = of_jump(used, way, self.transition.levels());
+        let clip = reels[0].table().sources()[0].1;
+        let used = of_jump(used, way, self.transition.levels_of(clip));
         let period = self.period(way);
         let (made, looped) = self.transition.reread(session, &reels[0], (way, period), &self.write, used)?;
         session.watch.finish();
@@ -53,7 +54,8 @@ impl Video {
     pub(super) fn need_of_frames(&self, clips: &[ClipInput], way: &Way) -> Bytes {
         let (domain, info) = (clips[0].domain(), clips[0].info());
         let colors = info.channels - usize::from(info.alpha);
-        let work = video::estimate(domain, colors, &self.transition.options()) + FrameDistances::bytes(domain, colors);
+        let work =
+            video::estimate(domain, colors, &self.transition.options(domain)) + FrameDistances::bytes(domain, colors);
         let readers: Bytes = clips.iter().map(Reel::bytes).sum();
         let frames = self.write.written(way.most(domain)[0]).max(domain.shape[0]);
         let file = |clip: &ClipInput| Bytes(clip.bytes().0 / u64::from(domain.shape[0]) * u64::from(frames) * 2);
@@ -72,7 +74,7 @@ impl TransitionArgs {
         write: &WriteArgs,
         used: Used,
     ) -> Result<(ClipOutcome, Loop), Failure> {
-        let held = held(reel, &self.options());
+        let held = held(reel, &self.options(reel.table().sources()[0].1));
         let run = session.run();
         let compare = || FrameDistances::new(reel, &DistanceOptions { held }, &run);
         let distances = self.compares(reel, false).then(compare).transpose().or_else(|e| {

@@ -1,13 +1,12 @@
 //! Loops of one clip: a jump back, at which each pixel makes the step when it is seen least. `[Kwatra03 7A]`
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use selvedge_core::{Exemplars, Role, SeamMeasure};
 use selvedge_graphcut_textures::video::{
-    self, CLOSES, Closure, DistanceOptions, Footage, FrameDistances, Jump, JumpOptions, Loop, LoopOptions, LoopStats,
-    Surface, Trial, Usual, looped, over_seams,
+    self, CLOSES, Closure, DistanceOptions, Footage, FrameDistances, Jump, Loop, LoopStats, Surface, Trial, Usual,
+    looped, over_seams,
 };
 use serde_json::{Value, json};
 
@@ -19,7 +18,7 @@ use super::surfaces::{self, times, whole_numbers};
 use super::written::WriteArgs;
 use super::{ClipOutcome, fade};
 use crate::args::NonFiniteArg;
-use crate::clips::{Clip, ClipInput};
+use crate::clips::Clip;
 use crate::failure::{Failure, n};
 use crate::inputs::{self, Input};
 use crate::options::{Seams, option};
@@ -35,7 +34,7 @@ const JUMPS: u32 = 8;
 /// So many times as many are cut where none of these closes. Of seven clips that have as many two close by one of the
 /// 9th to 24th jump, and two more come closer; none of the 25th to 46th was better. All are looked at before one is
 /// taken: the first that closed had edges in three frames of a fire, and the cheapest that closes has none.
-const MORE: u32 = 3;
+pub(super) const MORE: u32 = 3;
 
 /// A jump whose steps over its seam are larger than those of the best by more is not played: of a whole frame, by what
 /// still closes; of the worst block, by a guess, since one in a walk is seen less often than that of a loop.
@@ -54,27 +53,28 @@ struct Walk<'a> {
 pub(super) struct TransitionArgs {
     /// Frames of the loop: auto, a number, or a range.
     #[arg(long, value_name = "PERIOD", default_value = "auto")]
-    period: Period,
+    pub(super) period: Period,
     /// Frames around the jump in which pixels may jump.
     #[arg(long, value_name = "FRAMES", default_value_t = WINDOW, value_parser = clap::value_parser!(u32).range(1..=65_534))]
     pub(super) window: u32,
     /// Jumps that are cut, of which the one is taken whose seam is seen least; where none of them closes, up to three
     /// times as many.
     #[arg(long, value_name = "N", default_value_t = JUMPS, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    jumps: u32,
+    pub(super) jumps: u32,
     /// At how many sizes seams are looked for, 1 to 5, each of frames half as wide and high as the one before; from the
-    /// second on only near what was found. Of a jump 1 finds the cheapest seam, 2 takes less memory and is mostly near
-    /// it. auto: 1 for a jump; for what is woven as many as leave 24 px of frames and 7 of regions, but 1 where it goes
-    /// on from a map or a checkpoint, or may be gone on from.
+    /// second on only near what was found. Of a jump 1 finds the cheapest seam, 2 takes less time and memory and is
+    /// mostly near it. auto: 2 for jumps where frames times --window are 8 million samples or more, else 1, and of
+    /// frames of 320x240 and more jumps are chosen at half the size first; for what is woven as many as leave 24 px of
+    /// frames and 7 of regions, but 1 where it goes on from a map or a checkpoint, or may be gone on from.
     #[arg(long, value_name = "N|auto", default_value = "auto",
         value_parser = auto("number of sizes", "write 1 to 5, or auto",
             |text| parsed::<u32>(text).filter(|n| (1..=5).contains(n))))]
-    levels: Auto<u32>,
+    pub(super) levels: Auto<u32>,
     /// Loop over this jump alone: its last and its first frame, counted from 0.
     #[arg(long, value_name = "LAST,FIRST", conflicts_with = "period")]
-    jump: Option<JumpArg>,
+    pub(super) jump: Option<JumpArg>,
     #[command(flatten)]
-    seams: Seams,
+    pub(super) seams: Seams,
     /// Take the seam that another run wrote with --surface; its jump is given by --jump.
     #[arg(long, value_name = "FILE.png", requires = "jump", value_hint = ValueHint::FilePath)]
     surface_from: Option<PathBuf>,
@@ -85,30 +85,9 @@ pub(super) struct TransitionArgs {
 }
 
 impl TransitionArgs {
-    /// At how many sizes seams are looked for, where that is typed.
-    pub(super) fn levels(&self) -> Option<u32> {
-        self.levels.0
-    }
-
     /// True if the loop's length is said.
     pub(super) fn says_period(&self) -> bool {
         self.period.0.is_some() || self.jump.is_some()
-    }
-
-    /// Frames that a loop of so many of a clip may have, or of as many as are to be filled.
-    pub(super) fn periods(&self, clip: &ClipInput, filled: Option<u32>) -> Result<RangeInclusive<u32>, Failure> {
-        let frames = clip.info().frames;
-        let periods = match &self.jump {
-            Some(JumpArg(jump)) => jump.check(frames).map(|()| jump.period()..=jump.period()),
-            None => self.asked(filled).periods(frames),
-        };
-        periods.map_err(|e| Failure::from(e).about(clip.path()))
-    }
-
-    /// Which jumps are asked for, where none is typed.
-    fn asked(&self, filled: Option<u32>) -> JumpOptions {
-        let period = self.period.0.clone().or(filled.map(|frames| frames..=frames));
-        JumpOptions { count: (self.jumps * MORE) as usize, period, ..JumpOptions::default() }
     }
 
     /// How seams are priced.
@@ -239,17 +218,8 @@ impl TransitionArgs {
             let result = Loop::new(clip, jumps[0], Surface { time }).map_err(|e| Failure::from(e).about(path))?;
             return Ok(selvedge_core::Woven { result, stats: LoopStats::default(), complete: true });
         }
-        Ok(looped(clip, jumps, &self.options(), &session.run())?)
-    }
-
-    /// How jumps are cut.
-    pub(super) fn options(&self) -> LoopOptions {
-        LoopOptions {
-            window: self.window,
-            seam: self.seams.measure(),
-            jumps: self.jumps as usize,
-            levels: self.levels.0.unwrap_or(1),
-        }
+        let options = self.options(clip.table().sources()[0].1);
+        Ok(looped(clip, jumps, &options, &session.run())?)
     }
 
     /// Cuts all jumps, and walks from one to the next.
@@ -345,7 +315,10 @@ impl TransitionArgs {
         let seam = match stats.tried.get(stats.chosen) {
             Some(tried) if 0 < tried.straight => {
                 let share = 100.0 * tried.price as f64 / tried.straight as f64;
-                format!(", a seam of {share:.0} % of the straight cut's price, the best of {}", stats.tried.len())
+                format!(
+                    ", a seam of {share:.0} % of the straight cut's price, the best of {}",
+                    stats.tried.len().max(stats.halved.len())
+                )
             }
             _ => String::new(),
         };
@@ -379,6 +352,7 @@ fn told(result: &Loop, stats: &LoopStats, closure: Option<&Closure>, closes: boo
         "price": stats.tried.get(stats.chosen).map(|tried| tried.price),
         "straight": stats.tried.get(stats.chosen).map(|tried| tried.straight),
         "tried": stats.tried.iter().map(tried).collect::<Vec<_>>(),
+        "tried_at_half_size": stats.halved.iter().map(tried).collect::<Vec<_>>(),
         "closure": closure.map(|closure| {
             let mut told = closure_json(closure);
             // The step over its end is one of the clip's own.
