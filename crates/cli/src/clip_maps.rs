@@ -1,4 +1,4 @@
-//! Source maps of clips: one a frame, of which the sources are the frames of the clip.
+//! Source maps of clips: one a frame, of which the sources are the frames of a clip, or of several, one after the other.
 
 use std::path::{Path, PathBuf};
 
@@ -15,8 +15,10 @@ use crate::session::Session;
 
 /// The maps of all frames that were read.
 pub(crate) struct ClipMaps {
-    /// Over the clip that they were made from.
-    pub(crate) map: SourceMap<3>,
+    /// Over the frames that they were made from, which are numbered through.
+    pub(crate) ids: Grid<SampleId, 3>,
+    /// Shapes of these frames: no map says where one clip ends and the next begins.
+    shapes: Vec<[u32; 2]>,
     /// By frame, what that clip was.
     pub(crate) frames: Vec<Fingerprint>,
     pub(crate) fingerprint: Fingerprint,
@@ -43,24 +45,63 @@ impl ClipMaps {
         }
         let no_maps = || Failure::new(3, "is no map of a clip's frames").about(name);
         let first = first.ok_or_else(no_maps)?;
-        let table = of_clip(&first.map.table).ok_or_else(|| no_maps().remedy("give maps that 'video' wrote"))?;
+        let shapes = of_frames(&first.map.table);
+        let shapes = shapes.ok_or_else(|| no_maps().remedy("give maps that 'video' or 'merge' of clips wrote"))?;
         let Domain { shape: [height, width], periodic: [y, x] } = first.map.domain();
         let domain = Domain { shape: [files.len() as u32, height, width], periodic: [false, y, x] };
-        let map = SourceMap::new(Grid::from_vec(domain, 1, ids)?, table)?;
         let seed = first.metadata.provenance.map_or(0, |made| made.seed);
-        Ok(Self { map, frames: first.exemplars, fingerprint: clips::fingerprint(name, &read), seed })
+        let (ids, fingerprint) = (Grid::from_vec(domain, 1, ids)?, clips::fingerprint(name, &read));
+        Ok(Self { ids, shapes, frames: first.exemplars, fingerprint, seed })
+    }
+
+    /// Shape and topology of the output.
+    pub(crate) fn domain(&self) -> Domain<3> {
+        self.ids.domain()
     }
 
     /// Refuses a clip of other frames than those that the maps were made from.
     pub(crate) fn check(&self, clip: &ClipInput) -> Result<(), Failure> {
-        let (made, found) = (self.map.table.sources()[0].1.shape, clip.domain().shape);
-        if made == found {
-            return Ok(());
-        }
-        let told = |[frames, h, w]: [u32; 3]| format!("{} of {w}x{h} px", n("frame", frames as usize));
-        let what = format!("{}, but the maps were made from {}", told(found), told(made));
-        Err(Failure::new(3, what).about(clip.path()).remedy("give a pass of the same frames"))
+        self.laid_over(std::slice::from_ref(clip)).map(|_| ())
     }
+
+    /// How many of these clips the maps were made from: as many as have their frames, in order.
+    pub(crate) fn laid_over(&self, clips: &[ClipInput]) -> Result<usize, Failure> {
+        let (all, mut left) = (self.shapes.as_slice(), self.shapes.as_slice());
+        for (i, clip) in clips.iter().enumerate() {
+            let [frames, shape @ ..] = clip.domain().shape;
+            let alike = left.iter().take_while(|other| **other == shape).count();
+            if alike < frames as usize || (i + 1 == clips.len() && left.len() != frames as usize) {
+                return Err(unlike(clip, left, left.len() < all.len()));
+            }
+            left = &left[frames as usize..];
+            if left.is_empty() {
+                return Ok(i + 1);
+            }
+        }
+        Err(Failure::new(70, "no clip is given"))
+    }
+
+    /// The map of clips of these domains, which were checked.
+    pub(crate) fn over(&self, clips: &[Domain<3>]) -> Result<SourceMap<3>, Failure> {
+        let origin = |exemplar| Origin { exemplar, transform: Transform::IDENTITY };
+        let sources = (0..=u16::MAX).zip(clips).map(|(exemplar, domain)| (origin(exemplar), *domain));
+        Ok(SourceMap::new(self.ids.clone(), SourceTable::new(sources.collect())?)?)
+    }
+}
+
+/// Says that a clip has other frames than the maps' next ones.
+fn unlike(clip: &ClipInput, left: &[[u32; 2]], is_further: bool) -> Failure {
+    let told = |frames: usize, [h, w]: [u32; 2]| format!("{} of {w}x{h} px", n("frame", frames));
+    let [frames, shape @ ..] = clip.domain().shape;
+    let next = left[0];
+    let alike = left.iter().take_while(|shape| **shape == next).count();
+    let (found, made) = (told(frames as usize, shape), told(alike, next));
+    let what = if is_further {
+        format!("{found}, but after the clips before it the maps were made from {made}")
+    } else {
+        format!("{found}, but the maps were made from {made}")
+    };
+    Failure::new(3, what).about(clip.path()).remedy("give a pass of the same frames, of each clip in order")
 }
 
 /// The names of so many maps.
@@ -71,7 +112,17 @@ pub(crate) fn files(name: &Path, frames: u32) -> Result<Vec<PathBuf>, Failure> {
     files.ok_or_else(no_maps)
 }
 
-/// Adds the maps of a clip, whose frames come from these files.
+/// Refuses maps of more frames than their files can number.
+pub(crate) fn check_count(name: &Path, frames: u64) -> Result<(), Failure> {
+    let most = u64::from(u16::MAX) + 1;
+    if frames <= most {
+        return Ok(());
+    }
+    let failure = Failure::new(3, format!("would be made from {frames} frames, and maps number {most}")).about(name);
+    Err(failure.remedy("leave it out, or give fewer frames"))
+}
+
+/// Adds the maps of what was made from frames of these files.
 pub(crate) fn add(
     outputs: &mut Outputs,
     name: &Path,
@@ -93,7 +144,7 @@ pub(crate) fn frames(map: &SourceMap<3>, which: &[u32]) -> Result<SourceMap<3>, 
     Ok(SourceMap::new(Grid::from_vec(domain, 1, ids)?, map.table.clone())?)
 }
 
-/// By frame, the map of a picture whose sources are the frames of the clip.
+/// By frame, the map of a picture whose sources are the frames of all clips.
 pub(crate) fn each(map: &SourceMap<3>) -> Result<impl Iterator<Item = Result<SourceMap<2>, Failure>>, Failure> {
     let table = by_frames(&map.table)?;
     let Domain { shape: [_, height, width], periodic: [_, y, x] } = map.domain();
@@ -102,7 +153,7 @@ pub(crate) fn each(map: &SourceMap<3>) -> Result<impl Iterator<Item = Result<Sou
     Ok(map.ids.plane(0).chunks(pixels.max(1)).map(frame))
 }
 
-/// Each frame of one clip as a source of its own. Samples keep their numbers: they are numbered frame by frame.
+/// Each frame of each clip as a source of its own. Samples keep their numbers: they are numbered frame by frame.
 fn by_frames(table: &SourceTable<3>) -> Result<SourceTable<2>, Failure> {
     let frames = table.sources().iter().flat_map(|(_, clip)| {
         let [count, height, width] = clip.shape;
@@ -112,16 +163,12 @@ fn by_frames(table: &SourceTable<3>) -> Result<SourceTable<2>, Failure> {
     Ok(SourceTable::new((0..=u16::MAX).zip(frames).map(source).collect())?)
 }
 
-/// The clip whose frames are the sources of a map; `None` for sources that are no frames of one. Samples keep their
-/// numbers: they are numbered frame by frame.
-fn of_clip(table: &SourceTable<2>) -> Option<SourceTable<3>> {
-    let first = table.sources().first()?.1;
-    let is_frame = |(number, (origin, domain)): (usize, &(Origin, Domain<2>))| {
-        usize::from(origin.exemplar) == number && origin.transform == Transform::IDENTITY && *domain == first
+/// The shapes of the frames that are the sources of a map; `None` for sources that are no frames.
+fn of_frames(table: &SourceTable<2>) -> Option<Vec<[u32; 2]>> {
+    let is_frame = |(number, (origin, _)): (usize, &(Origin, Domain<2>))| {
+        usize::from(origin.exemplar) == number && origin.transform == Transform::IDENTITY
     };
-    if !table.sources().iter().enumerate().all(is_frame) {
-        return None;
-    }
-    let clip = Domain::open([table.sources().len() as u32, first.shape[0], first.shape[1]]);
-    SourceTable::new(vec![(Origin { exemplar: 0, transform: Transform::IDENTITY }, clip)]).ok()
+    let all = table.sources();
+    let are_frames = !all.is_empty() && all.iter().enumerate().all(is_frame);
+    are_frames.then(|| all.iter().map(|(_, domain)| domain.shape).collect())
 }

@@ -78,6 +78,53 @@ fn every_sample_is_that_of_the_clip_that_shows_there() {
 }
 
 #[test]
+fn other_passes_of_both_clips_are_cut_by_the_same_seam() {
+    let folder = Folder::new("merge-clips-maps");
+    clips(&folder, 2);
+    paint(&folder, "paint.png", 0);
+    // Of other depth and channels than the clips.
+    for (name, seed) in [("an", 8), ("bn", 9)] {
+        for t in 0..5 {
+            write(&folder, &format!("{name}.{t}.png"), [24, 30], 1, |c, at| texture(seed + t, at, c as u32));
+        }
+    }
+    let line = "merge a.###.png b.###.png --at 6,0 --keep 1 left.png --with an.#.png bn.#.png";
+    write(&folder, "left.png", [24, 36], 1, |_, [_, x]| if x < 10 { 255 } else { 0 });
+    let line = format!("{line} --map m.#.exr --label-map l.#.png -o {{stem}}-out.###.png --json");
+    let said = folder.run(&line).done().json();
+    assert_eq!(said["outputs"].as_array().unwrap().len(), 3 + 5, "two clips, numbers, and a map a frame");
+    folder.run("apply m.#.exr a.###.png b.###.png an.#.png bn.#.png -o {stem}-again.###.png").done();
+    for t in 1..=5 {
+        for name in ["a", "an"] {
+            let [made, again] = ["out", "again"].map(|of| samples(&folder, &format!("{name}-{of}.{t:03}.png")));
+            assert!(made == again, "frame {t} of {name}");
+        }
+        let [out, a, b] = [format!("an-out.{t:03}.png"), format!("an.{}.png", t - 1), format!("bn.{}.png", t - 1)]
+            .map(|name| samples(&folder, &name));
+        let labels = samples(&folder, &format!("l.{t}.png"));
+        for (i, [y, x]) in out.domain().positions().enumerate() {
+            let shown = if labels.value(0, i) == 1.0 {
+                a.value(0, (y * 30 + x) as usize)
+            } else {
+                b.value(0, (y * 30 + x - 6) as usize)
+            };
+            assert_eq!(out.value(0, i), shown, "frame {t} at {x},{y}");
+        }
+    }
+    let refused = |line: &str, exit: i32, parts: &[&str]| folder.run(line).refused(exit, parts);
+    refused("apply m.#.exr a.###.png -o no.#.png", 3, &["a.###.png'", "5 frames of 30x24 px", "10 frames of 30x24 px"]);
+    refused("apply m.#.exr a.###.png an.#.png -o no.#.png", 3, &["an.#.png'", "1 channel of u8", "3 channels of u8"]);
+    let line = "apply m.#.exr a.###.png l.#.png -o no.#.png";
+    refused(line, 3, &["l.#.png'", "5 frames of 36x24 px", "after the clips before it", "of 30x24 px"]);
+    refused("video a.###.png --start m.#.exr --mode spacetime -o no.#.png", 3, &["a.###.png'", "made from 10 frames"]);
+    let line = "merge a.###.png b.###.png --with an.#.png l.#.png -o {stem}-no.#.png";
+    refused(line, 3, &["l.#.png'", "5 frames of 36x24 px", "5 of 30x24 px"]);
+    refused("merge a.###.png b.###.png --with an.#.png -o {stem}-no.#.png", 2, &["1 plane of --with", "2 exemplars"]);
+    refused("merge a.###.png b.###.png --with an.#.png bn.#.png -o no.#.png", 2, &["no.#.png'", "2 outputs"]);
+    refused("merge a.###.png b.###.png --map m.exr -o no.#.png", 2, &["m.exr'", "maps.####.exr"]);
+}
+
+#[test]
 fn what_is_no_pair_of_clips_is_refused() {
     let folder = Folder::new("merge-clips-refused");
     clips(&folder, 1);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Render as _, Role};
+use selvedge_core::{Bytes, Domain, Plane, Render as _, Role};
 use selvedge_io::clip::{ClipOptions, ClipWriteOptions, ClipWriter};
 use selvedge_io::{Fingerprint, Metadata};
 
@@ -28,21 +28,22 @@ impl Apply {
         let mut report = Report::new("apply");
         self.check_options(session)?;
         inputs::check_streams(&self.planes)?;
-        names::check_apart(&self.output, self.planes.len())?;
         let files = clips::files(&self.map, None)?;
         let maps = ClipMaps::read(session, &self.map, &mut report)?;
         let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
         let options = ClipOptions { frame, ..ClipOptions::default() };
         let open = |path: &PathBuf| ClipInput::open(session, path, &options);
         let clips = self.planes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        clips.iter().try_for_each(|clip| maps.check(clip))?;
-        let written = self.check_clips(session, (&clips, files), maps.map.domain())?;
-        let held = clips.iter().map(|clip| clip.bytes() * 2 + made_of(&maps, clip) * 2).sum::<Bytes>();
-        let needed = memory::PROGRAM + memory::places(maps.map.domain()) * 2 + held;
+        let of_each = self.of_each(&maps, &clips)?;
+        names::check_apart(&self.output, clips.len() / of_each)?;
+        let written = self.check_clips(session, (&clips, of_each, files), maps.domain())?;
+        let made = clips.iter().step_by(of_each).map(|clip| made_of(&maps, clip) * 2).sum::<Bytes>();
+        let held = clips.iter().map(|clip| clip.bytes() * 2).sum::<Bytes>() + made;
+        let needed = memory::PROGRAM + memory::places(maps.domain()) * 3 + held;
         memory::check_fixed(&session.limits, needed)?;
         report.estimate = Some(needed.0);
         report.stage("read");
-        let Domain { shape: [frames, height, width], .. } = maps.map.domain();
+        let Domain { shape: [frames, height, width], .. } = maps.domain();
         let size = format!("{} of {width}x{height} px", n("frame", frames as usize));
         let told: Vec<String> = written.iter().map(|path| shown(path)).collect();
         let (told, through) = (told.join(", "), shown(&self.map));
@@ -53,9 +54,10 @@ impl Apply {
             return Ok(Done::would(report, line, planned.collect()));
         }
         let mut outputs = Outputs::default();
-        for (clip, path) in clips.into_iter().zip(&written) {
-            let clip = clip.read(session, &mut report)?;
-            self.lay_clip(session, &maps, &clip, (path, &mut outputs))?;
+        let mut clips = clips.into_iter();
+        for path in &written {
+            let of_one = clips.by_ref().take(of_each).map(|clip| clip.read(session, &mut report));
+            self.lay_clips(session, &maps, &of_one.collect::<Result<Vec<_>, _>>()?, (path, &mut outputs))?;
         }
         let line = format!("{told}: {size} through {through}, in {:.2} s", report.elapsed());
         Ok(Done::made(report, line, outputs))
@@ -74,56 +76,74 @@ impl Apply {
         }
     }
 
+    /// How many clips are one output: as many as the maps were made from, alike in samples.
+    fn of_each(&self, maps: &ClipMaps, clips: &[ClipInput]) -> Result<usize, Failure> {
+        let of_each = maps.laid_over(clips)?;
+        for of_one in clips.chunks(of_each) {
+            maps.laid_over(of_one)?;
+            of_one[1..].iter().try_for_each(|clip| clip.check_alike(&of_one[0]))?;
+        }
+        Ok(of_each)
+    }
+
     /// Refuses what could not be written; the names of what is.
     fn check_clips(
         &self,
         session: &Session<'_>,
-        (clips, mut read): (&[ClipInput], Vec<PathBuf>),
+        (clips, of_each, mut read): (&[ClipInput], usize, Vec<PathBuf>),
         domain: Domain<3>,
     ) -> Result<Vec<PathBuf>, Failure> {
         let [frames, height, width] = domain.shape;
         let (mut names, mut written) = (Vec::new(), Vec::new());
         for clip in clips {
+            read.extend(clips::files(clip.path(), None)?);
+        }
+        for clip in clips.iter().step_by(of_each) {
             let (path, info) = (names::of_plane(&self.output, &clips::plane_name(clip.path())), clip.info());
             let options = ClipWriteOptions { rate: info.rate, ..ClipWriteOptions::default() };
             let writer = ClipWriter::create(&path, frames, Metadata::default(), options)?;
             clips::check_held(&writer, (info.channels, info.alpha), info.depth, [height, width])?;
             clips::tell_left_over(session, &writer);
             written.extend(writer.files());
-            read.extend(clips::files(clip.path(), None)?);
             names.push(path);
         }
         outputs::check(session, &written, &read)?;
         Ok(names)
     }
 
-    fn lay_clip(
+    fn lay_clips(
         &self,
         session: &Session<'_>,
         maps: &ClipMaps,
-        clip: &Clip,
+        clips: &[Clip],
         (path, outputs): (&Path, &mut Outputs),
     ) -> Result<(), Failure> {
-        let other = |(own, made): (&Fingerprint, &Fingerprint)| own.name == made.name && own.blake3 != made.blake3;
-        if clip.frames.iter().zip(&maps.frames).any(other) {
-            session.warn(&clip.path, &"the maps were made from frames of these names, but with other contents");
+        let mut made = maps.frames.iter();
+        for clip in clips {
+            let other = |(own, made): (&Fingerprint, &Fingerprint)| own.name == made.name && own.blake3 != made.blake3;
+            if clip.frames.iter().zip(made.by_ref()).filter(|both| other(*both)).count() != 0 {
+                session.warn(&clip.path, &"the maps were made from frames of these names, but with other contents");
+            }
         }
-        let rendered = maps.map.render(&[&clip.plane])?;
-        let inputs = vec![maps.fingerprint.clone(), clip.fingerprint.clone()];
-        let files = [self.map.clone(), clip.path.clone()];
+        let domains: Vec<Domain<3>> = clips.iter().map(|clip| clip.plane.domain()).collect();
+        let planes: Vec<&Plane<3>> = clips.iter().map(|clip| &clip.plane).collect();
+        let rendered = maps.over(&domains)?.render(&planes)?;
+        let inputs = std::iter::once(&maps.fingerprint).chain(clips.iter().map(|clip| &clip.fingerprint));
+        let files: Vec<PathBuf> =
+            std::iter::once(&self.map).chain(clips.iter().map(|clip| &clip.path)).cloned().collect();
         let used = session.options.clone();
-        let provenance = made::provenance(("apply", maps.seed), used, &files, inputs);
-        let metadata = Metadata { provenance: Some(provenance), ..clip.info.metadata.clone() };
-        let options = ClipWriteOptions { rate: clip.info.rate, ..ClipWriteOptions::default() };
+        let provenance = made::provenance(("apply", maps.seed), used, &files, inputs.cloned().collect());
+        let metadata = Metadata { provenance: Some(provenance), ..clips[0].info.metadata.clone() };
+        let options = ClipWriteOptions { rate: clips[0].info.rate, ..ClipWriteOptions::default() };
         let mut frame = |t: u32| {
             session.check_signal()?;
             Ok(selvedge_io::clip::frame_of(&rendered, t)?)
         };
-        outputs.clip(path, maps.map.domain().shape[0], &mut frame, (&metadata, options))
+        outputs.clip(path, maps.domain().shape[0], &mut frame, (&metadata, options))
     }
 }
 
 /// Bytes of what is made of a clip.
 fn made_of(maps: &ClipMaps, clip: &ClipInput) -> Bytes {
-    memory::picture(maps.map.domain(), clip.info().channels, clip.info().depth)
+    memory::picture(maps.domain(), clip.info().channels, clip.info().depth)
 }

@@ -29,7 +29,7 @@ pub(crate) struct Apply {
     #[arg(value_name = "MAP", value_hint = ValueHint::FilePath)]
     map: PathBuf,
     /// A plane for each exemplar of the map, in order; more of them make more outputs. Of a clip's maps: passes of its
-    /// frames.
+    /// frames, of each clip that was merged.
     #[arg(required = true, value_name = "PLANE", value_hint = ValueHint::FilePath)]
     planes: Vec<PathBuf>,
     /// The picture to write, '-' for standard output. For several, '{name}' and '{stem}' stand for the plane's name

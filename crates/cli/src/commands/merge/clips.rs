@@ -2,28 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Depth, Domain, Exemplars, Grid, Plane, Render as _, Role, SourceMap, Start};
+use selvedge_core::{Bytes, Domain, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, estimate_labels, expand, preferred};
-use selvedge_io::clip::{ClipOptions, ClipWriteOptions, ClipWriter, Rate, frame_of};
-use selvedge_io::{Fingerprint, Metadata};
+use selvedge_io::Fingerprint;
+use selvedge_io::clip::{ClipOptions, Rate};
 
+use super::clip_files::Merged;
 use super::placed::{apart, arrange, shows};
 use super::strokes::keep;
 use super::{Merge, told};
 use crate::args::NonFiniteArg;
-use crate::clips::{self, Clip, ClipInput, is_pattern};
+use crate::clips::{self, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
 use crate::ground::check_size;
 use crate::inputs::{self, Input, white};
 use crate::options::names_of;
-use crate::outputs::{self, Outputs};
+use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::stdio::STREAM;
-use crate::{made, memory};
+use crate::{memory, names};
 
 /// Options that mean the same for clips.
-const OF_CLIPS: [&str; 9] = ["at", "strokes", "color", "keep", "prefer", "seam", "nonfinite", "output", "label-map"];
+const OF_CLIPS: [&str; 11] =
+    ["at", "strokes", "color", "keep", "prefer", "seam", "nonfinite", "output", "label-map", "map", "with"];
 
 /// Options that do nothing for them.
 fn of_pictures() -> Vec<String> {
@@ -31,17 +33,21 @@ fn of_pictures() -> Vec<String> {
 }
 
 /// Clips that were looked at, and where they lie.
-struct Laid {
-    clips: Vec<ClipInput>,
+pub(super) struct Laid {
+    pub(super) clips: Vec<ClipInput>,
+    /// Other passes, as many of each kind as there are clips.
+    passes: Vec<ClipInput>,
     labels: Vec<Label<3>>,
-    output: Domain<3>,
-    rate: Option<Rate>,
+    pub(super) output: Domain<3>,
+    pub(super) rate: Option<Rate>,
 }
 
-/// What was merged.
-struct Merged {
-    map: SourceMap<3>,
-    stats: LabelStats,
+impl Laid {
+    /// Of each output the clip whose name, samples and tags it has.
+    pub(super) fn shown(&self) -> impl Iterator<Item = &ClipInput> {
+        let passes = self.passes.iter().step_by(self.clips.len());
+        std::iter::once(&self.clips[0]).chain(passes)
+    }
 }
 
 impl Merge {
@@ -62,42 +68,52 @@ impl Merge {
         let mut report = Report::new("merge");
         self.validate()?;
         self.check_typed(session)?;
+        let (given, with) = (self.weaving.input.exemplars.len(), &self.weaving.with);
+        with.validate(given, 0)?;
+        names::check_apart(&self.weaving.output, 1 + with.with.len() / given)?;
         let laid = self.lay_clips(session)?;
         let needed = self.need(&laid);
         memory::check_fixed(&session.limits, needed)?;
         self.check_written(session, &laid)?;
         report.estimate = Some(needed.0);
         let [frames, height, width] = laid.output.shape;
-        let (size, name) =
-            (format!("{} of {width}x{height} px", n("frame", frames as usize)), shown(&self.weaving.output));
+        let size = format!("{} of {width}x{height} px", n("frame", frames as usize));
+        let names: Vec<PathBuf> = laid.shown().map(|clip| self.clip_name(clip.path())).collect();
+        let name = names.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", ");
         let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
         let used = of_pictures.fold(session.options.clone(), |used, name| used.without(&name));
+        let used = used.unless("with", Vec::<String>::new());
         if session.global.dry_run {
             report.options = used;
-            report.inputs.extend(laid.clips.iter().map(|clip| clip.noted(None)));
+            report.inputs.extend(laid.clips.iter().chain(&laid.passes).map(|clip| clip.noted(None)));
             let of = n("clip", laid.clips.len());
             let line = format!("{name}: would be {size} from {of}, with about {needed} of memory");
-            let planned = vec![outputs::planned_clip(&self.weaving.output, [height, width], Some(frames))];
-            return Ok(Done::would(report, line, planned));
+            let planned = names.iter().map(|path| outputs::planned_clip(path, [height, width], Some(frames)));
+            return Ok(Done::would(report, line, planned.collect()));
         }
-        let Laid { clips, labels, output, rate } = laid;
-        let clips = clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()?;
+        let Laid { clips, passes, labels, output, rate } = laid;
+        let mut read = |clips: Vec<ClipInput>| {
+            clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()
+        };
+        let (clips, passes) = (read(clips)?, read(passes)?);
         let planes: Vec<&[Plane<3>]> = clips.iter().map(|clip| std::slice::from_ref(&clip.plane)).collect();
         let exemplars = Exemplars::of(&planes)?;
         let mut others = Vec::new();
         let only = self.only_of_clips(session, (&exemplars, &labels, output), (&mut report, &mut others))?;
         report.stage("read");
-        let merged = self.merged(session, &exemplars, (&labels, output), only)?;
+        let woven = self.merged(session, &exemplars, (&labels, output), only)?;
         session.watch.finish();
         report.stage("synthesis");
-        let moved = moved(&merged.map);
-        report.options = used;
-        report.stats = told::counts(&merged.stats, &labels);
+        let (stats, map) = (woven.stats, woven.result);
+        let moved = moved(&map);
+        report.options = used.clone();
+        report.stats = told::counts(&stats, &labels);
         report.stats["seam_moves"] = moved.into();
-        let outputs = self.written(&mut report, session, (&clips, &merged.map, rate), others)?;
+        let outputs = self.clip_outputs(session, &Merged { clips, passes, map, rate, used, others })?;
+        report.stage("encode");
         let line = format!(
             "{name}: {size} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
-            told::how(&merged.stats, "clip"),
+            told::how(&stats, "clip"),
             report.elapsed()
         );
         Ok(Done::made(report, line, outputs))
@@ -114,9 +130,15 @@ impl Merge {
         let frame = inputs::options(session.limits, Role::Color, self.weaving.input.nonfinite);
         let options = ClipOptions { frame, ..ClipOptions::default() };
         let paths = &self.weaving.input.exemplars;
-        inputs::check_streams(paths.iter().chain(&self.strokes))?;
-        let clips = paths.iter().map(|path| ClipInput::open(session, path, &options)).collect::<Result<Vec<_>, _>>()?;
-        clips[1..].iter().try_for_each(|clip| check_alike(clip, &clips[0]))?;
+        inputs::check_streams(paths.iter().chain(&self.weaving.with.with).chain(&self.strokes))?;
+        let open = |path: &PathBuf| ClipInput::open(session, path, &options);
+        let clips = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        clips[1..].iter().try_for_each(|clip| clip.check_alike(&clips[0]))?;
+        let passes = self.weaving.with.with.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        for passes in passes.chunks(clips.len()) {
+            passes.iter().zip(&clips).try_for_each(|(pass, clip)| pass.check_like(clip))?;
+            passes[1..].iter().try_for_each(|pass| pass.check_alike(&passes[0]))?;
+        }
         if let Some(further) = self.at.iter().position(|at| at.0.is_none()) {
             let failure = Failure::new(2, "--at auto is for pictures").about(&paths[further + 1]);
             return Err(failure.remedy("say where the clip lies, by pixels"));
@@ -129,7 +151,7 @@ impl Merge {
         let in_time = |Label { source, offset: [y, x] }: Label<2>| Label { source, offset: [0, y, x] };
         let output = Domain::open([clips[0].info().frames, height, width]);
         let rate = clips.iter().find_map(|clip| clip.info().rate);
-        Ok(Laid { labels: labels.into_iter().map(in_time).collect(), clips, output, rate })
+        Ok(Laid { labels: labels.into_iter().map(in_time).collect(), clips, passes, output, rate })
     }
 
     /// An upper bound of the memory of a run.
@@ -137,38 +159,16 @@ impl Merge {
         let (info, count) = (laid.clips[0].info(), laid.clips.len() as u64);
         let colors = info.channels - usize::from(info.alpha);
         let sources: Vec<Domain<3>> = laid.clips.iter().map(ClipInput::domain).collect();
-        let kept: Bytes = laid.clips.iter().map(ClipInput::bytes).sum();
+        let kept: Bytes = laid.clips.iter().chain(&laid.passes).map(ClipInput::bytes).sum();
         // What may show, and what each label costs by itself.
         let own = if self.prefer.is_some() { 4 * count } else { 0 };
         let work = estimate_labels(&sources, colors, laid.output) + Bytes::of_samples(laid.output, own + 8 + 1);
-        // The map, what it renders, and the same as files.
+        // The map and what its files take, and what is rendered, as files.
+        let files: Bytes =
+            laid.shown().map(|clip| memory::picture(laid.output, clip.info().channels, clip.info().depth)).sum();
         let output =
-            memory::picture(laid.output, info.channels, info.depth) * 2 + Bytes::of_samples(laid.output, 4 + 2);
+            files * 2 + Bytes::of_samples(laid.output, 4 + 2 + if self.weaving.map.is_some() { 12 } else { 0 });
         memory::PROGRAM + kept + memory::sources(&sources, colors) * 2 + work.max(output)
-    }
-
-    /// Refuses what could not be written, before any work.
-    fn check_written(&self, session: &Session<'_>, laid: &Laid) -> Result<(), Failure> {
-        let (info, [frames, height, width]) = (laid.clips[0].info(), laid.output.shape);
-        let (mut written, mut read) = (Vec::new(), Vec::new());
-        let outputs = [(Some(&self.weaving.output), (info.channels, info.alpha), info.depth)];
-        for (path, channels, depth) in outputs.into_iter().chain([(self.label_map.as_ref(), (1, false), Depth::U8)]) {
-            let Some(path) = path else { continue };
-            let writer = ClipWriter::create(path, frames, Metadata::default(), options(laid.rate))?;
-            clips::check_held(&writer, channels, depth, [height, width])?;
-            clips::tell_left_over(session, &writer);
-            written.extend(writer.files());
-        }
-        for path in self.files() {
-            read.extend(if is_pattern(&path) { clips::files(&path, None)? } else { vec![path] });
-        }
-        outputs::check(session, &written, &read)
-    }
-
-    /// All files and sequences that are read.
-    fn files(&self) -> impl Iterator<Item = PathBuf> {
-        let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
-        self.weaving.input.exemplars.iter().chain(&self.strokes).cloned().chain(kept)
     }
 
     /// By place, which clips may show; none if all may everywhere.
@@ -211,61 +211,13 @@ impl Merge {
         exemplars: &Exemplars<3>,
         (labels, output): (&[Label<3>], Domain<3>),
         only: Option<Grid<u64, 3>>,
-    ) -> Result<Merged, Failure> {
+    ) -> Result<Woven<SourceMap<3>, LabelStats>, Failure> {
         let own = self.prefer.map(|prefer| preferred(exemplars, labels, output, prefer.into())).transpose()?;
         let options = LabelOptions { seam: self.seams.measure(), only, own, ..LabelOptions::default() };
         let woven = expand(exemplars, Start::empty(exemplars, output)?, labels, &options, &session.run())?;
         session.check_signal()?;
-        Ok(Merged { map: woven.result, stats: woven.stats })
+        Ok(woven)
     }
-
-    fn written(
-        &self,
-        report: &mut Report,
-        session: &Session<'_>,
-        (clips, map, rate): (&[Clip], &SourceMap<3>, Option<Rate>),
-        others: Vec<Fingerprint>,
-    ) -> Result<Outputs, Failure> {
-        let inputs = clips.iter().map(|clip| clip.fingerprint.clone()).chain(others).collect();
-        let of = ("merge", session.global.seed());
-        let made_by = made::provenance(of, report.options.clone(), &self.weaving.input.exemplars, inputs);
-        let told = Metadata { provenance: Some(made_by.clone()), ..Metadata::default() };
-        let metadata = Metadata { provenance: Some(made_by), ..clips[0].info.metadata.clone() };
-        let planes: Vec<&Plane<3>> = clips.iter().map(|clip| &clip.plane).collect();
-        let numbers = self.label_map.as_ref().map(|path| Ok::<_, Failure>((path, told::numbered(map)?, &told)));
-        let merged = Ok((&self.weaving.output, map.render(&planes)?, &metadata));
-        let mut outputs = Outputs::default();
-        for written in std::iter::once(merged).chain(numbers) {
-            let (path, shown, metadata) = written?;
-            let mut frame = |t: u32| {
-                session.check_signal()?;
-                Ok(frame_of(&shown, t)?)
-            };
-            outputs.clip(path, shown.domain().shape[0], &mut frame, (metadata, options(rate)))?;
-        }
-        report.stage("encode");
-        Ok(outputs)
-    }
-}
-
-fn options(rate: Option<Rate>) -> ClipWriteOptions {
-    ClipWriteOptions { rate, ..ClipWriteOptions::default() }
-}
-
-/// Refuses a clip of other frames, another rate or other samples than the first.
-fn check_alike(clip: &ClipInput, first: &ClipInput) -> Result<(), Failure> {
-    let (a, b) = (clip.info(), first.info());
-    let layout = |channels: usize, depth: Depth| format!("{} of {}", n("channel", channels), depth.name());
-    let (found, expected) = match (a.rate, b.rate) {
-        _ if a.frames != b.frames => (n("frame", a.frames as usize), n("frame", b.frames as usize)),
-        (Some(rate), Some(of)) if rate != of => (format!("{rate} frames a second"), of.to_string()),
-        _ if (a.channels, a.alpha, a.depth) != (b.channels, b.alpha, b.depth) => {
-            (layout(a.channels, a.depth), layout(b.channels, b.depth))
-        }
-        _ => return Ok(()),
-    };
-    let failure = Failure::new(3, format!("has {found}, but the first clip has {expected}")).about(clip.path());
-    Err(failure.remedy("give clips of the same frames, rate and samples"))
 }
 
 /// The picture that holds for all frames, or one a frame, with their files.

@@ -1,6 +1,7 @@
 //! `selvedge merge`: several pictures, or clips, made one, cut along the seams that show least. `[Kwatra03 6B]`
 
 mod checks;
+mod clip_files;
 mod clips;
 mod gain;
 mod placed;
@@ -38,6 +39,9 @@ use crate::weaving::Weaving;
     .help("Pictures, numbered from 1; one that is given again may lie at another place. Or clips of as many frames")))]
 #[command(mut_arg("mask", |arg| arg
     .help("Show a picture only where this one is white. Give one for each picture, in order, or 'none'")))]
+#[command(mut_arg("map", |arg| arg
+    .help("Write the source map: which sample stands at each place; for clips one a frame, 'maps.####.exr'. See 'selvedge \
+           apply'")))]
 pub(crate) struct Merge {
     #[command(flatten)]
     weaving: Weaving,

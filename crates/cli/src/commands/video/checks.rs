@@ -19,7 +19,7 @@ impl Video {
         let typed = |names: Vec<String>| session.first_typed(&names);
         let of_jumps = typed(told::of_jumps()).or(typed(vec!["surface".to_owned()]));
         let of_woven = typed(told::of_woven());
-        let begun = start.map(|maps| maps.map.domain().shape);
+        let begun = start.map(|maps| maps.domain().shape);
         let mut way = self.mode.way(clip, (self.write.filled(), begun), (of_jumps.as_deref(), of_woven.as_deref()))?;
         way.at_once = self.woven.at_once(clip.domain(), &way)?;
         self.still.check(clip, way.output)?;

@@ -240,7 +240,7 @@ fn begin(clip: Material<'_>, maps: &ClipMaps, way: &Way) -> Result<Start<3>, Fai
         let failure = Failure::new(3, "the maps of --start were made from other frames").about(clip.path);
         return Err(failure.remedy("give the clip that they were made from"));
     }
-    let map = SourceMap::new(maps.map.ids.clone().with_periodic(way.output.periodic), clip.exemplars.table().clone())?;
+    let map = SourceMap::new(maps.ids.clone().with_periodic(way.output.periodic), clip.exemplars.table().clone())?;
     Ok(Start { map, fixed: None, sources: None })
 }
 

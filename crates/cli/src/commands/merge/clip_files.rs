@@ -1,0 +1,139 @@
+//! What `merge` of clips writes.
+
+use std::path::{Path, PathBuf};
+
+use selvedge_core::{Depth, Domain, Plane, Render as _, SourceMap};
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Rate, frame_of};
+use selvedge_io::{Fingerprint, Metadata};
+
+use super::clips::Laid;
+use super::{Merge, told};
+use crate::clips::{self, Clip, is_pattern};
+use crate::failure::Failure;
+use crate::outputs::{self, Outputs};
+use crate::session::Session;
+use crate::used::Used;
+use crate::{clip_maps, made, names};
+
+/// What was read, and how it was merged.
+pub(super) struct Merged {
+    pub(super) clips: Vec<Clip>,
+    /// Other passes, as many of each kind as there are clips.
+    pub(super) passes: Vec<Clip>,
+    pub(super) map: SourceMap<3>,
+    pub(super) rate: Option<Rate>,
+    /// The options as used.
+    pub(super) used: Used,
+    /// What was read beside clips and passes.
+    pub(super) others: Vec<Fingerprint>,
+}
+
+impl Merge {
+    /// Refuses what could not be written, before any work.
+    pub(super) fn check_written(&self, session: &Session<'_>, laid: &Laid) -> Result<(), Failure> {
+        let [frames, height, width] = laid.output.shape;
+        let mut written = Vec::new();
+        let shown = laid.shown().map(|clip| {
+            let info = clip.info();
+            (self.clip_name(clip.path()), (info.channels, info.alpha), info.depth)
+        });
+        let numbers = self.label_map.iter().map(|path| (path.clone(), (1, false), Depth::U8));
+        for (path, channels, depth) in shown.chain(numbers) {
+            let writer = ClipWriter::create(&path, frames, Metadata::default(), options(laid.rate))?;
+            clips::check_held(&writer, channels, depth, [height, width])?;
+            clips::tell_left_over(session, &writer);
+            written.extend(writer.files());
+        }
+        if let Some(name) = &self.weaving.map {
+            written.extend(clip_maps::files(name, frames)?);
+            clip_maps::check_count(name, laid.clips.iter().map(|clip| u64::from(clip.info().frames)).sum())?;
+        }
+        let mut read = Vec::new();
+        for path in self.files() {
+            read.extend(if is_pattern(&path) { clips::files(&path, None)? } else { vec![path] });
+        }
+        outputs::check(session, &written, &read)
+    }
+
+    /// All files and sequences that are read.
+    fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
+        let weaving = &self.weaving;
+        weaving.input.exemplars.iter().chain(&weaving.with.with).chain(&self.strokes).cloned().chain(kept)
+    }
+
+    /// The name of the output that shows a clip, or a pass, first.
+    pub(super) fn clip_name(&self, clip: &Path) -> PathBuf {
+        names::of_plane(&self.weaving.output, &clips::plane_name(clip))
+    }
+
+    /// All files of a run.
+    pub(super) fn clip_outputs(&self, session: &Session<'_>, merged: &Merged) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::default();
+        let own = merged.used_for(None);
+        let told = Metadata { provenance: Some(self.made(session, merged, (own.clone(), &[]))), ..Metadata::default() };
+        self.add_clip(&mut outputs, session, merged, (&merged.clips, own))?;
+        for passes in merged.passes.chunks(merged.clips.len()) {
+            self.add_clip(&mut outputs, session, merged, (passes, merged.used_for(Some(passes))))?;
+        }
+        if let Some(path) = &self.label_map {
+            let numbers = told::numbered(&merged.map)?;
+            let mut frame = |t: u32| Ok(frame_of(&numbers, t)?);
+            outputs.clip(path, merged.frames(), &mut frame, (&told, options(merged.rate)))?;
+        }
+        if let Some(name) = &self.weaving.map {
+            let frames: Vec<Fingerprint> = merged.clips.iter().flat_map(|clip| clip.frames.clone()).collect();
+            clip_maps::add(&mut outputs, name, &merged.map, (&frames, &told))?;
+        }
+        Ok(outputs)
+    }
+
+    /// Adds what the map shows of clips, or of passes of them.
+    fn add_clip(
+        &self,
+        outputs: &mut Outputs,
+        session: &Session<'_>,
+        merged: &Merged,
+        (shown, used): (&[Clip], Used),
+    ) -> Result<(), Failure> {
+        let planes: Vec<&Plane<3>> = shown.iter().map(|clip| &clip.plane).collect();
+        let passes = if std::ptr::eq(shown, merged.clips.as_slice()) { &[] } else { shown };
+        let provenance = Some(self.made(session, merged, (used, passes)));
+        let metadata = Metadata { provenance, ..shown[0].info.metadata.clone() };
+        let mut frame = |t: u32| {
+            session.check_signal()?;
+            Ok(frame_of(&clip_maps::frames(&merged.map, &[t])?.render(&planes)?, 0)?)
+        };
+        let path = self.clip_name(&shown[0].path);
+        outputs.clip(&path, merged.frames(), &mut frame, (&metadata, options(merged.rate)))
+    }
+
+    fn made(&self, session: &Session<'_>, merged: &Merged, (used, passes): (Used, &[Clip])) -> selvedge_io::Provenance {
+        let read = merged.clips.iter().map(|clip| &clip.fingerprint).chain(&merged.others);
+        let inputs = read.chain(passes.iter().map(|pass| &pass.fingerprint)).cloned().collect();
+        made::provenance(("merge", session.global.seed()), used, &self.weaving.input.exemplars, inputs)
+    }
+}
+
+impl Merged {
+    fn frames(&self) -> u32 {
+        let Domain { shape: [frames, ..], .. } = self.map.domain();
+        frames
+    }
+
+    /// The options as used for what shows the clips, or some passes of them.
+    fn used_for(&self, passes: Option<&[Clip]>) -> Used {
+        let used = self.used.clone();
+        match passes {
+            None if used.has("with") => used.without("with"),
+            None => used,
+            Some(passes) => {
+                used.set("with", passes.iter().map(|pass| selvedge_io::display_name(&pass.path)).collect::<Vec<_>>())
+            }
+        }
+    }
+}
+
+fn options(rate: Option<Rate>) -> ClipWriteOptions {
+    ClipWriteOptions { rate, ..ClipWriteOptions::default() }
+}
