@@ -103,7 +103,7 @@ impl ExemplarArgs {
     }
 
     /// Checks what can be checked without a file.
-    fn validate(&self) -> Result<(), Failure> {
+    pub(crate) fn validate(&self) -> Result<(), Failure> {
         let (masks, exemplars) = (self.mask.len(), self.exemplars.len());
         if masks == 0 || masks == exemplars {
             return Ok(());

@@ -125,6 +125,41 @@ fn other_passes_of_both_clips_are_cut_by_the_same_seam() {
 }
 
 #[test]
+fn what_is_masked_never_shows_and_what_is_in_no_clip_is_transparent() {
+    let folder = Folder::new("merge-clips-masked");
+    clips(&folder, 2);
+    // What is in the way in the first clip goes to the right; of the second nothing shows at the bottom.
+    let thing = |t: u32, x: u32| (4 + 3 * t..9 + 3 * t).contains(&x);
+    for t in 0..5 {
+        let mask = |_: usize, [_, x]: [u32; 2]| if thing(t, x) { 0 } else { 255 };
+        write(&folder, &format!("mask.{t}.png"), [24, 30], 1, mask);
+    }
+    write(&folder, "top.png", [24, 30], 1, |_, [y, _]| if y < 20 { 255 } else { 0 });
+    let line = "merge a.###.png b.###.png --mask mask.#.png --mask top.png --label-map l.#.png --json";
+    let said = folder.run(&format!("{line} -o out.###.png")).done();
+    assert!(said.stderr.contains("100 pixels in none of them and transparent"), "{said:?}");
+    for t in 0..5 {
+        let [out, a, b] = ["out", "a", "b"].map(|name| samples(&folder, &format!("{name}.{:03}.png", t + 1)));
+        let labels = samples(&folder, &format!("l.{}.png", t + 1));
+        for (i, [y, x]) in out.domain().positions().enumerate() {
+            let from = match labels.value(0, i) {
+                1.0 => &a,
+                2.0 => &b,
+                _ => {
+                    assert!(thing(t, x) && 20 <= y && out.value(3, i) == 0.0, "frame {t}, {x},{y}");
+                    continue;
+                }
+            };
+            assert!(
+                !(thing(t, x) && labels.value(0, i) == 1.0 || 20 <= y && labels.value(0, i) == 2.0),
+                "{t}, {x},{y}"
+            );
+            assert!(out.value(3, i) == 255.0 && (0..3).all(|c| out.value(c, i) == from.value(c, i)), "{t}, {x},{y}");
+        }
+    }
+}
+
+#[test]
 fn what_is_no_pair_of_clips_is_refused() {
     let folder = Folder::new("merge-clips-refused");
     clips(&folder, 1);
@@ -144,7 +179,11 @@ fn what_is_no_pair_of_clips_is_refused() {
     refused("small.png", 3, &["small.png'", "no clip"]);
     refused("b.###.png --at auto", 2, &["b.###.png'", "--at auto"]);
     refused("b.###.png --at 90,0", 3, &["b.###.png'", "lies apart"]);
-    refused("b.###.png --at 3,4", 3, &["no clip shows anything at", "fill their box"]);
+    refused("b.###.png --mask none", 2, &["1 mask for 2 exemplars"]);
+    refused("b.###.png --mask none --mask small.png", 3, &["small.png'", "9x9 px", "30x24 px"]);
+    refused("b.###.png --mask none --mask paint.#.png", 3, &["paint.#.png'", "4 frames", "have 5"]);
+    let bare = "--at 3,4 -o no.y4m";
+    folder.run(&format!("merge a.###.png b.###.png {bare}")).refused(3, &["no.y4m'", "120 pixels", "fill their box"]);
     refused("b.###.png --gain", 2, &["--gain is for pictures"]);
     refused(&format!("b.###.png --strokes paint.#.png {COLORS}"), 3, &["paint.#.png'", "4 frames", "have 5"]);
     refused("b.###.png --strokes paint.png --color #ffff00=1", 3, &["paint.png'", "#0000ff"]);

@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Depth, Domain, Plane, Render as _, SourceMap};
+use selvedge_core::{Depth, Domain, Exemplars, Plane, Render as _, SourceMap};
+use selvedge_graphcut_textures::labels::Label;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Rate, frame_of};
 use selvedge_io::{Fingerprint, Metadata};
 
 use super::clips::Laid;
+use super::placed::shows;
 use super::{Merge, told};
 use crate::clips::{self, Clip, is_pattern};
-use crate::failure::Failure;
+use crate::failure::{Failure, n};
+use crate::harmonise::hidden;
 use crate::outputs::{self, Outputs};
 use crate::session::Session;
 use crate::used::Used;
@@ -21,6 +24,8 @@ pub(super) struct Merged {
     /// Other passes, as many of each kind as there are clips.
     pub(super) passes: Vec<Clip>,
     pub(super) map: SourceMap<3>,
+    /// Whether something is in no clip.
+    pub(super) holes: bool,
     pub(super) rate: Option<Rate>,
     /// The options as used.
     pub(super) used: Used,
@@ -58,8 +63,33 @@ impl Merge {
     /// All files and sequences that are read.
     fn files(&self) -> impl Iterator<Item = PathBuf> {
         let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
-        let weaving = &self.weaving;
-        weaving.input.exemplars.iter().chain(&weaving.with.with).chain(&self.strokes).cloned().chain(kept)
+        let read = self.weaving.with.with.iter().chain(&self.strokes);
+        self.weaving.input.files().into_iter().chain(read.cloned()).chain(kept)
+    }
+
+    /// Refuses outputs that cannot tell what is in no clip from black.
+    pub(super) fn check_bare(
+        &self,
+        clips: &[Clip],
+        passes: &[Clip],
+        (exemplars, labels, output): (&Exemplars<3>, &[Label<3>], Domain<3>),
+    ) -> Result<(), Failure> {
+        let shown = |at: &[u32; 3]| labels.iter().any(|label| shows(exemplars, label, *at));
+        let bare = output.positions().filter(|at| !shown(at)).count();
+        let [frames, shape @ ..] = output.shape;
+        for clip in std::iter::once(&clips[0]).chain(passes.iter().step_by(clips.len())).filter(|_| 0 < bare) {
+            let (path, plane) = (self.clip_name(&clip.path), &clip.plane);
+            let writer = ClipWriter::create(&path, frames, Metadata::default(), options(clip.info.rate))?;
+            if writer.check((plane.color_channels() + 1, true), plane.samples.depth(), shape).is_err() {
+                let what = format!(
+                    "{} of all frames are in none of the clips, and it holds no transparency",
+                    n("pixel", bare)
+                );
+                let failure = Failure::new(3, what).about(&path);
+                return Err(failure.remedy("write frames of PNG, or lay clips with --at so that they fill their box"));
+            }
+        }
+        Ok(())
     }
 
     /// The name of the output that shows a clip, or a pass, first.
@@ -102,7 +132,10 @@ impl Merge {
         let metadata = Metadata { provenance, ..shown[0].info.metadata.clone() };
         let mut frame = |t: u32| {
             session.check_signal()?;
-            Ok(frame_of(&clip_maps::frames(&merged.map, &[t])?.render(&planes)?, 0)?)
+            let map = clip_maps::frames(&merged.map, &[t])?;
+            let frame = frame_of(&map.render(&planes)?, 0)?;
+            // Black would be as good as any colour of the clips.
+            if merged.holes { hidden(frame, |i| !map.ids.plane(0)[i].is_assigned()) } else { Ok(frame) }
         };
         let path = self.clip_name(&shown[0].path);
         outputs.clip(&path, merged.frames(), &mut frame, (&metadata, options(merged.rate)))

@@ -1,21 +1,18 @@
 //! Clips merged: the seam is a surface in space and time. `[Kwatra03 6B]` `[Kwatra03 7]`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use selvedge_core::{Bytes, Domain, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
+use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, estimate_labels, expand, preferred};
-use selvedge_io::Fingerprint;
 use selvedge_io::clip::{ClipOptions, Rate};
 
+use super::clip_beside::Beside;
 use super::clip_files::Merged;
-use super::placed::{apart, arrange, shows};
-use super::strokes::keep;
+use super::placed::{apart, arrange};
 use super::{Merge, told};
-use crate::args::NonFiniteArg;
-use crate::clips::{self, ClipInput, is_pattern};
+use crate::clips::{Clip, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
-use crate::ground::check_size;
-use crate::inputs::{self, Input, white};
+use crate::inputs;
 use crate::options::names_of;
 use crate::outputs;
 use crate::report::{Done, Report};
@@ -24,8 +21,8 @@ use crate::stdio::STREAM;
 use crate::{memory, names};
 
 /// Options that mean the same for clips.
-const OF_CLIPS: [&str; 11] =
-    ["at", "strokes", "color", "keep", "prefer", "seam", "nonfinite", "output", "label-map", "map", "with"];
+const OF_CLIPS: [&str; 12] =
+    ["mask", "at", "strokes", "color", "keep", "prefer", "seam", "nonfinite", "output", "label-map", "map", "with"];
 
 /// Options that do nothing for them.
 fn of_pictures() -> Vec<String> {
@@ -67,6 +64,7 @@ impl Merge {
     pub(super) fn over_clips(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("merge");
         self.validate()?;
+        self.weaving.input.validate()?;
         self.check_typed(session)?;
         let (given, with) = (self.weaving.input.exemplars.len(), &self.weaving.with);
         with.validate(given, 0)?;
@@ -82,7 +80,7 @@ impl Merge {
         let name = names.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", ");
         let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
         let used = of_pictures.fold(session.options.clone(), |used, name| used.without(&name));
-        let used = used.unless("with", Vec::<String>::new());
+        let used = used.unless("with", Vec::<String>::new()).unless("mask", Vec::<String>::new());
         if session.global.dry_run {
             report.options = used;
             report.inputs.extend(laid.clips.iter().chain(&laid.passes).map(|clip| clip.noted(None)));
@@ -96,20 +94,23 @@ impl Merge {
             clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()
         };
         let (clips, passes) = (read(clips)?, read(passes)?);
-        let planes: Vec<&[Plane<3>]> = clips.iter().map(|clip| std::slice::from_ref(&clip.plane)).collect();
-        let exemplars = Exemplars::of(&planes)?;
-        let mut others = Vec::new();
-        let only = self.only_of_clips(session, (&exemplars, &labels, output), (&mut report, &mut others))?;
+        let mut beside = Beside { session, report: &mut report, others: Vec::new() };
+        let masks = self.masks_of_clips(&mut beside, &clips)?;
+        let exemplars = exemplars(&clips, &masks)?;
+        self.check_bare(&clips, &passes, (&exemplars, &labels, output))?;
+        let only = self.only_of_clips(&mut beside, (&exemplars, &labels, output))?;
+        let others = beside.others;
         report.stage("read");
         let woven = self.merged(session, &exemplars, (&labels, output), only)?;
         session.watch.finish();
         report.stage("synthesis");
         let (stats, map) = (woven.stats, woven.result);
+        let holes = 0 < stats.holes;
         let moved = moved(&map);
         report.options = used.clone();
         report.stats = told::counts(&stats, &labels);
         report.stats["seam_moves"] = moved.into();
-        let outputs = self.clip_outputs(session, &Merged { clips, passes, map, rate, used, others })?;
+        let outputs = self.clip_outputs(session, &Merged { clips, passes, map, holes, rate, used, others })?;
         report.stage("encode");
         let line = format!(
             "{name}: {size} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
@@ -162,47 +163,15 @@ impl Merge {
         let kept: Bytes = laid.clips.iter().chain(&laid.passes).map(ClipInput::bytes).sum();
         // What may show, and what each label costs by itself.
         let own = if self.prefer.is_some() { 4 * count } else { 0 };
+        let masks: Bytes = sources.iter().map(|source| Bytes::of_samples(*source, 2)).sum();
+        let masks = if self.weaving.input.mask.is_empty() { Bytes(0) } else { masks };
         let work = estimate_labels(&sources, colors, laid.output) + Bytes::of_samples(laid.output, own + 8 + 1);
         // The map and what its files take, and what is rendered, as files.
         let files: Bytes =
             laid.shown().map(|clip| memory::picture(laid.output, clip.info().channels, clip.info().depth)).sum();
         let output =
             files * 2 + Bytes::of_samples(laid.output, 4 + 2 + if self.weaving.map.is_some() { 12 } else { 0 });
-        memory::PROGRAM + kept + memory::sources(&sources, colors) * 2 + work.max(output)
-    }
-
-    /// By place, which clips may show; none if all may everywhere.
-    fn only_of_clips(
-        &self,
-        session: &Session<'_>,
-        (exemplars, labels, output): (&Exemplars<3>, &[Label<3>], Domain<3>),
-        (report, others): (&mut Report, &mut Vec<Fingerprint>),
-    ) -> Result<Option<Grid<u64, 3>>, Failure> {
-        if let Some(at) = output.positions().find(|at| !labels.iter().any(|label| shows(exemplars, label, *at))) {
-            let what = format!("no clip shows anything at {},{}", at[2], at[1]);
-            return Err(Failure::new(3, what).remedy("lay clips with --at so that they fill their box"));
-        }
-        if self.strokes.is_none() && self.keep.is_empty() {
-            return Ok(None);
-        }
-        let mut only = Grid::try_filled(output, 1, u64::MAX >> (64 - labels.len()))?;
-        let painted = self.strokes.iter().map(|path| (path.as_path(), None));
-        let kept = self.keep.chunks(2).map(|pair| (Path::new(&pair[1]), pair[0].parse::<usize>().ok()));
-        for (path, number) in painted.chain(kept) {
-            let mut wanted: Vec<u8> = Vec::new();
-            for (file, plane) in held(session, path, output, (report, others))? {
-                // No number is above 64.
-                match number {
-                    None => wanted.extend(self.wanted(&file, &plane)?.into_iter().map(|n| n.unwrap_or(0) as u8)),
-                    Some(number) => {
-                        wanted.extend(white(&plane, &file)?.samples().iter().map(|&w| u8::from(w) * number as u8));
-                    }
-                }
-            }
-            let at = |i: usize| usize::from(wanted[i % wanted.len()]);
-            keep(&mut only, (exemplars, labels), path, |i| Some(at(i)).filter(|number| 0 < *number))?;
-        }
-        Ok(Some(only))
+        memory::PROGRAM + kept + masks + memory::sources(&sources, colors) * 2 + work.max(output)
     }
 
     fn merged(
@@ -213,36 +182,20 @@ impl Merge {
         only: Option<Grid<u64, 3>>,
     ) -> Result<Woven<SourceMap<3>, LabelStats>, Failure> {
         let own = self.prefer.map(|prefer| preferred(exemplars, labels, output, prefer.into())).transpose()?;
-        let options = LabelOptions { seam: self.seams.measure(), only, own, ..LabelOptions::default() };
+        let options =
+            LabelOptions { seam: self.seams.measure(), only, own, leave_holes: true, ..LabelOptions::default() };
         let woven = expand(exemplars, Start::empty(exemplars, output)?, labels, &options, &session.run())?;
         session.check_signal()?;
         Ok(woven)
     }
 }
 
-/// The picture that holds for all frames, or one a frame, with their files.
-fn held(
-    session: &Session<'_>,
-    path: &Path,
-    output: Domain<3>,
-    (report, others): (&mut Report, &mut Vec<Fingerprint>),
-) -> Result<Vec<(PathBuf, Plane<2>)>, Failure> {
-    let [frames, height, width] = output.shape;
-    let files = if is_pattern(path) { clips::files(path, None)? } else { vec![path.to_path_buf()] };
-    if is_pattern(path) && files.len() != frames as usize {
-        let what = format!("{}, but the clips have {frames}", n("frame", files.len()));
-        return Err(Failure::new(3, what).about(path).remedy("give one picture for all frames, or one for each"));
-    }
-    let options = inputs::options(session.limits, Role::Scalar, NonFiniteArg::Error);
-    let mut all = Vec::new();
-    for file in files {
-        let picture = Input::new(session, &file)?.read(session, &options, report)?;
-        let size = picture.plane.domain().shape;
-        check_size(&file, size, Some([height, width]), "the output has", "paint over a frame of that size")?;
-        others.push(inputs::fingerprint(&file, &picture));
-        all.push((file, picture.plane));
-    }
-    Ok(all)
+/// What may show of clips.
+fn exemplars(clips: &[Clip], masks: &[Option<Grid<bool, 3>>]) -> Result<Exemplars<3>, Failure> {
+    let planes: Vec<&[Plane<3>]> = clips.iter().map(|clip| std::slice::from_ref(&clip.plane)).collect();
+    let shown: Vec<Exemplar<'_, 3>> =
+        planes.iter().zip(masks).map(|(plane, mask)| Exemplar::new(plane).masked(mask.as_ref())).collect();
+    Ok(Exemplars::new(&Encoder::fit(&planes)?, &shown)?)
 }
 
 /// How far the seam moves from frame to frame: pixels that show another clip than before, for each pixel of its length.

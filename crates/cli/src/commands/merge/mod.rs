@@ -1,6 +1,7 @@
 //! `selvedge merge`: several pictures, or clips, made one, cut along the seams that show least. `[Kwatra03 6B]`
 
 mod checks;
+mod clip_beside;
 mod clip_files;
 mod clips;
 mod gain;
@@ -38,7 +39,8 @@ use crate::weaving::Weaving;
     .value_names(["PICTURE"])
     .help("Pictures, numbered from 1; one that is given again may lie at another place. Or clips of as many frames")))]
 #[command(mut_arg("mask", |arg| arg
-    .help("Show a picture only where this one is white. Give one for each picture, in order, or 'none'")))]
+    .help("Show a picture only where this one is white. Give one for each picture, in order, or 'none'. For a clip one picture \
+           for all frames, or one a frame: 'mask.####.png'")))]
 #[command(mut_arg("map", |arg| arg
     .help("Write the source map: which sample stands at each place; for clips one a frame, 'maps.####.exr'. See 'selvedge \
            apply'")))]
