@@ -5,10 +5,11 @@ use std::str::FromStr;
 
 use clap::Args;
 use selvedge_blending::{Feathered, Fused, Splined};
-use selvedge_core::{Bytes, Domain, Grid, Plane, Render, SourceMap};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Render, Samples, SourceMap};
 use serde_json::Value;
 
 use crate::failure::Failure;
+use crate::harmonise::{Layout, OPAQUE, fill, widened};
 use crate::used::Used;
 use crate::wrong::Wrong;
 
@@ -66,7 +67,7 @@ impl fmt::Display for Bands {
 }
 
 impl Bands {
-    fn levels(self, map: &SourceMap<2>) -> u32 {
+    fn levels<const D: usize>(self, map: &SourceMap<D>) -> u32 {
         match self {
             Self::Auto => Splined::levels_for(map),
             Self::Of(bands) => bands,
@@ -131,13 +132,13 @@ impl Blending {
     }
 
     /// The map laid over planes; `valid` says by source what may show, and what is `kept` stays as it is.
-    pub(crate) fn render(
+    pub(crate) fn render<const D: usize>(
         self,
-        map: &SourceMap<2>,
-        valid: Vec<Option<&Grid<bool, 2>>>,
-        kept: Option<&Grid<bool, 2>>,
-        planes: &[&Plane<2>],
-    ) -> Result<Plane<2>, Failure> {
+        map: &SourceMap<D>,
+        valid: Vec<Option<&Grid<bool, D>>>,
+        kept: Option<&Grid<bool, D>>,
+        planes: &[&Plane<D>],
+    ) -> Result<Plane<D>, Failure> {
         macro_rules! rendered {
             ($renderer:expr) => {{
                 let renderer = $renderer;
@@ -157,8 +158,25 @@ impl Blending {
         }
     }
 
+    /// The same where `holes` says that there may be some: were they black for the blend, they would darken what is
+    /// around them.
+    pub(crate) fn render_around_holes<const D: usize>(
+        self,
+        map: &SourceMap<D>,
+        valid: Vec<Option<&Grid<bool, D>>>,
+        kept: Option<&Grid<bool, D>>,
+        (planes, holes): (&[&Plane<D>], bool),
+    ) -> Result<Plane<D>, Failure> {
+        if !holes || self.is_none() || planes[0].alpha {
+            return self.render(map, valid, kept, planes);
+        }
+        let layout = Layout { colors: planes[0].color_channels(), alpha: true };
+        let wide = planes.iter().map(|plane| widened((*plane).clone(), layout)).collect::<Result<Vec<_>, _>>()?;
+        Ok(opaque(self.render(map, valid, kept, &wide.iter().collect::<Vec<_>>())?, map))
+    }
+
     /// An upper bound of what blending takes besides the picture, of which some may be kept as it is.
-    pub(crate) fn bytes(self, output: Domain<2>, channels: usize, kept: bool) -> Bytes {
+    pub(crate) fn bytes<const D: usize>(self, output: Domain<D>, channels: usize, kept: bool) -> Bytes {
         match self {
             Self { feather: Some(sigma), .. } => Feathered::bytes(output, channels, sigma),
             Self { spline: Some(bands), .. } => Splined::bytes(output, channels, bands.most()),
@@ -188,4 +206,16 @@ impl Blending {
     pub(crate) fn told(self) -> Self {
         Self { told: true, ..self }
     }
+}
+
+/// The same, opaque wherever something stands in the map.
+fn opaque<const D: usize>(mut plane: Plane<D>, map: &SourceMap<D>) -> Plane<D> {
+    let (alpha, stands) = (plane.color_channels(), |i: usize| map.ids.plane(0)[i].is_assigned());
+    match &mut plane.samples {
+        Samples::U8(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.0),
+        Samples::U16(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.1),
+        Samples::F16(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.2),
+        Samples::F32(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.3),
+    }
+    plane
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
+use crate::blending::Blending;
 use crate::failure::Failure;
 use crate::ground;
 use crate::loom::Loom;
@@ -27,10 +28,15 @@ impl FuseKeep {
 
     /// Reads what is kept, once it is known whether anything is fused, and the output's shape.
     pub(crate) fn read(&self, loom: &mut Loom<'_>) -> Result<(), Failure> {
-        if self.fuse_keep.is_some() && !loom.blending.is_fused() {
+        loom.unfused = self.of(loom.blending)?.map(|path| ground::mask(loom, path)).transpose()?;
+        Ok(())
+    }
+
+    /// Where the picture is of what stays, if seams are hidden so.
+    pub(crate) fn of(&self, blending: Blending) -> Result<Option<&PathBuf>, Failure> {
+        if self.fuse_keep.is_some() && !blending.is_fused() {
             return Err(Failure::new(2, "--fuse-keep, and nothing is fused").remedy("add --fuse"));
         }
-        loom.unfused = self.fuse_keep.as_ref().map(|path| ground::mask(loom, path)).transpose()?;
-        Ok(())
+        Ok(self.fuse_keep.as_ref())
     }
 }

@@ -66,7 +66,7 @@ pub(crate) fn common_layout<'a>(layouts: impl IntoIterator<Item = (&'a Path, Lay
 pub(crate) const OPAQUE: (u8, u16, u16, f32) = (255, 65_535, 15 << 10, 1.0);
 
 /// The plane with the channels of a layout that holds it, but for alpha, which may be left out.
-pub(crate) fn widened(plane: Plane<2>, to: Layout) -> Result<Plane<2>, Failure> {
+pub(crate) fn widened<const D: usize>(plane: Plane<D>, to: Layout) -> Result<Plane<D>, Failure> {
     if (Layout { colors: plane.color_channels(), alpha: plane.alpha }) == to {
         return Ok(plane);
     }
@@ -99,13 +99,13 @@ pub(crate) fn fill<T: Copy>(samples: &mut [T], at: impl Fn(usize) -> bool, value
     samples.iter_mut().enumerate().filter(|(i, _)| at(*i)).for_each(|(_, v)| *v = value);
 }
 
-fn channels<T: Copy>(
-    grid: &Grid<T, 2>,
+fn channels<T: Copy, const D: usize>(
+    grid: &Grid<T, D>,
     colors: usize,
     alpha: bool,
     to: Layout,
     opaque: T,
-) -> Result<Grid<T, 2>, Failure> {
+) -> Result<Grid<T, D>, Failure> {
     let mut out = Grid::try_filled(grid.domain(), to.channels(), opaque)?;
     for c in 0..to.colors {
         out.plane_mut(c).copy_from_slice(grid.plane(if colors == 1 { 0 } else { c }));

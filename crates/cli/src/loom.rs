@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Bytes, Domain, Grid, Plane, Role, Samples, SourceMap, Start};
+use selvedge_core::{Bytes, Domain, Grid, Plane, Role, SourceMap, Start};
 use selvedge_io::{Fingerprint, Format, MapFile, Metadata, Provenance};
 use serde_json::Value;
 
@@ -12,7 +12,7 @@ use crate::course::Course;
 use crate::explain::{LEGEND, explain};
 use crate::eyes;
 use crate::failure::{Failure, n, shown};
-use crate::harmonise::{Layout, OPAQUE, fill, hidden, widened};
+use crate::harmonise::{Layout, hidden, widened};
 use crate::inputs::{self, Input, ReadMap};
 use crate::loaded::ExemplarSet;
 use crate::made;
@@ -80,18 +80,6 @@ fn transparent_holes(plane: Plane<2>, map: &SourceMap<2>, format: Format) -> Res
         return Ok(plane);
     }
     hidden(plane, |i| !map.ids.plane(0)[i].is_assigned())
-}
-
-/// The same picture, opaque wherever something stands in the map.
-fn opaque(mut plane: Plane<2>, map: &SourceMap<2>) -> Plane<2> {
-    let (alpha, stands) = (plane.color_channels(), |i: usize| map.ids.plane(0)[i].is_assigned());
-    match &mut plane.samples {
-        Samples::U8(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.0),
-        Samples::U16(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.1),
-        Samples::F16(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.2),
-        Samples::F32(grid) => fill(grid.plane_mut(alpha), stands, OPAQUE.3),
-    }
-    plane
 }
 
 /// Some methods answer with averages, which no map describes.
@@ -321,16 +309,8 @@ impl Loom<'_> {
         let blending = self.blending.of_whole(outcome.complete);
         let payload: Vec<&Plane<2>> = self.loaded.payload.iter().collect();
         let Some(map) = outcome.woven.as_map() else { return Ok(outcome.woven.render(&payload)?) };
-        let render = |payload: &[&Plane<2>]| {
-            blending.render(map, self.loaded.exemplars.validity(), outcome.kept.as_ref(), payload)
-        };
-        if !outcome.holes || blending.is_none() || payload[0].alpha {
-            return render(&payload);
-        }
-        // Were holes black for the blend, they would darken what is around them.
-        let layout = Layout { colors: payload[0].color_channels(), alpha: true };
-        let widened = payload.iter().map(|plane| widened((*plane).clone(), layout)).collect::<Result<Vec<_>, _>>()?;
-        Ok(opaque(render(&widened.iter().collect::<Vec<_>>())?, map))
+        let (valid, kept) = (self.loaded.exemplars.validity(), outcome.kept.as_ref());
+        blending.render_around_holes(map, valid, kept, (&payload, outcome.holes))
     }
 
     /// The page of `--report`.

@@ -159,6 +159,70 @@ fn what_is_masked_never_shows_and_what_is_in_no_clip_is_transparent() {
     }
 }
 
+/// The largest step from frame to frame, beside that of both clips at the same place.
+fn flicker(folder: &Folder, name: &str) -> f64 {
+    let frames: Vec<_> = (1..=5).map(|t| samples(folder, &format!("{name}.{t:03}.png"))).collect();
+    let steps = frames
+        .windows(2)
+        .flat_map(|two| (0..two[0].domain().len()).map(|i| (two[1].value(0, i) - two[0].value(0, i)).abs()));
+    steps.fold(0.0, f64::max)
+}
+
+#[test]
+fn seams_of_clips_are_blended_in_space_and_fused_in_time_as_well() {
+    let folder = Folder::new("merge-clips-blended");
+    // Two slopes that stand still, one of them brighter; a seam between moves by strokes.
+    for (name, add) in [("a", 40), ("b", 100)] {
+        for t in 0..5 {
+            write(&folder, &format!("{name}.{:03}.png", t + 1), [24, 30], 3, |_, [y, x]| (add + 2 * x + y) as u8);
+        }
+    }
+    (0..5).for_each(|t| paint(&folder, &format!("paint.{}.png", t + 1), 3 * t));
+    let line = format!("merge a.###.png b.###.png --strokes paint.#.png {COLORS}");
+    folder.run(&format!("{line} --label-map l.#.png -o cut.###.png")).done();
+    for (options, name) in [("--feather 1.5", "feather"), ("--spline 2", "spline"), ("--fuse", "fuse")] {
+        folder.run(&format!("{line} {options} -o {name}.###.png")).done();
+    }
+    let step = |name: &str, t: u32| {
+        let frame = samples(&folder, &format!("{name}.{t:03}.png"));
+        let of = |[y, x]: [u32; 2]| {
+            (frame.value(0, (y * 30 + x + 1) as usize) - frame.value(0, (y * 30 + x) as usize)).abs()
+        };
+        (0..24).flat_map(|y| (0..29).map(move |x| [y, x])).map(of).fold(0.0, f64::max)
+    };
+    for t in 1..=5 {
+        assert!(step("cut", t) > 50.0 && step("feather", t) < 25.0, "frame {t}: {}", step("feather", t));
+        assert!(
+            step("spline", t) < 25.0 && step("fuse", t) < 4.0,
+            "frame {t}: {} {}",
+            step("spline", t),
+            step("fuse", t)
+        );
+        // A frame is what the pictures of that time are, by the same seam.
+        let labels = samples(&folder, &format!("l.{t}.png"));
+        for (number, name) in [(1.0, "left"), (2.0, "right")] {
+            let shows = |[y, x]: [u32; 2]| labels.value(0, (y * 30 + x) as usize) == number;
+            write(&folder, &format!("{name}.png"), [24, 30], 1, |_, at| if shows(at) { 255 } else { 0 });
+        }
+        let pictures = format!("merge a.{t:03}.png b.{t:03}.png --keep 1 left.png --keep 2 right.png");
+        for (options, name) in [("--feather 1.5", "feather"), ("--spline 2", "spline")] {
+            folder.run(&format!("{pictures} {options} -o one.png")).done();
+            assert!(samples(&folder, "one.png") == samples(&folder, &format!("{name}.{t:03}.png")), "{options}, {t}");
+        }
+    }
+    assert!(flicker(&folder, "cut") > 50.0 && flicker(&folder, "fuse") < 2.0, "{}", flicker(&folder, "fuse"));
+    // What is kept is copied, here as it is with no blend.
+    write(&folder, "keep.png", [24, 30], 1, |_, [y, _]| if y < 8 { 255 } else { 0 });
+    folder.run(&format!("{line} --fuse --fuse-keep keep.png -o kept.###.png")).done();
+    for t in 1..=5 {
+        let [kept, cut] = ["kept", "cut"].map(|name| samples(&folder, &format!("{name}.{t:03}.png")));
+        assert!((0..8 * 30).all(|i| kept.value(0, i) == cut.value(0, i)), "frame {t}");
+        assert!((8 * 30..24 * 30).any(|i| kept.value(0, i) != cut.value(0, i)), "frame {t}");
+    }
+    folder.run(&format!("{line} --fuse-keep keep.png -o no.###.png")).refused(2, &["nothing is fused"]);
+    folder.run(&format!("{line} --feather 20 -o no.###.png")).refused(2, &["0 to 16"]);
+}
+
 #[test]
 fn what_is_no_pair_of_clips_is_refused() {
     let folder = Folder::new("merge-clips-refused");

@@ -75,6 +75,12 @@ impl Merge {
         clips.iter().zip(masks).map(read).collect()
     }
 
+    /// Where nothing is fused; `None` for nowhere.
+    pub(super) fn unfused(&self, beside: &mut Beside<'_>, output: Domain<3>) -> Result<Option<Grid<bool, 3>>, Failure> {
+        let fits = (output, "the output has", "give a mask of that size");
+        self.fuse_keep.of(self.blending)?.map(|path| beside.white(path, fits)).transpose()
+    }
+
     /// By place, which clips may show; none if all may everywhere.
     pub(super) fn only_of_clips(
         &self,

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Depth, Domain, Exemplars, Plane, Render as _, SourceMap};
+use selvedge_core::{Depth, Domain, Exemplars, Grid, Plane, Render as _, SourceMap};
 use selvedge_graphcut_textures::labels::Label;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Rate, frame_of};
 use selvedge_io::{Fingerprint, Metadata};
 
+use super::clip_blended::Blended;
 use super::clips::Laid;
 use super::placed::shows;
 use super::{Merge, told};
@@ -23,7 +24,10 @@ pub(super) struct Merged {
     pub(super) clips: Vec<Clip>,
     /// Other passes, as many of each kind as there are clips.
     pub(super) passes: Vec<Clip>,
+    pub(super) exemplars: Exemplars<3>,
     pub(super) map: SourceMap<3>,
+    /// What is copied, whatever is fused.
+    pub(super) unfused: Option<Grid<bool, 3>>,
     /// Whether something is in no clip.
     pub(super) holes: bool,
     pub(super) rate: Option<Rate>,
@@ -63,6 +67,7 @@ impl Merge {
     /// All files and sequences that are read.
     fn files(&self) -> impl Iterator<Item = PathBuf> {
         let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
+        let kept = kept.chain(self.fuse_keep.of(self.blending).ok().flatten().cloned());
         let read = self.weaving.with.with.iter().chain(&self.strokes);
         self.weaving.input.files().into_iter().chain(read.cloned()).chain(kept)
     }
@@ -130,10 +135,15 @@ impl Merge {
         let passes = if std::ptr::eq(shown, merged.clips.as_slice()) { &[] } else { shown };
         let provenance = Some(self.made(session, merged, (used, passes)));
         let metadata = Metadata { provenance, ..shown[0].info.metadata.clone() };
+        // Other passes are copied: no blend of vectors is a vector.
+        let blended = if passes.is_empty() { Blended::of(session, self.blending, merged)? } else { None };
         let mut frame = |t: u32| {
             session.check_signal()?;
             let map = clip_maps::frames(&merged.map, &[t])?;
-            let frame = frame_of(&map.render(&planes)?, 0)?;
+            let frame = match &blended {
+                Some(blended) => blended.frame(merged, t)?,
+                None => frame_of(&map.render(&planes)?, 0)?,
+            };
             // Black would be as good as any colour of the clips.
             if merged.holes { hidden(frame, |i| !map.ids.plane(0)[i].is_assigned()) } else { Ok(frame) }
         };
@@ -149,7 +159,7 @@ impl Merge {
 }
 
 impl Merged {
-    fn frames(&self) -> u32 {
+    pub(super) fn frames(&self) -> u32 {
         let Domain { shape: [frames, ..], .. } = self.map.domain();
         frames
     }

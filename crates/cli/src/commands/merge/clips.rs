@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
-use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, estimate_labels, expand, preferred};
+use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
+use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, expand, preferred};
 use selvedge_io::clip::{ClipOptions, Rate};
 
 use super::clip_beside::Beside;
 use super::clip_files::Merged;
+use super::clip_needs::Needs;
 use super::placed::{apart, arrange};
 use super::{Merge, told};
 use crate::clips::{Clip, ClipInput, is_pattern};
@@ -21,8 +22,26 @@ use crate::stdio::STREAM;
 use crate::{memory, names};
 
 /// Options that mean the same for clips.
-const OF_CLIPS: [&str; 12] =
-    ["mask", "at", "strokes", "color", "keep", "prefer", "seam", "nonfinite", "output", "label-map", "map", "with"];
+const OF_CLIPS: [&str; 18] = [
+    "mask",
+    "at",
+    "strokes",
+    "color",
+    "keep",
+    "prefer",
+    "seam",
+    "nonfinite",
+    "output",
+    "label-map",
+    "map",
+    "with",
+    "feather",
+    "spline",
+    "fuse",
+    "fuse-mixed",
+    "fuse-reach",
+    "fuse-keep",
+];
 
 /// Options that do nothing for them.
 fn of_pictures() -> Vec<String> {
@@ -33,7 +52,7 @@ fn of_pictures() -> Vec<String> {
 pub(super) struct Laid {
     pub(super) clips: Vec<ClipInput>,
     /// Other passes, as many of each kind as there are clips.
-    passes: Vec<ClipInput>,
+    pub(super) passes: Vec<ClipInput>,
     labels: Vec<Label<3>>,
     pub(super) output: Domain<3>,
     pub(super) rate: Option<Rate>,
@@ -66,11 +85,13 @@ impl Merge {
         self.validate()?;
         self.weaving.input.validate()?;
         self.check_typed(session)?;
+        self.blending.validate()?;
+        self.fuse_keep.of(self.blending)?;
         let (given, with) = (self.weaving.input.exemplars.len(), &self.weaving.with);
         with.validate(given, 0)?;
         names::check_apart(&self.weaving.output, 1 + with.with.len() / given)?;
         let laid = self.lay_clips(session)?;
-        let needed = self.need(&laid);
+        let needed = Needs::of(&laid).bytes(self, laid.output);
         memory::check_fixed(&session.limits, needed)?;
         self.check_written(session, &laid)?;
         report.estimate = Some(needed.0);
@@ -81,6 +102,7 @@ impl Merge {
         let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
         let used = of_pictures.fold(session.options.clone(), |used, name| used.without(&name));
         let used = used.unless("with", Vec::<String>::new()).unless("mask", Vec::<String>::new());
+        let used = self.blending.used_if_any(used);
         if session.global.dry_run {
             report.options = used;
             report.inputs.extend(laid.clips.iter().chain(&laid.passes).map(|clip| clip.noted(None)));
@@ -99,6 +121,7 @@ impl Merge {
         let exemplars = exemplars(&clips, &masks)?;
         self.check_bare(&clips, &passes, (&exemplars, &labels, output))?;
         let only = self.only_of_clips(&mut beside, (&exemplars, &labels, output))?;
+        let unfused = self.unfused(&mut beside, output)?;
         let others = beside.others;
         report.stage("read");
         let woven = self.merged(session, &exemplars, (&labels, output), only)?;
@@ -110,7 +133,8 @@ impl Merge {
         report.options = used.clone();
         report.stats = told::counts(&stats, &labels);
         report.stats["seam_moves"] = moved.into();
-        let outputs = self.clip_outputs(session, &Merged { clips, passes, map, holes, rate, used, others })?;
+        let outputs =
+            self.clip_outputs(session, &Merged { clips, passes, exemplars, map, unfused, holes, rate, used, others })?;
         report.stage("encode");
         let line = format!(
             "{name}: {size} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
@@ -153,25 +177,6 @@ impl Merge {
         let output = Domain::open([clips[0].info().frames, height, width]);
         let rate = clips.iter().find_map(|clip| clip.info().rate);
         Ok(Laid { labels: labels.into_iter().map(in_time).collect(), clips, passes, output, rate })
-    }
-
-    /// An upper bound of the memory of a run.
-    fn need(&self, laid: &Laid) -> Bytes {
-        let (info, count) = (laid.clips[0].info(), laid.clips.len() as u64);
-        let colors = info.channels - usize::from(info.alpha);
-        let sources: Vec<Domain<3>> = laid.clips.iter().map(ClipInput::domain).collect();
-        let kept: Bytes = laid.clips.iter().chain(&laid.passes).map(ClipInput::bytes).sum();
-        // What may show, and what each label costs by itself.
-        let own = if self.prefer.is_some() { 4 * count } else { 0 };
-        let masks: Bytes = sources.iter().map(|source| Bytes::of_samples(*source, 2)).sum();
-        let masks = if self.weaving.input.mask.is_empty() { Bytes(0) } else { masks };
-        let work = estimate_labels(&sources, colors, laid.output) + Bytes::of_samples(laid.output, own + 8 + 1);
-        // The map and what its files take, and what is rendered, as files.
-        let files: Bytes =
-            laid.shown().map(|clip| memory::picture(laid.output, clip.info().channels, clip.info().depth)).sum();
-        let output =
-            files * 2 + Bytes::of_samples(laid.output, 4 + 2 + if self.weaving.map.is_some() { 12 } else { 0 });
-        memory::PROGRAM + kept + masks + memory::sources(&sources, colors) * 2 + work.max(output)
     }
 
     fn merged(

@@ -2,7 +2,9 @@
 
 mod checks;
 mod clip_beside;
+mod clip_blended;
 mod clip_files;
+mod clip_needs;
 mod clips;
 mod gain;
 mod placed;
