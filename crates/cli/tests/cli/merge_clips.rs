@@ -224,6 +224,57 @@ fn seams_of_clips_are_blended_in_space_and_fused_in_time_as_well() {
 }
 
 #[test]
+fn clips_that_agree_are_found_and_evened_over_all_frames() {
+    let folder = Folder::new("merge-clips-at");
+    // A scene that goes down by two pixels a frame, behind a window that both clips look through at other places; what
+    // moves across the second one is in its first and last frame alone.
+    let scene = |t: u32, [y, x]: [u32; 2], c: u32| 50.0 + f64::from(texture(5, [y + 40 - 2 * t, x], c)) / 3.0;
+    for t in 0..5 {
+        write(&folder, &format!("a.{}.png", t + 1), [26, 40], 3, |c, at| scene(t, at, c as u32).round() as u8);
+        let thing = |[y, x]: [u32; 2]| t % 4 == 0 && (9..15).contains(&y) && x < 6;
+        let dark = |c: usize, [y, x]: [u32; 2]| match thing([y, x]) {
+            true => 200,
+            false => (0.8 * scene(t, [y + 3, x + 22], c as u32) + 10.0).round() as u8,
+        };
+        write(&folder, &format!("b.{}.png", t + 1), [26, 40], 3, dark);
+        write(&folder, &format!("m.{}.png", t + 1), [26, 40], 1, |_, at| if thing(at) { 0 } else { 255 });
+    }
+    let line = "merge a.#.png b.#.png --at auto --gain --mask none --mask m.#.png --label-map l.#.png --json";
+    let said = folder.run(&format!("{line} -o out.#.png")).done().json();
+    assert_eq!(said["options"]["at"], serde_json::json!(["22,3"]));
+    assert_eq!([&said["outputs"][0]["width"], &said["outputs"][0]["height"]], [62, 29]);
+    // One gain for all frames, although each has another mean.
+    let fitted = &said["stats"]["tones"][1];
+    for c in 0..3 {
+        let [gain, offset] = ["gain", "offset"].map(|part| fitted[part][c].as_f64().unwrap());
+        assert!((gain * 0.8 - 1.0).abs() < 0.02 && (offset * 255.0 + 12.5).abs() < 2.0, "{fitted}");
+    }
+    for t in 0..5 {
+        let [out, a, b, labels] = ["out", "a", "b", "l"].map(|name| samples(&folder, &format!("{name}.{}.png", t + 1)));
+        for (i, [y, x]) in out.domain().positions().enumerate() {
+            for c in 0..3 {
+                let shown = match labels.value(0, i) {
+                    1.0 => a.value(c, (y * 40 + x) as usize),
+                    2.0 => {
+                        let [gain, offset] = ["gain", "offset"].map(|part| fitted[part][c].as_f64().unwrap());
+                        gain * b.value(c, ((y - 3) * 40 + x - 22) as usize) + offset * 255.0
+                    }
+                    _ => continue,
+                };
+                assert!(
+                    (out.value(c, i) - shown).abs() <= 0.501,
+                    "frame {t} at {x},{y}: {} for {shown}",
+                    out.value(c, i)
+                );
+            }
+        }
+    }
+    // With another place typed for a third clip.
+    let said = folder.run("merge a.#.png b.#.png a.#.png --at auto --at 0,0 -o three.#.png --json").done().json();
+    assert_eq!(said["options"]["at"], serde_json::json!(["22,3", "0,0"]));
+}
+
+#[test]
 fn what_is_no_pair_of_clips_is_refused() {
     let folder = Folder::new("merge-clips-refused");
     clips(&folder, 1);
@@ -241,14 +292,13 @@ fn what_is_no_pair_of_clips_is_refused() {
     refused("short.#.png", 3, &["short.#.png'", "4 frames", "5 frames"]);
     refused("grey.#.png", 3, &["1 channel of u8", "3 channels of u8"]);
     refused("small.png", 3, &["small.png'", "no clip"]);
-    refused("b.###.png --at auto", 2, &["b.###.png'", "--at auto"]);
     refused("b.###.png --at 90,0", 3, &["b.###.png'", "lies apart"]);
     refused("b.###.png --mask none", 2, &["1 mask for 2 exemplars"]);
     refused("b.###.png --mask none --mask small.png", 3, &["small.png'", "9x9 px", "30x24 px"]);
     refused("b.###.png --mask none --mask paint.#.png", 3, &["paint.#.png'", "4 frames", "have 5"]);
     let bare = "--at 3,4 -o no.y4m";
     folder.run(&format!("merge a.###.png b.###.png {bare}")).refused(3, &["no.y4m'", "120 pixels", "fill their box"]);
-    refused("b.###.png --gain", 2, &["--gain is for pictures"]);
+    refused("b.###.png --tile x", 2, &["--tile is for pictures"]);
     refused(&format!("b.###.png --strokes paint.#.png {COLORS}"), 3, &["paint.#.png'", "4 frames", "have 5"]);
     refused("b.###.png --strokes paint.png --color #ffff00=1", 3, &["paint.png'", "#0000ff"]);
     refused("b.###.png --keep 1 small.png", 3, &["small.png'", "9x9 px"]);

@@ -62,7 +62,7 @@ pub(super) fn bytes(blending: Blending, output: Domain<3>, channels: usize, (kep
 }
 
 /// Where a frame may show.
-fn frame_valid(valid: &Grid<bool, 3>, t: u32) -> Result<Grid<bool, 2>, Failure> {
+pub(super) fn frame_valid(valid: &Grid<bool, 3>, t: u32) -> Result<Grid<bool, 2>, Failure> {
     let [_, height, width] = valid.domain().shape;
     let (domain, frame) = (Domain::open([height, width]), height as usize * width as usize);
     Ok(Grid::from_vec(domain, 1, valid.plane(0)[t as usize * frame..][..frame].to_vec())?)

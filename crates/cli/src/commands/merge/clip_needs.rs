@@ -4,9 +4,11 @@ use selvedge_core::{Bytes, Depth, Domain};
 use selvedge_graphcut_textures::labels::estimate_labels;
 
 use super::clips::Laid;
-use super::{Merge, clip_blended};
+use super::{Merge, clip_blended, gain};
 use crate::clips::ClipInput;
+use crate::failure::Failure;
 use crate::memory;
+use crate::session::Session;
 
 /// What is known of clips before they are read.
 pub(super) struct Needs {
@@ -31,14 +33,23 @@ impl Needs {
         }
     }
 
+    /// Refuses an output for which there is too little memory; how much it takes.
+    pub(super) fn check(&self, session: &Session<'_>, merge: &Merge, output: Domain<3>) -> Result<Bytes, Failure> {
+        let needed = self.bytes(merge, output);
+        memory::check_fixed(&session.limits, needed)?;
+        Ok(needed)
+    }
+
     /// An upper bound of the memory of a run.
-    pub(super) fn bytes(&self, merge: &Merge, output: Domain<3>) -> Bytes {
+    fn bytes(&self, merge: &Merge, output: Domain<3>) -> Bytes {
         let Self { sources, colors, .. } = self;
         // What may show, and what each label costs by itself.
         let own = if merge.prefer.is_some() { 4 * sources.len() as u64 } else { 0 };
         let masks: Bytes = sources.iter().map(|source| Bytes::of_samples(*source, 2)).sum();
         let masks = if merge.weaving.input.mask.is_empty() { Bytes(0) } else { masks };
         let work = estimate_labels(sources, *colors, output) + Bytes::of_samples(output, own + 8 + 1);
+        let gained = if merge.gain { gain::bytes(sources, *colors, output) } else { Bytes(0) };
+        let work = work.max(gained).max(merge.found_bytes(sources, *colors));
         let features = memory::sources(sources, *colors) * 2;
         memory::PROGRAM + self.kept + masks + features + work.max(self.output(merge, output))
     }

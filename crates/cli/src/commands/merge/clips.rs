@@ -9,20 +9,20 @@ use selvedge_io::clip::{ClipOptions, Rate};
 use super::clip_beside::Beside;
 use super::clip_files::Merged;
 use super::clip_needs::Needs;
-use super::placed::{apart, arrange};
-use super::{Merge, told};
+use super::gain::Tones;
+use super::{Merge, gain, told};
 use crate::clips::{Clip, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
 use crate::inputs;
+use crate::names;
 use crate::options::names_of;
 use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::stdio::STREAM;
-use crate::{memory, names};
 
 /// Options that mean the same for clips.
-const OF_CLIPS: [&str; 18] = [
+const OF_CLIPS: [&str; 19] = [
     "mask",
     "at",
     "strokes",
@@ -41,6 +41,7 @@ const OF_CLIPS: [&str; 18] = [
     "fuse-mixed",
     "fuse-reach",
     "fuse-keep",
+    "gain",
 ];
 
 /// Options that do nothing for them.
@@ -91,12 +92,12 @@ impl Merge {
         with.validate(given, 0)?;
         names::check_apart(&self.weaving.output, 1 + with.with.len() / given)?;
         let laid = self.lay_clips(session)?;
-        let needed = Needs::of(&laid).bytes(self, laid.output);
-        memory::check_fixed(&session.limits, needed)?;
+        let needs = Needs::of(&laid);
+        let needed = needs.check(session, self, laid.output)?;
         self.check_written(session, &laid)?;
         report.estimate = Some(needed.0);
-        let [frames, height, width] = laid.output.shape;
-        let size = format!("{} of {width}x{height} px", n("frame", frames as usize));
+        let size =
+            |[frames, height, width]: [u32; 3]| format!("{} of {width}x{height} px", n("frame", frames as usize));
         let names: Vec<PathBuf> = laid.shown().map(|clip| self.clip_name(clip.path())).collect();
         let name = names.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", ");
         let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
@@ -107,18 +108,28 @@ impl Merge {
             report.options = used;
             report.inputs.extend(laid.clips.iter().chain(&laid.passes).map(|clip| clip.noted(None)));
             let of = n("clip", laid.clips.len());
-            let line = format!("{name}: would be {size} from {of}, with about {needed} of memory");
+            let line = format!("{name}: would be {} from {of}, with about {needed} of memory", size(laid.output.shape));
+            let [frames, height, width] = laid.output.shape;
             let planned = names.iter().map(|path| outputs::planned_clip(path, [height, width], Some(frames)));
             return Ok(Done::would(report, line, planned.collect()));
         }
-        let Laid { clips, passes, labels, output, rate } = laid;
+        let Laid { clips, passes, mut labels, mut output, rate } = laid;
         let mut read = |clips: Vec<ClipInput>| {
             clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()
         };
-        let (clips, passes) = (read(clips)?, read(passes)?);
+        let (mut clips, passes) = (read(clips)?, read(passes)?);
         let mut beside = Beside { session, report: &mut report, others: Vec::new() };
         let masks = self.masks_of_clips(&mut beside, &clips)?;
-        let exemplars = exemplars(&clips, &masks)?;
+        if self.found().next().is_some() {
+            let (found, [height, width]) = self.lay_found(session, &clips, &masks)?;
+            (labels, output) = (in_time(found), Domain::open([output.shape[0], height, width]));
+            beside.report.estimate = Some(needs.check(session, self, output)?.0);
+        }
+        let mut exemplars = exemplars_of(&clips, &masks)?;
+        let tones = self.gain.then(|| even(&mut clips, &exemplars, (&labels, output))).transpose()?;
+        if tones.is_some() {
+            exemplars = exemplars_of(&clips, &masks)?;
+        }
         self.check_bare(&clips, &passes, (&exemplars, &labels, output))?;
         let only = self.only_of_clips(&mut beside, (&exemplars, &labels, output))?;
         let unfused = self.unfused(&mut beside, output)?;
@@ -130,14 +141,19 @@ impl Merge {
         let (stats, map) = (woven.stats, woven.result);
         let holes = 0 < stats.holes;
         let moved = moved(&map);
+        let used = used.set("at", told::places(&labels)).unless("gain", false);
         report.options = used.clone();
         report.stats = told::counts(&stats, &labels);
         report.stats["seam_moves"] = moved.into();
+        if let Some(tones) = &tones {
+            report.stats["tones"] = gain::told(tones);
+        }
         let outputs =
             self.clip_outputs(session, &Merged { clips, passes, exemplars, map, unfused, holes, rate, used, others })?;
         report.stage("encode");
         let line = format!(
-            "{name}: {size} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
+            "{name}: {} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
+            size(output.shape),
             told::how(&stats, "clip"),
             report.elapsed()
         );
@@ -164,19 +180,12 @@ impl Merge {
             passes.iter().zip(&clips).try_for_each(|(pass, clip)| pass.check_like(clip))?;
             passes[1..].iter().try_for_each(|pass| pass.check_alike(&passes[0]))?;
         }
-        if let Some(further) = self.at.iter().position(|at| at.0.is_none()) {
-            let failure = Failure::new(2, "--at auto is for pictures").about(&paths[further + 1]);
-            return Err(failure.remedy("say where the clip lies, by pixels"));
-        }
         let frames: Vec<Domain<2>> =
             clips.iter().map(|clip| Domain::open([clip.info().height, clip.info().width])).collect();
-        let at = |source: usize| Label { source, offset: self.at(source).0.unwrap_or([0, 0]) };
-        let mut labels: Vec<Label<2>> = (0..clips.len()).map(at).collect();
-        let [height, width] = arrange(&mut labels, &frames).map_err(|alone| apart(&paths[alone]))?;
-        let in_time = |Label { source, offset: [y, x] }: Label<2>| Label { source, offset: [0, y, x] };
+        let (labels, [height, width]) = self.lay_frames(paths, &frames)?;
         let output = Domain::open([clips[0].info().frames, height, width]);
         let rate = clips.iter().find_map(|clip| clip.info().rate);
-        Ok(Laid { labels: labels.into_iter().map(in_time).collect(), clips, passes, output, rate })
+        Ok(Laid { labels: in_time(labels), clips, passes, output, rate })
     }
 
     fn merged(
@@ -195,12 +204,29 @@ impl Merge {
     }
 }
 
+/// The same places, over all frames.
+fn in_time(labels: Vec<Label<2>>) -> Vec<Label<3>> {
+    labels.into_iter().map(|Label { source, offset: [y, x] }| Label { source, offset: [0, y, x] }).collect()
+}
+
 /// What may show of clips.
-fn exemplars(clips: &[Clip], masks: &[Option<Grid<bool, 3>>]) -> Result<Exemplars<3>, Failure> {
+fn exemplars_of(clips: &[Clip], masks: &[Option<Grid<bool, 3>>]) -> Result<Exemplars<3>, Failure> {
     let planes: Vec<&[Plane<3>]> = clips.iter().map(|clip| std::slice::from_ref(&clip.plane)).collect();
     let shown: Vec<Exemplar<'_, 3>> =
         planes.iter().zip(masks).map(|(plane, mask)| Exemplar::new(plane).masked(mask.as_ref())).collect();
     Ok(Exemplars::new(&Encoder::fit(&planes)?, &shown)?)
+}
+
+/// Evens clips, over all frames at once.
+fn even(
+    clips: &mut [Clip],
+    exemplars: &Exemplars<3>,
+    (labels, output): (&[Label<3>], Domain<3>),
+) -> Result<Tones, Failure> {
+    let planes: Vec<&Plane<3>> = clips.iter().map(|clip| &clip.plane).collect();
+    let tones = gain::tones(&planes, exemplars, output, labels)?;
+    clips.iter_mut().zip(&tones).for_each(|(clip, tones)| clip.plane = clip.plane.toned(tones));
+    Ok(tones)
 }
 
 /// How far the seam moves from frame to frame: pixels that show another clip than before, for each pixel of its length.

@@ -1,4 +1,5 @@
-//! `--gain`: pictures that have the light and the contrast of those that they overlap.
+//! `--gain`: pictures that have the light and the contrast of those that they overlap. Clips have one gain over all frames,
+//! so that none flickers.
 
 use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Grid, Plane};
 use selvedge_graphcut_textures::labels::Label;
@@ -19,7 +20,9 @@ pub(super) type Tones = Vec<Vec<[f64; 2]>>;
 /// Evens the pictures: each in turn, that which overlaps those before it most, to what they show there. The first stays
 /// as it is.
 pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Failure> {
-    let (tones, light) = (tones(&loom.loaded, loom.domain, labels)?, loom.args.input.light);
+    let payload: Vec<&Plane<2>> = loom.loaded.payload.iter().collect();
+    let tones = tones(&payload, &loom.loaded.exemplars, loom.domain, labels)?;
+    let light = loom.args.input.light;
     let ExemplarSet { payload, masks, encoder, exemplars, .. } = &mut loom.loaded;
     for (plane, tones) in payload.iter_mut().zip(&tones) {
         *plane = plane.toned(tones);
@@ -34,8 +37,8 @@ pub(super) fn even(loom: &mut Loom<'_>, labels: &[Label<2>]) -> Result<Tones, Fa
 
 /// An upper bound of what that takes: features are made again of pictures that were evened, one of which stands twice
 /// meanwhile.
-pub(super) fn bytes(sources: &[Domain<2>], channels: usize, output: Domain<2>) -> Bytes {
-    let of = |source: &Domain<2>| Bytes::of_samples(*source, channels as u64 + 1);
+pub(super) fn bytes<const D: usize>(sources: &[Domain<D>], channels: usize, output: Domain<D>) -> Bytes {
+    let of = |source: &Domain<D>| Bytes::of_samples(*source, channels as u64 + 1);
     let largest = sources.iter().map(|source| Bytes::of_samples(*source, 16)).max().unwrap_or_default();
     sources.iter().map(of).sum::<Bytes>() + largest + Bytes::of_samples(output, 8)
 }
@@ -46,18 +49,22 @@ pub(super) fn told(tones: &Tones) -> Value {
     part(0).zip(part(1)).map(|(gain, offset)| json!({ "gain": gain, "offset": offset })).collect()
 }
 
-fn tones(loaded: &ExemplarSet, output: Domain<2>, labels: &[Label<2>]) -> Result<Tones, Failure> {
-    let first = &loaded.payload[0];
-    let (channels, full) = (first.color_channels(), first.samples.depth().full());
+/// What makes planes even, as far as their exemplars may show.
+pub(super) fn tones<const D: usize>(
+    planes: &[&Plane<D>],
+    exemplars: &Exemplars<D>,
+    output: Domain<D>,
+    labels: &[Label<D>],
+) -> Result<Tones, Failure> {
+    let (channels, full) = (planes[0].color_channels(), planes[0].samples.depth().full());
     let mut shown = Grid::try_filled(output, 1, 0_u64)?;
     for (bits, at) in shown.samples_mut().iter_mut().zip(output.positions()) {
-        let here = (0..labels.len()).filter(|&i| shows(&loaded.exemplars, &labels[i], at));
+        let here = (0..labels.len()).filter(|&i| shows(exemplars, &labels[i], at));
         *bits = here.fold(0, |bits, i| bits | 1 << i);
     }
-    let value = |i: usize, c: usize, [y, x]: [u32; 2]| {
-        let [top, left] = labels[i].offset;
-        let plane = &loaded.payload[i];
-        plane.samples.value(c, plane.domain().index([(y as i32 - top) as u32, (x as i32 - left) as u32])) / full
+    let value = |i: usize, c: usize, at: [u32; D]| {
+        let from = std::array::from_fn(|axis| (at[axis] as i32 - labels[i].offset[axis]) as u32);
+        planes[i].samples.value(c, planes[i].domain().index(from)) / full
     };
     let mut tones: Tones = vec![vec![[1.0, 0.0]; channels]; labels.len()];
     let mut even = 1_u64;

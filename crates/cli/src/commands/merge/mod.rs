@@ -5,6 +5,7 @@ mod clip_beside;
 mod clip_blended;
 mod clip_files;
 mod clip_needs;
+mod clip_placed;
 mod clips;
 mod gain;
 mod placed;

@@ -56,10 +56,7 @@ impl Merge {
         let (exemplars, simd) = (&loom.loaded.exemplars, loom.session.run::<2>().simd);
         let place = |source: usize| match self.at(source) {
             At(Some(offset)) => Ok(Label { source, offset }),
-            At(None) => aligned(exemplars, 0, source, simd)?.ok_or_else(|| {
-                let what = "it overlaps the first picture nowhere by an eighth of the smaller of both";
-                Failure::new(3, what).about(&loom.loaded.paths[source]).remedy("say where it lies with --at X,Y")
-            }),
+            At(None) => aligned(exemplars, 0, source, simd)?.ok_or_else(|| nowhere(&loom.loaded.paths[source])),
         };
         let mut labels = (0..exemplars.sources().len()).map(place).collect::<Result<Vec<_>, Failure>>()?;
         let (domains, channels) = (exemplars.domains(), exemplars.channels());
@@ -78,6 +75,12 @@ pub(super) fn arrange(labels: &mut [Label<2>], domains: &[Domain<2>]) -> Result<
     let (corner, reach) = extent(labels.iter().map(|label| (label.offset, domains[label.source].shape)));
     labels.iter_mut().for_each(|label| label.offset = [0, 1].map(|axis| label.offset[axis] - corner[axis]));
     alone(labels, domains).map_or(Ok(reach), Err)
+}
+
+/// Says that one agrees with the first nowhere.
+pub(super) fn nowhere(path: &Path) -> Failure {
+    let what = "it overlaps the first picture nowhere by an eighth of the smaller of both";
+    Failure::new(3, what).about(path).remedy("say where it lies with --at X,Y")
 }
 
 /// Says that one meets no other.
@@ -127,7 +130,7 @@ pub(super) fn bare(loom: &Loom<'_>, labels: &[Label<2>]) -> Result<usize, Failur
 }
 
 /// The least corner of boxes, by their corners and shapes, and how far they reach from it.
-fn extent(boxes: impl Iterator<Item = ([i32; 2], [u32; 2])> + Clone) -> ([i32; 2], [u32; 2]) {
+pub(super) fn extent(boxes: impl Iterator<Item = ([i32; 2], [u32; 2])> + Clone) -> ([i32; 2], [u32; 2]) {
     let corner = [0, 1].map(|axis| boxes.clone().map(|(at, _)| at[axis]).min().unwrap_or(0));
     let end = |axis: usize| boxes.clone().map(|(at, shape)| i64::from(at[axis]) + i64::from(shape[axis])).max();
     let reach = |axis: usize| (end(axis).unwrap_or(1) - i64::from(corner[axis])).clamp(1, u32::MAX.into()) as u32;

@@ -13,14 +13,18 @@ use crate::values::counts;
 impl Merge {
     /// The options as used.
     pub(super) fn used(&self, loom: &Loom<'_>, labels: &[Label<2>]) -> Used {
-        let first = labels[0].offset;
-        let place = |label: &Label<2>| format!("{},{}", label.offset[1] - first[1], label.offset[0] - first[0]);
         let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
         loom.used()
-            .set("at", labels[1..].iter().map(place).collect::<Vec<_>>())
+            .set("at", places(labels))
             .unless("gain", false)
             .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
     }
+}
+
+/// Where all but the first lie beside it, as it is typed.
+pub(super) fn places<const D: usize>(labels: &[Label<D>]) -> Vec<String> {
+    let place = |label: &Label<D>| [D - 1, D - 2].map(|axis| label.offset[axis] - labels[0].offset[axis]);
+    labels[1..].iter().map(place).map(|[x, y]| format!("{x},{y}")).collect()
 }
 
 /// Counts of a run.
