@@ -75,6 +75,14 @@ fn every_sample_is_that_of_the_clip_that_shows_there() {
     let said = folder.run(&format!("{line} -o dry.###.png --dry-run")).done();
     assert!(said.stderr.contains("would be 5 frames of 30x24 px from 2 clips"), "{said:?}");
     folder.run("merge a.001.png b.001.png --at 20,0 -o wide.001.png").done();
+    // Two rows of frames, and slices along both axes, each with what is between.
+    folder.run(&format!("{line} -o out.###.png --preview see.png --report page")).done();
+    let seen = samples(&folder, "see.png");
+    assert_eq!(seen.domain().shape, [24 + 6 + 24 + 6 + 5 + 6 + 24, 3 * 30 + 2 * 6]);
+    let red = |[y, x]: [u32; 2]| (0..3).map(|c| seen.value(c, (y * 102 + x) as usize)).eq([255.0, 40.0, 40.0]);
+    assert!((30..54).all(|y| (0..30).any(|x| red([y, x]))) && (0..24).all(|y| (0..102).all(|x| !red([y, x]))));
+    let page = std::fs::read_to_string(folder.path("page/index.html")).unwrap();
+    assert!(page.contains("slices through time") && page.contains("seam moves"), "{page}");
 }
 
 #[test]

@@ -15,9 +15,11 @@ use crate::clips::{self, Clip, is_pattern};
 use crate::failure::{Failure, n};
 use crate::harmonise::hidden;
 use crate::outputs::{self, Outputs};
+use crate::report::Report;
 use crate::session::Session;
+use crate::stdio::STREAM;
 use crate::used::Used;
-use crate::{clip_maps, made, names};
+use crate::{clip_look, clip_maps, made, names, page};
 
 /// What was read, and how it was merged.
 pub(super) struct Merged {
@@ -35,7 +37,13 @@ pub(super) struct Merged {
     pub(super) used: Used,
     /// What was read beside clips and passes.
     pub(super) others: Vec<Fingerprint>,
+    /// Frames and slices, if somebody will see them.
+    pub(super) preview: Option<Plane<2>>,
+    pub(super) complete: bool,
 }
+
+/// What that shows.
+const PREVIEW: &str = "Frames, without and with their seams; slices through time, the second of each with its seam";
 
 impl Merge {
     /// Refuses what could not be written, before any work.
@@ -56,6 +64,14 @@ impl Merge {
         if let Some(name) = &self.weaving.map {
             written.extend(clip_maps::files(name, frames)?);
             clip_maps::check_count(name, laid.clips.iter().map(|clip| u64::from(clip.info().frames)).sum())?;
+        }
+        if let Some(path) = &self.weaving.preview {
+            outputs::format(path, None, None)?;
+        }
+        written.extend(self.weaving.preview.clone());
+        if let Some(folder) = self.weaving.report.as_deref() {
+            page::check(folder)?;
+            written.push(page::checked(folder));
         }
         let mut read = Vec::new();
         for path in self.files() {
@@ -103,14 +119,25 @@ impl Merge {
     }
 
     /// All files of a run.
-    pub(super) fn clip_outputs(&self, session: &Session<'_>, merged: &Merged) -> Result<Outputs, Failure> {
+    pub(super) fn clip_outputs(
+        &self,
+        session: &Session<'_>,
+        report: &mut Report,
+        merged: &Merged,
+    ) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
         let own = merged.used_for(None);
-        let told = Metadata { provenance: Some(self.made(session, merged, (own.clone(), &[]))), ..Metadata::default() };
         self.add_clip(&mut outputs, session, merged, (&merged.clips, own))?;
         for passes in merged.passes.chunks(merged.clips.len()) {
             self.add_clip(&mut outputs, session, merged, (passes, merged.used_for(Some(passes))))?;
         }
+        report.stage("encode");
+        // What is not whole does not say how it was made: no command makes it again.
+        if !merged.complete {
+            return Ok(outputs);
+        }
+        let made_by = self.made(session, merged, (merged.used_for(None), &[]));
+        let told = Metadata { provenance: Some(made_by.clone()), ..Metadata::default() };
         if let Some(path) = &self.label_map {
             let numbers = told::numbered(&merged.map)?;
             let mut frame = |t: u32| Ok(frame_of(&numbers, t)?);
@@ -119,6 +146,13 @@ impl Merge {
         if let Some(name) = &self.weaving.map {
             let frames: Vec<Fingerprint> = merged.clips.iter().flat_map(|clip| clip.frames.clone()).collect();
             clip_maps::add(&mut outputs, name, &merged.map, (&frames, &told))?;
+        }
+        if let (Some(path), Some(plane)) = (&self.weaving.preview, &merged.preview) {
+            outputs.view(path, plane, &told)?;
+        }
+        if let Some(folder) = &self.weaving.report {
+            let made_by = (folder.as_path(), made_by.command.as_str());
+            clip_look::add_page(&mut outputs, session, report, made_by, (PREVIEW, merged.preview.as_ref()))?;
         }
         Ok(outputs)
     }
@@ -133,12 +167,14 @@ impl Merge {
     ) -> Result<(), Failure> {
         let planes: Vec<&Plane<3>> = shown.iter().map(|clip| &clip.plane).collect();
         let passes = if std::ptr::eq(shown, merged.clips.as_slice()) { &[] } else { shown };
-        let provenance = Some(self.made(session, merged, (used, passes)));
+        let provenance = merged.complete.then(|| self.made(session, merged, (used, passes)));
         let metadata = Metadata { provenance, ..shown[0].info.metadata.clone() };
         // Other passes are copied: no blend of vectors is a vector.
-        let blended = if passes.is_empty() { Blended::of(session, self.blending, merged)? } else { None };
+        let blending = self.blending.of_whole(merged.complete && passes.is_empty());
+        let blended = Blended::of(session, blending, merged)?;
         let mut frame = |t: u32| {
-            session.check_signal()?;
+            // What is kept of a run that was ended is written whole.
+            merged.complete.then(|| session.check_signal()).transpose()?;
             let map = clip_maps::frames(&merged.map, &[t])?;
             let frame = match &blended {
                 Some(blended) => blended.frame(merged, t)?,
@@ -148,7 +184,21 @@ impl Merge {
             if merged.holes { hidden(frame, |i| !map.ids.plane(0)[i].is_assigned()) } else { Ok(frame) }
         };
         let path = self.clip_name(&shown[0].path);
+        let path = if merged.complete { path } else { outputs::partial(&path) };
         outputs.clip(&path, merged.frames(), &mut frame, (&metadata, options(merged.rate)))
+    }
+
+    /// Keeps the best so far if that is wanted.
+    pub(super) fn interrupted(&self, session: &Session<'_>, report: &mut Report, merged: &Merged) -> Failure {
+        let signal = session.watch.signal().unwrap_or(2);
+        if !session.global.keep_partial || self.weaving.output.as_os_str() == STREAM {
+            return session.interrupted(signal);
+        }
+        let partial = outputs::partial(&self.clip_name(&merged.clips[0].path));
+        match self.clip_outputs(session, report, merged).and_then(|outputs| outputs.write(session)) {
+            Ok(()) => Failure::kept(signal, &partial),
+            Err(e) => e,
+        }
     }
 
     fn made(&self, session: &Session<'_>, merged: &Merged, (used, passes): (Used, &[Clip])) -> selvedge_io::Provenance {

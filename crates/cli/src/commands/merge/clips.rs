@@ -11,6 +11,7 @@ use super::clip_files::Merged;
 use super::clip_needs::Needs;
 use super::gain::Tones;
 use super::{Merge, gain, told};
+use crate::clip_look::{Shown, features};
 use crate::clips::{Clip, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
 use crate::inputs;
@@ -22,7 +23,7 @@ use crate::session::Session;
 use crate::stdio::STREAM;
 
 /// Options that mean the same for clips.
-const OF_CLIPS: [&str; 19] = [
+const OF_CLIPS: [&str; 21] = [
     "mask",
     "at",
     "strokes",
@@ -42,6 +43,8 @@ const OF_CLIPS: [&str; 19] = [
     "fuse-reach",
     "fuse-keep",
     "gain",
+    "preview",
+    "report",
 ];
 
 /// Options that do nothing for them.
@@ -138,7 +141,7 @@ impl Merge {
         let woven = self.merged(session, &exemplars, (&labels, output), only)?;
         session.watch.finish();
         report.stage("synthesis");
-        let (stats, map) = (woven.stats, woven.result);
+        let Woven { result: map, stats, complete } = woven;
         let holes = 0 < stats.holes;
         let moved = moved(&map);
         let used = used.set("at", told::places(&labels)).unless("gain", false);
@@ -148,9 +151,15 @@ impl Merge {
         if let Some(tones) = &tones {
             report.stats["tones"] = gain::told(tones);
         }
-        let outputs =
-            self.clip_outputs(session, &Merged { clips, passes, exemplars, map, unfused, holes, rate, used, others })?;
-        report.stage("encode");
+        let is_seen = complete && (self.weaving.preview.is_some() || self.weaving.report.is_some());
+        let preview = || Shown { output: &features(&exemplars, &map)?, map: &map, in_space: true }.picture(Vec::new());
+        let preview = is_seen.then(preview).transpose()?;
+        let merged = Merged { clips, passes, exemplars, map, unfused, holes, rate, used, others, preview, complete };
+        if !complete {
+            return Err(self.interrupted(session, &mut report, &merged));
+        }
+        session.check_signal()?;
+        let outputs = self.clip_outputs(session, &mut report, &merged)?;
         let line = format!(
             "{name}: {} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
             size(output.shape),
@@ -199,7 +208,6 @@ impl Merge {
         let options =
             LabelOptions { seam: self.seams.measure(), only, own, leave_holes: true, ..LabelOptions::default() };
         let woven = expand(exemplars, Start::empty(exemplars, output)?, labels, &options, &session.run())?;
-        session.check_signal()?;
         Ok(woven)
     }
 }

@@ -47,6 +47,9 @@ use crate::weaving::Weaving;
 #[command(mut_arg("map", |arg| arg
     .help("Write the source map: which sample stands at each place; for clips one a frame, 'maps.####.exr'. See 'selvedge \
            apply'")))]
+#[command(mut_arg("preview", |arg| arg
+    .help("Write two by two copies of an output that tiles beside each other; of clips frames and slices through time, with \
+           the seam. 8 bits, for eyes")))]
 pub(crate) struct Merge {
     #[command(flatten)]
     weaving: Weaving,

@@ -11,13 +11,14 @@ use selvedge_graphcut_textures::video::{
 use serde_json::{Value, json};
 
 use super::choices::{JumpArg, Period};
-use super::look::{Cut, Shown, features};
+use super::look::Cut;
 use super::modes::{PlayArg, Way};
 use super::still::Still;
 use super::surfaces::{self, times, whole_numbers};
 use super::written::WriteArgs;
 use super::{ClipOutcome, fade};
 use crate::args::NonFiniteArg;
+use crate::clip_look::{Shown, features};
 use crate::clips::Clip;
 use crate::failure::{Failure, n};
 use crate::inputs::{self, Input};
@@ -146,7 +147,7 @@ impl TransitionArgs {
             Some(distances) if pictures => {
                 let tried: Vec<Jump> = stats.tried.iter().map(|tried| tried.jump).collect();
                 let cut = Cut { looped: &result, distances, jumps: &tried };
-                Some(Shown { output: &output, map: &map, jumps: Some(cut) }.picture()?)
+                Some(Shown { output: &output, map: &map, in_space: false }.picture(cut.panels())?)
             }
             _ => None,
         };
@@ -247,7 +248,10 @@ impl TransitionArgs {
         let map = walk.still.map_or(Ok(map.clone()), |still| still.held(session, exemplars, &map, self.measure()))?;
         let output = features(exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
-        let preview = walk.preview.then(|| Shown { output: &output, map: &map, jumps: None }.picture()).transpose()?;
+        let preview = walk
+            .preview
+            .then(|| Shown { output: &output, map: &map, in_space: false }.picture(Vec::new()))
+            .transpose()?;
         let of_each = taken.iter().zip(&tried).map(|(result, tried)| {
             let (price, steps) = tried.as_ref().map(|tried| (tried.price, closure_json(&tried.closure))).unzip();
             json!({"jump": jump_json(&result.jump), "price": price, "closure": steps})

@@ -13,11 +13,11 @@ use serde_json::{Value, json};
 
 use super::ClipOutcome;
 use super::choices::{reach, typed, typed_reach, volume};
-use super::look::{Shown, features};
 use super::modes::{ModeArg, Way};
 use super::still::Still;
 use super::weave::Keeping;
 use super::written::WriteArgs;
+use crate::clip_look::{Shown, features};
 use crate::clip_maps::{self, ClipMaps};
 use crate::clips::{self, ClipInput};
 use crate::commands::graphcut::{Drawing, PlacementArg, Refining};
@@ -185,7 +185,7 @@ impl WovenArgs {
             None => map,
         };
         let motion = Motion::of(exemplars, &map)?;
-        let picture = || Shown { output: &features(exemplars, &map)?, map: &map, jumps: None }.picture();
+        let picture = || Shown { output: &features(exemplars, &map)?, map: &map, in_space: false }.picture(Vec::new());
         let preview = (write.preview.is_some() || write.report.is_some()).then(picture).transpose()?;
         let how = how(way, map.domain(), &stats, &motion);
         let used = used

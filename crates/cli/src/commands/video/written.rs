@@ -23,7 +23,7 @@ use crate::report::Report;
 use crate::session::Session;
 use crate::stdio::STREAM;
 use crate::used::Used;
-use crate::{clip_maps, made, names, page};
+use crate::{clip_look, clip_maps, made, names, page};
 
 /// How often the loop is written, how, and what beside it.
 #[derive(Args, Clone, Debug)]
@@ -294,13 +294,9 @@ impl WriteArgs {
             outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)?;
         }
         if let (Some(folder), Some(made_by)) = (&self.report, provenance) {
-            let threads = rayon::current_num_threads();
-            let mut run = report.json(&[session.global.seed()], threads, false);
-            run["outputs"] = outputs.noted().into();
             let what = "Frames; slices through two turns of the loop, the second with its seam; when each pixel jumps; the jumps";
-            let pictures: Vec<(&str, &Plane<2>)> = made.preview.iter().map(|plane| (what, plane)).collect();
-            let page = page::page(&run, &made_by.command, &pictures, "")?;
-            outputs.bytes(&page::file(folder), page.into_bytes());
+            let made_by = (folder.as_path(), made_by.command.as_str());
+            clip_look::add_page(&mut outputs, session, report, made_by, (what, made.preview.as_ref()))?;
         }
         Ok(outputs)
     }
