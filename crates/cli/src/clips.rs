@@ -17,6 +17,7 @@ use crate::inputs::{self, Input};
 use crate::memory;
 use crate::report::Report;
 use crate::session::Session;
+use crate::stdio::STREAM;
 use crate::wrong::Wrong;
 
 /// How another program encodes a clip.
@@ -111,6 +112,24 @@ impl ClipInput {
             // What no picture can be wrong by is told; else the picture says what is wrong with it.
             Err(e) if is_foreign || is_pattern(path) || is_of_clips(&e.problem) => Err(e.into()),
             _ => Ok(None),
+        }
+    }
+
+    /// The same, but a picture is held over so many frames; `None` for one whose frames are not known yet.
+    pub(crate) fn or_held(
+        session: &Session<'_>,
+        path: &Path,
+        frames: Option<u32>,
+        frame: &ReadOptions,
+    ) -> Result<Option<Self>, Failure> {
+        if path.as_os_str() == STREAM {
+            let options = ClipOptions { frame: frame.clone(), ..ClipOptions::default() };
+            return Self::open(session, path, &options).map(Some);
+        }
+        let held = |frames| Ok(Self { reader: ClipReader::of_picture(path, frames, frame)?, held: 0 });
+        match Self::found(path, frame)? {
+            Some(clip) => Ok(Some(clip)),
+            None => frames.map(held).transpose(),
         }
     }
 

@@ -283,6 +283,33 @@ fn clips_that_agree_are_found_and_evened_over_all_frames() {
 }
 
 #[test]
+fn a_picture_beside_clips_is_held_over_all_frames() {
+    let folder = Folder::new("merge-clips-held");
+    clips(&folder, 2);
+    for (name, seed) in [("plate", 3), ("plate-n", 4), ("b-n", 5)] {
+        write(&folder, &format!("{name}.png"), [24, 30], 3, |c, at| texture(seed, at, c as u32));
+    }
+    paint(&folder, "paint.png", 0);
+    let line = format!("merge plate.png b.###.png --strokes paint.png {COLORS} --label-map l.#.png --map m.#.exr");
+    let said = folder.run(&format!("{line} -o out.#.png --json")).done().json();
+    assert_eq!((&said["outputs"][0]["frames"], &said["inputs"][0]["container"]), (&5.into(), &"png picture".into()));
+    let plate = samples(&folder, "plate.png");
+    for t in 1..=5 {
+        let [out, b, labels] =
+            [format!("out.{t}.png"), format!("b.{t:03}.png"), format!("l.{t}.png")].map(|name| samples(&folder, &name));
+        for i in 0..24 * 30 {
+            let from = if labels.value(0, i) == 1.0 { &plate } else { &b };
+            assert!((0..3).all(|c| out.value(c, i) == from.value(c, i)), "frame {t}, {i}");
+        }
+    }
+    // So are its passes; all that is held may be, and a clip beside it decides how long.
+    folder.run("apply m.#.exr plate-n.png b-n.png -o n.#.png").done();
+    let [n, labels, plate] = ["n.3.png", "l.3.png", "plate-n.png"].map(|name| samples(&folder, name));
+    assert!((0..24 * 30).all(|i| labels.value(0, i) != 1.0 || n.value(0, i) == plate.value(0, i)));
+    folder.run("merge b.###.png plate.png --with plate-n.png b-n.png -o {stem}-w.#.png").done();
+}
+
+#[test]
 fn what_is_no_pair_of_clips_is_refused() {
     let folder = Folder::new("merge-clips-refused");
     clips(&folder, 1);
@@ -299,7 +326,8 @@ fn what_is_no_pair_of_clips_is_refused() {
     refused("", 2, &["1 picture to merge"]);
     refused("short.#.png", 3, &["short.#.png'", "4 frames", "5 frames"]);
     refused("grey.#.png", 3, &["1 channel of u8", "3 channels of u8"]);
-    refused("small.png", 3, &["small.png'", "no clip"]);
+    refused("small.png", 3, &["small.png'", "1 channel of u8", "3 channels of u8"]);
+    refused("none.png", 4, &["none.png'"]);
     refused("b.###.png --at 90,0", 3, &["b.###.png'", "lies apart"]);
     refused("b.###.png --mask none", 2, &["1 mask for 2 exemplars"]);
     refused("b.###.png --mask none --mask small.png", 3, &["small.png'", "9x9 px", "30x24 px"]);

@@ -35,6 +35,7 @@ mod rate;
 mod reader;
 mod sequence;
 mod stack;
+mod still;
 mod writer;
 mod y4m;
 mod yuv;

@@ -19,6 +19,7 @@ use super::problem::ClipProblem;
 use super::range::Range;
 use super::rate::Rate;
 use super::sequence::Sequence;
+use super::still::Still;
 use super::y4m::Y4m;
 use crate::atomic::{Part, part_beside};
 use crate::error::{Error, Problem};
@@ -89,6 +90,16 @@ impl ClipReader {
         }
         let bytes = read_bytes(path, &options.frame.limits).map_err(|p| Error::new(path, p))?;
         Self::of_bytes(bytes, path, options)
+    }
+
+    /// Reads a picture as a clip of so many frames, all of which show it; it has no rate of its own.
+    ///
+    /// # Errors
+    /// Those of [`read`](crate::read()).
+    pub fn of_picture(path: impl AsRef<Path>, frames: u32, options: &ReadOptions) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let (info, still) = Still::open(path, frames, options)?;
+        Ok(Self::new(path, info, Box::new(still), None, None))
     }
 
     /// Looks at a clip that was read as bytes, such as standard input; a sequence has files and is none.

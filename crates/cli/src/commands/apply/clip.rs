@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Domain, Plane, Render as _, Role};
-use selvedge_io::clip::{ClipOptions, ClipWriteOptions, ClipWriter};
+use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
 use selvedge_io::{Fingerprint, Metadata};
 
 use super::Apply;
@@ -31,9 +31,10 @@ impl Apply {
         let files = clips::files(&self.map, None)?;
         let maps = ClipMaps::read(session, &self.map, &mut report)?;
         let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
-        let options = ClipOptions { frame, ..ClipOptions::default() };
-        let open = |path: &PathBuf| ClipInput::open(session, path, &options);
-        let clips = self.planes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        // What was held over all frames has one picture a pass.
+        let held = Some(maps.domain().shape[0]);
+        let open = |path: &PathBuf| ClipInput::or_held(session, path, held, &frame).transpose();
+        let clips = self.planes.iter().filter_map(open).collect::<Result<Vec<_>, _>>()?;
         let of_each = self.of_each(&maps, &clips)?;
         names::check_apart(&self.output, clips.len() / of_each)?;
         let written = self.check_clips(session, (&clips, of_each, files), maps.domain())?;

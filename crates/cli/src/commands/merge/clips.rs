@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, expand, preferred};
-use selvedge_io::clip::{ClipOptions, Rate};
+use selvedge_io::ReadOptions;
+use selvedge_io::clip::Rate;
 
 use super::clip_beside::Beside;
 use super::clip_files::Merged;
@@ -178,13 +179,11 @@ impl Merge {
     /// Looks at the clips, which have the same frames, rate and samples, and lays them beside each other.
     fn lay_clips(&self, session: &Session<'_>) -> Result<Laid, Failure> {
         let frame = inputs::options(session.limits, Role::Color, self.weaving.input.nonfinite);
-        let options = ClipOptions { frame, ..ClipOptions::default() };
         let paths = &self.weaving.input.exemplars;
         inputs::check_streams(paths.iter().chain(&self.weaving.with.with).chain(&self.strokes))?;
-        let open = |path: &PathBuf| ClipInput::open(session, path, &options);
-        let clips = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        let clips = opened(session, paths, None, &frame)?;
         clips[1..].iter().try_for_each(|clip| clip.check_alike(&clips[0]))?;
-        let passes = self.weaving.with.with.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        let passes = opened(session, &self.weaving.with.with, Some(clips[0].info().frames), &frame)?;
         for passes in passes.chunks(clips.len()) {
             passes.iter().zip(&clips).try_for_each(|(pass, clip)| pass.check_like(clip))?;
             passes[1..].iter().try_for_each(|pass| pass.check_alike(&passes[0]))?;
@@ -210,6 +209,23 @@ impl Merge {
         let woven = expand(exemplars, Start::empty(exemplars, output)?, labels, &options, &session.run())?;
         Ok(woven)
     }
+}
+
+/// Opens clips; pictures are held over as many frames as the first clip has, unless that is known.
+fn opened(
+    session: &Session<'_>,
+    paths: &[PathBuf],
+    frames: Option<u32>,
+    frame: &ReadOptions,
+) -> Result<Vec<ClipInput>, Failure> {
+    let open = |path: &PathBuf| ClipInput::or_held(session, path, frames, frame);
+    let opened = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    let frames = frames.or(opened.iter().flatten().next().map(|clip| clip.info().frames));
+    let held = |(path, clip): (&PathBuf, Option<ClipInput>)| match clip {
+        Some(clip) => Ok(clip),
+        None => ClipInput::or_held(session, path, frames, frame)?.ok_or_else(|| Failure::new(70, "no clip is given")),
+    };
+    paths.iter().zip(opened).map(held).collect()
 }
 
 /// The same places, over all frames.

@@ -40,7 +40,8 @@ use crate::weaving::Weaving;
 #[derive(Args, Debug)]
 #[command(mut_arg("exemplars", |arg| arg
     .value_names(["PICTURE"])
-    .help("Pictures, numbered from 1; one that is given again may lie at another place. Or clips of as many frames")))]
+    .help("Pictures, numbered from 1; one that is given again may lie at another place. Or clips of as many frames, and pictures that are \
+           held over all of them")))]
 #[command(mut_arg("mask", |arg| arg
     .help("Show a picture only where this one is white. Give one for each picture, in order, or 'none'. For a clip one picture \
            for all frames, or one a frame: 'mask.####.png'")))]
