@@ -1,5 +1,7 @@
 //! `merge` of clips: seams are surfaces in space and time, strokes one picture or one a frame.
 
+use selvedge_core::Samples;
+
 use crate::graphcut::{samples, write};
 use crate::program::Folder;
 
@@ -307,6 +309,58 @@ fn a_picture_beside_clips_is_held_over_all_frames() {
     let [n, labels, plate] = ["n.3.png", "l.3.png", "plate-n.png"].map(|name| samples(&folder, name));
     assert!((0..24 * 30).all(|i| labels.value(0, i) != 1.0 || n.value(0, i) == plate.value(0, i)));
     folder.run("merge b.###.png plate.png --with plate-n.png b-n.png -o {stem}-w.#.png").done();
+}
+
+/// Steps from frame to frame, as root mean squares, and those of all pixels, from small to large.
+fn steps(folder: &Folder, name: &str, frames: u32) -> [Vec<f64>; 2] {
+    let frames: Vec<_> = (1..=frames).map(|t| samples(folder, &format!("{name}.{t:02}.png"))).collect();
+    let steps = |two: &[Samples<2>]| -> Vec<f64> {
+        (0..two[0].domain().len()).map(|i| (two[1].value(0, i) - two[0].value(0, i)).abs()).collect()
+    };
+    let by_frame: Vec<Vec<f64>> = frames.windows(2).map(steps).collect();
+    let whole = |steps: &Vec<f64>| (steps.iter().map(|step| step * step).sum::<f64>() / steps.len() as f64).sqrt();
+    let mut both = [by_frame.iter().map(whole).collect(), by_frame.concat()];
+    both.iter_mut().for_each(|steps: &mut Vec<f64>| steps.sort_by(f64::total_cmp));
+    both
+}
+
+#[test]
+fn a_seam_moves_less_than_the_scene_and_adds_no_steps_to_it() {
+    let folder = Folder::new("merge-clips-moves");
+    // Two scenes of waves that go down by two pixels a frame, and sideways by one.
+    let scene = |seed: f64, t: u32, [y, x]: [u32; 2]| {
+        let (y, x) = (f64::from(y) - 2.0 * f64::from(t), f64::from(x) + f64::from(t));
+        128.0
+            + 60.0 * (0.35 * x + seed).sin() * (0.28 * y + 2.0 * seed).cos()
+            + 40.0 * (0.5 * (x + y) + 3.0 * seed).sin()
+    };
+    for (name, seed) in [("a", 1.0), ("b", 2.3)] {
+        for t in 0..12 {
+            write(&folder, &format!("{name}.{:02}.png", t + 1), [40, 48], 1, |_, at| scene(seed, t, at).round() as u8);
+        }
+    }
+    let stroke = |c: usize, [_, x]: [u32; 2]| match (x, c) {
+        (0..6, 0 | 1) | (42.., 2) => 255,
+        _ => 0,
+    };
+    write(&folder, "paint.png", [40, 48], 3, stroke);
+    let line = format!("merge a.##.png b.##.png --strokes paint.png {COLORS} -o out.##.png --json");
+    let moves = folder.run(&line).done().json()["stats"]["seam_moves"].as_f64().unwrap();
+    assert!(0.0 < moves && moves < 2.0, "{moves}");
+    let [[out, pixels], [a, pixels_a], [b, pixels_b]] = ["out", "a", "b"].map(|name| steps(&folder, name, 12));
+    for (part, of) in [("median", 5), ("largest", 10)] {
+        assert!(out[of] < 1.1 * a[of].max(b[of]), "{part} step: {} of {} and {}", out[of], a[of], b[of]);
+    }
+    // One in a thousand steps of a clip is larger than this one.
+    let rare = pixels.len() * 999 / 1000;
+    let rare = pixels_a[rare].max(pixels_b[rare]);
+    let share = |steps: &[f64]| steps.iter().filter(|step| rare < **step).count() as f64 / steps.len() as f64;
+    for t in 1..=12 {
+        let line = format!("merge a.{t:02}.png b.{t:02}.png --strokes paint.png {COLORS} -o each.{t:02}.png");
+        folder.run(&line).done();
+    }
+    let (made, each) = (share(&pixels), share(&steps(&folder, "each", 12)[1]));
+    assert!(made < 0.002 && 3.0 * made < each, "{made} of all steps are larger, of frames merged one by one {each}");
 }
 
 #[test]
