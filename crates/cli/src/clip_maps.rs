@@ -1,4 +1,5 @@
-//! Source maps of clips: one a frame, of which the sources are the frames of a clip, or of several, one after the other.
+//! Source maps of clips: one a frame, of which the sources are the frames of a clip, or of several, one after the
+//! other.
 
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,10 @@
-//! Seams of clips hidden: feathered and splined frame by frame, since what is blended in time is a ghost; fused in space
-//! and time at once, so that nothing flickers.
+//! Seams of clips hidden: feathered and splined frame by frame, since what is blended in time is a ghost; fused in
+//! space and time at once, so that nothing flickers.
 
 use selvedge_core::{Bytes, Domain, Grid, Plane, SampleId, SourceMap, SourceTable};
 use selvedge_io::clip::frame_of;
 
-use super::clip_files::Merged;
+use super::clip_laid::Merged;
 use crate::blending::Blending;
 use crate::failure::Failure;
 use crate::session::Session;

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use selvedge_core::{Depth, Domain, Exemplars, Grid, Plane, Render as _, SourceMap};
+use selvedge_core::{Depth, Domain, Exemplars, Plane, Render as _};
 use selvedge_graphcut_textures::labels::Label;
 use selvedge_io::clip::{ClipWriteOptions, ClipWriter, Rate, frame_of};
 use selvedge_io::{Fingerprint, Metadata};
 
 use super::clip_blended::Blended;
-use super::clips::Laid;
+use super::clip_laid::{Laid, Merged};
 use super::placed::shows;
 use super::{Merge, told};
 use crate::clips::{self, Clip, is_pattern};
@@ -21,28 +21,7 @@ use crate::stdio::STREAM;
 use crate::used::Used;
 use crate::{clip_look, clip_maps, made, names, page};
 
-/// What was read, and how it was merged.
-pub(super) struct Merged {
-    pub(super) clips: Vec<Clip>,
-    /// Other passes, as many of each kind as there are clips.
-    pub(super) passes: Vec<Clip>,
-    pub(super) exemplars: Exemplars<3>,
-    pub(super) map: SourceMap<3>,
-    /// What is copied, whatever is fused.
-    pub(super) unfused: Option<Grid<bool, 3>>,
-    /// Whether something is in no clip.
-    pub(super) holes: bool,
-    pub(super) rate: Option<Rate>,
-    /// The options as used.
-    pub(super) used: Used,
-    /// What was read beside clips and passes.
-    pub(super) others: Vec<Fingerprint>,
-    /// Frames and slices, if somebody will see them.
-    pub(super) preview: Option<Plane<2>>,
-    pub(super) complete: bool,
-}
-
-/// What that shows.
+/// What a preview shows.
 const PREVIEW: &str = "Frames, without and with their seams; slices through time, the second of each with its seam";
 
 impl Merge {
@@ -205,25 +184,6 @@ impl Merge {
         let read = merged.clips.iter().map(|clip| &clip.fingerprint).chain(&merged.others);
         let inputs = read.chain(passes.iter().map(|pass| &pass.fingerprint)).cloned().collect();
         made::provenance(("merge", session.global.seed()), used, &self.weaving.input.exemplars, inputs)
-    }
-}
-
-impl Merged {
-    pub(super) fn frames(&self) -> u32 {
-        let Domain { shape: [frames, ..], .. } = self.map.domain();
-        frames
-    }
-
-    /// The options as used for what shows the clips, or some passes of them.
-    fn used_for(&self, passes: Option<&[Clip]>) -> Used {
-        let used = self.used.clone();
-        match passes {
-            None if used.has("with") => used.without("with"),
-            None => used,
-            Some(passes) => {
-                used.set("with", passes.iter().map(|pass| selvedge_io::display_name(&pass.path)).collect::<Vec<_>>())
-            }
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use selvedge_core::{Bytes, Depth, Domain};
 use selvedge_graphcut_textures::labels::estimate_labels;
 
-use super::clips::Laid;
+use super::clip_laid::Laid;
 use super::{Merge, clip_blended, gain};
 use crate::clips::ClipInput;
 use crate::failure::Failure;

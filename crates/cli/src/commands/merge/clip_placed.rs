@@ -18,8 +18,8 @@ use crate::session::Session;
 const LOOKED_AT: u32 = 5;
 
 impl Merge {
-    /// Where clips are said to lie, by the shape of their frames, and how far they reach. Those that are to be found lie
-    /// over the first.
+    /// Where clips are said to lie, by the shape of their frames, and how far they reach. Those that are to be found
+    /// lie over the first.
     pub(super) fn lay_frames(
         &self,
         paths: &[PathBuf],

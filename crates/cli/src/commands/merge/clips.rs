@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, expand, preferred};
 use selvedge_io::ReadOptions;
-use selvedge_io::clip::Rate;
 
 use super::clip_beside::Beside;
-use super::clip_files::Merged;
+use super::clip_laid::{Laid, Merged};
 use super::clip_needs::Needs;
 use super::gain::Tones;
 use super::{Merge, gain, told};
@@ -22,6 +21,7 @@ use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
 use crate::stdio::STREAM;
+use crate::used::Used;
 
 /// Options that mean the same for clips.
 const OF_CLIPS: [&str; 21] = [
@@ -53,24 +53,6 @@ fn of_pictures() -> Vec<String> {
     names_of::<Merge>().into_iter().filter(|name| !OF_CLIPS.contains(&name.as_str())).collect()
 }
 
-/// Clips that were looked at, and where they lie.
-pub(super) struct Laid {
-    pub(super) clips: Vec<ClipInput>,
-    /// Other passes, as many of each kind as there are clips.
-    pub(super) passes: Vec<ClipInput>,
-    labels: Vec<Label<3>>,
-    pub(super) output: Domain<3>,
-    pub(super) rate: Option<Rate>,
-}
-
-impl Laid {
-    /// Of each output the clip whose name, samples and tags it has.
-    pub(super) fn shown(&self) -> impl Iterator<Item = &ClipInput> {
-        let passes = self.passes.iter().step_by(self.clips.len());
-        std::iter::once(&self.clips[0]).chain(passes)
-    }
-}
-
 impl Merge {
     /// True if there is a clip among the pictures.
     pub(super) fn is_of_clips(&self, session: &Session<'_>) -> Result<bool, Failure> {
@@ -87,34 +69,22 @@ impl Merge {
     /// Runs the command over clips.
     pub(super) fn over_clips(&self, session: &Session<'_>) -> Result<Done, Failure> {
         let mut report = Report::new("merge");
-        self.validate()?;
-        self.weaving.input.validate()?;
-        self.check_typed(session)?;
-        self.blending.validate()?;
-        self.fuse_keep.of(self.blending)?;
-        let (given, with) = (self.weaving.input.exemplars.len(), &self.weaving.with);
-        with.validate(given, 0)?;
-        names::check_apart(&self.weaving.output, 1 + with.with.len() / given)?;
+        self.check_clip_options(session)?;
         let laid = self.lay_clips(session)?;
         let needs = Needs::of(&laid);
         let needed = needs.check(session, self, laid.output)?;
         self.check_written(session, &laid)?;
         report.estimate = Some(needed.0);
-        let size =
-            |[frames, height, width]: [u32; 3]| format!("{} of {width}x{height} px", n("frame", frames as usize));
         let names: Vec<PathBuf> = laid.shown().map(|clip| self.clip_name(clip.path())).collect();
         let name = names.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", ");
-        let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
-        let used = of_pictures.fold(session.options.clone(), |used, name| used.without(&name));
-        let used = used.unless("with", Vec::<String>::new()).unless("mask", Vec::<String>::new());
-        let used = self.blending.used_if_any(used);
+        let used = self.used_of_clips(session);
         if session.global.dry_run {
             report.options = used;
             report.inputs.extend(laid.clips.iter().chain(&laid.passes).map(|clip| clip.noted(None)));
-            let of = n("clip", laid.clips.len());
-            let line = format!("{name}: would be {} from {of}, with about {needed} of memory", size(laid.output.shape));
-            let [frames, height, width] = laid.output.shape;
-            let planned = names.iter().map(|path| outputs::planned_clip(path, [height, width], Some(frames)));
+            let (of, size) = (n("clip", laid.clips.len()), size(laid.output));
+            let line = format!("{name}: would be {size} from {of}, with about {needed} of memory");
+            let [frames, frame @ ..] = laid.output.shape;
+            let planned = names.iter().map(|path| outputs::planned_clip(path, frame, Some(frames)));
             return Ok(Done::would(report, line, planned.collect()));
         }
         let Laid { clips, passes, mut labels, mut output, rate } = laid;
@@ -145,7 +115,7 @@ impl Merge {
         let Woven { result: map, stats, complete } = woven;
         let holes = 0 < stats.holes;
         let moved = moved(&map);
-        let used = used.set("at", told::places(&labels)).unless("gain", false);
+        let used = used.set("at", told::places(&labels));
         report.options = used.clone();
         report.stats = told::counts(&stats, &labels);
         report.stats["seam_moves"] = moved.into();
@@ -163,17 +133,34 @@ impl Merge {
         let outputs = self.clip_outputs(session, &mut report, &merged)?;
         let line = format!(
             "{name}: {} {}, the seam moving by {moved:.2} px a frame, in {:.2} s",
-            size(output.shape),
+            size(output),
             told::how(&stats, "clip"),
             report.elapsed()
         );
         Ok(Done::made(report, line, outputs))
     }
 
-    /// Options that are about pictures do nothing.
-    fn check_typed(&self, session: &Session<'_>) -> Result<(), Failure> {
-        let Some(option) = session.first_typed(&of_pictures()) else { return Ok(()) };
-        Err(Failure::new(2, format!("{option} is for pictures, and these are clips")).remedy("leave it out"))
+    /// Refuses what is wrong by itself, and options that are about pictures.
+    fn check_clip_options(&self, session: &Session<'_>) -> Result<(), Failure> {
+        self.validate()?;
+        self.weaving.input.validate()?;
+        if let Some(option) = session.first_typed(&of_pictures()) {
+            let failure = Failure::new(2, format!("{option} is for pictures, and these are clips"));
+            return Err(failure.remedy("leave it out"));
+        }
+        self.blending.validate()?;
+        self.fuse_keep.of(self.blending)?;
+        let (given, with) = (self.weaving.input.exemplars.len(), &self.weaving.with);
+        with.validate(given, 0)?;
+        names::check_apart(&self.weaving.output, 1 + with.with.len() / given)
+    }
+
+    /// The options as used, but for what is known once clips are laid.
+    fn used_of_clips(&self, session: &Session<'_>) -> Used {
+        let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
+        let used = of_pictures.fold(session.options.clone(), |used, name| used.without(&name));
+        let used = used.unless("with", Vec::<String>::new()).unless("mask", Vec::<String>::new()).unless("gain", false);
+        self.blending.used_if_any(used)
     }
 
     /// Looks at the clips, which have the same frames, rate and samples, and lays them beside each other.
@@ -226,6 +213,12 @@ fn opened(
         None => ClipInput::or_held(session, path, frames, frame)?.ok_or_else(|| Failure::new(70, "no clip is given")),
     };
     paths.iter().zip(opened).map(held).collect()
+}
+
+/// Frames and their size, in words.
+fn size(output: Domain<3>) -> String {
+    let [frames, height, width] = output.shape;
+    format!("{} of {width}x{height} px", n("frame", frames as usize))
 }
 
 /// The same places, over all frames.

@@ -1,5 +1,5 @@
-//! `--gain`: pictures that have the light and the contrast of those that they overlap. Clips have one gain over all frames,
-//! so that none flickers.
+//! `--gain`: pictures that have the light and the contrast of those that they overlap. Clips have one gain over all
+//! frames, so that none flickers.
 
 use selvedge_core::{Bytes, Domain, Encoder, Exemplar, Exemplars, Grid, Plane};
 use selvedge_graphcut_textures::labels::Label;

@@ -4,6 +4,7 @@ mod checks;
 mod clip_beside;
 mod clip_blended;
 mod clip_files;
+mod clip_laid;
 mod clip_needs;
 mod clip_placed;
 mod clips;

@@ -143,14 +143,11 @@ impl TransitionArgs {
         };
         let output = features(&exemplars, &map)?;
         let closure = Usual::of(&exemplars.sources()[0].features).map(|usual| usual.closure(over_seams(&map, &output)));
-        let preview = match &distances {
-            Some(distances) if pictures => {
-                let tried: Vec<Jump> = stats.tried.iter().map(|tried| tried.jump).collect();
-                let cut = Cut { looped: &result, distances, jumps: &tried };
-                Some(Shown { output: &output, map: &map, in_space: false }.picture(cut.panels())?)
-            }
-            _ => None,
-        };
+        let tried: Vec<Jump> = stats.tried.iter().map(|tried| tried.jump).collect();
+        let cut = |distances| Cut { looped: &result, distances, jumps: &tried };
+        let shown = Shown { output: &output, map: &map, in_space: false };
+        let preview = distances.as_ref().filter(|_| pictures).map(cut).map(|cut| shown.picture(cut.panels()));
+        let preview = preview.transpose()?;
         let closes = distances.is_some_and(|d| d.closes() && result.jump.period() == d.frames());
         let told = self.outcome((&result, &stats), (closure, closes), (way, write), used)?;
         Ok(ClipOutcome { preview, map: Some(map), complete: woven.complete, ..told })
