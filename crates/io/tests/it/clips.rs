@@ -169,6 +169,22 @@ fn floats_of_every_frame_are_finite() {
 }
 
 #[test]
+fn a_picture_is_a_clip_of_equal_frames() {
+    let folder = Folder::new("picture");
+    let (path, picture) = (folder.path("plate.png"), plane(Depth::U16, 3, true, [7, 5]));
+    selvedge_io::write(&path, &picture, &Metadata::default(), &WriteOptions::default()).unwrap();
+    let mut reader = ClipReader::of_picture(&path, 3, &ReadOptions::default()).unwrap();
+    let info = reader.info();
+    assert_eq!((info.frames, info.rate, info.container.as_str()), (3, None, "png picture"));
+    let clip = read_clip(&mut reader, &Limits::default()).unwrap();
+    assert!((0..3).all(|t| bits(&frame_of(&clip, t).unwrap()) == bits(&picture)));
+    assert_eq!(reader.frame_fingerprints(), vec![reader.fingerprint(); 3]);
+    reader.seek(2).unwrap();
+    assert!(reader.next().unwrap().is_some() && reader.next().unwrap().is_none());
+    assert!(ClipReader::of_picture(folder.path("none.png"), 3, &ReadOptions::default()).is_err());
+}
+
+#[test]
 fn clips_that_are_too_large_are_refused_before_they_are_read() {
     let folder = Folder::new("large");
     let path = folder.path("a.#.png");
