@@ -14,8 +14,8 @@ use crate::failure::Failure;
 /// eight in half of the time. Of one of 160x120 another one was taken.
 const LARGE_FRAME: u64 = 320 * 240;
 
-/// Windows of so many samples are cut at two sizes: 640x360 px in 60 frames take a third of the time for seams that are
-/// up to .4 % dearer; with 29 frames as much as at one, and smaller ones more.
+/// Windows of so many samples are cut at two sizes: 640x360 px in 60 frames take a third to four fifths of the time for
+/// seams that are up to 2.1 % dearer, in the mean .4 (docs/video.md); with 29 frames as much, and smaller ones more.
 const LARGE_WINDOW: u64 = 8_000_000;
 
 impl TransitionArgs {
