@@ -11,7 +11,7 @@ use super::sides::{Halved, Sides};
 use super::steps::{Closure, Usual, over_surface};
 use super::surface::Surface;
 use super::transition::Stretches;
-use super::trials::{Trial, Trials};
+use super::trials::{AT_FULL_SIZE, MOST_AT_FULL_SIZE, Trial, Trials};
 use crate::error::Error;
 
 /// A clip that loops: a jump, and when each pixel makes it.
@@ -76,12 +76,6 @@ pub struct LoopStats {
     pub halved: Vec<Trial>,
 }
 
-/// Jumps that are cut at full size, of those that were cut at half of it, and how many more while none of them closes.
-/// Of a tree of 320x240 the best two of eight by half size miss by 5 and 10 % of a block's usual step, which half size
-/// does not show, and the third closes.
-const AT_FULL_SIZE: usize = 2;
-const MOST_AT_FULL_SIZE: usize = 4;
-
 /// Cuts jumps along the surface of least price, and takes the one whose loop closes best. `[Kwatra03 7A]`
 ///
 /// The first [`jumps`](LoopOptions::jumps) are cut, in frames of half the size if they are to be
@@ -132,10 +126,16 @@ pub fn looped(
         return answer(cut_all(clip, jumps, options, run, (room, of))?, Vec::new(), first);
     };
     let (whole, all) = (LoopOptions { levels: 1, ..*options }, of + MOST_AT_FULL_SIZE as u64);
-    let sifted = cut_all(&smaller, jumps, &whole, run, (room.of_frames(the_clip(&smaller)?, &whole), all))?;
+    let mut sifted = cut_all(&smaller, jumps, &whole, run, (room.of_frames(the_clip(&smaller)?, &whole), all))?;
     let mut trials = Trials::new(clip, options, run, (room, [of, all]))?;
     trials.complete = sifted.complete;
-    trials.cut_best(&sifted.ranked(), [AT_FULL_SIZE, MOST_AT_FULL_SIZE])?;
+    trials.cut_best_of(&sifted)?;
+    // What closes at half the size alone kept the others from being tried.
+    if !trials.closes() && sifted.closes() && trials.complete {
+        sifted.cut_others(&jumps[options.jumps.min(jumps.len())..])?;
+        trials.complete = sifted.complete;
+        trials.cut_best_of(&sifted)?;
+    }
     answer(trials, sifted.tried, first)
 }
 

@@ -16,7 +16,7 @@ pub struct LoopOptions {
     /// smallest only near the surface of the next smaller one. From 1, the cheapest surface, to 5. Default: 1.
     pub levels: u32,
     /// All jumps are cut in frames of half the size first, if these have 32 px a side, and at full size only the best
-    /// of them: two, and up to four while none closes. Default: false.
+    /// of them: two, and while none closes up to four, or all that close at half the size. Default: false.
     pub sifted: bool,
 }
 

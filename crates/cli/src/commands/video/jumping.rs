@@ -56,7 +56,7 @@ impl TransitionArgs {
             // A jump that is typed is alone.
             jumps: if self.jump.is_some() { 1 } else { self.jumps as usize },
             levels,
-            sifted: self.levels.0.map_or(LARGE_FRAME <= pixels, |levels| 1 < levels),
+            sifted: LARGE_FRAME <= pixels && self.levels.0 != Some(1),
         }
     }
 }
@@ -90,7 +90,8 @@ mod tests {
         assert_eq!(of("", [20, 360, 640]), (1, true, 8, None), "there are no frames for a large window");
         assert_eq!(of("--window 20", [100, 360, 640]), (1, true, 8, None));
         assert_eq!(of("--levels 1", [100, 360, 640]), (1, false, 8, Some(1)));
-        assert_eq!(of("--levels 3", [10, 60, 64]), (3, true, 8, Some(3)));
+        assert_eq!(of("--levels 3", [10, 60, 64]), (3, false, 8, Some(3)));
+        assert_eq!(of("--levels 2", [10, 240, 320]), (2, true, 8, Some(2)));
         assert_eq!(of("--jump 70,3", [100, 360, 640]), (2, true, 1, Some(2)));
     }
 }

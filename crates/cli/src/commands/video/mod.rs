@@ -84,8 +84,8 @@ struct ClipOutcome {
     complete: bool,
 }
 
-/// Threads on which is told how many frames memory holds: the map follows from that, and must not depend on how many
-/// there are. On more of them what is told may not fit, and is refused.
+/// Threads on which is told what memory holds, how many frames, or whether to weave where no jump closes: the map follows
+/// from that, and must not depend on how many there are. On more of them what is told may not fit, and is refused.
 const CHOSEN_ON: usize = 16;
 
 impl Video {
@@ -163,8 +163,10 @@ impl Video {
             session.detail(&format!("the clip is read again for what is written: to hold it takes about {}", held.1));
             return Ok((way, needed, true));
         }
+        let pool = chosen_on()?;
+        let chosen = self.need_on(session, clips, &way, Some(&pool))?;
         let needed = self.need(session, clips, &way)?;
-        if fits(&needed) {
+        if fits(&chosen) {
             return Ok((way, needed, false));
         }
         let alone = Way { or_woven: false, ..way.clone() };
@@ -174,8 +176,8 @@ impl Video {
             || Some((self.need_of_frames(clips, &alone), true)).filter(|_| self.may_read_again(session, clips, &alone));
         let Some((less, again)) = of_jump.or_else(of_frames) else { return Ok((way, needed, false)) };
         if way.or_woven && fits(&less) {
-            session
-                .detail(&format!("a jump is taken even if it does not close: to weave instead takes about {needed}"));
+            let what = format!("is of a jump even if it does not close, since to weave instead takes about {chosen}");
+            session.warn(&self.write.output, &what);
         }
         if again && fits(&less) {
             let whole = self.need(session, clips, &alone)?;
@@ -191,8 +193,7 @@ impl Video {
         let Some(may) = self.woven.may_be_at_once(clips[0].domain(), &way, &options) else {
             return self.need(session, clips, &way).map(|needed| (way, needed));
         };
-        let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("free some memory");
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(CHOSEN_ON).build().map_err(refused)?;
+        let pool = chosen_on()?;
         let fits = |needed: &Bytes| needed.0 <= session.limits.memory;
         let need = |way: &Way| self.need_on(session, clips, way, Some(&pool));
         let whole = need(&way)?;
@@ -260,6 +261,12 @@ impl Video {
         let under = Under { way, seam, levels: self.transition.levels(), still, start };
         self.woven.made(session, clip, under, &self.write, used)
     }
+}
+
+/// Threads on which what memory holds is told.
+fn chosen_on() -> Result<rayon::ThreadPool, Failure> {
+    let refused = |e| Failure::new(6, format!("the system starts no threads ({e})")).remedy("free some memory");
+    rayon::ThreadPoolBuilder::new().num_threads(CHOSEN_ON).build().map_err(refused)
 }
 
 /// Without the options that do nothing for a jump.

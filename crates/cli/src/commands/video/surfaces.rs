@@ -6,9 +6,7 @@ use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 use selvedge_graphcut_textures::video::{Jump, Surface};
 use selvedge_io::{Format, Provenance};
 
-use super::ClipOutcome;
 use crate::failure::Failure;
-use crate::used::Used;
 
 /// When each pixel jumps, as a picture: of floats where its file holds no whole numbers.
 pub(super) fn times(surface: &Surface, path: &Path) -> Result<Plane<2>, Failure> {
@@ -32,13 +30,6 @@ pub(super) fn whole_numbers(plane: &Plane<2>) -> Result<Grid<u16, 2>, Failure> {
         }
     };
     Ok(Grid::from_vec(Domain::open(plane.domain().shape), 1, time)?)
-}
-
-/// How a surface was made: by the jump that was taken, whichever way it was found.
-pub(super) fn options(made: &ClipOutcome) -> Used {
-    let jump = &made.stats["jump"];
-    let used = made.options.clone().unless("period", made.frames.to_string());
-    used.set("jump", format!("{},{}", jump["from"], jump["to"]))
 }
 
 /// Refuses the surface of another jump, where its file tells of which it is.

@@ -162,8 +162,7 @@ impl TransitionArgs {
         used: Used,
     ) -> Result<ClipOutcome, Failure> {
         let period = result.jump.period();
-        // A jump that is typed says the period.
-        let used = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
+        let used = of_one(used, &result.jump);
         Ok(ClipOutcome {
             frames: period,
             loops: true,
@@ -287,7 +286,7 @@ impl TransitionArgs {
         let capped = if faded < frames { format!(", since there are no {frames} beside it") } else { String::new() };
         let how = format!("a loop of {period} frames, {} to {}, faded over {faded}{capped}", jump.to, jump.from);
         let stats = json!({"mode": "blend", "period": period, "jump": jump_json(jump), "faded": faded});
-        let options = if self.jump.is_some() { used.without("period") } else { used.set("period", period.to_string()) };
+        let options = of_one(used, jump);
         let (surface, preview, step) = (None, None, None);
         let (frames, loops, played) = (period, true, None);
         Ok(ClipOutcome {
@@ -328,6 +327,11 @@ impl TransitionArgs {
         });
         format!("a loop of {period} frames, {to} to {from}{seam}{step}")
     }
+}
+
+/// Options of a loop over this jump: of those that have its period another may be the best.
+fn of_one(used: Used, jump: &Jump) -> Used {
+    used.without("period").set("jump", format!("{},{}", jump.from, jump.to))
 }
 
 /// Counts of a run.

@@ -84,6 +84,11 @@ pub(super) struct Under<'a> {
     pub(super) start: Option<&'a ClipMaps>,
 }
 
+/// Windows that are chosen have by a half more frames than are possible: with little more than what two of them share
+/// each shows the same frames again. A candle of 53 frames moved .54 times as much as the clip at 42 frames at once, of
+/// which 37 are the least, and 1.05 at 60.
+const MORE_THAN_LEAST: u32 = 2;
+
 impl WovenArgs {
     /// Files that are read.
     pub(super) fn files(&self) -> Result<Vec<PathBuf>, Failure> {
@@ -127,7 +132,8 @@ impl WovenArgs {
         way: &Way,
         options: &Options<3>,
     ) -> Option<RangeInclusive<u32>> {
-        let (least, all) = (least_at_once(clip.shape[0], options), way.with_ends().shape[0]);
+        let (possible, all) = (least_at_once(clip.shape[0], options), way.with_ends().shape[0]);
+        let least = possible + possible / MORE_THAN_LEAST;
         (self.at_once.is_none() && least < all).then(|| least..=all - 1)
     }
 

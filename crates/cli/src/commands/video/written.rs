@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::modes::Way;
 use super::read::ReadArgs;
 use super::still::Still;
-use super::{ClipOutcome, blended, surfaces};
+use super::{ClipOutcome, blended};
 use crate::blending::Blending;
 use crate::clips::{self, Clip, ClipInput, Encode};
 use crate::failure::{Failure, shown};
@@ -230,7 +230,7 @@ impl WriteArgs {
         made: &ClipOutcome,
     ) -> Result<(), Failure> {
         let (Some(path), Some(plane)) = (&self.surface, &made.surface) else { return Ok(()) };
-        let made_by = Self::provenance(session, clip, clips, surfaces::options(made));
+        let made_by = Self::provenance(session, clip, clips, made.options.clone());
         let metadata = Metadata { provenance: Some(made_by), ..Metadata::default() };
         outputs.picture(path, outputs::format(path, None, None)?, plane, &metadata)
     }
