@@ -11,12 +11,12 @@ use crate::program::Folder;
 /// The generated fire of the fixtures.
 const FIRE: &str = "@/fire.png";
 
-fn clip(folder: &Folder, name: &str) -> Plane<3> {
+pub(crate) fn clip(folder: &Folder, name: &str) -> Plane<3> {
     let mut reader = ClipReader::open(folder.path(name), &ClipOptions::default()).unwrap();
     read_clip(&mut reader, &ReadOptions::default().limits).unwrap()
 }
 
-fn bytes(plane: &Plane<3>) -> &[u8] {
+pub(crate) fn bytes(plane: &Plane<3>) -> &[u8] {
     let Samples::U8(grid) = &plane.samples else { panic!("not 8 bits") };
     grid.samples()
 }

@@ -5,6 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::program::Folder;
+use crate::video::{bytes, clip};
 
 const FIRE: &str = "@/fire.png";
 
@@ -131,6 +132,24 @@ fn what_is_woven_tells_at_how_many_sizes_and_a_jump_has_one() {
     let line = format!("video {FIRE} -o out.y4m --mode temporal");
     folder.run(&format!("{line} --levels 2 --checkpoint kept")).refused(2, &["runs at one size", "--levels 1"]);
     folder.run(&format!("{line} --levels 6")).refused(2, &["'6' is no number of sizes"]);
+}
+
+#[test]
+fn files_carry_the_jump_that_was_taken_and_are_made_again_by_it() {
+    let folder = Folder::new("video-made-again");
+    for (line, jumps) in [("--mode transition", true), ("--blend 5 --period 12..20", true), ("--mode temporal", false)]
+    {
+        let said = folder.run(&format!("video {FIRE} -o a.##.png --json {line}")).done().json();
+        let jump = &said["stats"]["jump"];
+        let expected = jumps.then(|| format!("{},{}", jump["from"], jump["to"]));
+        assert_eq!(said["options"]["jump"].as_str(), expected.as_deref(), "{line}");
+        assert_eq!(said["options"]["period"].as_str(), None, "{line}: another jump may have it");
+        let first = folder.names().into_iter().filter(|name| name.ends_with(".png")).min().unwrap();
+        folder.run(&format!("again {first} -o b.##.png --look-in @/ --quiet")).done();
+        let [made, again] = ["a.##.png", "b.##.png"].map(|name| clip(&folder, name));
+        assert!(bytes(&made) == bytes(&again), "{line}");
+        folder.names().iter().for_each(|name| fs::remove_file(folder.path(name)).unwrap());
+    }
 }
 
 #[test]

@@ -39,8 +39,8 @@ impl Trial {
 }
 
 /// Jumps that are cut at full size, of those that were cut at half of it, and how many more while none of them closes,
-/// if no more close there. Of a tree of 320x240 the best two of eight by half size miss by 5 and 10 % of a block's usual
-/// step, which half size does not show, and the third closes.
+/// if no more close there. Of a tree of 320x240 the best two of eight by half size miss by 5 and 10 % of a block's
+/// usual step, which half size does not show, and the third closes.
 pub(super) const AT_FULL_SIZE: usize = 2;
 pub(super) const MOST_AT_FULL_SIZE: usize = 4;
 

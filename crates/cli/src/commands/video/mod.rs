@@ -84,8 +84,9 @@ struct ClipOutcome {
     complete: bool,
 }
 
-/// Threads on which is told what memory holds, how many frames, or whether to weave where no jump closes: the map follows
-/// from that, and must not depend on how many there are. On more of them what is told may not fit, and is refused.
+/// Threads on which is told what memory holds, how many frames, or whether to weave where no jump closes: the map
+/// follows from that, and must not depend on how many there are. On more of them what is told may not fit, and is
+/// refused.
 const CHOSEN_ON: usize = 16;
 
 impl Video {
