@@ -11,7 +11,8 @@ use crate::labels::label::Label;
 pub enum Prefer {
     /// What most have: those who pass by are left out.
     Median,
-    /// The one in focus: the largest differences to neighbours, over 5 samples along each axis.
+    /// The one in focus: the largest differences to neighbours, over 5 samples along both axes of space. Differences in
+    /// time are none: what flickers is not in focus.
     Sharpest,
     /// The lightest.
     Brightest,
@@ -119,12 +120,15 @@ fn distance(a: &[i32], b: &[i32]) -> i32 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<i32>() / a.len().max(1) as i32
 }
 
-/// Mean absolute differences of neighbours around a position.
+/// Mean absolute differences of neighbours around a position, in space: the last two axes.
 fn sharpness<const D: usize>(features: &Grid<u8, D>, at: [u32; D]) -> i32 {
     let (domain, mut sum, mut count) = (features.domain(), 0, 0);
-    for step in Domain::<D>::open([5; D]).positions() {
-        let Some(here) = domain.step(at, step.map(|s| s as i32 - 2)) else { continue };
-        for axis in 0..D {
+    let in_space = D.saturating_sub(2)..D;
+    let around = std::array::from_fn(|axis| if in_space.contains(&axis) { 5 } else { 1 });
+    for step in Domain::<D>::open(around).positions() {
+        let from = |axis: usize| step[axis] as i32 - around[axis] as i32 / 2;
+        let Some(here) = domain.step(at, std::array::from_fn(from)) else { continue };
+        for axis in in_space.clone() {
             let Some(next) = domain.next(here, axis) else { continue };
             for c in 0..features.channels() {
                 sum += i32::from(features.get(c, here).abs_diff(features.get(c, next)));
@@ -168,6 +172,23 @@ mod tests {
         assert_eq!(free(Prefer::Brightest), [3]);
         assert_eq!(free(Prefer::Sharpest), [2]);
         assert_eq!(free(Prefer::Median), [2], "90 of 10, 90, 100, 200");
+    }
+
+    #[test]
+    fn what_flickers_is_not_in_focus() {
+        let domain = Domain::open([5, 5, 5]);
+        let frames =
+            |value: fn([u32; 3]) -> u8| Grid::from_vec(domain, 1, domain.positions().map(value).collect()).unwrap();
+        let clips = [frames(|[t, ..]| 100 + 40 * (t % 2) as u8), frames(|[_, _, x]| 100 + 9 * (x % 2) as u8)];
+        let source = |(exemplar, features): (usize, Grid<u8, 3>)| Source {
+            features,
+            valid: None,
+            origin: Origin { exemplar: exemplar as u16, transform: Transform::IDENTITY },
+        };
+        let clips = Exemplars::from_sources(clips.into_iter().enumerate().map(source).collect(), vec![1]).unwrap();
+        let labels = [0, 1].map(|source| Label { source, offset: [0; 3] });
+        let prices = preferred(&clips, &labels, domain, Prefer::Sharpest).unwrap();
+        assert!(prices.plane(1).iter().all(|price| *price == 0) && prices.plane(0).iter().all(|price| 0 < *price));
     }
 
     #[test]
