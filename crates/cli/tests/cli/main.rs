@@ -16,6 +16,7 @@ mod graphcut;
 mod hybrid;
 mod merge;
 mod merge_clips;
+mod merge_clips_given;
 mod merge_clips_seams;
 mod optimize;
 mod order;

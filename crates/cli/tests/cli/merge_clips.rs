@@ -10,7 +10,7 @@ fn texture(seed: u32, [y, x]: [u32; 2], c: u32) -> u8 {
 }
 
 /// Two clips of five frames, the content of which goes down by so many pixels a frame.
-fn clips(folder: &Folder, by: u32) {
+pub(crate) fn clips(folder: &Folder, by: u32) {
     for (name, seed) in [("a", 1), ("b", 2)] {
         for t in 0..5 {
             let file = format!("{name}.{:03}.png", t + 1);

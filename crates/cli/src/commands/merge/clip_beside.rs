@@ -37,13 +37,20 @@ impl Beside<'_> {
             return Err(Failure::new(3, what).about(path).remedy("give one picture for all frames, or one for each"));
         }
         let options = inputs::options(self.session.limits, Role::Scalar, NonFiniteArg::Error);
-        let mut all = Vec::new();
+        let (mut all, mut read) = (Vec::new(), Vec::new());
         for file in files {
             let picture = Input::new(self.session, &file)?.read(self.session, &options, self.report)?;
             check_size(&file, picture.plane.domain().shape, Some(shape), of, remedy)?;
-            self.others.push(inputs::fingerprint(&file, &picture));
+            read.push(inputs::fingerprint(&file, &picture));
             all.push((file, picture.plane));
         }
+        if is_pattern(path) {
+            // By the name that the command has, it is found again.
+            let whole = clips::fingerprint(path, &read);
+            self.session.expect(&whole)?;
+            read.push(whole);
+        }
+        self.others.append(&mut read);
         Ok(all)
     }
 

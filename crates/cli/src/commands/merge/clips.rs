@@ -159,8 +159,8 @@ impl Merge {
     fn used_of_clips(&self, session: &Session<'_>) -> Used {
         let of_pictures = of_pictures().into_iter().filter(|name| session.options.has(name));
         let used = of_pictures.fold(session.options.clone(), |used, name| used.without(&name));
-        let used = used.unless("with", Vec::<String>::new()).unless("mask", Vec::<String>::new()).unless("gain", false);
-        self.blending.used_if_any(used)
+        let used = used.unless("with", Vec::<String>::new()).unless("mask", Vec::<String>::new());
+        self.used_of_all(self.blending.used_if_any(used))
     }
 
     /// Looks at the clips, which have the same frames, rate and samples, and lays them beside each other.

@@ -13,11 +13,13 @@ use crate::values::counts;
 impl Merge {
     /// The options as used.
     pub(super) fn used(&self, loom: &Loom<'_>, labels: &[Label<2>]) -> Used {
+        self.used_of_all(loom.used()).set("at", places(labels))
+    }
+
+    /// The same but for what is known of pictures, or of clips, alone.
+    pub(super) fn used_of_all(&self, used: Used) -> Used {
         let kept = |pair: &[String]| vec![pair[0].clone(), selvedge_io::display_name(pair[1].as_ref())];
-        loom.used()
-            .set("at", places(labels))
-            .unless("gain", false)
-            .set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
+        used.unless("gain", false).set("keep", self.keep.chunks(2).map(kept).collect::<Vec<_>>())
     }
 }
 
