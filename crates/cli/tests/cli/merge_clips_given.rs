@@ -35,3 +35,18 @@ fn what_is_kept_is_in_the_command_that_frames_carry() {
     white(&folder, "right.2.png", 20..30);
     folder.run(&told).refused(3, &["right.2.png", "is not the file that it was"]);
 }
+
+#[test]
+fn what_is_in_no_clip_is_no_seam_that_moves() {
+    let folder = Folder::new("merge-clips-hole");
+    clips(&folder, 0);
+    // A hole goes down where only one clip lies; the seam beside it stands still.
+    for t in 0..5 {
+        let shows = |_: usize, [y, x]: [u32; 2]| if x < 4 && (3 * t..3 * t + 6).contains(&y) { 0 } else { 255 };
+        write(&folder, &format!("hole.{t}.png"), [24, 30], 1, shows);
+    }
+    let line = "merge a.###.png b.###.png --at 20,0 --mask hole.#.png --mask none --json";
+    let said = folder.run(&format!("{line} -o out.###.png")).done().json();
+    assert!(said["stats"]["holes"].as_u64().unwrap() == 5 * 24);
+    assert_eq!(said["stats"]["seam_moves"], 0.0);
+}
