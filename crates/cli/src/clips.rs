@@ -170,22 +170,6 @@ impl ClipInput {
         Err(Failure::new(3, what).about(self.reader.path()).remedy("give a pass of the same frames"))
     }
 
-    /// Refuses a clip of other frames, another rate or other samples than the first.
-    pub(crate) fn check_alike(&self, first: &Self) -> Result<(), Failure> {
-        let (a, b) = (self.info(), first.info());
-        let layout = |channels: usize, depth: Depth| format!("{} of {}", n("channel", channels), depth.name());
-        let (found, expected) = match (a.rate, b.rate) {
-            _ if a.frames != b.frames => (n("frame", a.frames as usize), n("frame", b.frames as usize)),
-            (Some(rate), Some(of)) if rate != of => (format!("{rate} frames a second"), of.to_string()),
-            _ if (a.channels, a.alpha, a.depth) != (b.channels, b.alpha, b.depth) => {
-                (layout(a.channels, a.depth), layout(b.channels, b.depth))
-            }
-            _ => return Ok(()),
-        };
-        let failure = Failure::new(3, format!("has {found}, but the first clip has {expected}")).about(self.path());
-        Err(failure.remedy("give clips of the same frames, rate and samples"))
-    }
-
     /// What its frames come from.
     pub(crate) fn into_reader(self) -> ClipReader {
         self.reader

@@ -264,10 +264,7 @@ impl Headers {
             let plane = widened(picture.plane, self.layout)?;
             planes.push(associated(session, &input.path, plane, association)?);
         }
-        let first = &metadata[0];
-        if metadata.iter().any(|m| (&m.icc, m.gamma, m.cicp) != (&first.icc, first.gamma, first.cicp)) {
-            session.warn(&self.inputs[0].path, &"its colour tags are kept, but another exemplar has others");
-        }
+        inputs::tell_tags(session, &self.inputs[0].path, &metadata, "exemplar");
         let (mut masks, mut other_fingerprints) = self.read_masks(session, report)?;
         let paths: Vec<PathBuf> = self.inputs.iter().map(|input| input.path.clone()).collect();
         if self.given < planes.len() {

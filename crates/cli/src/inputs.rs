@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use selvedge_core::{Bytes, Grid, Limits, Plane, Role};
-use selvedge_io::{Fingerprint, Info, MapFile, MaskChannel, Picture, Problem, ReadOptions};
+use selvedge_io::{Fingerprint, Info, MapFile, MaskChannel, Metadata, Picture, Problem, ReadOptions};
 use serde_json::{Value, json};
 
 use crate::args::NonFiniteArg;
@@ -140,6 +140,20 @@ impl Input {
             None => file().and_then(|file| hasher.update_reader(file).map(drop)),
         };
         read.map_or(String::new(), |()| hasher.finalize().to_hex().to_string())
+    }
+}
+
+/// Tells of colours that mean something else than those of the first file, the tags of which are kept.
+pub(crate) fn tell_tags<'m>(
+    session: &Session<'_>,
+    first: &Path,
+    all: impl IntoIterator<Item = &'m Metadata>,
+    another: &str,
+) {
+    let mut tags = all.into_iter().map(|metadata| (&metadata.icc, metadata.gamma, metadata.cicp));
+    let of_first = tags.next();
+    if tags.any(|tags| Some(tags) != of_first) {
+        session.warn(first, &format!("its colour tags are kept, but another {another} has others"));
     }
 }
 

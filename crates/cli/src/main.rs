@@ -6,6 +6,7 @@ mod available;
 mod backdrop;
 mod blending;
 mod cli;
+mod clip_given;
 mod clip_look;
 mod clip_maps;
 mod clips;

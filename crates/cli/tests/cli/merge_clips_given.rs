@@ -2,6 +2,9 @@
 
 use std::fs;
 
+use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+use selvedge_io::{Association, Metadata, WriteOptions};
+
 use crate::graphcut::write;
 use crate::merge_clips::clips;
 use crate::program::Folder;
@@ -9,6 +12,17 @@ use crate::program::Folder;
 /// White in these columns.
 fn white(folder: &Folder, name: &str, columns: std::ops::Range<u32>) {
     write(folder, name, [24, 30], 1, |_, [_, x]| if columns.contains(&x) { 255 } else { 0 });
+}
+
+/// Five frames that differ in what they say of their colours.
+fn tagged(folder: &Folder, name: &str, channels: usize, (association, gamma): (Association, Option<u32>)) {
+    let grid = Grid::try_filled(Domain::open([24, 30]), channels, 90_u8).unwrap();
+    let plane = Plane { alpha: channels == 4, association, ..Plane::new(Role::Color, Samples::U8(grid)) };
+    let metadata = Metadata { gamma, ..Metadata::default() };
+    for t in 1..=5 {
+        let path = folder.path(name.replace('#', &t.to_string()));
+        selvedge_io::write(path, &plane, &metadata, &WriteOptions::default()).unwrap();
+    }
 }
 
 #[test]
@@ -34,6 +48,40 @@ fn what_is_kept_is_in_the_command_that_frames_carry() {
     assert!((1..=5).all(|t| bytes("out", t) == bytes("told", t)));
     white(&folder, "right.2.png", 20..30);
     folder.run(&told).refused(3, &["right.2.png", "is not the file that it was"]);
+}
+
+#[test]
+fn rates_are_compared_with_the_first_clip_that_has_one() {
+    let folder = Folder::new("merge-clips-rates");
+    (1..=2).for_each(|t| write(&folder, &format!("a.{t}.png"), [2, 2], 1, |_, _| 9));
+    for (name, rate) in [("b", 24), ("c", 25)] {
+        let file = format!("YUV4MPEG2 W2 H2 F{rate}:1 Cmono XCOLORRANGE=FULL\nFRAME\nabcdFRAME\nabcd");
+        fs::write(folder.path(format!("{name}.y4m")), file).unwrap();
+    }
+    let parts = ["c.y4m'", "25 frames a second", "'b.y4m' has 24"];
+    folder.run("merge a.#.png b.y4m c.y4m -o no.#.png").refused(3, &parts);
+    folder.run("merge a.#.png a.#.png c.y4m -o out.#.png").done();
+    // The one that decides is named, which is a picture here.
+    write(&folder, "plate.png", [2, 2], 4, |_, _| 255);
+    folder
+        .run("merge plate.png a.#.png -o no.#.png")
+        .refused(3, &["a.#.png'", "1 channel", "'plate.png' has 4 channels"]);
+}
+
+#[test]
+fn colours_that_mean_something_else_are_told() {
+    let folder = Folder::new("merge-clips-tags");
+    let straight = (Association::Straight, None);
+    tagged(&folder, "plain.#.png", 3, straight);
+    tagged(&folder, "gamma.#.png", 3, (Association::Straight, Some(100_000)));
+    let said = folder.run("merge plain.#.png gamma.#.png -o out.#.png").done();
+    assert_eq!(said.stderr.matches("colour tags").count(), 1, "{said:?}");
+    assert!(!folder.run("merge plain.#.png plain.#.png -o out.#.png").done().stderr.contains("colour tags"));
+    // Multiplied by alpha and not is refused, by name.
+    tagged(&folder, "straight.#.png", 4, straight);
+    tagged(&folder, "multiplied.#.tif", 4, (Association::Premultiplied, None));
+    let parts = ["multiplied.#.tif'", "premultiplied", "'straight.#.png' has straight"];
+    folder.run("merge straight.#.png multiplied.#.tif -o no.#.png").refused(3, &parts);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
 use selvedge_io::{Fingerprint, Metadata};
 
 use super::Apply;
+use crate::clip_given::check_alike;
 use crate::clip_maps::ClipMaps;
 use crate::clips::{self, Clip, ClipInput};
 use crate::failure::{Failure, n, shown};
@@ -35,7 +36,7 @@ impl Apply {
         let held = Some(maps.domain().shape[0]);
         let open = |path: &PathBuf| ClipInput::or_held(session, path, held, &frame).transpose();
         let clips = self.planes.iter().filter_map(open).collect::<Result<Vec<_>, _>>()?;
-        let of_each = self.of_each(&maps, &clips)?;
+        let of_each = of_each(session, &maps, &clips)?;
         names::check_apart(&self.output, clips.len() / of_each)?;
         let written = self.check_clips(session, (&clips, of_each, files), maps.domain())?;
         let made = clips.iter().step_by(of_each).map(|clip| made_of(&maps, clip) * 2).sum::<Bytes>();
@@ -75,16 +76,6 @@ impl Apply {
             }
             None => Ok(()),
         }
-    }
-
-    /// How many clips are one output: as many as the maps were made from, alike in samples.
-    fn of_each(&self, maps: &ClipMaps, clips: &[ClipInput]) -> Result<usize, Failure> {
-        let of_each = maps.laid_over(clips)?;
-        for of_one in clips.chunks(of_each) {
-            maps.laid_over(of_one)?;
-            of_one[1..].iter().try_for_each(|clip| clip.check_alike(&of_one[0]))?;
-        }
-        Ok(of_each)
     }
 
     /// Refuses what could not be written; the names of what is.
@@ -142,6 +133,16 @@ impl Apply {
         };
         outputs.clip(path, maps.domain().shape[0], &mut frame, (&metadata, options))
     }
+}
+
+/// How many clips are one output: as many as the maps were made from, alike in samples.
+fn of_each(session: &Session<'_>, maps: &ClipMaps, clips: &[ClipInput]) -> Result<usize, Failure> {
+    let of_each = maps.laid_over(clips)?;
+    for of_one in clips.chunks(of_each) {
+        maps.laid_over(of_one)?;
+        check_alike(session, of_one)?;
+    }
+    Ok(of_each)
 }
 
 /// Bytes of what is made of a clip.

@@ -11,6 +11,7 @@ use super::clip_laid::{Laid, Merged};
 use super::clip_needs::Needs;
 use super::gain::Tones;
 use super::{Merge, gain, told};
+use crate::clip_given::check_alike;
 use crate::clip_look::{Shown, features};
 use crate::clips::{Clip, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
@@ -169,11 +170,11 @@ impl Merge {
         let paths = &self.weaving.input.exemplars;
         inputs::check_streams(paths.iter().chain(&self.weaving.with.with).chain(&self.strokes))?;
         let clips = opened(session, paths, None, &frame)?;
-        clips[1..].iter().try_for_each(|clip| clip.check_alike(&clips[0]))?;
+        check_alike(session, &clips)?;
         let passes = opened(session, &self.weaving.with.with, Some(clips[0].info().frames), &frame)?;
         for passes in passes.chunks(clips.len()) {
             passes.iter().zip(&clips).try_for_each(|(pass, clip)| pass.check_like(clip))?;
-            passes[1..].iter().try_for_each(|pass| pass.check_alike(&passes[0]))?;
+            check_alike(session, passes)?;
         }
         let frames: Vec<Domain<2>> =
             clips.iter().map(|clip| Domain::open([clip.info().height, clip.info().width])).collect();
