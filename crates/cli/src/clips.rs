@@ -17,7 +17,6 @@ use crate::inputs::{self, Input};
 use crate::memory;
 use crate::report::Report;
 use crate::session::Session;
-use crate::stdio::STREAM;
 use crate::wrong::Wrong;
 
 /// How another program encodes a clip.
@@ -68,6 +67,12 @@ impl Clip {
     }
 }
 
+impl From<ClipReader> for ClipInput {
+    fn from(reader: ClipReader) -> Self {
+        Self { reader, held: 0 }
+    }
+}
+
 impl ClipInput {
     /// Looks at a clip; a stream is read to its end.
     pub(crate) fn open(session: &Session<'_>, path: &Path, options: &ClipOptions) -> Result<Self, Failure> {
@@ -112,24 +117,6 @@ impl ClipInput {
             // What no picture can be wrong by is told; else the picture says what is wrong with it.
             Err(e) if is_foreign || is_pattern(path) || is_of_clips(&e.problem) => Err(e.into()),
             _ => Ok(None),
-        }
-    }
-
-    /// The same, but a picture is held over so many frames; `None` for one whose frames are not known yet.
-    pub(crate) fn or_held(
-        session: &Session<'_>,
-        path: &Path,
-        frames: Option<u32>,
-        frame: &ReadOptions,
-    ) -> Result<Option<Self>, Failure> {
-        if path.as_os_str() == STREAM {
-            let options = ClipOptions { frame: frame.clone(), ..ClipOptions::default() };
-            return Self::open(session, path, &options).map(Some);
-        }
-        let held = |frames| Ok(Self { reader: ClipReader::of_picture(path, frames, frame)?, held: 0 });
-        match Self::found(path, frame)? {
-            Some(clip) => Ok(Some(clip)),
-            None => frames.map(held).transpose(),
         }
     }
 
@@ -232,7 +219,7 @@ pub(crate) fn noted(path: &Path, info: &ClipInfo, blake3: Option<&str>) -> Value
 }
 
 /// True for what is wrong with a clip, and for one that is too large.
-fn is_of_clips(problem: &Problem) -> bool {
+pub(crate) fn is_of_clips(problem: &Problem) -> bool {
     let is_none = matches!(problem, Problem::Clip(ClipProblem::Still | ClipProblem::UnknownContainer));
     !is_none && matches!(problem, Problem::Clip(_) | Problem::Memory { .. })
 }

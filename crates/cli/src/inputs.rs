@@ -214,11 +214,16 @@ pub(crate) fn check_streams<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) ->
             };
             return Err(twice.remedy("give the others as files"));
         }
-        if path.as_os_str() == STREAM || is_pipe(path) {
+        if is_stream(path) {
             streams.push(path);
         }
     }
     Ok(())
+}
+
+/// Whether a name is that of standard input or of a pipe.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    path.as_os_str() == STREAM || is_pipe(path)
 }
 
 /// What a stream begins with, and what follows if there is more.

@@ -1,13 +1,15 @@
 //! What `merge` of clips is given beside colours: what they have to have in common, streams, and what pictures tell.
 
 use std::fs;
+use std::io::Write as _;
+use std::process::Stdio;
 
 use selvedge_core::{Domain, Grid, Plane, Role, Samples};
 use selvedge_io::{Association, Metadata, WriteOptions};
 
-use crate::graphcut::write;
+use crate::graphcut::{samples, write};
 use crate::merge_clips::clips;
-use crate::program::Folder;
+use crate::program::{Folder, Said};
 
 /// White in these columns.
 fn white(folder: &Folder, name: &str, columns: std::ops::Range<u32>) {
@@ -82,6 +84,40 @@ fn colours_that_mean_something_else_are_told() {
     tagged(&folder, "multiplied.#.tif", 4, (Association::Premultiplied, None));
     let parts = ["multiplied.#.tif'", "premultiplied", "'straight.#.png' has straight"];
     folder.run("merge straight.#.png multiplied.#.tif -o no.#.png").refused(3, &parts);
+}
+
+/// Runs it with a file as standard input.
+fn fed(folder: &Folder, line: &str, file: &str) -> Said {
+    let mut command = folder.command();
+    command.args(line.split(' ')).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    // What refuses its options reads nothing.
+    let _ = child.stdin.take().unwrap().write_all(&fs::read(folder.path(file)).unwrap());
+    Said::from(child.wait_with_output().unwrap())
+}
+
+#[test]
+fn streams_are_read_once_and_may_be_a_picture() {
+    let folder = Folder::new("merge-clips-streams");
+    clips(&folder, 2);
+    white(&folder, "m.png", 0..8);
+    for twice in ["--mask - --mask -", "--keep 1 - --keep 2 -", "--mask - --mask none --fuse --fuse-keep -"] {
+        let said = fed(&folder, &format!("merge a.###.png b.###.png {twice} -o no.###.png"), "m.png");
+        said.refused(2, &["standard input is named twice"]);
+    }
+    fed(&folder, "merge a.###.png b.###.png --keep 1 - -o out.###.png", "m.png").done();
+    // A picture is held over all frames, also first, where no clip says yet how many there are.
+    for line in ["merge - b.###.png", "merge b.###.png -"] {
+        fed(&folder, &format!("{line} -o piped.#.png"), "a.003.png").done();
+        folder.run(&format!("{} -o file.#.png", line.replace("- ", "a.003.png ").replace(" -", " a.003.png"))).done();
+        assert!(
+            (1..=5).all(|t| samples(&folder, &format!("piped.{t}.png")) == samples(&folder, &format!("file.{t}.png")))
+        );
+    }
+    folder.run("merge a.###.png b.###.png --keep 1 m.png --map m.#.exr -o out.###.png").done();
+    fed(&folder, "apply m.#.exr - b.###.png -o piped.#.png", "a.003.png").done();
+    folder.run("apply m.#.exr a.003.png b.###.png -o file.#.png").done();
+    assert!((1..=5).all(|t| samples(&folder, &format!("piped.{t}.png")) == samples(&folder, &format!("file.{t}.png"))));
 }
 
 #[test]

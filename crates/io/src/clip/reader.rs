@@ -102,6 +102,21 @@ impl ClipReader {
         Ok(Self::new(path, info, Box::new(still), None, None))
     }
 
+    /// The same of a picture that was read as bytes, such as standard input.
+    ///
+    /// # Errors
+    /// Those of [`decode`](crate::decode).
+    pub fn of_picture_bytes(
+        bytes: &[u8],
+        path: impl AsRef<Path>,
+        frames: u32,
+        options: &ReadOptions,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let (info, still) = Still::of_bytes(bytes, path, frames, options)?;
+        Ok(Self::new(path, info, Box::new(still), None, None))
+    }
+
     /// Looks at a clip that was read as bytes, such as standard input; a sequence has files and is none.
     ///
     /// # Errors

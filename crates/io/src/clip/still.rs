@@ -6,7 +6,7 @@ use selvedge_core::Plane;
 
 use super::info::{ClipInfo, Frames, Layout};
 use crate::error::Error;
-use crate::read::read;
+use crate::read::{Picture, decode, read};
 use crate::{ReadOptions, Warning};
 
 /// A picture, read once, as so many frames.
@@ -21,7 +21,20 @@ pub(super) struct Still {
 impl Still {
     /// Reads the picture.
     pub(super) fn open(path: &Path, frames: u32, options: &ReadOptions) -> Result<(ClipInfo, Self), Error> {
-        let picture = read(path, options)?;
+        Ok(Self::of(read(path, options)?, frames))
+    }
+
+    /// The same of one that was read as bytes.
+    pub(super) fn of_bytes(
+        bytes: &[u8],
+        path: &Path,
+        frames: u32,
+        options: &ReadOptions,
+    ) -> Result<(ClipInfo, Self), Error> {
+        Ok(Self::of(decode(bytes, path, options)?, frames))
+    }
+
+    fn of(picture: Picture, frames: u32) -> (ClipInfo, Self) {
         let Layout { width, height, channels, alpha, association, depth } = Layout::of(&picture.plane);
         let info = ClipInfo {
             width,
@@ -36,7 +49,7 @@ impl Still {
             container: format!("{} picture", picture.format),
         };
         let (plane, blake3, warnings) = (picture.plane, picture.blake3, picture.warnings);
-        Ok((info, Self { plane, blake3, warnings, frames, at: 0 }))
+        (info, Self { plane, blake3, warnings, frames, at: 0 })
     }
 }
 

@@ -7,7 +7,7 @@ use selvedge_io::clip::{ClipWriteOptions, ClipWriter};
 use selvedge_io::{Fingerprint, Metadata};
 
 use super::Apply;
-use crate::clip_given::check_alike;
+use crate::clip_given::{check_alike, opened};
 use crate::clip_maps::ClipMaps;
 use crate::clips::{self, Clip, ClipInput};
 use crate::failure::{Failure, n, shown};
@@ -33,9 +33,7 @@ impl Apply {
         let maps = ClipMaps::read(session, &self.map, &mut report)?;
         let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
         // What was held over all frames has one picture a pass.
-        let held = Some(maps.domain().shape[0]);
-        let open = |path: &PathBuf| ClipInput::or_held(session, path, held, &frame).transpose();
-        let clips = self.planes.iter().filter_map(open).collect::<Result<Vec<_>, _>>()?;
+        let clips = opened(session, &self.planes, Some(maps.domain().shape[0]), &frame)?;
         let of_each = of_each(session, &maps, &clips)?;
         names::check_apart(&self.output, clips.len() / of_each)?;
         let written = self.check_clips(session, (&clips, of_each, files), maps.domain())?;

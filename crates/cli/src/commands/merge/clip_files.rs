@@ -60,7 +60,7 @@ impl Merge {
     }
 
     /// All files and sequences that are read.
-    fn files(&self) -> impl Iterator<Item = PathBuf> {
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let kept = self.keep.chunks(2).map(|pair| PathBuf::from(&pair[1]));
         let kept = kept.chain(self.fuse_keep.of(self.blending).ok().flatten().cloned());
         let read = self.weaving.with.with.iter().chain(&self.strokes);

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use selvedge_core::{Domain, Encoder, Exemplar, Exemplars, Grid, Plane, Role, SourceMap, Start, Woven};
 use selvedge_graphcut_textures::labels::{Label, LabelOptions, LabelStats, expand, preferred};
-use selvedge_io::ReadOptions;
 
 use super::clip_beside::Beside;
 use super::clip_laid::{Laid, Merged};
 use super::clip_needs::Needs;
 use super::gain::Tones;
 use super::{Merge, gain, told};
-use crate::clip_given::check_alike;
+use crate::clip_given::{check_alike, opened};
 use crate::clip_look::{Shown, features};
 use crate::clips::{Clip, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
@@ -21,7 +20,6 @@ use crate::options::names_of;
 use crate::outputs;
 use crate::report::{Done, Report};
 use crate::session::Session;
-use crate::stdio::STREAM;
 use crate::used::Used;
 
 /// Options that mean the same for clips.
@@ -58,7 +56,7 @@ impl Merge {
     /// True if there is a clip among the pictures.
     pub(super) fn is_of_clips(&self, session: &Session<'_>) -> Result<bool, Failure> {
         let options = inputs::options(session.limits, Role::Color, self.weaving.input.nonfinite);
-        for path in self.weaving.input.exemplars.iter().filter(|path| path.as_os_str() != STREAM) {
+        for path in self.weaving.input.exemplars.iter().filter(|path| !inputs::is_stream(path)) {
             // What cannot be opened is told of where it is read.
             if is_pattern(path) || ClipInput::found(path, &options).is_ok_and(|clip| clip.is_some()) {
                 return Ok(true);
@@ -168,7 +166,7 @@ impl Merge {
     fn lay_clips(&self, session: &Session<'_>) -> Result<Laid, Failure> {
         let frame = inputs::options(session.limits, Role::Color, self.weaving.input.nonfinite);
         let paths = &self.weaving.input.exemplars;
-        inputs::check_streams(paths.iter().chain(&self.weaving.with.with).chain(&self.strokes))?;
+        inputs::check_streams(&self.files().collect::<Vec<_>>())?;
         let clips = opened(session, paths, None, &frame)?;
         check_alike(session, &clips)?;
         let passes = opened(session, &self.weaving.with.with, Some(clips[0].info().frames), &frame)?;
@@ -197,23 +195,6 @@ impl Merge {
         let woven = expand(exemplars, Start::empty(exemplars, output)?, labels, &options, &session.run())?;
         Ok(woven)
     }
-}
-
-/// Opens clips; pictures are held over as many frames as the first clip has, unless that is known.
-fn opened(
-    session: &Session<'_>,
-    paths: &[PathBuf],
-    frames: Option<u32>,
-    frame: &ReadOptions,
-) -> Result<Vec<ClipInput>, Failure> {
-    let open = |path: &PathBuf| ClipInput::or_held(session, path, frames, frame);
-    let opened = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-    let frames = frames.or(opened.iter().flatten().next().map(|clip| clip.info().frames));
-    let held = |(path, clip): (&PathBuf, Option<ClipInput>)| match clip {
-        Some(clip) => Ok(clip),
-        None => ClipInput::or_held(session, path, frames, frame)?.ok_or_else(|| Failure::new(70, "no clip is given")),
-    };
-    paths.iter().zip(opened).map(held).collect()
 }
 
 /// Frames and their size, in words.
