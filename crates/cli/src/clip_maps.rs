@@ -24,6 +24,8 @@ pub(crate) struct ClipMaps {
     pub(crate) frames: Vec<Fingerprint>,
     pub(crate) fingerprint: Fingerprint,
     pub(crate) seed: u64,
+    /// Whether they were made from several clips of as many frames as they are.
+    are_merged: bool,
 }
 
 impl ClipMaps {
@@ -50,14 +52,21 @@ impl ClipMaps {
         let shapes = shapes.ok_or_else(|| no_maps().remedy("give maps that 'video' or 'merge' of clips wrote"))?;
         let Domain { shape: [height, width], periodic: [y, x] } = first.map.domain();
         let domain = Domain { shape: [files.len() as u32, height, width], periodic: [false, y, x] };
-        let seed = first.metadata.provenance.map_or(0, |made| made.seed);
+        let made = first.metadata.provenance;
+        let are_merged = made.as_ref().is_some_and(|made| made.command.starts_with("selvedge merge "));
+        let seed = made.map_or(0, |made| made.seed);
         let (ids, fingerprint) = (Grid::from_vec(domain, 1, ids)?, clips::fingerprint(name, &read));
-        Ok(Self { ids, shapes, frames: first.exemplars, fingerprint, seed })
+        Ok(Self { ids, shapes, frames: first.exemplars, fingerprint, seed, are_merged })
     }
 
     /// Shape and topology of the output.
     pub(crate) fn domain(&self) -> Domain<3> {
         self.ids.domain()
+    }
+
+    /// Frames of each clip that they were made from.
+    pub(crate) fn of_each(&self) -> u32 {
+        if self.are_merged { self.domain().shape[0] } else { self.shapes.len() as u32 }
     }
 
     /// Refuses a clip of other frames than those that the maps were made from.

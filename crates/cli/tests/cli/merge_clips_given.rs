@@ -121,6 +121,18 @@ fn streams_are_read_once_and_may_be_a_picture() {
 }
 
 #[test]
+fn a_picture_is_held_over_all_frames_that_maps_were_made_from() {
+    let folder = Folder::new("merge-clips-apply-one");
+    for t in 1..=12 {
+        write(&folder, &format!("v.{t:02}.png"), [16, 16], 1, |_, [y, x]| (100 + 9 * (t % 6) + y + x) as u8);
+    }
+    folder.run("video v.##.png --period 6 --map m.##.exr -o out.##.png").done();
+    write(&folder, "one.png", [16, 16], 3, |c, [y, x]| (c as u32 * 50 + 7 * y + x) as u8);
+    folder.run("apply m.##.exr one.png -o held.##.png").done();
+    assert!((1..=6).all(|t| samples(&folder, &format!("held.{t:02}.png")) == samples(&folder, "one.png")));
+}
+
+#[test]
 fn what_is_in_no_clip_is_no_seam_that_moves() {
     let folder = Folder::new("merge-clips-hole");
     clips(&folder, 0);

@@ -33,7 +33,7 @@ impl Apply {
         let maps = ClipMaps::read(session, &self.map, &mut report)?;
         let frame = inputs::options(session.limits, Role::Color, self.nonfinite);
         // What was held over all frames has one picture a pass.
-        let clips = opened(session, &self.planes, Some(maps.domain().shape[0]), &frame)?;
+        let clips = opened(session, &self.planes, Some(maps.of_each()), &frame)?;
         let of_each = of_each(session, &maps, &clips)?;
         names::check_apart(&self.output, clips.len() / of_each)?;
         let written = self.check_clips(session, (&clips, of_each, files), maps.domain())?;
