@@ -86,6 +86,23 @@ fn colours_that_mean_something_else_are_told() {
     folder.run("merge straight.#.png multiplied.#.tif -o no.#.png").refused(3, &parts);
 }
 
+#[test]
+fn numbers_that_are_none_are_replaced_in_masks_as_well() {
+    let folder = Folder::new("merge-clips-nonfinite");
+    clips(&folder, 2);
+    let light: Vec<f32> =
+        (0..24 * 30).map(|i| if i % 30 == 29 { f32::NAN } else { f32::from(u8::from(i % 30 < 8)) }).collect();
+    let mask = Plane::new(Role::Scalar, Samples::F32(Grid::from_vec(Domain::open([24, 30]), 1, light).unwrap()));
+    selvedge_io::write(folder.path("m.exr"), &mask, &Metadata::default(), &WriteOptions::default()).unwrap();
+    let line = "merge a.###.png b.###.png --label-map l.#.png -o out.###.png";
+    for (option, shown) in [("--keep 1 m.exr", 1.0), ("--mask none --mask m.exr", 2.0)] {
+        folder.run(&format!("{line} {option}")).refused(3, &["m.exr'", "--nonfinite"]);
+        folder.run(&format!("{line} {option} --nonfinite zero")).done();
+        assert!(shown == 2.0 || samples(&folder, "l.2.png").value(0, 3) == shown);
+        assert!(shown == 1.0 || samples(&folder, "l.2.png").value(0, 20) == 1.0);
+    }
+}
+
 /// Runs it with a file as standard input.
 fn fed(folder: &Folder, line: &str, file: &str) -> Said {
     let mut command = folder.command();

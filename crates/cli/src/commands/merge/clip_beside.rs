@@ -8,12 +8,12 @@ use selvedge_io::Fingerprint;
 
 use super::Merge;
 use super::strokes::keep;
-use crate::args::NonFiniteArg;
 use crate::clips::{self, Clip, is_pattern};
 use crate::exemplars::NO_MASK;
 use crate::failure::{Failure, n};
 use crate::ground::check_size;
 use crate::inputs::{self, Input, white};
+use crate::options::NonFinite;
 use crate::report::Report;
 use crate::session::Session;
 
@@ -21,6 +21,7 @@ use crate::session::Session;
 pub(super) struct Beside<'a> {
     pub(super) session: &'a Session<'a>,
     pub(super) report: &'a mut Report,
+    pub(super) nonfinite: NonFinite,
     pub(super) others: Vec<Fingerprint>,
 }
 
@@ -36,7 +37,7 @@ impl Beside<'_> {
             let what = format!("{}, but the clips have {frames}", n("frame", files.len()));
             return Err(Failure::new(3, what).about(path).remedy("give one picture for all frames, or one for each"));
         }
-        let options = inputs::options(self.session.limits, Role::Scalar, NonFiniteArg::Error);
+        let options = inputs::options(self.session.limits, Role::Scalar, self.nonfinite);
         let (mut all, mut read) = (Vec::new(), Vec::new());
         for file in files {
             let picture = Input::new(self.session, &file)?.read(self.session, &options, self.report)?;

@@ -91,7 +91,8 @@ impl Merge {
             clips.into_iter().map(|clip| clip.read(session, &mut report)).collect::<Result<Vec<_>, _>>()
         };
         let (mut clips, passes) = (read(clips)?, read(passes)?);
-        let mut beside = Beside { session, report: &mut report, others: Vec::new() };
+        let mut beside =
+            Beside { session, report: &mut report, nonfinite: self.weaving.input.nonfinite, others: Vec::new() };
         let masks = self.masks_of_clips(&mut beside, &clips)?;
         if self.found().next().is_some() {
             let (found, [height, width]) = self.lay_found(session, &clips, &masks)?;
