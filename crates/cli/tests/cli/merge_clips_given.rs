@@ -150,6 +150,18 @@ fn a_picture_is_held_over_all_frames_that_maps_were_made_from() {
 }
 
 #[test]
+fn passes_beside_blended_clips_are_said_to_be_copied() {
+    let folder = Folder::new("merge-clips-copied");
+    clips(&folder, 2);
+    (1..=5).for_each(|t| white(&folder, &format!("n.{t}.png"), t..9));
+    let line = "merge a.###.png b.###.png --with n.#.png n.#.png -o {stem}-out.###.png";
+    let said = folder.run(&format!("{line} --feather 1")).done();
+    assert_eq!(said.stderr.matches("not blended").count(), 1, "{said:?}");
+    assert!(!folder.run(line).done().stderr.contains("not blended"));
+    assert!(!folder.run("merge a.###.png b.###.png --feather 1 -o out.###.png").done().stderr.contains("not blended"));
+}
+
+#[test]
 fn what_is_in_no_clip_is_no_seam_that_moves() {
     let folder = Folder::new("merge-clips-hole");
     clips(&folder, 0);

@@ -175,6 +175,10 @@ impl Merge {
             passes.iter().zip(&clips).try_for_each(|(pass, clip)| pass.check_like(clip))?;
             check_alike(session, passes)?;
         }
+        if let (Some(pass), false) = (passes.first(), self.blending.is_none()) {
+            let what = "is cut by the same seam and copied, as all passes of clips are, and not blended";
+            session.warn(pass.path(), &what);
+        }
         let frames: Vec<Domain<2>> =
             clips.iter().map(|clip| Domain::open([clip.info().height, clip.info().width])).collect();
         let (labels, [height, width]) = self.lay_frames(paths, &frames)?;

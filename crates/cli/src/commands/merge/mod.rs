@@ -49,6 +49,11 @@ use crate::weaving::Weaving;
 #[command(mut_arg("map", |arg| arg
     .help("Write the source map: which sample stands at each place; for clips one a frame, 'maps.####.exr'. See 'selvedge \
            apply'")))]
+#[command(mut_arg("with", |arg| arg
+    .help("Lay the same weave over other planes of the pictures, such as the normals and heights of a material: a plane for \
+           each picture, in order; more of them make more outputs. '{name}' and '{stem}' in OUT stand for the name of \
+           picture and plane, with and without extension. Passes of clips are copied, also where seams of the clips are \
+           hidden")))]
 #[command(mut_arg("preview", |arg| arg
     .help("Write two by two copies of an output that tiles beside each other; of clips frames and slices through time, with \
            the seam. 8 bits, for eyes")))]
