@@ -162,6 +162,26 @@ fn passes_beside_blended_clips_are_said_to_be_copied() {
 }
 
 #[test]
+fn the_preview_shows_what_is_written() {
+    let folder = Folder::new("merge-clips-preview");
+    for (name, add) in [("a", 40), ("b", 100)] {
+        for t in 1..=5 {
+            write(&folder, &format!("{name}.{t}.png"), [24, 30], 3, |_, [y, x]| (add + 2 * x + y) as u8);
+        }
+    }
+    for options in ["--feather 2", "--spline 2", "--fuse"] {
+        folder.run(&format!("merge a.#.png b.#.png --at 12,5 {options} -o out.#.png --preview see.png")).done();
+        let (seen, out) = (samples(&folder, "see.png"), samples(&folder, "out.1.png"));
+        let wide = seen.domain().shape[1];
+        for (i, [y, x]) in out.domain().positions().enumerate() {
+            let shown = |c: usize| if out.value(3, i) == 0.0 { 255.0 } else { out.value(c, i) };
+            let is = |c: usize| seen.value(c, (y * wide + x) as usize);
+            assert!((0..3).all(|c| is(c) == shown(c)), "{options} at {x},{y}: {} for {}", is(0), shown(0));
+        }
+    }
+}
+
+#[test]
 fn what_is_in_no_clip_is_no_seam_that_moves() {
     let folder = Folder::new("merge-clips-hole");
     clips(&folder, 0);

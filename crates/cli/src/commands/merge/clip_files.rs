@@ -10,7 +10,7 @@ use selvedge_io::{Fingerprint, Metadata};
 use super::clip_blended::Blended;
 use super::clip_laid::{Laid, Merged};
 use super::placed::shows;
-use super::{Merge, told};
+use super::{Merge, clip_seen, told};
 use crate::clips::{self, Clip, is_pattern};
 use crate::failure::{Failure, n};
 use crate::harmonise::hidden;
@@ -106,9 +106,10 @@ impl Merge {
     ) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
         let own = merged.used_for(None);
-        self.add_clip(&mut outputs, session, merged, (&merged.clips, own))?;
+        let mut seen = (merged.complete && self.is_seen()).then(Vec::new);
+        self.add_clip(&mut outputs, session, merged, (&merged.clips, own, seen.as_mut()))?;
         for passes in merged.passes.chunks(merged.clips.len()) {
-            self.add_clip(&mut outputs, session, merged, (passes, merged.used_for(Some(passes))))?;
+            self.add_clip(&mut outputs, session, merged, (passes, merged.used_for(Some(passes)), None))?;
         }
         report.stage("encode");
         // What is not whole does not say how it was made: no command makes it again.
@@ -126,23 +127,29 @@ impl Merge {
             let frames: Vec<Fingerprint> = merged.clips.iter().flat_map(|clip| clip.frames.clone()).collect();
             clip_maps::add(&mut outputs, name, &merged.map, (&frames, &told))?;
         }
-        if let (Some(path), Some(plane)) = (&self.weaving.preview, &merged.preview) {
+        let preview = seen.map(|frames| clip_seen::preview(&frames, &merged.map)).transpose()?;
+        if let (Some(path), Some(plane)) = (&self.weaving.preview, &preview) {
             outputs.view(path, plane, &told)?;
         }
         if let Some(folder) = &self.weaving.report {
             let made_by = (folder.as_path(), made_by.command.as_str());
-            clip_look::add_page(&mut outputs, session, report, made_by, (PREVIEW, merged.preview.as_ref()))?;
+            clip_look::add_page(&mut outputs, session, report, made_by, (PREVIEW, preview.as_ref()))?;
         }
         Ok(outputs)
     }
 
-    /// Adds what the map shows of clips, or of passes of them.
+    /// Whether somebody will see frames and slices.
+    pub(super) fn is_seen(&self) -> bool {
+        self.weaving.preview.is_some() || self.weaving.report.is_some()
+    }
+
+    /// Adds what the map shows of clips, or of passes of them; frames that are to be `seen` are kept.
     fn add_clip(
         &self,
         outputs: &mut Outputs,
         session: &Session<'_>,
         merged: &Merged,
-        (shown, used): (&[Clip], Used),
+        (shown, used, mut seen): (&[Clip], Used, Option<&mut Vec<Plane<2>>>),
     ) -> Result<(), Failure> {
         let planes: Vec<&Plane<3>> = shown.iter().map(|clip| &clip.plane).collect();
         let passes = if std::ptr::eq(shown, merged.clips.as_slice()) { &[] } else { shown };
@@ -160,7 +167,11 @@ impl Merge {
                 None => frame_of(&map.render(&planes)?, 0)?,
             };
             // Black would be as good as any colour of the clips.
-            if merged.holes { hidden(frame, |i| !map.ids.plane(0)[i].is_assigned()) } else { Ok(frame) }
+            let frame = if merged.holes { hidden(frame, |i| !map.ids.plane(0)[i].is_assigned())? } else { frame };
+            if let Some(seen) = &mut seen {
+                seen.push(frame.clone());
+            }
+            Ok(frame)
         };
         let path = self.clip_name(&shown[0].path);
         let path = if merged.complete { path } else { outputs::partial(&path) };

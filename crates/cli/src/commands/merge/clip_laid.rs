@@ -1,6 +1,6 @@
 //! Clips that are merged: as they were looked at, and as they were read.
 
-use selvedge_core::{Domain, Exemplars, Grid, Plane, SourceMap};
+use selvedge_core::{Domain, Exemplars, Grid, SourceMap};
 use selvedge_graphcut_textures::labels::Label;
 use selvedge_io::Fingerprint;
 use selvedge_io::clip::Rate;
@@ -42,8 +42,6 @@ pub(super) struct Merged {
     pub(super) used: Used,
     /// What was read beside clips and passes.
     pub(super) others: Vec<Fingerprint>,
-    /// Frames and slices, if somebody will see them.
-    pub(super) preview: Option<Plane<2>>,
     pub(super) complete: bool,
 }
 

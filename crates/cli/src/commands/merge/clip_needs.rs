@@ -4,7 +4,7 @@ use selvedge_core::{Bytes, Depth, Domain};
 use selvedge_graphcut_textures::labels::estimate_labels;
 
 use super::clip_laid::Laid;
-use super::{Merge, clip_blended, gain};
+use super::{Merge, clip_blended, clip_seen, gain};
 use crate::clips::ClipInput;
 use crate::failure::Failure;
 use crate::memory;
@@ -58,15 +58,9 @@ impl Needs {
     fn output(&self, merge: &Merge, output: Domain<3>) -> Bytes {
         let files: Bytes = self.shown.iter().map(|(channels, depth)| memory::picture(output, *channels, *depth)).sum();
         let maps = if merge.weaving.map.is_some() { 12 } else { 0 };
-        // Features of the clips and of the output.
-        let is_seen = merge.weaving.preview.is_some() || merge.weaving.report.is_some();
-        let seen = if is_seen {
-            Bytes::of_samples(output, 2 * self.colors as u64) + memory::sources(&self.sources, self.colors)
-        } else {
-            Bytes(0)
-        };
+        let seen = if merge.is_seen() { clip_seen::bytes(output, self.colors, self.depth) } else { Bytes(0) };
         let kept = merge.fuse_keep.of(merge.blending).is_ok_and(|path| path.is_some());
         let blended = clip_blended::bytes(merge.blending, output, self.colors, (kept, self.depth.bytes()));
-        blended.max(seen) + files * 2 + Bytes::of_samples(output, 4 + 2 + maps)
+        blended + seen + files * 2 + Bytes::of_samples(output, 4 + 2 + maps)
     }
 }

@@ -11,7 +11,6 @@ use super::clip_needs::Needs;
 use super::gain::Tones;
 use super::{Merge, gain, told};
 use crate::clip_given::{check_alike, opened};
-use crate::clip_look::{Shown, features};
 use crate::clips::{Clip, ClipInput, is_pattern};
 use crate::failure::{Failure, n, shown};
 use crate::inputs;
@@ -122,10 +121,7 @@ impl Merge {
         if let Some(tones) = &tones {
             report.stats["tones"] = gain::told(tones);
         }
-        let is_seen = complete && (self.weaving.preview.is_some() || self.weaving.report.is_some());
-        let preview = || Shown { output: &features(&exemplars, &map)?, map: &map, in_space: true }.picture(Vec::new());
-        let preview = is_seen.then(preview).transpose()?;
-        let merged = Merged { clips, passes, exemplars, map, unfused, holes, rate, used, others, preview, complete };
+        let merged = Merged { clips, passes, exemplars, map, unfused, holes, rate, used, others, complete };
         if !complete {
             return Err(self.interrupted(session, &mut report, &merged));
         }

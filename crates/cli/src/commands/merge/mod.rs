@@ -7,6 +7,7 @@ mod clip_files;
 mod clip_laid;
 mod clip_needs;
 mod clip_placed;
+mod clip_seen;
 mod clips;
 mod gain;
 mod placed;
