@@ -97,8 +97,13 @@ fn windows_make_maps_better() {
     };
     let before = totals("--refine 0 -o b.##.png");
     assert!((1..=60).all(|t| samples(&folder, &format!("a.{t:02}.png")) == samples(&folder, &format!("b.{t:02}.png"))));
-    let after = totals("--refine 20 -o c.##.png");
+    let after = totals("--refine 20 -o c.##.png --checkpoint kept");
     assert!(after < before, "{before} {after}");
+    // The same line goes on from the last of the windows that were kept; without its maps it is another run.
+    assert_eq!(totals("--refine 20 -o d.##.png --resume kept"), after);
+    assert!((1..=60).all(|t| samples(&folder, &format!("c.{t:02}.png")) == samples(&folder, &format!("d.{t:02}.png"))));
+    let without = format!("{spacetime} --size 40x40x60 --at-once 25 --refine 20 -o e.##.png --resume kept");
+    folder.run(&without).refused(3, &["kept", "with --start"]);
 }
 
 /// The generated fire of the fixtures as other samples, one file a frame.

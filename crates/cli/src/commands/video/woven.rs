@@ -52,7 +52,7 @@ pub(super) struct WovenArgs {
     #[command(flatten)]
     refining: Refining,
     /// Go on from source maps of this clip that --map wrote, whose size the output has: their seams are made better.
-    #[arg(long, value_name = "MAPS.####.exr", conflicts_with = "resume", value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "MAPS.####.exr", value_hint = ValueHint::FilePath)]
     start: Option<PathBuf>,
     /// Weave so many frames at once, those of each window going on from the one before. Default: all, or as many as
     /// --max-memory holds.
