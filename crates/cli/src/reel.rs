@@ -124,7 +124,8 @@ impl<'a> Reel<'a> {
             let from = self.frame(&self.reader, (source(&part[0]) / of) as u32)?;
             if made.is_empty() {
                 let [_, height, width] = map.domain().shape;
-                let samples = empty(&from.samples, Domain::open([height, width]))?;
+                let (channels, depth) = (from.samples.channels(), from.samples.depth());
+                let samples = Samples::try_zeros(Domain::open([height, width]), channels, depth)?;
                 made = vec![Plane { samples, ..from.clone() }; frames.len()];
             }
             for place in part {
@@ -179,17 +180,6 @@ impl Footage for Reel<'_> {
             Error::Unread { frame }
         })
     }
-}
-
-/// As many channels of another size, of the same depth.
-fn empty(like: &Samples<2>, domain: Domain<2>) -> Result<Samples<2>, selvedge_core::Error> {
-    let channels = like.channels();
-    Ok(match like {
-        Samples::U8(_) => Samples::U8(Grid::try_filled(domain, channels, 0)?),
-        Samples::U16(_) => Samples::U16(Grid::try_filled(domain, channels, 0)?),
-        Samples::F16(_) => Samples::F16(Grid::try_filled(domain, channels, 0)?),
-        Samples::F32(_) => Samples::F32(Grid::try_filled(domain, channels, 0.0)?),
-    })
 }
 
 /// Copies a pixel.

@@ -96,6 +96,19 @@ macro_rules! each_depth {
 pub(crate) use each_depth;
 
 impl<const D: usize> Samples<D> {
+    /// Zeros of a depth.
+    ///
+    /// # Errors
+    /// [`Allocation`](crate::Error::Allocation).
+    pub fn try_zeros(domain: Domain<D>, channels: usize, depth: Depth) -> Result<Self, crate::Error> {
+        Ok(match depth {
+            Depth::U8 => Self::U8(Grid::try_filled(domain, channels, 0)?),
+            Depth::U16 => Self::U16(Grid::try_filled(domain, channels, 0)?),
+            Depth::F16 => Self::F16(Grid::try_filled(domain, channels, 0)?),
+            Depth::F32 => Self::F32(Grid::try_filled(domain, channels, 0.0)?),
+        })
+    }
+
     /// Shape and topology.
     pub fn domain(&self) -> Domain<D> {
         each_depth!(self, g => g.domain())

@@ -44,19 +44,14 @@ impl Format {
 
 #[cfg(test)]
 mod tests {
-    use selvedge_core::{Domain, Grid, Plane, Role, Samples};
+    use selvedge_core::{Domain, Plane, Role, Samples};
 
     use super::*;
     use crate::{Metadata, WriteOptions, encode};
 
     fn plane(channels: usize, alpha: bool, depth: Depth) -> Plane<2> {
         let domain = Domain::open([2, 3]);
-        let samples = match depth {
-            Depth::U8 => Samples::U8(Grid::try_filled(domain, channels, 0).unwrap()),
-            Depth::U16 => Samples::U16(Grid::try_filled(domain, channels, 0).unwrap()),
-            Depth::F16 => Samples::F16(Grid::try_filled(domain, channels, 0).unwrap()),
-            Depth::F32 => Samples::F32(Grid::try_filled(domain, channels, 0.0).unwrap()),
-        };
+        let samples = Samples::try_zeros(domain, channels, depth).unwrap();
         Plane { alpha, ..Plane::new(Role::Color, samples) }
     }
 

@@ -10,7 +10,7 @@ use super::info::{ClipInfo, FrameEncoder, Frames, Layout};
 use super::problem::ClipProblem;
 use crate::error::{Error, Problem};
 use crate::read::read;
-use crate::{Depth, Metadata, ReadOptions, Warning, WriteOptions, encode};
+use crate::{Metadata, ReadOptions, Warning, WriteOptions, encode};
 
 /// How frames lie in a flipbook.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,13 +118,7 @@ impl FrameEncoder for FlipbookWriter {
 
 /// A picture like a frame, of another size and black.
 fn empty(like: &Plane<2>, domain: Domain<2>) -> Result<Plane<2>, Problem> {
-    let channels = like.samples.channels();
-    let samples = match like.samples.depth() {
-        Depth::U8 => Samples::U8(Grid::try_filled(domain, channels, 0)?),
-        Depth::U16 => Samples::U16(Grid::try_filled(domain, channels, 0)?),
-        Depth::F16 => Samples::F16(Grid::try_filled(domain, channels, 0)?),
-        Depth::F32 => Samples::F32(Grid::try_filled(domain, channels, 0.0)?),
-    };
+    let samples = Samples::try_zeros(domain, like.samples.channels(), like.samples.depth())?;
     Ok(Plane { role: like.role, samples, alpha: like.alpha, association: like.association })
 }
 

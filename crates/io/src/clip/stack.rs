@@ -5,7 +5,6 @@ use selvedge_core::{Domain, Grid, Limits, Plane, Samples};
 use super::info::ClipInfo;
 use super::problem::{ClipProblem, check_samples};
 use super::reader::ClipReader;
-use crate::Depth;
 use crate::error::{Error, Problem};
 use crate::header::{Header, afford};
 
@@ -20,12 +19,7 @@ pub fn read_clip(reader: &mut ClipReader, limits: &Limits) -> Result<Plane<3>, E
     let domain = Domain::open([info.frames, info.height, info.width]);
     let (channels, depth, alpha, association) = (info.channels, info.depth, info.alpha, info.association);
     let refused = |e| Error::new(&path, Problem::Core(e));
-    let mut samples = match depth {
-        Depth::U8 => Samples::U8(Grid::try_filled(domain, channels, 0).map_err(refused)?),
-        Depth::U16 => Samples::U16(Grid::try_filled(domain, channels, 0).map_err(refused)?),
-        Depth::F16 => Samples::F16(Grid::try_filled(domain, channels, 0).map_err(refused)?),
-        Depth::F32 => Samples::F32(Grid::try_filled(domain, channels, 0.0).map_err(refused)?),
-    };
+    let mut samples = Samples::try_zeros(domain, channels, depth).map_err(refused)?;
     let (mut frames, mut role) = (0, selvedge_core::Role::Color);
     while let Some(frame) = reader.next()? {
         match (&mut samples, &frame.samples) {
