@@ -153,19 +153,9 @@ impl Cells {
         let picture = read(path, options)?;
         let [height, width] = picture.plane.domain().shape;
         let size = layout.frame_size([width, height]).map_err(|p| Error::new(path, p))?;
-        let Layout { channels, alpha, association, depth, .. } = Layout::of(&picture.plane);
-        let info = ClipInfo {
-            width: size[0],
-            height: size[1],
-            frames: layout.cells(),
-            rate: None,
-            channels,
-            alpha,
-            association,
-            depth,
-            metadata: picture.metadata,
-            container: format!("flipbook of {layout}"),
-        };
+        let [width, height] = size;
+        let frame = Layout { width, height, ..Layout::of(&picture.plane) };
+        let info = frame.info(layout.cells(), picture.metadata, format!("flipbook of {layout}"));
         let (sheet, blake3, warnings) = (picture.plane, picture.blake3, picture.warnings);
         Ok((info, Self { layout, sheet, size, blake3, warnings, at: 0 }))
     }

@@ -54,6 +54,12 @@ impl Layout {
         Self { width, height, channels, alpha: plane.alpha, association: plane.association, depth }
     }
 
+    /// So many frames that are pictures, of which none tells a rate.
+    pub(super) fn info(self, frames: u32, metadata: Metadata, container: String) -> ClipInfo {
+        let Self { width, height, channels, alpha, association, depth } = self;
+        ClipInfo { width, height, frames, rate: None, channels, alpha, association, depth, metadata, container }
+    }
+
     /// Refuses another layout than that of the first frame.
     pub(super) fn check(&self, path: &Path, number: u32, found: &Self) -> Result<(), Error> {
         // Without alpha it means nothing.

@@ -39,19 +39,7 @@ impl Sequence {
             headed(&header).check(file, number, &headed(&found))?;
         }
         let layout = Layout::of(&read.plane);
-        let Layout { width, height, channels, alpha, association, depth } = layout;
-        let info = ClipInfo {
-            width,
-            height,
-            frames: files.len() as u32,
-            rate: None,
-            channels,
-            alpha,
-            association,
-            depth,
-            metadata: read.metadata,
-            container: format!("{} sequence", read.format),
-        };
+        let info = layout.info(files.len() as u32, read.metadata, format!("{} sequence", read.format));
         let (hashes, warnings) = (Vec::new(), Vec::new());
         Ok((info, Self { files, options: options.clone(), layout, hashes, warnings, at: 0 }))
     }

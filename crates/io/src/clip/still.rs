@@ -35,19 +35,8 @@ impl Still {
     }
 
     fn of(picture: Picture, frames: u32) -> (ClipInfo, Self) {
-        let Layout { width, height, channels, alpha, association, depth } = Layout::of(&picture.plane);
-        let info = ClipInfo {
-            width,
-            height,
-            frames,
-            rate: None,
-            channels,
-            alpha,
-            association,
-            depth,
-            metadata: picture.metadata,
-            container: format!("{} picture", picture.format),
-        };
+        let container = format!("{} picture", picture.format);
+        let info = Layout::of(&picture.plane).info(frames, picture.metadata, container);
         let (plane, blake3, warnings) = (picture.plane, picture.blake3, picture.warnings);
         (info, Self { plane, blake3, warnings, frames, at: 0 })
     }
