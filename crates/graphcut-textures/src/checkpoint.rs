@@ -22,7 +22,7 @@ pub struct Checkpoint<const D: usize> {
     step: u64,
     failures: u64,
     left_out: Vec<bool>,
-    /// Patches, refinements, improvements, cuts and their nodes.
+    /// Of patches, refinements, improvements, cuts and their nodes.
     counts: [u64; 5],
     energy: Vec<i64>,
 }
@@ -30,14 +30,13 @@ pub struct Checkpoint<const D: usize> {
 impl<const D: usize> Checkpoint<D> {
     /// Of a run as it is now.
     pub(crate) fn of(weaver: &Weaver<'_, D>) -> Self {
-        let Stats { patches, refinements, improvements, cuts, cut_nodes, .. } = weaver.stats;
         Self {
             ids: weaver.canvas.map.ids.plane(0).to_vec(),
             history: weaver.history.clone(),
             step: weaver.step,
             failures: weaver.failures,
             left_out: weaver.canvas.cells.left_out().to_vec(),
-            counts: [patches, refinements, improvements, cuts, cut_nodes],
+            counts: weaver.stats.counts(),
             energy: weaver.stats.energy.clone(),
         }
     }
@@ -52,7 +51,7 @@ impl<const D: usize> Checkpoint<D> {
         }
         (weaver.history, weaver.step, weaver.failures) = (self.history.clone(), self.step, self.failures);
         let stats = &mut weaver.stats;
-        [stats.patches, stats.refinements, stats.improvements, stats.cuts, stats.cut_nodes] = self.counts;
+        stats.set_counts(self.counts);
         stats.energy.clone_from(&self.energy);
         Ok(())
     }
@@ -119,10 +118,7 @@ fn read<const D: usize>(bytes: &[u8]) -> Option<Checkpoint<D>> {
         return None;
     }
     let (step, failures, noted) = (words.word()?, words.word()?, u32::try_from(words.word()?).ok()?);
-    let mut counts = [0; 5];
-    for count in &mut counts {
-        *count = words.word()?;
-    }
+    let counts = words.array()?;
     let energy = words.prices()?;
     let patch = |words: &mut Words<'_>| {
         let (source, mut offset) = (usize::try_from(words.word()?).ok()?, [0; D]);

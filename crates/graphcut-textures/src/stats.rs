@@ -40,6 +40,16 @@ impl<const D: usize> Stats<D> {
         }
     }
 
+    /// Numbers of patches, refinements, improvements, cuts and their nodes, as checkpoints keep them.
+    pub(crate) fn counts(&self) -> [u64; 5] {
+        [self.patches, self.refinements, self.improvements, self.cuts, self.cut_nodes]
+    }
+
+    /// The same of a run that is gone on from.
+    pub(crate) fn set_counts(&mut self, counts: [u64; 5]) {
+        [self.patches, self.refinements, self.improvements, self.cuts, self.cut_nodes] = counts;
+    }
+
     /// Counts those of a run over a part of the output as well.
     pub(crate) fn add(&mut self, part: &Self) {
         self.patches += part.patches;

@@ -12,6 +12,14 @@ impl Words<'_> {
         Some(u64::from_le_bytes(*first))
     }
 
+    pub(crate) fn array<const N: usize>(&mut self) -> Option<[u64; N]> {
+        let mut all = [0; N];
+        for word in &mut all {
+            *word = self.word()?;
+        }
+        Some(all)
+    }
+
     /// So many words, by their number in front of them.
     pub(crate) fn prices(&mut self) -> Option<Vec<i64>> {
         (0..self.word()?).map(|_| Some(self.word()? as i64)).collect()

@@ -17,7 +17,7 @@ pub struct WindowsCheckpoint {
     ids: Vec<SampleId>,
     at_once: u32,
     windows: u64,
-    /// Patches, refinements, improvements, cuts and their nodes.
+    /// Of patches, refinements, improvements, cuts and their nodes.
     counts: [u64; 5],
     energy: Vec<i64>,
     settled: Vec<i64>,
@@ -26,12 +26,11 @@ pub struct WindowsCheckpoint {
 impl WindowsCheckpoint {
     /// After so many windows of so many frames.
     pub(super) fn of(map: &SourceMap<3>, stats: &Stats<3>, (at_once, windows): (u32, usize)) -> Self {
-        let Stats { patches, refinements, improvements, cuts, cut_nodes, .. } = *stats;
         Self {
             ids: map.ids.plane(0).to_vec(),
             at_once,
             windows: windows as u64,
-            counts: [patches, refinements, improvements, cuts, cut_nodes],
+            counts: stats.counts(),
             energy: stats.energy.clone(),
             settled: stats.settled.clone(),
         }
@@ -56,7 +55,7 @@ impl WindowsCheckpoint {
             return Err(Error::Checkpoint { what });
         }
         map.ids.plane_mut(0).copy_from_slice(&self.ids);
-        [stats.patches, stats.refinements, stats.improvements, stats.cuts, stats.cut_nodes] = self.counts;
+        stats.set_counts(self.counts);
         stats.energy.clone_from(&self.energy);
         stats.settled.clone_from(&self.settled);
         Ok(begun.unwrap_or_default())
@@ -90,11 +89,7 @@ impl WindowsCheckpoint {
 fn read(bytes: &[u8]) -> Option<WindowsCheckpoint> {
     let mut words = Words(bytes.strip_prefix(MAGIC)?);
     let (at_once, windows) = (u32::try_from(words.word()?).ok()?, words.word()?);
-    let mut counts = [0; 5];
-    for count in &mut counts {
-        *count = words.word()?;
-    }
-    let samples = words.word()?;
+    let (counts, samples) = (words.array()?, words.word()?);
     let (energy, settled) = (words.prices()?, words.prices()?);
     Some(WindowsCheckpoint { ids: words.ids(samples)?, at_once, windows, counts, energy, settled })
 }

@@ -81,7 +81,7 @@ impl<'a, F: Footage + ?Sized> Trials<'a, F> {
     /// Cuts those that may yet be better than the best: not where that is as good as none, nor those that are seen more
     /// even where each block jumps when that is best for it.
     pub(super) fn cut_if_better(&mut self, jumps: &[Jump]) -> Result<(), Error> {
-        if self.closes() { Ok(()) } else { self.cut_each(jumps, Usual::least_block) }
+        if self.closes() { Ok(()) } else { self.cut_others(jumps) }
     }
 
     /// Cuts those that may be better, whether or not the best is as good as none.
