@@ -164,9 +164,12 @@ impl Video {
             session.detail(&format!("the clip is read again for what is written: to hold it takes about {}", held.1));
             return Ok((way, needed, true));
         }
-        let pool = chosen_on()?;
-        let chosen = self.need_on(session, clips, &way, Some(&pool))?;
         let needed = self.need(session, clips, &way)?;
+        // Only whether it may weave decides about the output.
+        let chosen = match way.or_woven {
+            true => self.need_on(session, clips, &way, Some(&chosen_on()?))?,
+            false => needed,
+        };
         if fits(&chosen) {
             return Ok((way, needed, false));
         }
